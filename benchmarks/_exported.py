@@ -5,8 +5,7 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
-from fric.export.translate.c_code import c_routines
-from fric.export.translate.c_dialect import Dialect
+from fric.export.translate.c_code import Dialect, c_routines
 from fric.export.translate.reader import Entry, read_program
 from fric.friction import FrictionModel
 

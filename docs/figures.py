@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 import fric
 from docs import examples
 from fric.documents.schemes import read_schemes
-from fric.figures.reversal import reversal_figure
+from fric.figures.circle import reversal_figure
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure, save_figure
 from fric.identify.static_map.points import stroke_points
 from fric.io.hdf5 import read_logs

@@ -23,27 +23,25 @@ from fric.design.cascade import design_cascade
 from fric.design.observer import design_observer
 from fric.documents.machine_files import read_machine
 from fric.drive.plant import LinearPlant, Plant
-from fric.figures.bode import bode_figure
-from fric.figures.circle import polar_figure
-from fric.figures.comparison import draw_comparison
-from fric.figures.contours import SchemeContour, after_reversal_figure, along_figure, overlay_figure
+from fric.figures.circle import AROUND, last_reversal, monte_carlo_figure, path_figure, polar_figure, reversal_figure
+from fric.figures.contours import (
+    RelativeChange,
+    SchemeContour,
+    after_reversal_figure,
+    along_figure,
+    draw_drift,
+    overlay_figure,
+)
 from fric.figures.diagnosis import draw_diagnosis
-from fric.figures.drift import RelativeChange, draw_drift
 from fric.figures.gms import ReplayedCycle, Virgin, cycles_figure, draw_gms, virgin_figure
-from fric.figures.learned import draw_learned
-from fric.figures.monte_carlo import monte_carlo_figure
-from fric.figures.nyquist import nichols_figure, nyquist_figure
-from fric.figures.path import path_figure
+from fric.figures.loops import QReach, bode_figure, nichols_figure, nyquist_figure, q_filter_figure, reach_figure
 from fric.figures.plan import draw_plan
 from fric.figures.plant import draw_motion, draw_plant, motion_figure
-from fric.figures.qfilter import QReach, q_filter_figure, reach_figure
 from fric.figures.record import draw_record
-from fric.figures.replay import draw_replay
-from fric.figures.reversal import AROUND, last_reversal, reversal_figure
 from fric.figures.static_map import FrictionMap, MapBranches, draw_static_map, map_figure
 from fric.figures.style import Band
-from fric.figures.tuned import draw_tuned
-from fric.figures.validation import draw_validation
+from fric.figures.tuned import draw_learned, draw_tuned
+from fric.figures.validation import draw_comparison, draw_replay, draw_validation
 from fric.friction import models
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.identify import identify_gms

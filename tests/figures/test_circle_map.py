@@ -7,7 +7,7 @@ from matplotlib.patches import Rectangle
 
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
-from fric.figures.circle_map import draw_circle_map
+from fric.figures.circle import draw_circle_map
 from fric.simulate.over_circles import Cell, CircleMap, Grid
 
 MICROMETRES = np.array(

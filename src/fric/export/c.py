@@ -10,8 +10,7 @@ import numpy as np
 from fric.errors import FricError
 from fric.export.base import LARGEST, Files, Part, Target
 from fric.export.rendering import identifier, render
-from fric.export.translate.c_code import c_routines
-from fric.export.translate.c_dialect import Dialect
+from fric.export.translate.c_code import Dialect, c_routines
 from fric.units import si_unit
 
 EQUATIONS = {

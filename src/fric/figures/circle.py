@@ -1,6 +1,6 @@
-"""The circular test drawn as machine tool people draw circularity: the radial error magnified on a polar plot."""
+"""Circular tests: the radial error magnified, reversals over time, maps over circles, many machines; and paths."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import ceil, pi
 from typing import cast
 
@@ -9,9 +9,13 @@ from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 
 from fric.contour import QUADRANTS
-from fric.figures.style import BLUE, GREY, VERMILION, new_figure
+from fric.figures.style import BLUE, CYCLE, GREEN, GREY, SKY, VERMILION, new_figure
 from fric.figures.views import view
+from fric.simulate.axis import Trace
 from fric.simulate.circle import CircleRun
+from fric.simulate.monte_carlo import MonteCarlo
+from fric.simulate.over_circles import CircleMap
+from fric.simulate.path import PathRun
 
 LINES = 4
 """Grid lines on either side of the nominal circle, which is drawn with a radius of twice as many."""
@@ -34,7 +38,7 @@ def polar_figure(runs: Sequence[CircleRun]) -> Figure:
     rows = ceil(len(runs) / columns)
     with new_figure(max(2.9 * columns, 3.4), 3.15 * rows + 0.5) as figure:
         for n, run in enumerate(runs, 1):
-            _draw(cast(PolarAxes, figure.add_subplot(rows, columns, n, projection="polar")), run, grid)
+            _draw(cast("PolarAxes", figure.add_subplot(rows, columns, n, projection="polar")), run, grid)
         test = runs[0].circle
         figure.suptitle(
             f"Radial error of a circle of {test.radius * 1e3:g} mm at {test.feed * 1e3:g} mm/s\n"
@@ -87,3 +91,188 @@ def _draw(axes: PolarAxes, run: CircleRun, grid: float) -> None:
         )
     direction_arrow(axes, run.circle.direction, -0.45 * LINES * grid, GREY)
     axes.set_title(f"({run.scheme.name}) {run.scheme.title}\nglitch {run.chance().text()} µm", fontsize=8)
+
+
+@view("map", of="CircleMap", usual=True)
+def draw_circle_map(found: CircleMap) -> Figure:
+    """Return a panel a scheme: its glitch in µm by feed and radius, one scale of colours; a cross where it cannot run.
+
+    Where a scheme with an observer leaves more than without, the cell is framed: there the observer spoils.
+    """
+    from matplotlib.colors import LogNorm
+    from matplotlib.patches import Rectangle
+
+    grid, glitches = found.grid, found.glitches * 1e6
+    count = len(grid.schemes)
+    columns = 2 if count > 1 else 1
+    rows = -(-count // columns)
+    known = glitches[np.isfinite(glitches)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (1.0, 10.0)
+    scale = LogNorm(max(low, 1e-3), max(high, 2 * max(low, 1e-3)))
+    spoiled = {
+        one.name: found.less(one, other) < 0
+        for name, (one, other) in found.pairs().items()
+        if name.startswith("observer")
+    }
+    with new_figure(2.0 + 3.0 * columns, 0.6 + 2.3 * rows) as figure:
+        panels = np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel()
+        drawn = None
+        for panel, scheme, values in zip(panels, grid.schemes, glitches, strict=False):
+            drawn = panel.imshow(values, norm=scale, cmap="cividis", origin="lower", aspect="auto")
+            for (row, column), value in np.ndenumerate(values):
+                dark = np.isfinite(value) and scale(value) < 0.55
+                text = f"{value:.3g}" if np.isfinite(value) else "×"
+                panel.text(column, row, text, ha="center", va="center", fontsize=6, color="white" if dark else "black")
+                if scheme.name in spoiled and spoiled[scheme.name][row, column]:
+                    corner = (column - 0.46, row - 0.46)
+                    panel.add_patch(Rectangle(corner, 0.92, 0.92, fill=False, linewidth=1.2, color=VERMILION))
+            panel.set_xticks(range(len(grid.feeds)), [f"{1e3 * one:.3g}" for one in grid.feeds])
+            panel.set_yticks(range(len(grid.radii)), [f"{1e3 * one:.3g}" for one in grid.radii])
+            panel.set_title(f"({scheme.name}) {scheme.title}", fontsize=8)
+            panel.set(xlabel="feed [mm/s]", ylabel="radius [mm]")
+            panel.grid(visible=False)
+            panel.tick_params(length=0)
+        for panel in panels[count:]:
+            panel.set_axis_off()
+        if drawn is not None:
+            bar = figure.colorbar(drawn, ax=list(panels), shrink=0.9)
+            bar.set_label("glitch [µm]")
+            bar.ax.yaxis.set_major_formatter("{x:g}")
+            bar.ax.yaxis.set_minor_formatter("{x:g}")
+            bar.ax.tick_params(which="both", labelsize=7)
+        framed = "; framed: the observer leaves more" if any(np.any(one) for one in spoiled.values()) else ""
+        figure.suptitle(f"{grid.machine.name}{framed}", fontsize=9, color=GREY)
+    return figure
+
+
+AROUND = np.pi / 12
+"""Half the width of what is shown, as an angle on the circle [rad]."""
+
+
+@view("reversal", of="CircleRun")
+def reversal_figure(runs: Sequence[CircleRun]) -> Figure:
+    """Return error and voltages over time around the last reversal of an axis, one column per scheme.
+
+    Above the tracking error of the axis, position less reference; below the control voltage, and in it the friction
+    feedforward and what the observer adds, which is its estimate with the sign turned.
+
+    runs: One run per scheme, of one circle; drawn is the first axis that was simulated.
+    """
+    name = next(iter(runs[0].traces))
+    test = runs[0].circle
+    half = AROUND * test.radius / test.feed
+    columns = len(runs)
+    with new_figure(1.2 + 1.7 * columns, 4.2) as figure:
+        panels = figure.subplots(2, columns, sharex=True, sharey="row", squeeze=False, height_ratios=(1, 1.25))
+        for (above, below), run in zip(panels.T, runs, strict=True):
+            trace = run.traces[name]
+            centre = last_reversal(trace, half)
+            t = (trace.time - centre) * 1e3
+            near = np.abs(t) <= half * 1e3
+            above.plot(t[near], (trace.position - trace.reference)[near] * 1e6, color=BLUE)
+            above.set_title(f"({run.scheme.name})\n{run.scheme.title}", fontsize=8)
+            below.plot(t[near], trace.input[near], color=GREY, label="control voltage", linewidth=0.8)
+            if run.scheme.feeds_forward:
+                below.plot(t[near], trace.feedforward[near], "--", color=VERMILION, label="friction feedforward")
+            if run.scheme.observer:
+                below.plot(t[near], -trace.disturbance[near], "-.", color=GREEN, label=r"observer, $-\hat{d}$")
+            for axes in (above, below):
+                axes.axvline(0, color=GREY, linewidth=0.6)
+            below.set_xlabel("time [ms]")
+        panels[0, 0].set_ylabel(f"error of {name} [µm]")
+        panels[1, 0].set_ylabel("voltage [V]")
+        drawn = (line for axes in panels[1] for line in axes.get_lines())
+        shown = {line.get_label(): line for line in drawn if not str(line.get_label()).startswith("_")}
+        figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=len(shown))
+        figure.suptitle(
+            f"Reversal of axis {name}: circle of {test.radius * 1e3:g} mm at {test.feed * 1e3:g} mm/s", fontsize=9
+        )
+    return figure
+
+
+def last_reversal(trace: Trace, margin: float) -> float:
+    """Return the time [s] of the last reversal of the reference at least ``margin`` [s] before its end."""
+    steps = np.sign(np.diff(trace.reference))
+    reversals = trace.time[np.flatnonzero(steps[1:] * steps[:-1] < 0) + 1]
+    whole = reversals[reversals <= trace.time[-1] - margin]
+    return float(whole[-1] if len(whole) else reversals[-1])
+
+
+@view("contour", of="PathRun", usual=True)
+def path_figure(runs: Sequence[PathRun]) -> Figure:
+    """Return the path with the places where an axis reverses, and beside it the contour error of each scheme along it.
+
+    runs: One run per scheme, of one path.
+    """
+    first = runs[0]
+    names = tuple(first.traces)
+    apart = 2.2 * max(float(np.ptp(run.contour.error)) for run in runs) * 1e6 / 2
+    with new_figure(8.4, 1.6 + 0.75 * len(runs)) as figure:
+        plan, along = figure.subplots(1, 2, width_ratios=(1, 2))
+        plan.plot(*(1e3 * first.traces[name].reference for name in names), color=GREY)
+        for n, reversal in enumerate(first.contour.reversals, 1):
+            plan.plot(1e3 * reversal.x, 1e3 * reversal.y, "o", color=VERMILION, markersize=4)
+            plan.annotate(
+                str(n), (1e3 * reversal.x, 1e3 * reversal.y), textcoords="offset points", xytext=(4, 4), fontsize=7
+            )
+        plan.set_aspect("equal", adjustable="box")
+        plan.set(xlabel=f"{names[0]} [mm]", ylabel=f"{names[1]} [mm]")
+        plan.set_title("path; numbers where an axis reverses", fontsize=8)
+        ticks = []
+        for n, run in enumerate(runs):
+            level = -n * apart
+            ticks.append(level)
+            along.axhline(level, color=GREY, linewidth=0.6)
+            along.plot(
+                run.contour.station * 1e3, run.contour.error * 1e6 + level, color=CYCLE[n % len(CYCLE)], linewidth=0.9
+            )
+        along.set_yticks(ticks, [f"({run.scheme.name}) {run.chance().text()} µm" for run in runs])
+        along.set(xlabel="distance along the path [mm]", ylabel="contour error [µm]")
+        along.set_title(f"contour error, lines {apart:.3g} µm apart; glitch of each scheme", fontsize=8)
+    return figure
+
+
+@view("distribution", of="MonteCarlo", usual=True)
+def monte_carlo_figure(found: MonteCarlo, nominal: Mapping[str, float] | None = None) -> Figure:
+    """Return the glitches of all machines by scheme, and the share of machines on which each scheme is the best.
+
+    A dot is a machine; the bar goes from the 5 % to the 95 % quantile, with the quartiles thick and the median white.
+
+    found: Outcomes of a study.
+    nominal: Glitch of the nominal machine by scheme [m], drawn as a diamond.
+    """
+    schemes, glitches = found.study.schemes, found.glitches * 1e6
+    text = found.distributions()
+    places = np.arange(len(schemes))
+    with new_figure(6.3, 1.3 + 0.42 * len(schemes)) as figure:
+        left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 1))
+        for place, scheme, column in zip(places, schemes, glitches.T, strict=True):
+            ran = column[np.isfinite(column)]
+            if len(ran):
+                # spread out by machine number: a golden-ratio sequence fills the strip evenly
+                offset = 0.62 * (np.arange(len(ran)) * 0.618034 % 1.0 - 0.5)
+                left.plot(ran, place + offset, ".", color=SKY, markersize=4, alpha=0.8, markeredgewidth=0)
+                low, first, median, third, high = np.quantile(ran, (0.05, 0.25, 0.5, 0.75, 0.95))
+                left.plot([low, high], [place, place], color=BLUE, linewidth=1.4, solid_capstyle="butt")
+                left.plot([first, third], [place, place], color=BLUE, linewidth=6, solid_capstyle="butt")
+                left.plot([median], [place], "|", color="white", markersize=6, markeredgewidth=1.6)
+            if nominal and scheme.name in nominal:
+                left.plot(nominal[scheme.name] * 1e6, place, "D", color=VERMILION, markersize=4)
+            share = text[scheme.name].best * 100
+            right.barh(place, share, height=0.5, color=BLUE)
+            right.text(share + 2, place, f"{share:.0f} %", va="center", fontsize=7, color=GREY)
+        left.set_yticks(places, [f"({scheme.name}) {scheme.title}" for scheme in schemes])
+        left.invert_yaxis()
+        left.set_xlim(left=0)
+        left.set_xlabel("glitch [µm]")
+        right.set_xlim(0, 118)
+        right.set_xticks([0, 50, 100])
+        right.set_xlabel("best on machines [%]")
+        for axes in (left, right):
+            axes.grid(visible=False, axis="y")
+            axes.tick_params(axis="y", length=0)
+        circle = found.study.circle
+        test = f"circle of {circle.radius * 1e3:g} mm at {circle.feed * 1e3:g} mm/s"
+        note = "; diamond: nominal machine" if nominal else ""
+        figure.suptitle(f"{len(found)} machines, {test}{note}", fontsize=9)
+    return figure

@@ -13,7 +13,7 @@ from fric.arrays import Real
 from fric.contour import QUADRANTS
 from fric.control.scheme import Scheme
 from fric.figures.circle import direction_arrow
-from fric.figures.style import CYCLE, GREY, new_figure
+from fric.figures.style import BLUE, CYCLE, GREY, VERMILION, new_figure
 
 BEFORE, AFTER = 5.0, 25.0
 """What is drawn before and after a reversal [degrees]."""
@@ -51,7 +51,7 @@ def overlay_figure(
     R = radius * 1e6 / magnification  # the radius of the circle that was asked for, in µm of error
     step = _round(R / 6)
     with new_figure(6.6, 5.6) as figure:
-        axes = cast(PolarAxes, figure.add_subplot(projection="polar"))
+        axes = cast("PolarAxes", figure.add_subplot(projection="polar"))
         turn = np.linspace(0, 2 * np.pi, 181)
         for n in (-3, -2, -1, 1, 2):
             name, label, at = f"ring:{n}", f"{n * step:+g} µm".replace("-", "−"), max(n * step, -R)
@@ -124,3 +124,30 @@ def _round(value: float) -> float:
     """Return the next of 1, 2, 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(next(step * power for step in (1, 2, 5, 10) if step * power >= 0.999 * value))
+
+
+@dataclass(frozen=True)
+class RelativeChange:
+    """A number at two dates: its name, its change with 95 % limits [%], and whether it moved beyond them."""
+
+    name: str
+    change: float
+    low: float
+    high: float
+    moved: bool
+
+
+def draw_drift(changes: Sequence[RelativeChange]) -> Figure:
+    """Draw the relative change of each number with its 95 % interval; a diamond where that does not hold 0."""
+    with new_figure(7.0, 0.7 + 0.24 * len(changes)) as figure:
+        axes = figure.subplots()
+        places = np.arange(len(changes))[::-1]
+        axes.axvline(0.0, color=GREY, linestyle="--", linewidth=0.8)
+        for place, one in zip(places, changes, strict=True):
+            colour = VERMILION if one.moved else BLUE
+            axes.plot([one.low, one.high], [place, place], color=colour, linewidth=1.6)
+            axes.plot(one.change, place, "D" if one.moved else "o", color=colour, markersize=4)
+        axes.set_yticks(places, [one.name for one in changes])
+        axes.set_xlabel("change [%]")
+        axes.set_ylim(-0.7, len(changes) - 0.3)
+    return figure

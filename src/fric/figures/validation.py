@@ -2,11 +2,14 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from fric.circles.validation import Validation
-from fric.figures.style import GREY, VERMILION, new_figure
+from fric.figures.style import BLACK, BLUE, GREY, VERMILION, look, new_figure
 from fric.figures.views import view
+from fric.identify.replay.compare import Comparison
+from fric.identify.replay.replay_fit import ReplayFit
 from fric.units import prefixed, si_unit
 
 
@@ -34,4 +37,67 @@ def draw_validation(validations: Sequence[Validation]) -> Figure:
         axes[0, 0].legend(loc="best")
         for axis in axes[-1]:
             axis.set_xlabel("time [s]")
+        return figure
+
+
+MOST = 4
+"""Records that are drawn."""
+
+
+@view("replay", of="ReplayFit", usual=True)
+def draw_replay(fit: ReplayFit) -> Figure:
+    """Draw, for each record, measured and replayed force over position, and the residual over time."""
+    records = fit.records[:MOST]
+    with new_figure(6.3, 2.6 * len(records)) as figure:
+        axes = figure.subplots(len(records), 2, squeeze=False)
+        force, position = si_unit("force", fit.motion), si_unit("position", fit.motion)
+        for (cycle, rest), record, own in zip(axes, records, fit.own, strict=False):
+            z, used = record.motion.position, record.used
+            scale, unit = prefixed(float(np.ptp(z)), position)
+            replayed = record.replay(fit.model) + record.own @ np.asarray(own)
+            cycle.plot(scale * z[used], record.force[used], color=GREY, lw=2.5, alpha=0.5, label="measured")
+            cycle.plot(scale * z[used], replayed[used], color=BLUE, lw=1.0, label=fit.model.name)
+            cycle.set(xlabel=f"position [{unit}]", ylabel=f"force [{force}]", title=record.log.name)
+            cycle.legend(loc="best")
+            residual = np.where(used, record.force - replayed, np.nan)
+            rest.plot(record.motion.time, residual, color=BLACK, lw=0.6)
+            text = float(np.sqrt(np.nanmean(residual**2)))
+            rest.set(xlabel="time [s]", ylabel=f"measured - replayed [{force}]", title=f"rms {text:.3g} {force}")
+        return figure
+
+
+@view("scores", of="Comparison", usual=True)
+def draw_comparison(comparison: Comparison) -> Figure:
+    """Draw the rms of every model, and the first hysteresis cycle scored of the first record that is scored."""
+    scores = comparison.scores
+    motion = comparison.records[0].log.motion
+    force, length = si_unit("force", motion), si_unit("position", motion)
+    with new_figure(7.0, 3.6) as figure:
+        bars, hysteresis = figure.subplots(1, 2, width_ratios=[1.0, 1.3])
+        place = np.arange(len(scores))[::-1]
+        bars.barh(place + 0.2, [s.rms for s in scores], 0.38, color=BLUE, label="all samples scored")
+        bars.barh(place - 0.2, [s.rms_near for s in scores], 0.38, color=VERMILION, label="near reversals")
+        for row, score in zip(place, scores, strict=True):
+            bars.annotate(f"{score.rms:.3g}", (score.rms, row + 0.2), (3, 0), textcoords="offset points", va="center")
+        bars.margins(x=0.15)
+        bars.set_yticks(place, [s.name for s in scores])
+        bars.set(xlabel=f"rms force error [{force}]")
+        bars.grid(visible=False, axis="y")
+        figure.legend(*bars.get_legend_handles_labels(), loc="outside lower left", ncols=2)
+
+        number = next(n for n, rest in enumerate(scores[0].residual) if np.isfinite(rest).any())
+        record = comparison.records[number]
+        shown = np.isfinite(scores[0].residual[number])
+        reversals = record.reversals[shown[np.minimum(record.reversals, len(shown) - 1)]]
+        if len(reversals) > 2:
+            within = np.arange(len(shown))
+            shown &= (within >= reversals[0]) & (within <= reversals[2])
+        z = record.motion.position[shown]
+        scale, unit = prefixed(float(np.ptp(z)), length)
+        z = scale * (z - 0.5 * (z.min() + z.max()))
+        hysteresis.plot(z, record.force[shown], color=GREY, lw=2.5, alpha=0.5, label="measured")
+        for n, score in enumerate(scores):
+            hysteresis.plot(z, (record.force - score.residual[number])[shown], **look(n), lw=0.9, label=score.name)
+        hysteresis.set(xlabel=f"position about the middle [{unit}]", ylabel=f"force [{force}]", title=record.log.name)
+        hysteresis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
         return figure

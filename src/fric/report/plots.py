@@ -11,12 +11,18 @@ from matplotlib.figure import Figure
 
 from fric.control.q_filter import QFilter
 from fric.design.perturbation import Perturbation
-from fric.figures.contours import SchemeContour, after_reversal_figure, along_figure, overlay_figure
-from fric.figures.drift import RelativeChange, draw_drift
+from fric.figures.contours import (
+    RelativeChange,
+    SchemeContour,
+    after_reversal_figure,
+    along_figure,
+    draw_drift,
+    overlay_figure,
+)
 from fric.figures.embedded import embedded
 from fric.figures.gms import Virgin, cycles_figure, virgin_figure
+from fric.figures.loops import QReach, reach_figure
 from fric.figures.plant import motion_figure
-from fric.figures.qfilter import QReach, reach_figure
 from fric.figures.static_map import FrictionMap, MapBranches, map_figure
 from fric.figures.style import Band
 from fric.figures.views import views

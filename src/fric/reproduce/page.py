@@ -1,31 +1,181 @@
 """The page of a reproduction: every table and figure of the paper beside ours."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
-from fric.documents.machine import MachineDocument
+from fric.documents.machine import AxisPart, MachineDocument
 from fric.documents.observer import ObserverDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document
+from fric.estimate import Estimate, in_digits
+from fric.friction.gms import GMS
+from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.output import staged
 from fric.report.collect import collect
 from fric.report.page import render_view
 from fric.report.view import view
 from fric.reproduce.axis import AxisFiles
-from fric.reproduce.compare import (
-    Row,
-    SchemeRow,
-    design_rows,
-    gms_rows,
-    largest_difference,
-    plant_rows,
-    scheme_rows,
-    static_rows,
-)
 from fric.simulate.circle import CircleRun
+from fric.units import Motion, prefixed
+
+FAR = 0.05
+"""Relative difference from which on a row says why."""
+
+CURVE = 100e-6
+"""Length of the virgin curve that is compared [m]."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number beside the one it is compared with."""
+
+    name: str  # What it is
+    # given, found: what the machine file says, and what came out, in ``unit``
+    given: str
+    found: str
+    interval: str  # 95 % interval of what came out, in ``unit``; empty where there is none
+    unit: str  # The unit that people read
+    difference: float | None  # Relative difference; None where it means nothing
+    reason: str = ""  # Why it differs, where it differs much
+
+
+def plant_rows(part: AxisPart, found: PlantDocument, motion: Motion) -> list[Row]:
+    """Compare eq. (1) with what the response gave."""
+    given, estimates = part.plant.estimates(motion), found.estimates(motion)
+    rows = [_row(name, given[name], estimates[name]) for name in ("A", "B", "T_d", "K_f") if name in estimates]
+    sigma = float(part.friction.estimates("static").get("sigma", Estimate(0.0, "")))
+    M = float(given["K_f"]) / float(given["B"])
+    reason = (
+        f"The response was measured while sliding: its A holds the guideway's viscous friction over the moving mass, "
+        f"sigma/M = {sigma / M:.2f} 1/s, besides the drive's own {float(given['A']):.2f} 1/s."
+    )
+    return [_because(row, reason) if row.name == "A" and sigma else row for row in rows]
+
+
+def static_rows(part: AxisPart, found: FrictionDocument, motion: Motion, *, published_plant: bool) -> list[Row]:
+    """Compare Table 1's map with what the strokes gave."""
+    given, estimates = part.friction.estimates("static"), found.estimates("static")
+    names = [name for name in (*STATIC_PARAMETERS, "offset") if name in given]
+    rows = [_row(name, given[name], estimates[name]) for name in names]
+    other = part.friction.static_negative is not None
+    reasons = {
+        "sigma": ""
+        if published_plant
+        else "The drive's own damping that was taken off is the response's A, which holds the guideway's sigma too: "
+        "the sum is right, and so is what is fed forward; the two cannot be told apart.",
+        "offset": "The two directions differ; a map of both takes the difference for an offset." if other else "",
+        "delta": "It was held at 1; `--delta free` fits it." if estimates["delta"].fixed else "",
+        "v_s": "It follows the shape factor that was held." if "delta" in given and float(given["delta"]) != 1 else "",
+    }
+    two = "The two directions have maps of their own here; this is one for both." if other else ""
+    return [_because(row, reasons.get(row.name) or two) for row in rows]
+
+
+def gms_rows(part: AxisPart, found: FrictionDocument, motion: Motion) -> list[Row]:
+    """Compare Table 1's blocks with what the loops gave: block by block where there are as many, else by the curve."""
+    given, estimates = part.friction.estimates("gms"), found.estimates("gms")
+    true, model = (
+        GMS.from_sections({n: one.estimates(n) for n in ("static", "gms")}) for one in (part.friction, found)
+    )
+    z = np.linspace(0.0, CURVE, 2001)
+    apart = float(np.sqrt(np.mean((model.virgin_curve(z) - true.virgin_curve(z)) ** 2)))
+    F_s = float(part.friction.estimates("static")["F_s"])
+    many, few = len(true.alpha), len(model.alpha)
+    blocks = f"{found.fit_of('gms').blocks or ''}." if few != many else ""
+    rows = [
+        Row("slip blocks", str(many), str(few), "", "", None, blocks),
+        Row("virgin curve, rms over 100 µm", "0", f"{apart:.2f}", "", "N", apart / F_s, "Relative to F_s."),
+        _row("C", given["C"], estimates["C"]) if not estimates["C"].assumed else _assumed(given["C"], estimates["C"]),
+    ]
+    if few == many:
+        for name in ("alpha", "k"):
+            rows += [
+                _row(f"{name}_{n}", one, other)
+                for n, (one, other) in enumerate(zip(_split(given[name]), _split(estimates[name]), strict=True), 1)
+            ]
+    return rows
+
+
+def design_rows(
+    part: AxisPart, controller: ControllerDocument, observer: ObserverDocument, motion: Motion
+) -> list[Row]:
+    """Compare the machine's controller and observer with those designed on the identified plant."""
+    given = part.controller.estimates(motion) | (
+        {"observer cutoff": part.observer.estimates(motion)["cutoff"]} if part.observer else {}
+    )
+    found = controller.estimates(motion) | {"observer cutoff": observer.estimates(motion)["cutoff"]}
+    rows = [_row(name, given[name], found[name]) for name in ("K_v", "K_p", "K_i", "observer cutoff") if name in given]
+    return [
+        _because(row, f"{observer.reason[:1].upper()}{observer.reason[1:]}.") if row.name == "observer cutoff" else row
+        for row in rows
+    ]
+
+
+@dataclass(frozen=True)
+class SchemeRow:
+    """What a scheme left of a circle, beside what was published."""
+
+    run: CircleRun  # The run
+    published: float | None  # The published glitch [m], where there is one
+    reduction: float | None  # Share of the glitch without compensation that is gone; None for that one itself
+
+    @property
+    def difference(self) -> float | None:
+        """Glitch less the published one [m]."""
+        return None if self.published is None else self.run.circularity.glitch - self.published
+
+
+def scheme_rows(runs: Sequence[CircleRun], published: Mapping[str, float]) -> list[SchemeRow]:
+    """Compare the six schemes with Table 2."""
+    bare = next(run.circularity.glitch for run in runs if run.scheme.bare)
+    return [
+        SchemeRow(
+            run,
+            published.get(run.scheme.name),
+            1 - run.circularity.glitch / bare if not run.scheme.bare else None,
+        )
+        for run in runs
+    ]
+
+
+def largest_difference(rows: Iterable[SchemeRow]) -> float | None:
+    """Return the largest distance from a published glitch [m]; None where none was published."""
+    found = [abs(row.difference) for row in rows if row.difference is not None]
+    return max(found) if found else None
+
+
+def _row(name: str, given: Estimate, found: Estimate) -> Row:
+    size, value = float(given), float(found)
+    scale, unit = prefixed(size or value, found.unit)
+    description, interval = in_digits(value, found.ci95, scale)
+    difference = value / size - 1 if size else None
+    return Row(name, f"{size * scale:.4g}", description, interval or ("fixed" if found.fixed else ""), unit, difference)
+
+
+def _assumed(given: Estimate, found: Estimate) -> Row:
+    row = _row("C", given, found)
+    return Row(row.name, row.given, row.found, "assumed", row.unit, row.difference, "No sliding record was given.")
+
+
+def _because(row: Row, reason: str) -> Row:
+    far = row.difference is None or abs(row.difference) > FAR or row.name in {"A", "observer cutoff"}
+    if not (reason and far):
+        return row
+    return Row(row.name, row.given, row.found, row.interval, row.unit, row.difference, reason)
+
+
+def _split(vector: Estimate) -> list[Estimate]:
+    assert isinstance(vector.value, tuple)
+    intervals = vector.ci95 or (None,) * len(vector.value)
+    return [
+        Estimate(value, vector.unit, interval if isinstance(interval, tuple) else None)
+        for value, interval in zip(vector.value, intervals, strict=True)
+    ]
 
 
 @dataclass(frozen=True)

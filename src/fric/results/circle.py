@@ -145,8 +145,7 @@ class CircleResult(Result):
 
     def figure(self) -> Figure:
         """Return the radial error of each scheme; of many machines the distribution of the glitch."""
-        from fric.figures.circle import polar_figure
-        from fric.figures.monte_carlo import monte_carlo_figure
+        from fric.figures.circle import monte_carlo_figure, polar_figure
 
         if self.many is None:
             return polar_figure(self.runs)
@@ -154,7 +153,7 @@ class CircleResult(Result):
 
     def reversal_figure(self) -> Figure:
         """Return error and voltages over time near a reversal."""
-        from fric.figures.reversal import reversal_figure
+        from fric.figures.circle import reversal_figure
 
         return reversal_figure(self.runs)
 

@@ -64,8 +64,7 @@ class Design(Result):
 
     def loops_figure(self, nyquist: float) -> Figure:
         """Return the loops up to half the sampling rate [Hz], as Bode, Nyquist or Nichols draw them."""
-        from fric.figures.bode import bode_figure
-        from fric.figures.nyquist import nichols_figure, nyquist_figure
+        from fric.figures.loops import bode_figure, nichols_figure, nyquist_figure
 
         draw = {"bode": bode_figure, "nyquist": nyquist_figure, "nichols": nichols_figure}[self.view]
         return draw(self.design.loops().values(), nyquist)

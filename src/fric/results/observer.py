@@ -104,7 +104,7 @@ class ObserverResult(Design):
 
     def figure(self) -> Figure:
         """Return Q with what limits it, or the loops."""
-        from fric.figures.qfilter import q_filter_figure
+        from fric.figures.loops import q_filter_figure
 
         return q_filter_figure(self.design) if self.view == "q" else self.loops_figure(self.nyquist)
 

@@ -1,19 +1,447 @@
 """Reads a compiled step from its own definition: Python, with the types that it was compiled for."""
 
 import ast
+import builtins
 import inspect
+import math
 import textwrap
 from dataclasses import dataclass, field, replace
 from functools import cache
 from types import FunctionType
-from typing import Any, get_type_hints
+from typing import Any, Protocol, get_type_hints
 
+import numpy as np
 from numba import types
 from numba.core.dispatcher import Dispatcher
 
 from fric.errors import FricError
 from fric.export.translate import program as ir
-from fric.export.translate.body import Body
+from fric.kernels import elementary
+from fric.kernels.inner import step_at
+
+_OPERATORS: dict[type[ast.AST], str] = {
+    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%",
+    ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
+    ast.And: "and", ast.Or: "or",
+}  # fmt: skip
+_INTRINSICS: dict[object, str] = {
+    math.exp: "exp", math.copysign: "copysign", math.log1p: "log1p", builtins.abs: "abs", builtins.min: "min",
+    builtins.max: "max", math.fabs: "abs", np.abs: "abs", np.exp: "exp",
+    elementary.exp: "exp", elementary.log1p: "log1p", elementary.power: "pow",
+}  # fmt: skip
+
+
+class Routines(Protocol):
+    """What a body asks of the reader of the whole program: other routines, and types."""
+
+    inner: Any
+    """The step that stands behind an address in the parameters; None where there is none."""
+
+    def routine(self, function: Any, given: tuple[ir.Array | None, ...]) -> ir.Routine:
+        """Return a function that is called as a routine."""
+
+    def type(self, compiled: Any) -> Any:
+        """Return a type as the compiler knows it."""
+
+    def group(self, of: Any) -> ir.Record:
+        """Return a named tuple's class as a record."""
+
+
+class Expressions:
+    """Reads expressions of one function; what must be done before one of them waits in ``before``."""
+
+    def __init__(self, reader: Routines, python: Any, variables: dict[str, ir.Type]) -> None:
+        self.reader, self.python, self.variables = reader, python, variables
+        self.fixed: dict[str, ir.Constant] = {}  # whole numbers that are known: sizes of arrays, and what follows
+        self.before: list[ir.Statement] = []  # what must be done before the expression that is being read
+        self.temporaries = 0
+        self.steps: dict[str, Any] = {}  # names that stand for a step of which the parameters hold the address
+
+    def refuse(self, what: str, node: ast.AST) -> FricError:
+        """Return the error of a step that cannot be exported, with the line that is why."""
+        line = self.python.__code__.co_firstlineno + getattr(node, "lineno", 1) - 1
+        where = f"{self.python.__module__}.{self.python.__name__}, line {line}"
+        return FricError(f"cannot be exported: {what} ({where})")
+
+    def flush(self) -> list[ir.Statement]:
+        """Return what must be done before the expression that was read, and forget it."""
+        before, self.before = self.before, []
+        return before
+
+    def kept(self, value: ir.Expression) -> ir.Name:
+        """Return a new variable that holds a value, to be set before the present statement."""
+        self.temporaries += 1
+        name = ir.Name(f"kept_{self.temporaries}", value.type)
+        self.variables[name.name] = value.type
+        self.before.append(ir.Assign(name, value))
+        return name
+
+    def filled(self, place: Any, values: list[ast.expr]) -> list[ir.Statement]:
+        """Return what fills the fields of a record."""
+        fields = place.type.fields
+        if len(fields) != len(values):
+            raise self.refuse(f"{place.type.name} is not given all its fields", values[0])
+        kept = [self.as_type(self.expression(value), of) for value, (_, of) in zip(values, fields, strict=True)]
+        return [ir.Assign(ir.Field(place, name, of), one) for one, (name, of) in zip(kept, fields, strict=True)]
+
+    def part(self, node: ast.expr) -> ir.Array | None:
+        """Return an array, or a part of one between limits that are known; None for anything else."""
+        if isinstance(node, ast.Name) and isinstance(of := self.variables.get(node.id), ir.Array):
+            return of
+        if not (isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Slice) and node.slice.step is None):
+            return None
+        if not (isinstance(node.value, ast.Name) and isinstance(of := self.variables.get(node.value.id), ir.Array)):
+            return None
+        limits = []
+        for limit, default in ((node.slice.lower, 0), (node.slice.upper, of.size)):
+            read = ir.Constant(default, ir.INTEGER) if limit is None else self.expression(limit)
+            if not isinstance(read, ir.Constant):
+                raise self.refuse("which part of an array its step works on depends on the data", node)
+            limits.append(int(read.value))
+        return ir.Array(of.symbol, limits[1] - limits[0], of.first + limits[0], of.whole)
+
+    def known(self, node: ast.expr) -> Any:
+        """Return what a name or a dotted name stands for outside the function; None for a variable."""
+        if isinstance(node, ast.Name) and node.id in self.steps:
+            return self.steps[node.id]
+        if isinstance(node, ast.Name) and node.id not in self.variables:
+            return self.python.__globals__.get(node.id, getattr(builtins, node.id, None))
+        if isinstance(node, ast.Attribute):
+            holder = self.known(node.value)
+            return None if holder is None else getattr(holder, node.attr, None)
+        return None
+
+    def as_type(self, value: ir.Expression, of: ir.Type) -> ir.Expression:
+        """Return a whole number as a real one where that is asked for."""
+        if of == ir.REAL and value.type == ir.INTEGER:
+            if isinstance(value, ir.Constant):
+                return ir.Constant(float(value.value), ir.REAL)
+            return ir.Operation("to real", (value,), ir.REAL)
+        return value
+
+    def expression(self, node: ast.expr) -> ir.Expression:  # noqa: C901 - a case for each kind of expression
+        """Return an expression as the program has it."""
+        match node:
+            case ast.Constant(value=bool() as value):
+                return ir.Constant(value, ir.BOOLEAN)
+            case ast.Constant(value=int() as value):
+                return ir.Constant(value, ir.INTEGER)
+            case ast.Constant(value=float() as value):
+                return self.number(value, node)
+            case ast.Name(id=name) if name in self.fixed:
+                return self.fixed[name]
+            case (
+                ast.Name(id=name) | ast.Attribute(value=ast.Name(id=name)) | ast.Subscript(value=ast.Name(id=name))
+            ) if isinstance(self.variables.get(name), ir.Absent):
+                raise self.refuse(f"its step reads '{name}', which no controller has", node)
+            case ast.Name(id=name) if name in self.variables:
+                return ir.Name(name, self.variables[name])
+            case ast.Attribute(value=ast.Name(id=name), attr=attr) if name in self.variables:
+                holder = ir.Name(name, self.variables[name])
+                if isinstance(holder.type, ir.Array) and attr == "size":
+                    return ir.Constant(holder.type.size, ir.INTEGER)
+                if isinstance(holder.type, ir.Record):
+                    return ir.Field(holder, attr, dict(holder.type.fields)[attr])
+                raise self.refuse(f"'{ast.unparse(node)}' has no counterpart", node)
+            case ast.Name() | ast.Attribute():
+                known = self.known(node)
+                if not isinstance(known, (int, float)):
+                    raise self.refuse(f"'{ast.unparse(node)}' has no counterpart", node)
+                return self.number(known, node) if isinstance(known, float) else ir.Constant(known, ir.INTEGER)
+            case ast.Subscript(value=ast.Name(id=name), slice=index) if isinstance(self.variables.get(name), ir.Array):
+                return self.element(self.variables[name], self.expression(index))
+            case ast.UnaryOp(op=ast.USub(), operand=operand):
+                return self.negated(self.expression(operand))
+            case ast.UnaryOp(op=ast.Not(), operand=operand):
+                return ir.Operation("not", (self.expression(operand),), ir.BOOLEAN)
+            case ast.BinOp(left=left, op=ast.Pow(), right=right):
+                both = (self.as_type(self.expression(left), ir.REAL), self.as_type(self.expression(right), ir.REAL))
+                return ir.Call("pow", both, ir.REAL)
+            case ast.BinOp(left=left, op=op, right=right):
+                return self.arithmetic(_OPERATORS[type(op)], self.expression(left), self.expression(right))
+            case ast.Compare(left=left, ops=[op], comparators=[right]):
+                first, second = self.expression(left), self.expression(right)
+                first, second = self.alike(first, second)
+                return ir.Operation(_OPERATORS[type(op)], (first, second), ir.BOOLEAN)
+            case ast.BoolOp(op=op, values=values):
+                made = self.expression(values[0])
+                for other in values[1:]:
+                    made = ir.Operation(_OPERATORS[type(op)], (made, self.expression(other)), ir.BOOLEAN)
+                return made
+            case ast.IfExp(test=test, body=body, orelse=orelse):
+                return self.select(node, self.expression(test), body, orelse)
+            case ast.Call(func=func, args=arguments, keywords=[]):
+                return self.call(node, self.known(func), arguments)
+        raise self.refuse(f"'{ast.unparse(node)}' has no counterpart", node)
+
+    def element(self, array: Any, index: ir.Expression) -> ir.Element:
+        """Return an element of an array, or of the whole that it is a part of."""
+        if array.first:
+            index = self.arithmetic("+", ir.Constant(array.first, ir.INTEGER), index)
+        return ir.Element(ir.Name(array.symbol, array.base), index)
+
+    def number(self, value: float, node: ast.expr) -> ir.Constant:
+        """Return a real constant."""
+        if not math.isfinite(value):
+            raise self.refuse("its step uses an infinite number", node)
+        return ir.Constant(value, ir.REAL)
+
+    def negated(self, value: ir.Expression) -> ir.Expression:
+        """Return the negative of a value."""
+        if isinstance(value, ir.Constant):
+            return ir.Constant(-value.value, value.type)
+        assert isinstance(value.type, ir.Scalar)
+        return ir.Operation("negate", (value,), value.type)
+
+    def alike(self, first: ir.Expression, second: ir.Expression) -> tuple[ir.Expression, ir.Expression]:
+        """Return two values of one type: both real where one is."""
+        if ir.REAL in (first.type, second.type):
+            return self.as_type(first, ir.REAL), self.as_type(second, ir.REAL)
+        return first, second
+
+    def arithmetic(self, operator: str, first: ir.Expression, second: ir.Expression) -> ir.Expression:
+        """Return an operation on two numbers, computed here where both are known."""
+        first, second = self.alike(first, second)
+        if operator == "/":
+            first, second = self.as_type(first, ir.REAL), self.as_type(second, ir.REAL)
+        if isinstance(first, ir.Constant) and isinstance(second, ir.Constant):
+            folded = {"+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b,
+                      "/": lambda a, b: a / b, "//": lambda a, b: a // b, "%": lambda a, b: a % b}  # fmt: skip
+            return ir.Constant(folded[operator](first.value, second.value), first.type)
+        assert isinstance(first.type, ir.Scalar)
+        return ir.Operation(operator, (first, second), first.type)
+
+    def select(self, node: ast.expr, condition: ir.Expression, body: ast.expr, orelse: ast.expr) -> ir.Expression:
+        """Return a choice between two values."""
+        waiting = len(self.before)
+        first, second = self.alike(self.expression(body), self.expression(orelse))
+        if len(self.before) > waiting:
+            raise self.refuse("a choice between two values does something besides", node)
+        assert isinstance(first.type, ir.Scalar)
+        return ir.Operation("select", (condition, first, second), first.type)
+
+    def call(self, node: ast.Call, function: Any, arguments: list[ast.expr]) -> ir.Expression:
+        """Return a call: of a routine, of a function that languages have, or of a record."""
+        name = _INTRINSICS.get(function) if getattr(function, "__hash__", None) else None
+        if name is None and isinstance(function, Dispatcher):
+            signature = function.nopython_signatures[0]
+            views = tuple(self.part(argument) for argument in arguments)
+            given = [
+                self.as_type(self.expression(argument), self.reader.type(of))
+                for argument, of, view in zip(arguments, signature.args, views, strict=True)
+                if view is None
+            ]
+            routine = self.reader.routine(function, views)
+            given += [one for one in routine.arguments if isinstance(one.type, ir.Array)]
+            return ir.Call(routine.name, tuple(given), self.reader.type(signature.return_type))
+        if is_group(function):
+            self.temporaries += 1
+            place = ir.Name(f"kept_{self.temporaries}", self.reader.group(function))
+            self.before += self.filled(place, arguments)
+            return place
+        if name is None:
+            raise self.refuse(f"its step calls {ast.unparse(node.func)}, which controllers do not have", node)
+        read = [self.as_type(self.expression(argument), ir.REAL) for argument in arguments]
+        made = read[0] if name in {"min", "max"} else ir.Call(name, tuple(read), ir.REAL)
+        for other in read[1:] if name in {"min", "max"} else ():
+            made = ir.Call(name, (made, other), ir.REAL)
+        return made
+
+
+def is_group(function: object) -> bool:
+    """Return whether something is a class of named tuples."""
+    return isinstance(function, type) and issubclass(function, tuple) and hasattr(function, "_fields")
+
+
+MOST_PASSES = 64
+"""Passes of a loop that is written out, at most."""
+
+
+class Body(Expressions):
+    """Reads the body of one function."""
+
+    def whole(self, body: list[ast.stmt], result: Any) -> tuple[tuple[ir.Statement, ...], ir.Expression | None]:
+        """Return the statements of a function with one way out, and what it returns."""
+        if isinstance(body[0], ast.Expr) and isinstance(body[0].value, ast.Constant):
+            body = body[1:]  # the docstring
+        if result is None:
+            return tuple(self.block(body)), None
+        self.result = ir.Name("result", result)
+        last = body[-1]
+        if isinstance(last, ast.Return) and not any(_returns(one) for one in body[:-1]):
+            statements = self.block(body[:-1])
+            assert last.value is not None
+            value = self.expression(last.value) if not isinstance(last.value, ast.Tuple) else None
+            if value is None:
+                value = self.made(result, last.value)
+            return (*statements, *self.flush()), value
+        self.variables["result"] = result
+        return tuple(self.block(body)), self.result
+
+    def block(self, body: list[ast.stmt]) -> list[ir.Statement]:
+        """Return the statements of a block; behind a branch that returns, what follows stands in its other arm."""
+        statements: list[ir.Statement] = []
+        for n, node in enumerate(body):
+            if isinstance(node, ast.If) and _returns(node):
+                rest = body[n + 1 :]
+                then = self.condition(node.test, statements)
+                known = dict(self.variables)
+                first = self.block(node.body if _ends(node.body) else [*node.body, *rest])
+                after, self.variables = self.variables, known | {"result": self.result.type}
+                second = self.block([*node.orelse, *([] if node.orelse and _ends(node.orelse) else rest)])
+                self.variables = after | self.variables
+                return [*statements, ir.Branch(then, tuple(first), tuple(second))]
+            statements += self.statement(node)
+            if isinstance(node, ast.Return):
+                break
+        return statements
+
+    def condition(self, node: ast.expr, statements: list[ir.Statement]) -> ir.Expression:
+        """Return a condition, and write before it what it needs."""
+        read = self.expression(node)
+        statements += self.flush()
+        return read
+
+    def statement(self, node: ast.stmt) -> list[ir.Statement]:
+        """Return a statement, and before it what its expressions need."""
+        match node:
+            case ast.Assign(targets=[target], value=value):
+                made = self.assign(target, value)
+            case ast.AnnAssign(target=target, value=ast.expr() as value):
+                made = self.assign(target, value)
+            case ast.AugAssign(target=target, op=op, value=value):
+                both = ast.BinOp(left=_as_load(target), op=op, right=value)
+                made = self.assign(target, ast.copy_location(both, node))
+            case ast.Return(value=ast.expr() as value):
+                if isinstance(value, ast.Tuple):
+                    made = [ir.Assign(self.result, self.made(self.result.type, value))]
+                else:
+                    made = [ir.Assign(self.result, self.as_type(self.expression(value), self.result.type))]
+            case ast.If(test=test, body=body, orelse=orelse):
+                before: list[ir.Statement] = []
+                condition = self.condition(test, before)
+                made = [*before, ir.Branch(condition, tuple(self.block(body)), tuple(self.block(orelse)))]
+            case ast.For(target=ast.Name(id=name), iter=ast.Call(func=ast.Name(id="range"), args=[stop]), body=body):
+                variable = ir.Name(name, ir.INTEGER)
+                until = self.expression(stop)
+                self.variables[name] = ir.INTEGER
+                made = [ir.Count(variable, until, tuple(self.block(body)))]
+            case ast.For(target=ast.Name(id=name), iter=ast.Call(func=ast.Name(id="range"), args=limits), body=body):
+                made = self.unrolled(name, [self.expression(limit) for limit in limits], body, node)
+            case ast.Expr(value=ast.Call() as value):
+                call = self.expression(value)
+                assert isinstance(call, ir.Call)
+                made = [ir.Evaluate(call)]
+            case ast.Pass():
+                made = []
+            case ast.While() | ast.For():
+                raise self.refuse("how often a loop of its step turns depends on the data", node)
+            case _:
+                raise self.refuse(f"'{ast.unparse(node).splitlines()[0]}' has no counterpart", node)
+        return [*self.flush(), *made]
+
+    def unrolled(
+        self, name: str, limits: list[ir.Expression], body: list[ast.stmt], node: ast.stmt
+    ) -> list[ir.Statement]:
+        """Return a loop between limits that are known, turn by turn, for loops that do not count up from 0."""
+        known = [int(limit.value) for limit in limits if isinstance(limit, ir.Constant)]
+        if len(known) < len(limits) or len(indices := range(*known)) > MOST_PASSES:
+            raise self.refuse("how often a loop of its step turns depends on the data", node)
+        made: list[ir.Statement] = []
+        for index in indices:
+            self.fixed[name] = ir.Constant(index, ir.INTEGER)
+            made += self.block(body)
+        self.fixed.pop(name, None)
+        return made
+
+    def assign(self, target: ast.expr, value: ast.expr) -> list[ir.Statement]:
+        """Return what assigns a value to a variable, an element, or several of them."""
+        if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+            return self.several(target, value)
+        if isinstance(target, ast.Tuple):  # the parts of what a function returns
+            whole = self.kept(self.expression(value))
+            assert isinstance(whole.type, ir.Record)
+            statements = self.flush()
+            for one, (name, of) in zip(target.elts, whole.type.fields, strict=True):
+                if not (isinstance(one, ast.Name) and one.id == "_"):
+                    statements.append(ir.Assign(self.place(one, of), ir.Field(whole, name, of)))
+            return statements
+        if isinstance(value, ast.Call) and is_group(group := self.known(value.func)):
+            filled = self.filled(self.place(target, self.reader.group(group)), value.args)
+            return [*self.flush(), *filled]
+        if isinstance(target, ast.Name) and isinstance(value, ast.Call) and self.known(value.func) is step_at:
+            if self.reader.inner is None:
+                raise self.refuse("its step calls another, which is not known", value)
+            self.steps[target.id] = self.reader.inner
+            return []
+        if isinstance(target, ast.Name) and (part := self.part(value)) is not None:
+            self.variables[target.id] = part
+            return []
+        read_value = self.expression(value)
+        if isinstance(target, ast.Name) and isinstance(read_value, ir.Constant) and read_value.type == ir.INTEGER:
+            if self.fixed.setdefault(target.id, read_value) != read_value:
+                raise self.refuse(f"the whole number {target.id} changes", target)
+            return []
+        place = self.place(target, read_value.type)
+        return [*self.flush(), ir.Assign(place, self.as_type(read_value, place.type))]
+
+    def several(self, targets: ast.Tuple, values: ast.Tuple) -> list[ir.Statement]:
+        """Assign several values at once: each is kept aside where an earlier target stands in a later value."""
+        statements: list[ir.Statement] = []
+        written: set[str] = set()
+        aside = False
+        for target, value in zip(targets.elts, values.elts, strict=True):
+            used = {one.id for one in ast.walk(value) if isinstance(one, ast.Name)}
+            aside = aside or bool(used & written)
+            written |= {one.id for one in ast.walk(target) if isinstance(one, ast.Name)}
+        if not aside:
+            for target, value in zip(targets.elts, values.elts, strict=True):
+                statements += self.assign(target, value)
+            return statements
+        kept = []
+        for value in values.elts:
+            kept.append(self.kept(self.expression(value)))
+            statements += self.flush()
+        for target, one in zip(targets.elts, kept, strict=True):
+            statements.append(ir.Assign(self.place(target, one.type), one))
+        return statements
+
+    def place(self, target: ast.expr, of: ir.Type) -> ir.Name | ir.Element:
+        """Return what is assigned to: a variable, made known with its type, or an element of an array."""
+        if isinstance(target, ast.Name):
+            known = self.variables.setdefault(target.id, of)
+            if known != of and not (known == ir.REAL and of == ir.INTEGER):
+                raise self.refuse(f"{target.id} changes its type", target)
+            return ir.Name(target.id, known)
+        read = self.expression(target)
+        if not isinstance(read, ir.Element):
+            raise self.refuse(f"'{ast.unparse(target)}' is no place to write to", target)
+        return read
+
+    def made(self, record: Any, value: ast.expr) -> ir.Name:
+        """Return a new variable that holds a tuple."""
+        self.temporaries += 1
+        name = ir.Name(f"kept_{self.temporaries}", record)
+        assert isinstance(value, ast.Tuple)
+        self.before += self.filled(name, value.elts)
+        return name
+
+
+def _as_load(target: ast.expr) -> ast.expr:
+    return ast.parse(ast.unparse(target), mode="eval").body
+
+
+def _returns(node: ast.stmt) -> bool:
+    return any(isinstance(one, ast.Return) for one in ast.walk(node))
+
+
+def _ends(body: list[ast.stmt]) -> bool:
+    """Return whether every way through a block ends in a return."""
+    last = body[-1]
+    if isinstance(last, ast.If):
+        return bool(last.orelse) and _ends(last.body) and _ends(last.orelse)
+    return isinstance(last, ast.Return)
+
 
 INTERFACE = ("init", "reset", "step")
 """Names that the exported part itself has."""

@@ -1,0 +1,258 @@
+"""Planned motions as controllers run them: G-code in three dialects, tables in structured text, columns of CSV."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from math import floor, log10, sqrt
+
+import numpy as np
+
+from fric.arrays import Real
+from fric.export.rendering import identifier, wrapped
+from fric.planning.waypoints import Waypoints, waypoints
+from fric.reference import Reference
+from fric.units import Motion, rotates
+
+
+@dataclass(frozen=True, eq=False)
+class Move:
+    """One record: an axis runs along a motion around the middle of its travel, where the work offset is zero."""
+
+    # number, name: number in the plan, from 1, and name of the record
+    number: int
+    name: str
+    # axis, motion: name of the axis, and whether it is linear or rotary
+    axis: str
+    motion: Motion
+    reference: Reference  # The motion
+    log: tuple[float, float]  # The part that is logged [s]
+    approach: float  # Speed with which its begin is approached, from anywhere in the travel [m/s, rad/s]
+    # Voltage that is added to the control voltage [V], shape (n,); None where there is none
+    excitation: Real | None = None
+
+    @cached_property
+    def points(self) -> Waypoints:
+        """The motion as few points."""
+        return waypoints(self.reference)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where it begins and ends, from the middle of the travel [m, rad]."""
+        return float(self.points.position[0]), float(self.points.position[-1])
+
+
+@dataclass(frozen=True)
+class Arc:
+    """Whole circles of two axes around the middle of their travel, begun and ended 45° before the first reversal."""
+
+    # number, name: as of a `Move`
+    number: int
+    name: str
+    axes: tuple[str, str]  # Names of both axes
+    # radius, feed: radius [m] and speed [m/s]
+    radius: float
+    feed: float
+    revolutions: int  # Circles each way: the first begins at rest
+    approach: float  # As of a `Move` [m/s]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where the axes begin and end [m]; both are as far from the middle."""
+        return self.radius / sqrt(2.0), self.radius / sqrt(2.0)
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """A language that controllers take motions in."""
+
+    # name, doc: its name, and one line on what it is
+    name: str
+    doc: str
+    move: Callable[[Move], Mapping[str, str]]  # Returns the files of a move by name
+    # Returns the files of circles by name; none where it has no circles
+    arc: Callable[[Arc], Mapping[str, str]] = lambda _: {}
+
+
+def shown_scale(motion: Motion) -> tuple[float, str]:
+    """Return what a position in SI is multiplied by for people and machine tools, and the unit: mm, or degrees."""
+    return (1e3, "mm") if not rotates(motion) else (57.29577951308232, "deg")
+
+
+LETTERS = "XYZABCUVW"
+
+BLOCK = 16e-3
+"""Time of a block at least [s]: sixty a second reach any control in time."""
+
+
+@dataclass(frozen=True)
+class Words:
+    """How a control spells what all have."""
+
+    ending: str  # Of the file
+    decimals: int  # Digits of a position behind the point [mm, degrees]
+    remark: str  # A comment, with ``{}`` for its text
+    # first, last: lines before and behind, ``{number}`` and ``{name}`` filled in
+    first: tuple[str, ...]
+    last: tuple[str, ...]
+    dwell: str  # A rest, with ``{}`` for its seconds
+
+    def head(self, number: int, name: str, *remarks: str) -> Iterator[str]:
+        """Yield the lines before a program's motion."""
+        yield from (line.format(number=1000 + number, name=name.upper()) for line in self.first)
+        yield from (self.remark.format(text) for text in (name, *remarks, "zero is the middle of the travel"))
+
+    def file(self, name: str, lines: Iterator[str]) -> Mapping[str, str]:
+        """Return a program as a file."""
+        return {f"{name}.{self.ending}": "\n".join([*lines, *self.last]) + "\n"}
+
+
+def rounded_down(value: float) -> str:
+    """Return a positive number in six digits, never more than it is."""
+    size = 10.0 ** (floor(log10(value)) - 5)
+    return f"{floor(value / size * (1 + 1e-12)) * size:.{max(0, 5 - floor(log10(value)))}f}"
+
+
+def letter(axis: str) -> str:
+    """Return the letter that an axis has in G-code: its own, or X."""
+    return axis.upper() if axis.upper() in LETTERS and len(axis) == 1 else "X"
+
+
+def _move(words: Words, move: Move) -> Iterator[str]:
+    scale, _ = shown_scale(move.motion)
+    points, named = waypoints(move.reference, BLOCK), letter(move.axis)
+    at = [f"{scale * z:.{words.decimals}f}" for z in points.position]
+    begin, end = move.log
+    remarks = [f"axis {move.axis}; log from {begin:.3f} to {end:.3f} s of the motion"]
+    if move.excitation is not None:
+        remarks.append(f"add the voltage of {move.name}-voltage.csv from the begin of the motion on")
+    yield from words.head(move.number, move.name, *remarks)
+    yield f"G94 G1 {named}{at[0]} F{rounded_down(60 * scale * move.approach)}"
+    for n, lasting in enumerate(np.diff(points.time), 1):
+        if at[n] == at[n - 1]:
+            yield words.dwell.format(f"{lasting:.4f}")
+        else:
+            yield f"G93 G1 {named}{at[n]} F{rounded_down(60 / lasting)}"
+    yield "G94"
+
+
+def _arc(words: Words, arc: Arc) -> Iterator[str]:
+    x, y = map(letter, arc.axes)
+    edge = f"{1e3 * arc.radius / sqrt(2):.{words.decimals}f}"
+    yield from words.head(arc.number, arc.name, f"{arc.revolutions} circles each way behind one that begins at rest")
+    feed = 6e4 * arc.feed
+    yield f"G94 G17 G1 {x}{edge} {y}-{edge} F{rounded_down(6e4 * arc.approach)}"
+    for code in ("G3", "G2"):
+        yield words.dwell.format("1.0000")
+        for _ in range(arc.revolutions + 1):
+            yield f"{code} {x}{edge} {y}-{edge} I-{edge} J{edge} F{rounded_down(feed)}"
+
+
+def dialect(name: str, doc: str, words: Words) -> Dialect:
+    """Return the dialect that a control's words make."""
+    return Dialect(
+        name, doc, lambda move: words.file(move.name, _move(words, move)),
+        lambda arc: words.file(arc.name, _arc(words, arc)),
+    )  # fmt: skip
+
+
+LINUXCNC = dialect(
+    "linuxcnc", "G-code for LinuxCNC",
+    Words("ngc", 6, "({})", ("G21 G90 G40 G49 G64 P0.0005 Q0",), ("M2",), "G4 P{}"),
+)  # fmt: skip
+FANUC = dialect(
+    "fanuc", "G-code for Fanuc and what is like it (inverse time, increments of 0.1 µm)",
+    Words("nc", 4, "({})", ("%", "O{number} ({name})", "G21 G90 G40 G49 G64 G54"), ("M30", "%"), "G4 X{}"),
+)  # fmt: skip
+SIEMENS = dialect(
+    "siemens", "G-code for SINUMERIK",
+    Words("mpf", 6, "; {}", ("; %_N_{name}_MPF", "G71 G90 G40 G64 G54"), ("M30",), "G4 F{}"),
+)  # fmt: skip
+
+
+STRUCTURED = """\
+FUNCTION_BLOCK FB_{name}
+VAR_INPUT
+    instant : LREAL;
+END_VAR
+VAR_OUTPUT
+    position : LREAL;
+    velocity : LREAL;
+    acceleration : LREAL;
+    done : BOOL;
+END_VAR
+VAR
+    n : DINT := 0;
+    h : LREAL;
+    s : LREAL;
+    rise : LREAL;
+    times : ARRAY[0..{last}] OF LREAL := [{times}];
+    positions : ARRAY[0..{last}] OF LREAL := [{positions}];
+    velocities : ARRAY[0..{last}] OF LREAL := [{velocities}];
+END_VAR
+IF instant < times[n] THEN
+    n := 0;
+END_IF;
+WHILE n < {before} AND instant >= times[n + 1] DO
+    n := n + 1;
+END_WHILE;
+h := times[n + 1] - times[n];
+s := MIN(MAX((instant - times[n]) / h, 0.0), 1.0);
+rise := (positions[n + 1] - positions[n]) / h;
+position := positions[n] + h * s * (velocities[n]
+    + s * (3.0 * rise - 2.0 * velocities[n] - velocities[n + 1]
+    + s * (velocities[n] + velocities[n + 1] - 2.0 * rise)));
+velocity := velocities[n] + s * (2.0 * (3.0 * rise - 2.0 * velocities[n] - velocities[n + 1])
+    + s * 3.0 * (velocities[n] + velocities[n + 1] - 2.0 * rise));
+acceleration := (2.0 * (3.0 * rise - 2.0 * velocities[n] - velocities[n + 1])
+    + 6.0 * s * (velocities[n] + velocities[n + 1] - 2.0 * rise)) / h;
+done := instant >= times[{last}];
+END_FUNCTION_BLOCK
+"""
+
+
+def table_files(move: Move) -> Mapping[str, str]:
+    """Return a move's function block; time in seconds, positions in mm or degrees around the middle of the travel."""
+    scale, unit = shown_scale(move.motion)
+    points = move.points
+    begin, end = move.log
+    last = len(points.time) - 1
+    head = (
+        f"(* {move.name}, axis {move.axis}: position [{unit}] over time [s], around the middle of the travel.\n"
+        f"   Log from {begin:.3f} to {end:.3f} s. *)\n"
+    )
+    columns = {
+        "times": (points.time, "{:.6f}"), "positions": (scale * points.position, "{:.9f}"),
+        "velocities": (scale * points.velocity, "{:.9f}"),
+    }  # fmt: skip
+    texts = {name: wrapped([form.format(value) for value in values], 8) for name, (values, form) in columns.items()}
+    made = STRUCTURED.format(name=identifier(move.name), last=last, before=last - 1, **texts)
+    return {f"{move.name}.st": head + made}
+
+
+TABLE = Dialect("table", "function blocks for TwinCAT and CODESYS that run through points in time", table_files)
+
+
+ROWS = 2048
+"""Rows of a motion at most; of a longer one, one sample in so many is taken."""
+
+
+def csv_files(move: Move) -> Mapping[str, str]:
+    """Return the motion in SI, from 0 on as the plan has it; and the voltage at the controller's own rate."""
+    m, unit = move.reference, "m" if not rotates(move.motion) else "rad"
+    every = -(-len(m) // ROWS)
+    head = f"time [s],position [{unit}],velocity [{unit}/s],acceleration [{unit}/s^2]"
+    columns = np.column_stack([m.time, m.position, m.velocity, m.acceleration])[::every]
+    files = {f"{move.name}.csv": _text(head, columns)}
+    if move.excitation is not None:
+        files[f"{move.name}-voltage.csv"] = _text("time [s],voltage [V]", np.column_stack([m.time, move.excitation]))
+    return files
+
+
+def _text(head: str, columns: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
+    return "\n".join([head, *(",".join(f"{value:.9g}" for value in row) for row in columns)]) + "\n"
+
+
+CSV = Dialect("csv", "columns of time, position, velocity, acceleration in SI", csv_files)
+
+DIALECTS: dict[str, Dialect] = {dialect.name: dialect for dialect in (LINUXCNC, FANUC, SIEMENS, TABLE, CSV)}
+"""The dialects by name."""
