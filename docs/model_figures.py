@@ -19,8 +19,7 @@ from fric.friction.leuven import Leuven
 from fric.friction.lugre import LuGre
 from fric.friction.maxwell_slip import MaxwellSlip
 from fric.friction.stribeck import StaticMap
-from fric.identify.replay.compare import compare_models
-from fric.identify.replay.splits import split_by_cycles
+from fric.identify.replay.compare import compare_models, split_by_cycles
 from fric.io.hdf5 import read_logs
 from fric.records.prepared import prepared
 

@@ -47,9 +47,8 @@ from fric.friction.stribeck import StaticMap
 from fric.identify.gms.identify import identify_gms
 from fric.identify.plant.identify import identify_plant
 from fric.identify.plant.rigid_body import identify_motion
-from fric.identify.replay.compare import compare_models
+from fric.identify.replay.compare import compare_models, split_by_folds
 from fric.identify.replay.replay_fit import identify_by_replay
-from fric.identify.replay.splits import split_by_folds
 from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs, read_records
 from fric.log import Log

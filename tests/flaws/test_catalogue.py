@@ -24,7 +24,8 @@ from fric.flaws.place import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.flaws.response import FALSE, RESPONSE_MISFIT, UNSURE
 from fric.flaws.unit import BOUNDS, UNUSUAL
 from fric.identify.gms import notices as gms
-from fric.identify.plant import force_constant, plant_warnings, rigid_body
+from fric.identify.plant import force_constant, rigid_body
+from fric.identify.plant.identify import described
 from fric.identify.replay import replay_intervals
 from fric.identify.static_map.identify import identify_static
 from fric.io import roles
@@ -114,7 +115,7 @@ def response(size: float = 0.5, **more: object) -> list[Notice]:
     usual = {"gains": np.zeros(1), "differs": False, "coulomb": None, "compared": True, "seen": np.ones(2)}
     estimates = {"A": Estimate(given["A"], "1/s"), "B": Estimate(2.0, "m/(s²V)"), "T_d": Estimate(given["T_d"], "s")}
     estimates |= {"K_f": Estimate(1.0, "N/V")} if given["K_f"] else {}
-    return list(plant_warnings.described([fit], solution, N(**usual | given["friction"]), estimates, 1000.0))
+    return list(described([fit], solution, N(**usual | given["friction"]), estimates, 1000.0))
 
 
 def rigid(lag: float = 0.0, rests: float = 0.0, F_c: float = 1.0, **more: object) -> list[Notice]:

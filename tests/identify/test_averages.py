@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from fric.identify.static_map.averages import autocorrelation_time, average, huber_mean
+from fric.identify.static_map.points import autocorrelation_time, average, huber_mean
 
 
 def _ar1(n: int, memory: float, rng: np.random.Generator) -> np.ndarray:

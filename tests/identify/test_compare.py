@@ -7,9 +7,15 @@ import pytest
 
 from fric.errors import FricError
 from fric.friction import models
-from fric.identify.replay.compare import compare_models, near_reversals, presliding_length
+from fric.identify.replay.compare import (
+    compare_models,
+    near_reversals,
+    presliding_length,
+    split_by_cycles,
+    split_by_folds,
+    split_by_record,
+)
 from fric.identify.replay.replay_fit import identify_by_replay
-from fric.identify.replay.splits import split_by_cycles, split_by_folds, split_by_record
 from fric.io.hdf5 import read_logs
 from fric.log import Log
 from fric.records.inspection import inspect

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fric.identify import nonnegative as module
-from fric.identify.nonnegative import nonnegative
+from fric.identify.static_map import stribeck_fit as module
+from fric.identify.static_map.stribeck_fit import nonnegative
 
 RNG = np.random.default_rng(3)
 A, B = RNG.normal(size=(40, 6)), RNG.normal(size=40)

@@ -15,7 +15,7 @@ from fric.documents.yaml import write_document
 from fric.identify.gms.cycles import find_cycles
 from fric.identify.gms.hunting import Hunting
 from fric.identify.replay.coordinates import search_ranges
-from fric.identify.replay.information import replay_information
+from fric.identify.replay.replay_fit import replay_information
 from fric.planning.choose import choose
 from fric.planning.expected import identified
 from fric.planning.next_record import by_what_they_leave

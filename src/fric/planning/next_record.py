@@ -22,7 +22,7 @@ from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.identify.gms.cycles import find_cycles
 from fric.identify.gms.hunting import Hunting
 from fric.identify.replay.coordinates import Ranges, search_ranges
-from fric.identify.replay.information import replay_information
+from fric.identify.replay.replay_fit import replay_information
 from fric.identify.static_map.points import stroke_points
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log

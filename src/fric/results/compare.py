@@ -15,8 +15,15 @@ from fric.estimate import estimate_rows
 from fric.friction import models as known_models
 from fric.identify.halves import Halves
 from fric.identify.halves import halves as find_halves
-from fric.identify.replay.compare import Baseline, Comparison, Score, compare_models
-from fric.identify.replay.splits import split_by_cycles, split_by_folds, split_by_record
+from fric.identify.replay.compare import (
+    Baseline,
+    Comparison,
+    Score,
+    compare_models,
+    split_by_cycles,
+    split_by_folds,
+    split_by_record,
+)
 from fric.io.circle import choose_circles
 from fric.io.recognise import recognise
 from fric.io.run import read_runs

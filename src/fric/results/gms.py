@@ -10,9 +10,8 @@ import numpy as np
 from fric.documents.friction import FrictionDocument, gms_tree
 from fric.errors import FricError
 from fric.estimate import estimate_rows
-from fric.identify.gms.fit import GMSFit
+from fric.identify.gms.fit import GMSFit, Replay
 from fric.identify.gms.identify import identify_gms as fit_gms
-from fric.identify.replay.measured import Replay
 from fric.log import Log
 from fric.plausibility.bounds import Finding, settled
 from fric.plausibility.findings import of_amplitudes, of_friction, of_level, of_logs

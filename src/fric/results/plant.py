@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.drive.plant import Plant
 from fric.estimate import estimate_rows
-from fric.identify.plant.fit import PlantFit
 from fric.identify.plant.identify import identify_plant as fit_plant
 from fric.identify.plant.identify import plant_records
+from fric.identify.plant.response_fit import PlantFit
 from fric.identify.plant.rigid_body import MotionFit, identify_motion
 from fric.log import Log, Record
 from fric.notice import Notice

@@ -14,7 +14,7 @@ from fric.arrays import Real
 from fric.choice import simplest
 from fric.errors import FricError
 from fric.identify.gms.virgin_curve import VirginCurve
-from fric.identify.nonnegative import nonnegative
+from fric.identify.static_map.stribeck_fit import nonnegative
 from fric.search import minimised
 
 MOST_BLOCKS = 6

@@ -116,14 +116,10 @@ def sandwich(gradient: Real, residual: Real, label: Indices) -> Real:
 class Between(NamedTuple):
     """How the parameters of records vary, beyond their own errors."""
 
-    covariance: Real
-    """What the covariance of the joint estimates gains by it, shape (p, p)."""
-    deviations: Real
-    """Standard deviation of each parameter from record to record, shape (p,)."""
-    off: Real
-    """What each record shows less the joint estimates, shape (R, p)."""
-    chance: float
-    """Probability with which records of the same parameters scatter so."""
+    covariance: Real  # What the covariance of the joint estimates gains by it, shape (p, p)
+    deviations: Real  # Standard deviation of each parameter from record to record, shape (p,)
+    off: Real  # What each record shows less the joint estimates, shape (R, p)
+    chance: float  # Probability with which records of the same parameters scatter so
 
 
 OF_TWO = 0.05

@@ -9,11 +9,13 @@ from scipy import fft
 from fric.arrays import Complex, Mask, Real
 from fric.errors import FricError
 from fric.flaws.response import FEW_PERIODS, LOOP_FEEDS_BACK, NO_COHERENCE
-from fric.identify.plant.driven_lines import MeanLines, distortion, excited
 from fric.identify.plant.spectra import (
+    MeanLines,
     coherence_of,
+    distortion,
     drift,
     estimate,
+    excited,
     find_period,
     moved_at,
     neighbour_spectra,

@@ -4,27 +4,30 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import chain
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.arrays import Complex, Mask, Real
+from fric.choice import simplest
 from fric.drive.plant import hold_delay
+from fric.drive.resonance import Encoder, Resonance
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.flaws import response
+from fric.flaws.channel import K_F_MISSING
 from fric.flaws.response import A_HOLDS_FRICTION, A_OPEN
-from fric.identify.plant.driven_lines import driven_alike
-from fric.identify.plant.fit import FrictionInfluence, PlantFit, ResponseFit
 from fric.identify.plant.force_constant import against_mass, force_constant
 from fric.identify.plant.frequency_response import MeasuredResponse, measure_response
-from fric.identify.plant.mode_fit import at, solve_with_modes
-from fric.identify.plant.plant_warnings import described
-from fric.identify.plant.response_fit import Solution, solve
-from fric.identify.plant.response_lines import Lines, select
+from fric.identify.plant.response_fit import UNDETERMINED, FrictionInfluence, PlantFit, ResponseFit, Solution, solve
+from fric.identify.plant.response_lines import Lines, near, select
+from fric.identify.plant.spectra import driven_alike
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.records.flaws import record_flaws
 from fric.records.timing import evened
+from fric.statistics import robust_deviation
 from fric.threads import one_blas_thread
 from fric.units import rotates
 
@@ -246,3 +249,237 @@ def plant_records(
             hint="Say `method='response'` or `method='motion'` to take them as such.",
         )
     return method, chosen
+
+
+UNLIKE = 0.02
+"""Misfit of eq. (1) from which on a second mass is looked for [1]."""
+
+OFF = 6.0
+"""Usual residuals from which on a line stands off all others."""
+
+VISIBLE = 0.01
+"""Relative residual that a line which stands off has at least."""
+
+MOST = 0.35
+"""Share of the lines that may stand off: where more do, it is the model that is wrong."""
+
+ROUGH = 0.03
+"""Misfit that is allowed for while the best start is looked for [1]."""
+
+GAIN = 40.0
+"""How much less the sum of bounded squared residuals is with a second mass that is taken."""
+
+BELOW = 3.0
+"""A second mass's frequency over that of the lowest line, at least: below it, lines show the rigid axis."""
+
+
+class Found(NamedTuple):
+    """A fit and the lines that it was made of."""
+
+    solution: Solution
+    kept: Mask  # Which lines belong to the fit, shape (n,)
+
+
+def solve_with_modes(lines: Lines) -> Found:
+    """Fit eq. (1), and with a second mass where the response shows one, without the lines that stand off.
+
+    A line that is not driven, but moved by friction's harmonics, answers like the controller's inverse: it stands off
+    what all others lie on. Such lines are left out one form at a time; a second mass is taken where it explains the
+    lines better by far, each residual counted up to a bound.
+
+    lines: Lines of one response.
+    Raises FricError: When the sign of input or position is turned.
+    """
+    rigid = _without_outliers(lines, None)
+    if rigid.solution.misfit < UNLIKE and np.all(rigid.kept):
+        return rigid
+    found = _best_mode(lines)
+    if found is None:
+        return rigid
+    scale = max(robust_deviation(_off(lines, found.solution)[found.kept]), 1e-3)
+    bounded = [float(np.sum(np.minimum(np.abs(_off(lines, one.solution)) / scale, OFF) ** 2)) for one in (rigid, found)]
+    return found if bounded[0] - bounded[1] > GAIN and _is_determined(found.solution, at(lines, found.kept)) else rigid
+
+
+def _is_determined(solution: Solution, lines: Lines) -> bool:
+    """Say whether frequency and ratio of a second mass are told by the lines, and the rigid axis below it as well.
+
+    Friction around rest is a spring, too: of its lowest lines a small motion makes a resonance, at or below them. A
+    resonance above all lines is none that was seen: a filter, or a delay that is not whole, bends them alike.
+    """
+    half, values = solution.half_widths()[3:], solution.values[3:]
+    ratio = len(values) < 3 or bool(half[2] < values[2] < 0.99)
+    at = float(np.exp(values[0]))
+    within = BELOW * float(lines.frequency.min()) <= at <= float(lines.frequency.max())
+    return ratio and within and bool(half[0] < 0.1)
+
+
+def _best_mode(lines: Lines) -> Found | None:
+    """Return the best fit with a second mass, of motor and table encoder; None where there are too few lines."""
+    if len(lines.frequency) < 10:
+        return None
+    low, high = float(lines.frequency.min()), float(lines.frequency.max())
+    if high < 4 * low:
+        return None
+    encoders: tuple[Encoder, ...] = ("motor", "table")
+    grid = np.geomspace(BELOW * low, 1.2 * high, 24)
+    starts = [one for encoder in encoders for one in _starts(lines, encoder, grid)[:2]]
+    rough = [solve([lines], resonance=resonance, start=start, misfits=[ROUGH]) for resonance, start in starts]
+    if not rough:
+        return None
+    rough.sort(key=lambda solution: len(solution.values))
+    best = rough[simplest(_score(lines, solution) for solution in rough)]
+    return _without_outliers(lines, best.form.resonance(best.values), best.values[:3])
+
+
+def _score(lines: Lines, solution: Solution) -> float:
+    """Return the mean of log residuals, which no line that stands off can draw."""
+    return float(np.mean(np.log(np.abs(_off(lines, solution)) + 1e-3)))
+
+
+def _starts(lines: Lines, encoder: Encoder, frequencies: Real) -> list[tuple[Resonance, Real]]:
+    """Return second masses by how well eq. (1) explains what they leave, the best first."""
+    tried = []
+    for frequency in frequencies:
+        for ratio in (0.15, 0.4, 0.7) if encoder == "motor" else (UNDETERMINED,):
+            resonance = Resonance(float(frequency), ratio, 0.03, encoder)
+            without = lines._replace(response=lines.response / resonance.factor(0.0, lines.frequency))
+            try:
+                start, cost = near(without, 12, 60)
+            except FricError:
+                continue
+            tried.append((cost, resonance, start))
+    tried.sort(key=lambda one: one[0])
+    return [(resonance, start) for _, resonance, start in tried]
+
+
+def _without_outliers(lines: Lines, resonance: Resonance | None, start: Real | None = None) -> Found:
+    kept = np.ones(len(lines.frequency), bool)
+    solution = solve([lines], resonance=resonance, start=start)
+    for _ in range(6):
+        off = np.abs(_off(lines, solution))
+        usual = robust_deviation(off[kept])
+        stands = off > np.maximum(OFF * np.hypot(usual, lines.deviation), VISIBLE)
+        if np.count_nonzero(stands) > MOST * len(stands) or np.array_equal(~stands, kept):
+            break
+        kept = ~stands
+        start = solution.values[:3]
+        again = solution.form.resonance(solution.values)
+        solution = solve([at(lines, kept)], resonance=again, start=start)
+    return Found(solution, kept)
+
+
+def _off(lines: Lines, solution: Solution) -> Complex:
+    return np.asarray(np.log(lines.response / solution.response(lines.frequency, lines.hold)))
+
+
+def at(lines: Lines, kept: Mask) -> Lines:
+    """Return some of the lines."""
+    return lines._replace(
+        frequency=lines.frequency[kept], response=lines.response[kept], deviation=lines.deviation[kept]
+    )
+
+
+SMALL = 0.03
+"""Share of A that friction may be before A is wrong."""
+
+QUIET = 20.0
+"""Frequency up to which friction's harmonics are looked for [Hz]; above, an encoder's steps take more voltage."""
+
+
+def described(
+    fits: Sequence[ResponseFit], solution: Solution, friction: FrictionInfluence, estimates: dict[str, Estimate],
+    hold: float | None,
+) -> Iterator[Notice]:  # fmt: skip
+    """Yield the warnings of a fit.
+
+    fits: Each response with its own fit.
+    solution: The fit of all.
+    friction: What friction does to A.
+    estimates: A, B, T_d, and K_f where it is known.
+    hold: Sampling rate of the hold [Hz].
+    """
+    for fit in fits:
+        name = fit.measured.table.name
+        yield from (Notice.of(warning).at(name) for warning in fit.measured.warnings)
+        yield from _of_lines(name, fit)
+    yield from _of_mode(solution)
+    yield from _of_friction(fits, friction, estimates)
+    if float(estimates["A"]) <= float(solution.half_widths()[0]):
+        lowest = min(float(fit.measured.table.frequency[fit.used].min()) for fit in fits)
+        yield response.A_OPEN.found(lowest=lowest)
+    edge = hold_delay(hold) if hold else 0.0
+    if float(estimates["T_d"]) <= edge * (1 + 1e-6):
+        yield response.T_D_AT_BOUND.found(hold=bool(hold))
+    yield response.A_HOLDS_VISCOUS.found()
+    if "K_f" not in estimates:
+        yield K_F_MISSING.found()
+
+
+def _of_lines(name: str, fit: ResponseFit) -> Iterator[Notice]:
+    if fit.stand_off:
+        yield response.LINES_STAND_OFF.found(name, count=len(fit.stand_off), lines=list(map(float, fit.stand_off)))
+    if fit.solution.misfit > 0:
+        f = fit.measured.table.frequency[fit.used]
+        off = np.abs(np.log(fit.measured.response[fit.used] / fit.model(f)))
+        worst, size = float(f[int(np.argmax(off))]), fit.solution.misfit
+        yield response.RESPONSE_MISFIT.found(
+            name, misfit=size, worst=worst, wrong=size >= response.FALSE, highest=0.5 * worst
+        )
+
+
+def _of_mode(solution: Solution) -> Iterator[Notice]:
+    mode = solution.form.resonance(solution.values)
+    if mode is None:
+        return
+    share = mode.ratio if mode.encoder == "motor" else 0.0
+    yield response.SECOND_MASS.found(encoder=mode.encoder, frequency=Estimate(mode.frequency, "Hz"), share=share)
+    if mode.encoder == "motor":
+        yield response.SPRING_IN_SERIES.found()
+
+
+def _of_friction(
+    fits: Sequence[ResponseFit], friction: FrictionInfluence, estimates: dict[str, Estimate]
+) -> Iterator[Notice]:
+    gains = friction.gains
+    if friction.differs and friction.coulomb is not None:
+        if float(friction.coulomb) < 0:
+            yield response.AMPLITUDES_DISAGREE.found()
+            return
+        low, high, A = friction.seen.min(), friction.seen.max(), float(estimates["A"])
+        yield response.FRICTION_IN_RESPONSE.found(low=low, high=high, A=A, coulomb=friction.coulomb)
+        return
+    if friction.compared or not np.any(np.nan_to_num(gains) > 0):
+        return
+    gain = float(np.nanmax(gains))
+    B = float(estimates["B"])
+    each = f"each volt of Coulomb friction adds {gain * B:.3g} 1/s to it"
+    if "K_f" in estimates:
+        each = f"each {'N*m' if estimates['K_f'].unit.startswith('N*m') else 'N'} of Coulomb friction adds "
+        each += f"{gain * B / float(estimates['K_f']):.3g} 1/s to it"
+    added = [_friction_seen(fit) for fit in fits]
+    small = all(one is not None and one < SMALL for one in added)
+    yield response.A_HOLDS_FRICTION.found(each=each, small=small, limit=SMALL)
+
+
+def _friction_seen(fit: ResponseFit) -> float | None:
+    """Return the share of A that is Coulomb friction, at most, by the lines that are not driven; None without these.
+
+    Along a motion that is about normally distributed, sign(v) is 2/π in power like v, which is in A; the rest of
+    1 - 2/π is at all lines, and what it takes in voltage at those that are not driven, ``Z/G - U``, tells its level.
+    It reaches to about three times the highest line that is looked at; the factor of 2 is for caution.
+    """
+    lines, gain = fit.measured.lines, fit.measured.reversing
+    if lines is None or gain is None:
+        return None
+    f = fit.measured.table.frequency[fit.used]
+    within = ~lines.driven & (lines.frequency >= f.min()) & (lines.frequency <= min(float(f.max()), QUIET))
+    if np.count_nonzero(within) < 3:
+        return None
+    at = lines.frequency[within]
+    voltage = lines.position[within] / fit.model(at) - lines.input[within]
+    count = 3 * QUIET / float(lines.frequency[0])
+    power = 2 * float(np.mean(np.abs(voltage) ** 2)) * count
+    level = 2 * np.sqrt(power / (1 - 2 / np.pi))
+    plant = fit.solution.plant()
+    return float(level * plant.B * gain / max(plant.A, 1e-300))

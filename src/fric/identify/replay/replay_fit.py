@@ -9,11 +9,13 @@ from scipy.special import stdtrit
 from fric.arrays import Real
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Interval
+from fric.flaws.blocks import NEVER_SLIDES
+from fric.flaws.encoder import STIFFNESS_UNRESOLVED
 from fric.flaws.fit import EXPLAINS_LITTLE, PARAMETER_UNSEEN
 from fric.friction import FrictionModel, models
 from fric.friction.gms import GMS
-from fric.friction.stribeck import StaticMap
-from fric.identify.replay.coordinates import LEVEL, Coordinates, coordinates_of, search_ranges
+from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
+from fric.identify.replay.coordinates import LEVEL, Coordinates, Ranges, coordinates_of, search_ranges
 from fric.identify.replay.lateness import lateness, of_timing
 from fric.identify.replay.placement import Placement, placed
 from fric.identify.replay.replay_intervals import (
@@ -24,13 +26,13 @@ from fric.identify.replay.replay_intervals import (
     limits,
     order,
     replay_covariance,
+    slopes,
     white,
 )
 from fric.identify.replay.replay_search import HOP, Point, Search
-from fric.identify.replay.undetermined import opened
 from fric.notice import Notice
 from fric.records.flaws import record_flaws
-from fric.records.judgement import too_coarse
+from fric.records.judgement import identifiability_of, too_coarse
 from fric.records.preparation import DIMENSIONS, Own
 from fric.records.prepared import Prepared
 from fric.threads import one_blas_thread
@@ -234,10 +236,9 @@ def _described(
     quantile = float(stdtrit(max(len(best.residual) - len(x), 1), 0.975))
     covariance = np.full((len(x), len(x)), np.nan)
     if seen.any():
-        slopes = best.gradient[:, seen]
-        covariance[np.ix_(seen, seen)] = replay_covariance(slopes, best.residual, records, quantile) + of_timing(
-            search, x, slopes
-        )
+        shown = best.gradient[:, seen]
+        covariance[np.ix_(seen, seen)] = replay_covariance(shown, best.residual, records, quantile)
+        covariance[np.ix_(seen, seen)] += of_timing(search, x, shown)
         if beyond is not None:
             covariance[np.ix_(seen, seen)] += beyond(search, x, np.eye(len(x))[:, seen])
     if placement is not None and len(placement.places) and seen.all():
@@ -283,3 +284,116 @@ def _described(
         model, records[0].log.axis, motion, estimates, records, level, own, rmse, r2, independent, coordinates, x,
         joint(coordinates, x, covariance, seen, blocks), lateness(search, best, quantile), tuple(warnings),
     )  # fmt: skip
+
+
+Limits = dict[tuple[str, str], tuple[tuple[float, float], ...]]
+
+
+def opened(
+    coordinates: Coordinates,
+    values: Mapping[str, Mapping[str, float | tuple[float, ...]]],
+    within: Limits,
+    records: Sequence[Prepared],
+) -> tuple[Limits, list[Notice]]:
+    """Return intervals that are open where the records tell no upper limit, and what to say of them.
+
+    Where no branch slides, the largest force seen is no more than a lower bound of F_c and F_s, and of v_s nothing is
+    told. A stiffness whose spring gives way before the motion is seen again after a reversal is no less than what was
+    found, and of records that are all a few steps of the encoder large nothing is told of it.
+
+    coordinates: What was searched.
+    values, within: Values and intervals by section and name.
+    records: The records.
+    """
+    seen, motion, notices, found = identifiability_of(records), records[0].log.motion, [], dict(within)
+    declared = {(s, p.name): p for s, parameters in coordinates.model.declared().items() for p in parameters}
+    forces = [key for key in within if key in declared and declared[key].dimension == "force"]
+    if not seen.slides and forces:
+        for key in forces:
+            found[key] = tuple((seen.peak if len(within[key]) == 1 else low, np.inf) for low, _ in within[key])
+        for key in (key for key in within if key in declared and declared[key].dimension == "velocity"):
+            found[key] = tuple((0.0, np.inf) for _ in within[key])  # how friction falls once it slides
+        peak, names = Estimate(seen.peak, si_unit("force", motion)), " and ".join(name for _, name in forces)
+        notices.append(NEVER_SLIDES.found(force=peak, names=names, slope=seen.slope, amplitude=None, static=False))
+    if len(too_coarse(records)) == len(records):
+        for key in (key for key in within if key in declared and declared[key].dimension == "stiffness"):
+            found[key] = tuple((0.0, np.inf) for _ in within[key])
+        return found, notices
+    level, length = _level(values), si_unit("position", motion)
+    for key, known in within.items():
+        if key not in declared or declared[key].dimension != "stiffness" or level is None:
+            continue
+        k = np.atleast_1d(np.asarray(values[key[0]][key[1]], float))
+        slips = np.broadcast_to(level, k.shape) / k
+        if (slips < seen.resolved).any():
+            found[key] = tuple(
+                (low, np.inf if slip < seen.resolved else high) for (low, high), slip in zip(known, slips, strict=True)
+            )
+            slip, resolved = (Estimate(float(one), length) for one in (slips.min(), seen.resolved))
+            notices.append(STIFFNESS_UNRESOLVED.found(name=key[1], slip=slip, resolved=resolved))
+    return found, notices
+
+
+def _level(
+    values: Mapping[str, Mapping[str, float | tuple[float, ...]]],
+) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None:
+    """Return the force at which the springs of a model give way [N]: of each block, or of the one there is."""
+    every = {name: np.asarray(value, float) for section in values.values() for name, value in section.items()}
+    if "W" in every:
+        return every["W"]
+    level = every.get("F_s", every.get("F_c"))
+    return None if level is None else np.asarray(every["alpha"] * level) if "alpha" in every else level
+
+
+BLIND = 1e-6
+"""Share of the best seen direction's effect below which records are blind for a direction."""
+
+
+def replay_information(
+    records: Sequence[Prepared], model: GMS, ranges: Ranges, beyond: Beyond | None = None
+) -> tuple[tuple[str, ...], Real]:
+    """Return what records tell of alpha, k and C of a GMS model, its static map and nothing else being known.
+
+    It is the inverse of the fit's own covariance at this model, in the directions that the records see; what they have
+    of their own (a level, offsets) is taken out. alpha enters by its logit (the last share follows from the others), k
+    and C by their logarithms, as in a friction file's covariance.
+
+    records: Records with the friction of this model, ready for replay.
+    model: The model.
+    ranges: Between which values the records could show it.
+    beyond: What the covariance gains besides, where the residuals do not tell it.
+    Returns the parameters, and a matrix (p, p).
+    """
+    held = {("static", name): float(getattr(model.static, name)) for name in STATIC_PARAMETERS}
+    level = not all(record.slides for record in records)
+    coordinates = Coordinates.of(GMS, ranges, blocks=len(model.alpha), held=held, level=level)
+    search = Search(coordinates, [record.trimmed() for record in records])
+    x = coordinates_of(coordinates, model)
+    search = search.weighed(x)
+    here = search.at(x)
+    S, V = np.linalg.svd(here.gradient, full_matrices=False)[1:]
+    seen = BLIND * S[0] < S
+    basis = np.eye(len(x)) if seen.all() else V[seen].T
+    shown = here.gradient @ basis
+    freedom = max(len(here.residual) - len(basis.T), 1)
+    covariance = replay_covariance(shown, here.residual, search.records, float(stdtrit(freedom, 0.975)))
+    covariance += of_timing(search, x, shown)
+    if beyond is not None:
+        covariance += beyond(search, x, basis)
+    information = basis @ np.linalg.inv(covariance) @ basis.T
+    own = [n for n, c in enumerate(coordinates.free) if c.parameter is LEVEL]
+    kept = [n for n in range(len(x)) if n not in own]
+    information = (
+        information[np.ix_(kept, kept)]
+        - information[np.ix_(kept, own)]
+        @ np.linalg.pinv(information[np.ix_(own, own)])
+        @ information[np.ix_(own, kept)]
+    )
+    names, rows = [], []
+    for (section, name), found in slopes(coordinates, x).items():
+        if section != "static":
+            count = len(found.slope) - (name == "alpha")
+            names += [f"{name}_{n + 1}" if found.parameter.per_block else name for n in range(count)]
+            rows += [found.slope[n, kept] for n in range(count)]
+    back = np.linalg.inv(np.array(rows))
+    return tuple(names), np.asarray(back.T @ information @ back)

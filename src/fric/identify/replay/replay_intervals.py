@@ -81,8 +81,7 @@ class Slopes(NamedTuple):
     parameter: Parameter
     scale: Scale
     centre: Real
-    slope: Real
-    """Derivatives over the coordinates, shape (blocks, p)."""
+    slope: Real  # Derivatives over the coordinates, shape (blocks, p)
 
 
 def slopes(coordinates: Coordinates, x: Real) -> dict[tuple[str, str], Slopes]:

@@ -6,22 +6,357 @@ None where the strokes do not show it. A correction that is not in the table is 
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import compress
+from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.special import chdtrc, stdtrit
 
 from fric.arrays import Real
+from fric.estimate import Estimate
 from fric.flaws.base import SMALL
+from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.place import FORCE_ALONG_AXIS
-from fric.flaws.static_map import STICKS, STROKES_SWING
-from fric.identify.static_map.between_records import between_records
-from fric.identify.static_map.place import place
-from fric.identify.static_map.points import SpeedPoint, force_step, logs_of_strokes, rounded_by
-from fric.identify.static_map.settling import settling
-from fric.identify.static_map.stribeck_fit import StribeckProblem
+from fric.flaws.static_map import STICKS, STROKES_SETTLING, STROKES_SWING, STROKES_UNSETTLED
+from fric.identify.plant.covariance import sandwich
+from fric.identify.static_map.forms import FEWEST, predicts_better, weighted_rms
+from fric.identify.static_map.map_fit import solved
+from fric.identify.static_map.points import SpeedPoint, average, force_step, logs_of_strokes, rounded_by
+from fric.identify.static_map.stribeck_fit import Solution, StribeckProblem
 from fric.identify.static_map.strokes import Correction, Strokes
 from fric.log import Log
+from fric.notice import Notice
 from fric.records.flaws import coarse_force
-from fric.records.over_strokes import along_axis, over_place
+from fric.records.over_strokes import PLACES, along_axis, over_place
+from fric.statistics import mixed_model
+
+FEW_STROKES = 3
+"""Strokes of a record, at two speeds or more, from which on its level is seen beside the map."""
+BY_CHANCE = 1e-3
+"""Probability with which records of one friction scatter so, under which it is said that they differ."""
+OF_TWO = 0.05
+"""The same of two records, over which nothing is widened: a single difference hardly tells what the next will be."""
+
+
+def between_records(strokes: Strokes) -> Correction | None:
+    """Take off what is predicted of each record's level and offset, and allow for how these vary.
+
+    The force of stroke i of record r is ``F_i = F̂(v_i) + u_r·f(v_i) + o_r + e_i``, F̂ being the map with offset and
+    damping and f its friction; the record's level u and offset o are normal about zero. By Henderson's equations (1950)
+    weighted least squares on the forces without what is predicted of their record, together with how that prediction
+    errs, is generalised least squares: the map is that of the mean over records, and the intervals know their number.
+    """
+    names = _told(strokes.points)
+    if len(names) < 2:
+        return None
+    fitted, _ = solved(strokes, strokes.offset)
+    problem, solution = fitted.problem, fitted.solution
+    member = np.array([[point.of_record == name for name in names] for point in strokes.points], float)
+    kinds = [member * _friction(problem, solution, strokes.velocity)[:, np.newaxis]]
+    if problem.with_offset:
+        kinds.append(member)
+    residual, columns = problem.F - problem.model(solution.theta), problem.jacobian(solution.theta)
+    found = mixed_model(residual, columns, fitted.own, [one[fitted.kept] for one in kinds])
+    chance = float(chdtrc(len(kinds), found.likelier))
+    if not found.deviations.any() or (len(names) == 2 and chance > OF_TWO):
+        return None
+    effects = np.hstack(kinds)
+    points = [point.less(by) for point, by in zip(strokes.points, effects @ found.predicted, strict=True)]
+    together = float(stdtrit(len(names) - 1, 0.975)) * (effects @ found.errors).T
+    level, offset = (*found.deviations, 0.0)[:2]
+    scatter = {"level": Estimate(float(level), "1"), "offset": strokes.asked.of(offset, "force")}
+    notices = []
+    if chance < BY_CHANCE:
+        by = [f"friction by {level:.1%}", f"the offset by {strokes.asked.says(offset, 'force', 2)}"][: len(kinds)]
+        order = [f"{1.0 + one:.3f} of the friction" for one in found.predicted[: len(names)]]
+        notices.append(RECORDS_VARY.found(by=by, order=order))
+    return Correction(points=points, together=together, notices=notices, between_records=scatter)
+
+
+def _told(points: Sequence[SpeedPoint]) -> list[str]:
+    """Return the records, in the order of the strokes' times, whose level is seen beside the map."""
+    speeds: dict[str, list[float]] = {}
+    for point in points:
+        speeds.setdefault(point.of_record, []).append(abs(point.velocity))
+    return sorted(name for name, v in speeds.items() if len(v) >= FEW_STROKES and max(v) > 1.5 * min(v))
+
+
+def _friction(problem: StribeckProblem, solution: Solution, v: Real) -> Real:
+    """Return the force of friction without its viscous part at velocities [N], shape (n,)."""
+    theta, columns = solution.theta, problem.jacobian(solution.theta, v)
+    found = np.zeros(len(v))
+    for name in ("F_c", "F_s"):
+        if name in problem.free:
+            found += theta[name] * columns[:, problem.free.index(name)]
+    return found
+
+
+FINER = 4
+"""Cells that a place is looked at in."""
+
+
+def place(strokes: Strokes) -> Correction | None:
+    """Take off what comes again at the places of strokes, where held-out strokes are predicted better so."""
+    asked = strokes.asked.over_position
+    few = len(strokes.stretches.with_position) < FEWEST
+    if asked == "off" or few or (asked == "auto" and strokes.stretches.place is None):
+        return None
+    profile = Profile(strokes)
+    if asked == "on":
+        points, together = profile.taken_off(strokes.points)
+        return Correction(points=points, together=together)
+    (plain, raw), (fitted, placed) = (
+        solved(replace(strokes, points=points), strokes.offset)
+        for points in (strokes.points, profile.held_out(strokes.points))
+    )
+    both = plain.kept & fitted.kept
+    weight = raw.weight[both[plain.kept]]
+    as_logged, without = raw.errors[raw.form][both[plain.kept]], placed.errors[placed.form][both[fitted.kept]]
+    again = "what comes again at the same places"
+    if not predicts_better(weight, as_logged, without):
+        return Correction(tried={f"without {again}": weighted_rms(weight, without)})
+    points, together = profile.taken_off(strokes.points)
+    return Correction(points=points, together=together, tried={f"with {again}": weighted_rms(weight, as_logged)})
+
+
+class Profile:
+    """Forces over position, as the strokes tell them.
+
+    Along stroke i the force is ``F_i(z) = m_i + c(z) + w(z)·m_i/|m|``, |m| being the median of all: c is a force over
+    position, w friction over position, both zero in the mean over the travel that strokes cover. A slow stroke is at
+    a single place, and its mean is off by what c and w are there; they are told by the strokes that go far.
+    """
+
+    def __init__(self, strokes: Strokes) -> None:
+        self.numbers, points = list(strokes.stretches.with_position), strokes.points
+        stretches = strokes.stretches.with_position.values()
+        travels = [log.require("position", "a force over position")[s.start : s.stop] for log, s in stretches]
+        low, high = min(z.min() for z in travels), max(z.max() for z in travels)
+        edges = np.linspace(low, high, FINER * PLACES + 1)
+        level = float(np.median([abs(points[number].force) for number in self.numbers])) or 1.0
+        normal, right, self._means = [], [], []
+        covered = np.zeros(PLACES + 1)
+        for number, (log, segment), z in zip(self.numbers, stretches, travels, strict=True):
+            cell = np.clip(np.digitize(z, edges) - 1, 0, len(edges) - 2)
+            count = np.bincount(cell, minlength=len(edges) - 1)
+            there = np.flatnonzero(count)
+            force = np.bincount(cell, log.require("force", "it")[segment.start : segment.stop])[there] / count[there]
+            at = (0.5 * (edges[there] + edges[there + 1]) - low) / (high - low) * PLACES
+            hat = np.maximum(0.0, 1.0 - np.abs(at[:, np.newaxis] - np.arange(PLACES + 1)))
+            both = np.hstack([hat, hat * points[number].force / level])
+            weight = count[there] / count.sum()
+            self._means.append(weight @ both)
+            # each place counts alike: a slow stroke has more samples there, and the same profile
+            around = both - weight @ both
+            normal.append(around.T @ around)
+            right.append(around.T @ (force - weight @ force))
+            covered += hat.sum(axis=0)
+        self._normal, self._right = np.array(normal), np.array(right)
+        middle = covered / covered.sum()
+        zero = np.zeros_like(middle)
+        self._zero = np.array([np.append(middle, zero), np.append(zero, middle)])
+
+    def means(self, without: int | None = None) -> Real:
+        """Return what the profile adds to the mean of each stroke [N], as all tell it, or all but one; shape (n,)."""
+        normal, right = self._normal.sum(axis=0), self._right.sum(axis=0)
+        if without is not None:
+            normal, right = normal - self._normal[without], right - self._right[without]
+        size = float(np.trace(normal)) / len(normal)
+        bound = 1e-3 * size * np.eye(len(normal)) + 1e3 * size * self._zero.T @ self._zero
+        return np.asarray(np.array(self._means) @ np.linalg.solve(normal + bound, right))
+
+    def held_out(self, points: Sequence[SpeedPoint]) -> list[SpeedPoint]:
+        """Return the points without what the profile of all other strokes adds to each."""
+        return self._without(points, np.array([self.means(n)[n] for n in range(len(self.numbers))]))
+
+    def taken_off(self, points: Sequence[SpeedPoint]) -> tuple[list[SpeedPoint], Real]:
+        """Return the points without what the profile adds to each, and how that errs, by leaving out each stroke.
+
+        The errors [N], shape (strokes, n), are directions in which the forces of all points move together: the sum of
+        their squares is that of half a 95 % interval.
+        """
+        n, by = len(self.numbers), self.means()
+        each = np.array([self.means(k) for k in range(n)])
+        errors = np.zeros((n, len(points)))
+        errors[:, self.numbers] = np.sqrt((n - 1) / n) * (each - each.mean(axis=0))
+        return self._without(points, by, np.linalg.norm(errors, axis=0)), float(stdtrit(n - 1, 0.975)) * errors
+
+    def _without(self, points: Sequence[SpeedPoint], by: Real, errors: Real | None = None) -> list[SpeedPoint]:
+        found = list(points)
+        for number, size in zip(self.numbers, by, strict=True):
+            one = points[number]
+            error = float(np.hypot(one.standard_error, 0.0 if errors is None else errors[number]))
+            found[number] = replace(one, force=one.force - float(size), standard_error=error, over_position=float(size))
+        return found
+
+
+BATCHES, SAMPLES = 96, 24
+"""Batches that a stroke is looked at in, and samples that it has at least."""
+UNLIKE = 2.0
+"""Chi-squared over its freedom from which on the strokes do not settle like this."""
+GAIN = 20.0
+"""How much more than its parameters a settling takes from chi-squared, at least."""
+VISIBLE = 0.5
+"""Standard errors of a stroke's mean from which on what it is off by is worth taking off."""
+RISING = 0.1
+"""Share of all that is taken off by which forces may rise: from break-away on they fall."""
+
+
+class _Stroke(NamedTuple):
+    number: int
+    time: Real  # Since it is at constant velocity, of batches [s]
+    force: Real  # Means of batches over their standard error [1]
+    error: float  # That standard error [N]
+    level: float  # Friction [N]
+    late: Real  # Time of the samples of which the point is the mean [s]
+
+    def shape(self, log_C: float) -> Real:
+        """Return the fall along those samples, from 1."""
+        return np.asarray(np.exp(-self.late * np.exp(log_C) / self.level))
+
+    def off(self, log_C: float) -> float:
+        """Return what the fall adds to the mean of those samples [N]."""
+        return self.fall(log_C)[0] * float(np.mean(self.shape(log_C)))
+
+    def fall(self, log_C: float) -> tuple[float, float]:
+        """Return the fall from the beginning to the level, and its standard error [N]."""
+        shape = np.exp(-self.time * np.exp(log_C) / self.level)
+        around = shape - shape.mean()
+        power = max(float(around @ around), 1e-12)
+        fall = float(around @ self.force) / power
+        return fall * self.error, self.error / power**0.5
+
+
+class _Shared(NamedTuple):
+    log_C: float
+    half: float  # Half its 95 % interval
+    scale: float  # Residuals over their standard error, 1 at least
+
+
+def settling(strokes: Strokes) -> Correction | None:
+    """Take what is left of the settling off the means of strokes, with one C for all.
+
+    After a change of velocity friction follows eq. (5): while all blocks slip, ``F - s(v)`` falls by
+    ``exp(-t·C/s(v))``. Each stroke is fitted by a level and a fall of its own.
+    It errs by C, and by whether one time for all strokes takes its place. Where the strokes do not settle like eq. (5),
+    or have settled, all is left as it is.
+    """
+    points, known = strokes.points, _batched(strokes)
+    shared = _shared(known) if known else None
+    if shared is None:
+        return _unsettled(strokes)
+    number = np.array([one.number for one in known])
+    taken = np.array([one.off(shared.log_C) for one in known])
+    worth = np.abs(taken) > VISIBLE * np.array([points[n].standard_error for n in number])
+    rises = np.array([points[n].force for n in number]) * taken < 0.0
+    if not worth.any() or np.sum(np.abs(taken)[worth & rises]) > RISING * np.sum(np.abs(taken)[worth]):
+        return _unsettled(strokes)
+    found = list(points)
+    for one in compress(known, worth):
+        found[one.number] = _settled(strokes, one, shared)
+    together = np.zeros((2, len(points)))
+    together[:, number] = worth * _errors(known, taken, shared)
+    notice = _notice(strokes, np.abs(taken[worth]), [abs(points[n].velocity) for n in number[worth]], shared)
+    return Correction(points=found, together=together, notices=[notice])
+
+
+def _errors(known: list[_Stroke], taken: Real, shared: _Shared) -> Real:
+    """Return how what is taken off errs [N]: by C, and by whether strokes share it, half widths, shape (2, n)."""
+    step = min(shared.half, 0.3)
+    up, down = (np.array([one.off(shared.log_C + by) for one in known]) for by in (step, -step))
+    alike = [one._replace(level=float(np.median([one.level for one in known]))) for one in known]
+    other = _shared(alike)  # one time for all, as a filter or a creep has it
+    apart = 0.0 * taken if other is None else np.array([one.off(other.log_C) for one in alike]) - taken
+    return np.array([(up - down) * shared.half / (2 * step), apart])
+
+
+def _settled(strokes: Strokes, one: _Stroke, shared: _Shared) -> SpeedPoint:
+    """Return the point of a stroke without what is left of its settling."""
+    point, (log, segment) = strokes.points[one.number], strokes.stretches.by_number[one.number]
+    force = log.require("force", "the friction map")[segment.start : segment.stop]
+    fall, error = one.fall(shared.log_C)
+    mean = average(force - fall * one.shape(shared.log_C), strokes.asked.average)
+    error *= shared.scale * float(np.mean(one.shape(shared.log_C)))
+    error = float(np.linalg.norm([mean.standard_error, error, point.rounding]))
+    settled = point.force + mean.value - average(force, strokes.asked.average).value
+    return replace(point, force=settled, standard_error=error, settled=False)
+
+
+def _shared(known: list[_Stroke]) -> _Shared | None:
+    """Return C of all strokes; None where they do not settle so, or have settled."""
+    longest = float(np.log(max(one.time[-1] / one.level for one in known)))
+    counts = np.array([len(one.time) for one in known])
+    begins = np.append(0, np.cumsum(counts[:-1]))
+    rate = np.concatenate([one.time / one.level for one in known])
+    force = np.concatenate([one.force for one in known])
+    centred = force - np.repeat(np.add.reduceat(force, begins) / counts, counts)
+
+    def residuals(log_C: float) -> Real:
+        """Return what falls as `_Stroke.fall` leave over, of all strokes one after the other [1]."""
+        shape = np.exp(-rate * np.exp(log_C))
+        around = shape - np.repeat(np.add.reduceat(shape, begins) / counts, counts)
+        power = np.maximum(np.add.reduceat(around**2, begins), 1e-12)
+        return centred - np.repeat(np.add.reduceat(around * force, begins) / power, counts) * around
+
+    def cost(log_C: float) -> float:
+        return float(np.sum(residuals(log_C) ** 2))
+
+    grid = np.linspace(-1.0, 4.6, 36) - longest  # falls that take nearly three strokes, down to a hundredth of one
+    nearest = int(np.argmin([cost(one) for one in grid]))
+    if nearest == 0:
+        return None
+    near = float(grid[nearest])
+    log_C = float(minimize_scalar(cost, bounds=(near - 0.16, near + 0.16), method="bounded").x)
+    left = residuals(log_C)
+    freedom = max(len(left) - 2 * len(known) - 1, 1)
+    chi2 = max(float(left @ left) / freedom, 1.0)
+    flat = float(centred @ centred)
+    if chi2 > UNLIKE or (flat - float(left @ left)) / chi2 < GAIN + 2 * len(known):
+        return None
+    gradient = (residuals(log_C + 1e-3) - residuals(log_C - 1e-3)) / 2e-3
+    label = np.repeat(np.arange(len(known)), counts)
+    plain = chi2 * float(stdtrit(freedom, 0.975)) ** 2 / max(float(gradient @ gradient), 1e-12)
+    among = float(sandwich(gradient[:, np.newaxis], left, label)[0, 0])
+    return _Shared(log_C, max(plain, among) ** 0.5, chi2**0.5)
+
+
+def _batched(strokes: Strokes) -> list[_Stroke]:
+    points = strokes.points
+    levels = [[p.force for p in points if p.velocity * sense > 0] for sense in (1, -1)]
+    offset = sum(float(np.median(level)) for level in levels) / 2 if all(levels) else 0.0
+    found = []
+    for number, (log, segment) in strokes.stretches.by_number.items():
+        n = segment.stop - segment.onset
+        if n < SAMPLES:
+            continue
+        each = max(n // BATCHES, 1)
+        first = segment.stop - n // each * each
+        force = log.require("force", "the friction map")[first : segment.stop].reshape(-1, each).mean(axis=1)
+        since = log.time[segment.onset]
+        time = log.time[first : segment.stop].reshape(-1, each).mean(axis=1) - since
+        error = float(np.std(np.diff(force))) / 2**0.5
+        level = abs(points[number].force - offset)
+        if error > 0.0 and level > 0.0:
+            late = log.time[segment.start : segment.stop] - since
+            found.append(_Stroke(number, time, force / error, error, level, late))
+    return found
+
+
+def _notice(strokes: Strokes, taken: Real, speeds: list[float], shared: _Shared) -> Notice:
+    of, largest = strokes.asked.of, float(np.max(taken))
+    ends = {"slowest": of(min(speeds), "velocity"), "fastest": of(max(speeds), "velocity")}
+    C = of(float(np.exp(shared.log_C)), "force rate")
+    found = {"strokes": len(taken), "most": of(largest, "force"), "share": largest / strokes.size, "C": C}
+    return STROKES_SETTLING.found(**ends, **found)
+
+
+def _unsettled(strokes: Strokes) -> Correction | None:
+    """Return what there is to say where nothing is taken off, and a force had not settled by half of its stroke."""
+    speeds = [
+        strokes.asked.of(v, "velocity") for v in dict.fromkeys(p.velocity for p in strokes.points if not p.settled)
+    ]
+    return Correction(notices=[STROKES_UNSETTLED.found(speeds=speeds)]) if speeds else None
 
 
 def slope(strokes: Strokes) -> Correction | None:

@@ -48,12 +48,9 @@ def predicts_better(weight: Real, plain: Real, rich: Real) -> bool:
 class HeldOut:
     """How well forms predict strokes that are held out, each stroke weighed as the fit weighs it."""
 
-    weight: Real
-    """Of each stroke [1/N²], shape (n,)."""
-    form: str
-    """The form that the map has."""
-    errors: Mapping[str, Real]
-    """By form, the error at each stroke while it is held out [N], shape (n,)."""
+    weight: Real  # Of each stroke [1/N²], shape (n,)
+    form: str  # The form that the map has
+    errors: Mapping[str, Real]  # By form, the error at each stroke while it is held out [N], shape (n,)
     ages: float | None = None
     """What F_s grows by with each factor e of the age of the contact [N], where that predicts best."""
     also: Mapping[str, float] = field(default_factory=dict)
@@ -216,12 +213,9 @@ class Ageing(NamedTuple):
     Geophysical Research 88, 1983, p. 10359).
     """
 
-    rise: float
-    """What F_s grows by with each factor e of the age, of contacts that are old [N]."""
-    residual: Real
-    """Measured less fitted force [N], shape (n,)."""
-    jacobian: Real
-    """Its derivatives by all free parameters but for their sign, each scaled, shape (n, p)."""
+    rise: float  # What F_s grows by with each factor e of the age, of contacts that are old [N]
+    residual: Real  # Measured less fitted force [N], shape (n,)
+    jacobian: Real  # Its derivatives by all free parameters but for their sign, each scaled, shape (n, p)
 
 
 def aged(problem: StribeckProblem, solution: Solution) -> Ageing:

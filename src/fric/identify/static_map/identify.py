@@ -3,26 +3,27 @@
 The way of the data: records → points, one a stroke → corrections of these → fit → directions → notices.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import sqrt
+from math import isinf, log, sqrt
 
 import numpy as np
-from scipy.special import stdtrit
+from scipy.special import chdtrc, fdtrc, stdtrit
 
 from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.errors import FricError
-from fric.estimate import Estimate
+from fric.estimate import Estimate, Interval
+from fric.flaws import static_map as flaws
 from fric.flaws.channel import FORCE_TURNED, ONE_DIRECTION
-from fric.flaws.drift import OFFSET_SHARED
+from fric.flaws.drift import DIRECTIONS_DIFFER, FRICTION_AGES, OFFSET_SHARED
 from fric.flaws.static_map import ONE_SPEED
-from fric.identify.static_map.averages import Average
+from fric.identify.plant.covariance import smoother_than_noise
 from fric.identify.static_map.corrections import AT_ANY_SPEED, OF_A_MAP, corrected
 from fric.identify.static_map.forms import each_direction
 from fric.identify.static_map.map_fit import MapFit, fit_map, widened
-from fric.identify.static_map.notices import damping_notices, directions_differ, map_notices
-from fric.identify.static_map.points import SpeedPoint, rounded_by
+from fric.identify.static_map.points import Average, SpeedPoint, rounded_by
+from fric.identify.static_map.scatter import REPEATED
 from fric.identify.static_map.strokes import Asked, Direction, Form, OverPosition, ShapeFactor, Strokes, Weights
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
@@ -37,20 +38,13 @@ class StaticFit:
 
     axis: str
     motion: Motion
-    points: tuple[SpeedPoint, ...]
-    """Every steady stroke."""
-    static: MapFit | None
-    """The map of both directions, or of the positive one; None where one speed alone was logged."""
-    negative: MapFit | None
-    """The negative direction's own map where each direction has one."""
-    at_speed: Mapping[str, Estimate]
-    """Where one speed alone was logged: ``velocity`` and ``force`` there."""
-    warnings: tuple[Notice, ...]
-    """What the data cannot tell."""
-    method: str
-    """How the fit was made, in words."""
-    plant: Plant | None = None
-    """The plant whose damping was taken off; None where nothing was."""
+    points: tuple[SpeedPoint, ...]  # Every steady stroke
+    static: MapFit | None  # The map of both directions, or of the positive one; None where one speed alone was logged
+    negative: MapFit | None  # The negative direction's own map where each direction has one
+    at_speed: Mapping[str, Estimate]  # Where one speed alone was logged: ``velocity`` and ``force`` there
+    warnings: tuple[Notice, ...]  # What the data cannot tell
+    method: str  # How the fit was made, in words
+    plant: Plant | None = None  # The plant whose damping was taken off; None where nothing was
     between_records: Mapping[str, Estimate] = field(default_factory=dict)
     """Standard deviation of the ``level`` [1] and the ``offset`` [N] of records, where these are seen."""
 
@@ -202,3 +196,178 @@ def _at_one_speed(strokes: Strokes, amiss: Sequence[Notice]) -> StaticFit:
     return StaticFit(
         first.axis, asked.motion, tuple(strokes.points), None, None, at_speed, warnings, method, asked.plant
     )
+
+
+TAKEN = 0.05
+"""Share of the drive's damping that its plant may be off by, before the strokes contradict it."""
+DIFFERENT = 1e-3
+"""Probability under which directions that are alike are not taken for different."""
+CORRELATED = 0.95
+"""Correlation of two parameters from which on the data tell them apart badly."""
+MISSED = 0.005
+"""Share of the force by which a map misses the strokes of both directions at one speed (rms), from which on it is
+doubted."""
+SEEN = 0.5
+"""Share of the fall from F_s to F_c that lies above the slowest stroke at least, for F_s to be told by strokes."""
+
+
+def map_notices(fit: MapFit) -> Iterator[Notice]:
+    """Say what the data cannot tell about a fitted map."""
+    for look in (_fall, _ageing, _strokes, _correlated, _scatter, directions_differ, _misfit):
+        yield from look(fit)
+
+
+def _slowest(fit: MapFit) -> Estimate:
+    return fit.asked.of(np.abs(fit.problem.v).min(), "velocity")
+
+
+def _is_flat(fit: MapFit) -> bool:
+    theta = fit.solution.theta
+    return not fit.problem.fall or theta["F_s"] <= theta["F_c"] * (1 + 1e-9)
+
+
+def _fall(fit: MapFit) -> Iterator[Notice]:
+    """Say where strokes do not show how friction falls with speed."""
+    of, slowest, theta = fit.asked.of, _slowest(fit), fit.solution.theta
+    speed = float(slowest)
+    if not fit.problem.fall:
+        if "stribeck" in fit.held_out.errors:
+            plain, falling = (of(fit.held_out[form], "force") for form in ("coulomb", "stribeck"))
+            yield flaws.FALL_NOT_SEEN.found(slowest=slowest, plain=plain, falling=falling)
+    elif _is_flat(fit):
+        yield flaws.F_S_AT_BOUND.found(slowest=slowest)
+    elif any(isinf(limit) or limit == 0.0 for name in ("F_s", "v_s") for limit in _interval(fit, name)):
+        yield flaws.FALL_OPEN.found(slowest=slowest)
+    elif (seen := float(np.exp(-((float(speed) / theta["v_s"]) ** theta["delta"])))) < SEEN:
+        lowest = of(float(fit.static_map.level(speed)), "force")
+        yield flaws.F_S_EXTRAPOLATED.found(below=1 - seen, slowest=slowest, lowest=lowest)
+    if not _is_flat(fit) and theta["F_c"] <= 0.0:
+        yield flaws.F_C_AT_BOUND.found()
+
+
+def _interval(fit: MapFit, name: str) -> Interval:
+    return fit.estimates[name].ci95 or (0.0, 0.0)  # type: ignore[return-value]
+
+
+def _ageing(fit: MapFit) -> Iterator[Notice]:
+    """Say that F_s grows with the time of contact."""
+    if (rise := fit.held_out.ages) is not None:
+        plain, ageing = (fit.asked.of(fit.held_out[form], "force") for form in ("stribeck", "ages"))
+        more = fit.asked.of(rise * log(10.0), "force")
+        yield FRICTION_AGES.found(rise=more, slowest=_slowest(fit), ageing=ageing, plain=plain)
+
+
+def _strokes(fit: MapFit) -> Iterator[Notice]:
+    """Say which strokes were left out, and which weigh less."""
+    if fit.left_out:
+        yield flaws.STROKES_LEFT_OUT.found(strokes=[_named(fit, one) for one in fit.left_out])
+    if fit.standing_off:
+        most = fit.asked.of(max(by for _, by in fit.standing_off), "force")
+        yield flaws.STROKES_STAND_OFF.found(strokes=[_named(fit, one) for one, _ in fit.standing_off], most=most)
+
+
+def _named(fit: MapFit, point: SpeedPoint) -> str:
+    return f"{point.record} ({fit.asked.says(point.velocity, 'velocity')})"
+
+
+def _correlated(fit: MapFit) -> Iterator[Notice]:
+    """Say which parameters the data tell apart badly; beyond 1 is at a bound, where the curvature says nothing."""
+    without = {"v_s", "delta"} if _is_flat(fit) else set()
+    size, free = np.sqrt(np.diag(fit.covariance)), fit.problem.free
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = fit.covariance / np.outer(size, size)
+    pairs = [
+        f"{free[j]} and {free[i]} ({correlation[i, j]:+.3f})"
+        for i in range(len(free)) for j in range(i)
+        if not {free[i], free[j]} & without and CORRELATED < abs(correlation[i, j]) <= 1.0 + 1e-9
+    ]  # fmt: skip
+    if pairs:
+        yield flaws.CORRELATED.found(pairs=pairs)
+
+
+def _scatter(fit: MapFit) -> Iterator[Notice]:
+    """Say how strokes scatter beyond their noise, unless single ones of them explain it."""
+    problem = fit.problem
+    own = problem.standard_error**2 - fit.between**2  # of each stroke's noise, which may be lost beside the scatter
+    single = float(np.sum(fit.residual**2 / own)) if own.min() > 0 else np.inf
+    if fit.between and chdtrc(problem.degrees_of_freedom, single) < 0.01:
+        share = fit.between / float(np.median(np.abs(problem.F)))
+        spread, large = fit.asked.of(fit.between, "force"), share > flaws.SCATTERED
+        yield flaws.STROKES_SCATTER.found(spread=spread, share=share, large=large)
+
+
+def _misfit(fit: MapFit) -> Iterator[Notice]:
+    """Say where the residuals are no noise."""
+    problem = fit.problem
+    smooth = smoother_than_noise((fit.residual / problem.standard_error)[np.argsort(problem.v)], -2.33)
+    missed = 0.0 if smooth else _missed_both_ways(fit)
+    if fit.rmse > 1e-6 * float(np.abs(problem.F).max()) and (smooth or missed):
+        yield flaws.RESIDUALS_FOLLOW_SPEED.found(smooth=smooth, missed=fit.asked.of(missed, "force"))
+
+
+def _missed_both_ways(fit: MapFit) -> float:
+    """Return by how much strokes of one speed stand off the map alike in both directions (rms) [N].
+
+    It is 0 where that is little, or where they differ between the directions by as much.
+
+    Half the sum of their residuals is what the map misses, half the difference what does not repeat. Few speeds show so
+    what no test of neighbours does: of ten, a wave of the residuals has two or three.
+    """
+    problem = fit.problem
+    r, forward = np.sign(problem.v) * fit.residual, problem.v > 0
+    if forward.all() or not forward.any():
+        return 0.0
+    apart = np.abs(np.log(-problem.v[~forward] / problem.v[forward][:, None]))
+    paired = apart.min(axis=1) < REPEATED
+    there, back = r[forward][paired], r[~forward][apart.argmin(axis=1)[paired]]
+    n = len(there) - len(problem.free)
+    if n < 2:
+        return 0.0
+    missed, rest = (float(np.mean((there + sign * back) ** 2)) / 4 for sign in (1.0, -1.0))
+    little = missed < (MISSED * float(np.median(np.abs(problem.F)))) ** 2
+    return 0.0 if little or fdtrc(n, len(there) - 1, missed / max(rest, 1e-300)) > DIFFERENT else missed**0.5
+
+
+def directions_differ(fit: MapFit) -> Sequence[Notice]:
+    """Say where the directions differ by more than an offset: half their sum then changes with speed."""
+    problem, v = fit.problem, np.abs(fit.problem.v)
+    n = len(v) - len(problem.free) - 2
+    if n < 4 or len(np.unique(np.sign(problem.v))) < 2:
+        return []
+    even = (
+        np.column_stack([v, np.exp(-v / fit.solution.theta["v_s"]), np.ones_like(v)]) / problem.standard_error[:, None]
+    )
+    J = problem.jacobian(fit.solution.theta) / problem.standard_error[:, None]
+    r = fit.residual / problem.standard_error
+    size = np.linalg.norm(J, axis=0)
+    Q, _ = np.linalg.qr(J[:, size > 0] / size[size > 0])
+    rest = r - Q @ (Q.T @ r)
+    even = even - Q @ (Q.T @ even)
+    found = np.linalg.lstsq(even, rest, rcond=1e-6)[0]
+    left = rest - even @ found
+    ratio = 0.5 * float(rest @ rest - left @ left) / max(float(left @ left) / n, 1e-300)
+    most = float(np.max(np.abs(even @ found * problem.standard_error)))
+    if fdtrc(2, n, ratio) > DIFFERENT or most < 0.01 * float(np.median(np.abs(problem.F))):
+        return []
+    return [DIRECTIONS_DIFFER.found(by=fit.asked.of(2 * most, "force"))]
+
+
+def damping_notices(fit: MapFit) -> Sequence[Notice]:
+    """Say when more than the drive's own damping was taken off with a plant, or all viscous friction with it.
+
+    A response shows the sum of both in A; sigma is then what is left of it, and 0 within its error and the plant's.
+    """
+    problem, theta, asked = fit.problem, fit.solution.theta, fit.asked
+    if asked.plant is None or theta["sigma"] > 0 or "sigma" not in problem.free:
+        return []
+    J = problem.jacobian(theta) / problem.standard_error[:, None]
+    size = np.linalg.norm(J, axis=0)
+    used = size > 0
+    inverse = np.linalg.pinv(J[:, used] / size[used], rcond=1e-7) / size[used][:, None]
+    at = [name for name, one in zip(problem.free, used, strict=True) if one].index("sigma")
+    short = -theta["sigma"] - float(inverse[at] @ (fit.residual / problem.standard_error))
+    error = float(np.hypot(2 * np.linalg.norm(inverse[at]), asked.damping_error))
+    damping = asked.of(asked.damping, "viscous")
+    if short > max(error, TAKEN * asked.damping):
+        return [flaws.DAMPING_TOO_LARGE.found(damping=damping, beyond=asked.of(short, "viscous"))]
+    return [flaws.SIGMA_IN_A.found(damping=damping)]

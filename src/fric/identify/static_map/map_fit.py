@@ -23,22 +23,15 @@ DIMENSIONS = {p.name: p.dimension for p in StaticMap.parameters} | {"offset": "f
 class MapFit:
     """Eq. (2) fitted to points of both directions, or of one."""
 
-    asked: Asked
-    """What was asked for."""
-    problem: StribeckProblem
-    """What was minimised; the standard errors include ``between``."""
-    solution: Solution
-    """Where the minimum is."""
+    asked: Asked  # What was asked for
+    problem: StribeckProblem  # What was minimised; the standard errors include ``between``
+    solution: Solution  # Where the minimum is
     estimates: Mapping[str, Estimate]
     """Each parameter with unit and 95 % interval; an infinite limit is one that the data do not set."""
-    covariance: Real
-    """Linearised covariance of the free parameters, in the order of ``problem.free``."""
-    between: float
-    """Standard deviation of the strokes beyond their own noise [N]."""
-    held_out: HeldOut
-    """How well forms predict strokes that are held out."""
-    left_out: tuple[SpeedPoint, ...] = ()
-    """Strokes that stand off all others, and had no part in the fit."""
+    covariance: Real  # Linearised covariance of the free parameters, in the order of ``problem.free``
+    between: float  # Standard deviation of the strokes beyond their own noise [N]
+    held_out: HeldOut  # How well forms predict strokes that are held out
+    left_out: tuple[SpeedPoint, ...] = ()  # Strokes that stand off all others, and had no part in the fit
     standing_off: tuple[tuple[SpeedPoint, float], ...] = ()
     """Strokes that stand off all others and had a part in the fit, each with by how much [N]; they weigh by it."""
 

@@ -29,18 +29,12 @@ REPEATS = 1e-3
 class Fitted(NamedTuple):
     """A fit to strokes, and how they scatter."""
 
-    problem: StribeckProblem
-    """What was minimised; the standard errors include all scatter."""
-    solution: Solution
-    """Where the minimum is."""
-    between: float
-    """Standard deviation of the strokes beyond their own errors [N]."""
-    own: Real
-    """The own error of each stroke that is kept [N]."""
-    kept: Mask
-    """Which strokes had a part, shape (n,)."""
-    beyond: Real
-    """What single strokes stand off by beyond all that [N], 0 of most; one of each that is kept."""
+    problem: StribeckProblem  # What was minimised; the standard errors include all scatter
+    solution: Solution  # Where the minimum is
+    between: float  # Standard deviation of the strokes beyond their own errors [N]
+    own: Real  # The own error of each stroke that is kept [N]
+    kept: Mask  # Which strokes had a part, shape (n,)
+    beyond: Real  # What single strokes stand off by beyond all that [N], 0 of most; one of each that is kept
 
 
 def without_outliers(problem: StribeckProblem, certain: Real, *, fixed: bool) -> Fitted:

@@ -11,16 +11,18 @@ parameter, a simplex in two. Intervals are profiles of the same sum.
 """
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
+from math import isfinite
+from typing import Any
 
 import nlopt
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import brentq, minimize_scalar, nnls
 from scipy.special import stdtrit
 
 from fric.arrays import Real
 from fric.friction.stribeck import STATIC_PARAMETERS, stribeck_shares
-from fric.identify.nonnegative import nonnegative
 from fric.search import minimised
 
 PARAMETERS = (*STATIC_PARAMETERS, "offset")
@@ -45,23 +47,16 @@ class Solution:
 class StribeckProblem:
     """Forces at constant velocities, and which parameters of eq. (2) are free."""
 
-    v: Real
-    """Velocities [m/s], signed, shape (n,)."""
-    F: Real
-    """Forces [N], signed, shape (n,)."""
-    standard_error: Real
-    """Of each force [N], shape (n,)."""
-    delta: float | None = 1.0
-    """The shape factor where it is fixed; None where it is free."""
-    with_offset: bool = True
-    """False where the offset is not fitted: one direction cannot tell it from Coulomb friction."""
-    fall: bool = True
-    """False for Coulomb plus viscous friction alone, F_s = F_c."""
+    v: Real  # Velocities [m/s], signed, shape (n,)
+    F: Real  # Forces [N], signed, shape (n,)
+    standard_error: Real  # Of each force [N], shape (n,)
+    delta: float | None = 1.0  # The shape factor where it is fixed; None where it is free
+    with_offset: bool = True  # False where the offset is not fitted: one direction cannot tell it from Coulomb friction
+    fall: bool = True  # False for Coulomb plus viscous friction alone, F_s = F_c
     swing: Real | None = None
     """Root mean square of the velocity about its mean over that mean, of each stroke, shape (n,); the force of a stroke
     is then the mean of eq. (2) along a sine of this size. None where no stroke swings."""
-    offset: float = 0.0
-    """The offset where it is not fitted [N]."""
+    offset: float = 0.0  # The offset where it is not fitted [N]
     _weight: Real = field(init=False, repr=False)
     _size: float = field(init=False, repr=False)
     _ones: Real = field(init=False, repr=False)
@@ -311,3 +306,31 @@ def _polished(cost: Cost, start: Real, lower: Real, upper: Real, *, near: bool) 
     optimiser.set_xtol_abs(1e-5 if near else 1e-9)
     optimiser.set_maxeval(2000)
     return minimised(optimiser, cost, start)
+
+
+_unchecked: Any = None
+"""What SciPy's own function calls, behind checks that take twice the time of so small a problem: 8 % of `identify gms`.
+
+Where another SciPy has it elsewhere, its public function is called."""
+
+with suppress(ImportError):
+    from scipy.optimize._slsqplib import nnls as _unchecked
+
+
+def nonnegative(A: Real, b: Real, most: int) -> tuple[Real, float]:
+    """Return ``x ≥ 0`` of least ``|A·x - b|``, and that norm, by Lawson and Hanson's active sets.
+
+    A, b: The problem, of shapes (n, m) and (n,).
+    most: Largest number of active sets.
+    Raises RuntimeError: When that many are not enough.
+    Raises ValueError: When a number of A or b is not finite.
+    """
+    A = np.ascontiguousarray(A)
+    flat = A.ravel()
+    if _unchecked is None or not (isfinite(flat @ flat) and isfinite(b @ b)):  # sums tell it sooner than each number
+        x, rest = nnls(A, b, maxiter=most)
+        return x, float(rest)
+    x, rest, state = _unchecked(A, b, most)
+    if state == 3:
+        raise RuntimeError("non-negative least squares did not end")
+    return x, rest

@@ -10,8 +10,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.estimate import Estimate
-from fric.identify.static_map.averages import Average
-from fric.identify.static_map.points import SpeedPoint, stroke_points
+from fric.identify.static_map.points import Average, SpeedPoint, stroke_points
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
@@ -84,14 +83,11 @@ class Stretches:
 class Correction:
     """What one thing that bends the forces of strokes does to them, and to the problem that is fitted to them."""
 
-    points: Sequence[SpeedPoint] | None = None
-    """The points without it; None where they stay as they are."""
-    records: Sequence[Log | ForceVelocity] | None = None
-    """The records without it, where it is taken off each sample."""
+    points: Sequence[SpeedPoint] | None = None  # The points without it; None where they stay as they are
+    records: Sequence[Log | ForceVelocity] | None = None  # The records without it, where it is taken off each sample
     together: Callable[["Strokes"], Real] | Real | None = None
     """Directions in which its error moves the forces of all points [N], half widths, shape (m, n)."""
-    notices: Sequence[Notice] = ()
-    """What there is to say of it."""
+    notices: Sequence[Notice] = ()  # What there is to say of it
     tried: Mapping[str, float] = field(default_factory=dict)
     """Error at held-out strokes [N] of what was not taken, by what it is called."""
     into: Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem] | None = None
@@ -108,8 +104,7 @@ class Strokes:
     records: Sequence[Log | ForceVelocity]
     points: Sequence[SpeedPoint]
     stretches: Stretches
-    together: Real
-    """Directions in which the forces of all points err together [N], half widths, shape (m, n)."""
+    together: Real  # Directions in which the forces of all points err together [N], half widths, shape (m, n)
     notices: tuple[Notice, ...] = ()
     tried: Mapping[str, float] = field(default_factory=dict)
     """Errors at held-out strokes of what was tried beside the forms of the map [N], by what it is called."""
