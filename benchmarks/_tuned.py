@@ -13,10 +13,8 @@ import numpy as np
 
 from benchmarks._machines import Ran, spread_of
 from fric.circles.measured import AxisTrace, MeasuredCircle
-from fric.circles.nominal import parameters
-from fric.circles.tune import Tuned, tune, with_belief
-from fric.circles.tune_loop import holds
-from fric.circles.tuned import TunedAxis
+from fric.circles.tune import Tuned, holds, tune, with_belief
+from fric.circles.tune_fit import TunedAxis, parameters
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.documents.spread import read_spreads

@@ -13,7 +13,7 @@ import fric
 from fric.automatic.fleet import LEVEL, find_fleet, holm, probability
 from fric.automatic.steps import run_step
 from fric.cli.main import app
-from fric.documents.fleet import FleetDocument
+from fric.documents.listings import FleetDocument
 from fric.documents.yaml import read_document
 from fric.io.circle import write_circles
 from fric.report.drift import Change

@@ -11,9 +11,8 @@ import pytest
 from scipy.signal import lsim
 
 import fric
-from fric.circles.learn import learn
+from fric.circles.learn import Learning, learn, learn_from, next_feedforward
 from fric.circles.measured import measured_from_run
-from fric.circles.measured_inverse import Learning, learn_from, next_feedforward
 from fric.circles.tune import with_belief
 from fric.control.scheme import PAPER_SCHEMES
 from fric.drive.plant import LinearPlant
@@ -141,7 +140,7 @@ def test_that_learning_gains_nothing_is_told(table):
 
 
 def test_where_learning_leaves_clearly_less_the_shape_of_the_model_is_wrong(table, tmp_path):
-    from fric.circles.model_shape import wrong_shape
+    from fric.circles.next_circle import wrong_shape
     from fric.io.circle import write_circles
     from fric.io.run import read_runs
     from fric.report.collect import collect

@@ -7,15 +7,13 @@ import numpy as np
 import pytest
 
 import fric
-from fric.circles.left_over import LeftOver
 from fric.circles.measured import measured_from_run
+from fric.circles.next_circle import LeftOver, distrusts
 from fric.circles.prediction import predicted as predicted_of
-from fric.circles.trust import distrusts
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.contours import prediction_of, prediction_tree
-from fric.documents.discrepancy import FORM, discrepancies
 from fric.documents.friction import FrictionDocument
-from fric.documents.identified import Identified
+from fric.documents.identified import FORM, Identified, discrepancies
 from fric.documents.plant import PlantDocument
 from fric.flaws import CATALOGUE
 from fric.friction.completed import PLAY, since_reversal

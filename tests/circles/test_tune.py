@@ -13,16 +13,12 @@ from scipy.integrate import solve_ivp
 import fric
 from fric.circles.measured import AxisTrace, MeasuredCircle, measured_from_run
 from fric.circles.next_circle import NextCircle, law_warnings, measured_glitch, next_circles, worse_ahead
-from fric.circles.nominal import Coordinates
-from fric.circles.tune import tune, tune_axis
-from fric.circles.tune_fit import Balance, at, fit
-from fric.circles.tune_identifiability import alike_warnings, groups_alike, timing_warnings
-from fric.circles.tune_instruments import instrumented
-from fric.circles.tune_intervals import tuned_estimates
-from fric.circles.tune_loop import cautious, loop_warnings
+from fric.circles.tune import cautious, loop_warnings, tune, tune_axis
+from fric.circles.tune_fit import Balance, Coordinates, at, fit, instrumented
+from fric.circles.tune_intervals import alike_warnings, groups_alike, timing_warnings, tuned_estimates
 from fric.circles.voltage import refined, voltage_record
 from fric.control.scheme import PAPER_SCHEMES
-from fric.documents.tuned import write_tuned
+from fric.documents.circle_findings import write_tuned
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction.completed import Completed, travels

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fric.circles.stated import controller_behind
+from fric.circles.gains import controller_behind
 from fric.circles.validation import validate_closed_loop, validate_inverse, validate_open_loop
 from fric.control.cascade import Cascade
 from fric.drive.plant import Plant

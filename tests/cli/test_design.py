@@ -7,8 +7,7 @@ from typer.testing import CliRunner
 
 from fric.cli.main import app
 from fric.control.q_filter import Q_FILTERS
-from fric.documents.controller import ControllerDocument
-from fric.documents.observer import ObserverDocument
+from fric.documents.controller import ControllerDocument, ObserverDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.hdf5 import write_logs

@@ -21,8 +21,7 @@ from scipy.signal import cont2discrete
 from fric.control import block_type
 from fric.control.scheme import Scheme
 from fric.design.blocks import design_block
-from fric.design.loop import SampledLoop
-from fric.design.repeating import learned_share
+from fric.design.loop import SampledLoop, learned_share
 from fric.errors import FricError
 from fric.simulate.axis import Trace, run_axis
 from fric.simulate.blocks import blocks_of, setting_of

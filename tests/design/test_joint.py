@@ -11,8 +11,7 @@ import fric
 from fric.control import Setting, block_type
 from fric.control.kalman import Kalman
 from fric.control.scheme import Scheme
-from fric.design.blocks import design_block
-from fric.design.joint import design_jointly, step_compliance
+from fric.design.blocks import design_block, design_jointly, step_compliance
 from fric.design.observer import WholeLoop
 from fric.design.perturbation import model_perturbation
 from fric.documents.machine_files import read_machine

@@ -216,9 +216,7 @@ def test_a_tuning_whose_noise_is_not_known_is_told_so() -> None:
 def test_provenance_tells_the_kernels_of_blas_and_the_vector_instructions() -> None:
     chosen = np.show_config(mode="dicts")["SIMD Extensions"]
     settings = {"OPENBLAS_CORETYPE": "Sandybridge", "NPY_DISABLE_CPU_FEATURES": " ".join(chosen.get("found", []))}
-    code = (
-        "from fric.documents.provenance import provenance; print(*map(provenance().get, ('blas', 'simd')), sep='\\n')"
-    )
+    code = "from fric.documents.base import provenance; print(*map(provenance().get, ('blas', 'simd')), sep='\\n')"
     done = subprocess.run(
         [sys.executable, "-c", code], env=os.environ | settings, capture_output=True, text=True, check=True
     )

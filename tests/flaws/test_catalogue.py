@@ -13,7 +13,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from fric.circles import identifiability, model_shape, next_circle, trust, tune_identifiability
+from fric.circles import diagnose, next_circle, tune_intervals
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.design import observer
 from fric.errors import FricError
@@ -188,15 +188,15 @@ def tuned(feeds: tuple[float, ...] = (0.01, 0.1), x: float = 0.0, rms: float = 1
     coordinates = N(sides=lambda x: 0.05, names=names, bounds=np.ones(1), T_d=1e-3)
     found = N(noise=lambda: 1.0, rms=rms, x=np.array([x]), balance=N(coordinates=coordinates))
     tests = [N(feed=feed) for feed in feeds]
-    as_noise = patch.object(tune_identifiability, "explained", lambda _: 1.0)
-    with patch.object(tune_identifiability, "_drifts", lambda *_: ()), as_noise:
-        return list(tune_identifiability.identifiability_warnings(N(name="x"), tests, found, found))
+    as_noise = patch.object(tune_intervals, "explained", lambda _: 1.0)
+    with patch.object(tune_intervals, "_drifts", lambda *_: ()), as_noise:
+        return list(tune_intervals.identifiability_warnings(N(name="x"), tests, found, found))
 
 
 def timed(size: float) -> list[Notice]:
-    T_d = Estimate.around(1e-3 * (1.0 + size * tune_identifiability.LATE), "s", 1e-6)
+    T_d = Estimate.around(1e-3 * (1.0 + size * tune_intervals.LATE), "s", 1e-6)
     found = N(balance=N(coordinates=N(T_d=1e-3)))
-    return list(tune_identifiability.timing_warnings(N(name="x"), found, T_d))
+    return list(tune_intervals.timing_warnings(N(name="x"), found, T_d))
 
 
 def correlated(size: float) -> list[Notice]:
@@ -206,8 +206,8 @@ def correlated(size: float) -> list[Notice]:
 
 
 def shaped(size: float) -> list[Notice]:
-    learned = Scheme(model_shape.LEARNED, model_shape.LEARNED, friction=model_shape.LEARNED)
-    return model_shape.wrong_shape([(learned, model_shape.CLEARLY * 1e-6 / size), (PAPER_SCHEMES["c"], 1e-6)])
+    learned = Scheme(next_circle.LEARNED, next_circle.LEARNED, friction=next_circle.LEARNED)
+    return next_circle.wrong_shape([(learned, next_circle.CLEARLY * 1e-6 / size), (PAPER_SCHEMES["c"], 1e-6)])
 
 
 def perturbation(first: float = 1.0, last: float = 1e3, radius: float = 1.0) -> tuple[Notice, ...]:
@@ -235,8 +235,8 @@ def one_circle(radius: float = 0.03, encoder: str = "table", seen: float = 1e-5,
         is_ball_bar=False,
     )  # fmt: skip
     machine = N(axes={"x": N(second_mass=N(encoder=encoder))})
-    with patch.object(trust, "run_circle", run), patch.object(trust, "measured_quadrants", lambda _: (seen,) * 4):
-        return list(trust._of_circles(machine, [test], (), N(feed=0.1, radius=0.03)))
+    with patch.multiple(next_circle, run_circle=run, measured_quadrants=lambda _: (seen,) * 4):
+        return list(next_circle._of_circles(machine, [test], (), N(feed=0.1, radius=0.03)))
 
 
 def taken_apart(both: bool = True, **more: object) -> Iterable[Notice]:
@@ -246,7 +246,7 @@ def taken_apart(both: bool = True, **more: object) -> Iterable[Notice]:
     zero = Estimate.around(0.0, "m", 1e-7)
     geometry = {"mismatch": zero, "backlash.x": Estimate.around(given["backlash"], "m", 1e-6)}
     circles = [N(count=given["revolutions"], errors={})]
-    return identifiability.identifiability_warnings([test], circles, geometry, both, [{"+x": given["angle"]}], 1.0)
+    return diagnose.identifiability_warnings([test], circles, geometry, both, [{"+x": given["angle"]}], 1.0)
 
 
 def is_so(size: float) -> bool:
@@ -352,16 +352,16 @@ SHOWN: dict[str, Show] = {
     "parameters-correlated": correlated,
     "model-shape": shaped,
     "law-differs": next_circles,
-    "one-feed": lambda s: tuned(feeds=(0.1, 0.1 * tune_identifiability.APART / s)),
-    "circle-misfit": lambda s: tuned(rms=s * tune_identifiability.MISFIT),
+    "one-feed": lambda s: tuned(feeds=(0.1, 0.1 * tune_intervals.APART / s)),
+    "circle-misfit": lambda s: tuned(rms=s * tune_intervals.MISFIT),
     "direction": lambda s: tuned(side=is_so(s)),
     "tuned-at-bound": lambda s: tuned(x=0.97 * s),
     "position-late": timed,
     "position-early": lambda s: timed(-s),
-    "circle-elsewhere": lambda s: one_circle(radius=0.03 * trust.OTHER_FEED * s),
+    "circle-elsewhere": lambda s: one_circle(radius=0.03 * next_circle.OTHER_FEED * s),
     "table-unseen": lambda s: one_circle(encoder="motor" if is_so(s) else "table"),
     "circle-cannot-run": lambda s: one_circle(runs=not is_so(s)),
-    "completed-disagrees": lambda s: one_circle(seen=1e-5 + s * (trust.APART + trust.SHARE_APART * 1e-5)),
+    "completed-disagrees": lambda s: one_circle(seen=1e-5 + s * (next_circle.APART + next_circle.SHARE_APART * 1e-5)),
     "squareness-unseen": lambda s: taken_apart(instrument="encoders" if is_so(s) else "grid"),
     "mismatch-or-squareness": lambda s: taken_apart(both=not is_so(s)),
     "lost-motion-cause": lambda s: taken_apart(backlash=s * 1e-6),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fric
-from fric.documents.fit import PreparedPart
+from fric.documents.friction import PreparedPart
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate

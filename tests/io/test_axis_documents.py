@@ -3,8 +3,7 @@ from pathlib import Path
 import pytest
 
 from fric.control.inverse_model import QFilter
-from fric.documents.controller import ControllerDocument
-from fric.documents.observer import ObserverDocument
+from fric.documents.controller import ControllerDocument, ObserverDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError

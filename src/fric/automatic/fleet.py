@@ -19,8 +19,8 @@ from fric.arrays import Real
 from fric.automatic.sources import find_sources
 from fric.automatic.steps import Session, Step, identify_axes, run_step
 from fric.circles.diagnose import Diagnosis
-from fric.documents.fleet import FleetDocument
 from fric.documents.friction import FrictionDocument
+from fric.documents.listings import FleetDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document, write_document
 from fric.errors import FricError, clean

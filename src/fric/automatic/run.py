@@ -21,8 +21,8 @@ from fric.automatic.steps import (
     trace_step,
     tune_step,
 )
-from fric.documents.automatic import AutoDocument
 from fric.documents.bundled import located
+from fric.documents.contours import AutoDocument
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument

@@ -2,24 +2,197 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import pi
+from math import degrees, inf, pi
 
 import numpy as np
+from scipy.optimize import linprog
+from scipy.special import stdtrit
 
 from fric.arrays import Real
-from fric.circles.geometry import BEFORE, FIRST, LARGEST, Geometry, columns_of, fit_geometry, quiet
+from fric.circles.geometry import (
+    BEFORE,
+    FIRST,
+    LARGEST,
+    Geometry,
+    Periodic,
+    columns_of,
+    fit_geometry,
+    periodic_errors,
+    quiet,
+    tails_of,
+)
 from fric.circles.glitches import Glitch, Pulse, glitch_of, noise_of, pulses, smoothed
-from fric.circles.identifiability import identifiability_warnings
-from fric.circles.iso230 import Iso230, iso230
-from fric.circles.lag import lags
 from fric.circles.measured import MeasuredCircle
-from fric.circles.pitch import Periodic, periodic_errors
 from fric.circles.revolutions import Revolutions, revolutions
 from fric.contour import QUADRANTS
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.flaws import circle
+from fric.identify.replay.replay_intervals import covariance_of
 from fric.notice import Notice
 from fric.records.resolution import lattice_step
+
+BINS = 3600
+"""Parts of a turn whose means the figures are taken of, where so many were sampled."""
+
+
+@dataclass(frozen=True)
+class Iso230:
+    """Figures of ISO 230-4 (2005), Section 3."""
+
+    # Circular deviation of each direction of turning, by 1 and -1: least radial separation of two concentric circles
+    # that hold the path [m]
+    G: dict[int, float]
+    # Bidirectional circular deviation: of two circles that hold both paths [m]; None of one direction
+    G_b: float | None
+    # F_max, F_min: largest and least radial deviation from the nominal circle around the least-squares centre of the
+    # path, over all paths [m], positive outwards
+    F_max: float
+    F_min: float
+    # Mean bidirectional radial deviation: mean radius of both paths less the nominal radius [m]; None of one direction
+    D: float | None
+
+
+def minimum_zone(angle: Real, deviation: Real) -> float:
+    """Return the least separation [m] of two concentric circles that hold a path near a circle.
+
+    Radial deviations move with the centre by ``-(a·cos θ + b·sin θ)``, so that least separation is a linear programme;
+    what this leaves out is the shift squared over twice the radius, and the shift is what is left of the centre.
+
+    angle, deviation: The path, as angle [rad] and radial deviation [m] from any circle around it, shape (n,).
+    """
+    centred, _ = around_its_centre(angle, deviation)
+    scale = float(np.ptp(centred))
+    if scale == 0.0:
+        return 0.0
+    d, cos, sin, one = centred / scale, np.cos(angle), np.sin(angle), np.ones_like(angle)
+    # unknown: shift of the centre (a, b), inner and outer circle; inner ≤ d - a·cos - b·sin ≤ outer
+    A = np.vstack([np.column_stack([-cos, -sin, 0 * one, -one]), np.column_stack([cos, sin, one, 0 * one])])
+    found = linprog([0, 0, -1, 1], A_ub=A, b_ub=np.concatenate([-d, d]), bounds=[(None, None)] * 4, method="highs")
+    inner, outer = np.asarray(found.x)[2:]
+    return float(outer - inner) * scale
+
+
+def around_its_centre(angle: Real, deviation: Real) -> tuple[Real, float]:
+    """Return a radial deviation [m] around the least-squares centre of its path, and its mean [m]."""
+    basis = np.column_stack([np.cos(angle), np.sin(angle), np.ones_like(angle)])
+    a, b, mean = np.linalg.lstsq(basis, deviation, rcond=None)[0]
+    return deviation - basis[:, :2] @ np.array([a, b]), float(mean)
+
+
+def iso230(tests: Sequence[Revolutions]) -> Iso230:
+    """Return the figures of ISO 230-4 of the mean paths of one test, or of both directions of one circle."""
+    paths: dict[int, tuple[Real, Real, float]] = {}
+    for tested in tests:
+        bins = min(BINS, max(len(tested.angle) // tested.count, 8))
+        angle, mean, _ = tested.averaged(bins)
+        there = np.isfinite(mean)
+        angle, mean = angle[there], mean[there]
+        if tested.count == 1 and bins < BINS:  # one sample a part: its own angle, not that of the part
+            angle, mean = tested.angle % (2 * pi), tested.deviation
+        centred, level = around_its_centre(angle, mean)
+        paths[tested.test.direction] = (angle, centred, level)
+    both = len(paths) == 2
+    angle = np.concatenate([path[0] for path in paths.values()])
+    joint = np.concatenate([path[1] for path in paths.values()])
+    return Iso230(
+        {direction: minimum_zone(angle_, d) for direction, (angle_, d, _) in paths.items()},
+        minimum_zone(angle, joint) if both else None,
+        max(float(d.max()) for _, d, _ in paths.values()),
+        min(float(d.min()) for _, d, _ in paths.values()),
+        float(np.mean([level for _, _, level in paths.values()])) if both else None,
+    )
+
+
+def lags(tests: Sequence[Revolutions], behind: Sequence[Mapping[str, float]], fit: Geometry) -> dict[str, Estimate]:
+    """Return the time by which each axis is behind its reference [s], with its 95 % interval.
+
+    What of an axis' error goes with its velocity, where no glitch peaks, beside a constant, scale, backlash and the
+    tails of the glitches. Squareness does the same in one direction and the opposite in the other: the mean over both
+    is free of it, and of one direction the interval is open, but for the axes' own encoders, which do not see it.
+
+    tests: Revolutions of each test; an axis without reference has no lag.
+    behind: Per test and quadrant, up to what angle behind the reversal a glitch is left out [rad].
+    fit: The geometry, whose tails these have.
+    """
+    found = {}
+    for n, name in enumerate(tests[0].test.names):
+        if not all(name in one.errors for one in tests):
+            continue
+        values, errors, freedom = zip(
+            *(_lag(one, one.errors[name], n, ends, fit) for one, ends in zip(tests, behind, strict=True)), strict=True
+        )
+        value = float(np.mean(values))
+        half_width = float(stdtrit(sum(freedom), 0.975)) * float(np.linalg.norm(errors)) / len(tests)
+        if len(tests) == 1 and tests[0].test.instrument != "encoders":
+            half_width = inf
+        found[name] = Estimate.around(value, "s", half_width)
+    return found
+
+
+def _lag(
+    tested: Revolutions, error: Real, axis: int, behind: Mapping[str, float], fit: Geometry
+) -> tuple[float, float, int]:
+    """Return a lag and its standard error [s], and the degrees of freedom of that."""
+    used = np.flatnonzero(quiet(tested, behind))
+    along = tested.angle[used] - axis * pi / 2  # the axis moves as the cosine of this
+    speed = -tested.test.direction * tested.test.feed * np.sin(along)
+    tails, _, bent = tails_of(tested, behind, fit.fade, fit.bend)[:, used]  # each bent by itself: one axis' share alone
+    columns = np.column_stack([speed, np.ones(len(used)), np.cos(along), np.sign(speed), tails, bent])
+    values, *_ = np.linalg.lstsq(columns, error[used], rcond=None)
+    segments = [len(one) for one in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]
+    residual = error[used] - columns @ values
+    if np.ptp(residual) <= 1e-12 * max(float(np.ptp(error)), 1e-15):
+        return float(values[0]), 0.0, 1
+    variance = float(covariance_of(columns, residual, segments)[0, 0])
+    return float(values[0]), variance**0.5, max(len(segments) - 1, 1)
+
+
+def identifiability_warnings(
+    tests: Sequence[MeasuredCircle],
+    circles: Sequence[Revolutions],
+    geometry: Mapping[str, Estimate],
+    both: bool,
+    behind: Sequence[Mapping[str, float]],
+    largest: float,
+) -> tuple[Notice, ...]:
+    """Return what the tests leave open: squareness, backlash, scale, scatter, glitches that do not end.
+
+    tests, circles: The tests, and their revolutions.
+    geometry: What was fitted.
+    both: Whether both directions were measured.
+    behind: Per test and quadrant, up to what angle behind the reversal a glitch was seen [rad].
+    largest: Up to what angle it was looked for [rad].
+    """
+    test, warnings = tests[0], []
+    if not both:
+        warnings.append(_one_direction(test, float(geometry["mismatch"])))
+    elif test.instrument == "encoders":
+        warnings.append(circle.SQUARENESS_UNSEEN.found(ellipse=None))
+    moved = [name for name in test.names if not _holds_zero(geometry[f"backlash.{name}"])]
+    if moved:
+        warnings.append(circle.LOST_MOTION_CAUSE.found(axes=" and ".join(moved), reference=bool(circles[0].errors)))
+    if test.is_ball_bar:
+        warnings.append(circle.BALL_BAR_LENGTH.found())
+    if min(one.count for one in circles) < 2:
+        warnings.append(circle.ONE_REVOLUTION.found())
+    wide = sorted({name for of in behind for name, angle in of.items() if angle >= largest - 1e-6})
+    if wide:
+        warnings.append(circle.GLITCH_DOES_NOT_END.found(quadrants=wide, degrees=degrees(largest)))
+    return tuple(warnings)
+
+
+def _holds_zero(estimate: Estimate) -> bool:
+    limits = np.ravel(estimate.ci95 if estimate.ci95 is not None else (-np.inf, np.inf))
+    return bool(limits.min() <= 0.0 <= limits.max())
+
+
+def _one_direction(test: MeasuredCircle, ellipse: float) -> Notice:
+    size = Estimate(abs(ellipse), "m")
+    if test.instrument == "encoders":
+        return circle.SQUARENESS_UNSEEN.found(ellipse=size)
+    return circle.MISMATCH_OR_SQUARENESS.found(ellipse=size, ball_bar=test.is_ball_bar)
+
 
 ROUNDS = 4
 """How often what a glitch covers is looked at again."""

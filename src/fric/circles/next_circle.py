@@ -1,29 +1,155 @@
-"""What the next circle should show with a belief that was tuned, and between what."""
+"""What another circle will show, by the circles that were measured, and whether to trust that.
 
-from collections.abc import Callable, Mapping, Sequence
+What a measured circle shows of friction beside a machine's model goes into every drawn machine (`LeftOver`); with a
+belief that was tuned the next circle is predicted (`next_circles`); and what speaks against an interval is collected
+(`distrusts`).
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from math import exp
+from zlib import crc32
 
 import numpy as np
 
 from fric.arrays import Real
-from fric.circles.left_over import completed
+from fric.circles.gains import StatedController, against_stated, stated_voltage
 from fric.circles.measured import MeasuredCircle
 from fric.circles.revolutions import fit_circle
-from fric.circles.tune_bootstrap import recorded_again
-from fric.circles.tuned import TunedAxis
-from fric.contour import circularity
-from fric.control.scheme import PAPER_SCHEMES, Scheme
+from fric.circles.tune_fit import TunedAxis, recorded_again
+from fric.circles.voltage import VoltageRecord, refined, voltage_record
+from fric.contour import QUADRANTS, circularity, of_axes
+from fric.control.scheme import OBSERVER, PAPER_SCHEMES, Scheme
 from fric.drive.plant import Plant, hold_delay
 from fric.errors import FricError
 from fric.estimate import Estimate, as_filed
-from fric.flaws.circle import LAW_DIFFERS
-from fric.notice import Notice
+from fric.flaws import circle as flaws
+from fric.flaws import flaw_of
+from fric.flaws.circle import LAW_DIFFERS, MODEL_SHAPE
+from fric.flaws.prediction import CIRCLE_ELSEWHERE, NO_MEASURED_CIRCLE
+from fric.friction import FrictionModel
+from fric.friction.completed import Completed, since_reversal, travels
+from fric.notice import Notice, once
 from fric.reference import Reference
 from fric.simulate.axis import run_axis
 from fric.simulate.chance import ACCURACY, PLACES, Chance
-from fric.simulate.circle import Circle
+from fric.simulate.circle import Circle, run_circle
 from fric.simulate.machine import Axis, Machine
+from fric.simulate.spread import Spread, draw_machine
+
+SHARE = 0.2
+"""Share of what is left over, 95 %, by which another motion may meet more or less of it."""
+
+
+@dataclass(frozen=True)
+class LeftOver:
+    """Measured circles, to which machines are completed.
+
+    The balance of voltages along the measured motion leaves a force, whatever the parameters of the model are. Over the
+    travel since the last reversal it is part of the machine: a level that has changed, the friction at the reversals of
+    this very circle, cogging, directions that differ. What then differs from machine to machine is how friction changes
+    from the motion that was measured to that of another scheme.
+    """
+
+    records: Mapping[str, tuple[VoltageRecord, ...]]  # By axis, the circles as balances of voltages
+    tests: tuple[MeasuredCircle, ...]  # The circle tests
+    seed: int = 0  # Of by how much another motion meets more or less of what is left over
+
+    @classmethod
+    def of(cls, tests: Sequence[MeasuredCircle], machine: Machine, axes: Sequence[str], seed: int = 0) -> LeftOver:
+        """Return what circle tests hold of some axes of a machine, with reference and position of each.
+
+        Where the voltage was not recorded, and no compensation was on, it is what the machine's controller gives along
+        the recorded motion.
+
+        Raises FricError: When a test lacks a channel.
+        """
+        records = {
+            name: tuple(voltage_record(_with_voltage(test, machine.axes[name]), name) for test in tests)
+            for name in axes
+        }
+        return cls(records, tuple(tests), seed)
+
+    def __call__(self, machine: Machine, index: int | None = None) -> Machine:
+        """Return a machine completed by what its model leaves over of the circles.
+
+        machine: The machine: its plants and friction as they were identified, or drawn.
+        index: Its number among those drawn, each of which meets another share of what is left over; exactly as much as
+            was measured where it is not given.
+        """
+        axes = {
+            name: replace(machine.axes[name], friction=self._completed(machine.axes[name], index))
+            for name in self.records
+        }
+        return replace(machine, axes={**machine.axes, **axes})
+
+    def _completed(self, axis: Axis, index: int | None) -> Completed:
+        share = 1.0
+        if index is not None:
+            key = np.random.SeedSequence(self.seed, spawn_key=(index, crc32(f"left over {axis.name}".encode())))
+            share = exp(SHARE / 1.96 * np.random.default_rng(key).standard_normal())
+        return completed(axis.friction, [_left(record, axis) for record in self.records[axis.name]], share)
+
+
+def completed(friction: FrictionModel, left: Sequence[tuple[VoltageRecord, Real]], share: float = 1.0) -> Completed:
+    """Return a friction model with the mean of what it leaves of records, over the travel since the last reversal.
+
+    friction: The model.
+    left: Records, each with the force that the model leaves of it at the samples used [N].
+    share: Share of it that is taken.
+    """
+    grid = travels(2 * max(record.radius for record, _ in left))
+    sums, counts = np.zeros((2, len(grid))), np.zeros((2, len(grid)))
+    for record, force in left:
+        whole = record.revolution[record.used] >= 0
+        motion = np.array(since_reversal(record.position))[:, record.used]
+        _gather(motion[:, whole], force[whole], grid, sums, counts)
+    forwards, backwards = (share * _filled(grid, *one) for one in zip(sums, counts, strict=True))
+    return as_filed(Completed(friction, tuple(forwards), tuple(backwards)))
+
+
+def _with_voltage(test: MeasuredCircle, axis: Axis) -> MeasuredCircle:
+    trace = test.axes.get(axis.name)
+    if trace is None or trace.input is not None or trace.reference is None or test.scheme not in ("", "a"):
+        return test
+    rate = (len(trace.time) - 1) / float(trace.time[-1] - trace.time[0])
+    given, *_ = stated_voltage(
+        axis.cascade, axis.nominal or axis.plant, trace.reference, trace.position, rate, ahead=True
+    )
+    return replace(test, axes={**test.axes, axis.name: replace(trace, input=given)})
+
+
+def _left(record: VoltageRecord, axis: Axis) -> tuple[VoltageRecord, Real]:
+    """Return a record along its refined motion, and the force that a machine leaves of it [N], at the samples used."""
+    plant = axis.plant
+    m, a = 1.0 / plant.B, plant.A / plant.B
+    own = refined(record, axis.friction, plant.T_d, (m, a, axis.constant_load / plant.K_f), plant.K_f)
+    used = own.used
+    voltage = own.delayed(plant.T_d) - m * own.inertia[used] - a * own.damping[used]
+    return own, plant.K_f * voltage - own.friction(axis.friction) - axis.constant_load
+
+
+def _gather(motion: Real, force: Real, grid: Real, sums: Real, counts: Real) -> None:
+    """Add forces to their nearest travels, row 0 forwards and row 1 backwards."""
+    direction, travel = motion
+    nearest = np.searchsorted(0.5 * (grid[1:] + grid[:-1]), travel)
+    for row, sign in enumerate((1.0, -1.0)):
+        own = direction == sign
+        sums[row] += np.bincount(nearest[own], force[own], len(grid))
+        counts[row] += np.bincount(nearest[own], minlength=len(grid))
+
+
+def _filled(grid: Real, sums: Real, counts: Real) -> Real:
+    """Return means, and between their travels what time tells: near a reversal of a circle it goes with the root."""
+    met = counts > 0
+    if not met.any():
+        return np.zeros(len(grid))
+    return np.interp(np.sqrt(grid), np.sqrt(grid[met]), sums[met] / counts[met])
+
 
 SMEARED = 4.0
 """Times what is left over adds to a glitch that it may add besides: behind a filter of 70 Hz, in the mean over strokes
@@ -271,3 +397,174 @@ def measured_quadrants(test: MeasuredCircle) -> tuple[float, float, float, float
 def measured_glitch(test: MeasuredCircle) -> float:
     """Return the largest glitch of a circle that was measured [m]."""
     return max(map(abs, measured_quadrants(test)))
+
+
+APART, SHARE_APART = 5e-7, 0.03
+"""By how much a completed machine may miss a glitch that was measured [m], and as a share of it."""
+FARTHEST, TELLING, LATER = 4e-4, 2.0, 0.1
+"""How far from the plant's another delay is looked for [s], how much better it must explain a circle's voltages, and by
+what share of the delay it must differ."""
+SOFTER, STIFFER = Spread(0.5, 0.5), Spread(2.0, 2.0)
+"""Friction whose stiffness is not that of the logs, which shifts a reversal as a delay does."""
+OTHER_FEED = 2.0
+"""Ratio of feeds, and of radii, beyond which a measured circle tells little of another."""
+
+
+def distrusts(
+    machine: Machine,
+    notices: Iterable[Notice],
+    tests: Sequence[MeasuredCircle],
+    records: Sequence[VoltageRecord],
+    circle: Circle,
+) -> tuple[Notice, ...]:
+    """Return why no interval of a prediction must be trusted; nothing where all may be.
+
+    machine: The machine at the estimates, completed by the tests where there are any.
+    notices: What its files warn of.
+    tests: Measured circles.
+    records: Their axes as balances of voltages.
+    circle: The circle that is predicted.
+    """
+    return once([*_of_files(notices, bool(tests)), *_of_circles(machine, tests, records, circle)])
+
+
+def _of_files(notices: Iterable[Notice], measured: bool) -> Iterator[Notice]:
+    if not measured:
+        yield NO_MEASURED_CIRCLE.found()
+    for notice in notices:
+        if notice.severity == "wrong" and not (measured and flaw_of(notice).circle_settles):
+            yield notice
+
+
+def _of_circles(
+    machine: Machine, tests: Sequence[MeasuredCircle], records: Sequence[VoltageRecord], circle: Circle
+) -> Iterator[Notice]:
+    for test in tests:
+        for name in test.names:
+            second = machine.axes[name].second_mass if name in machine.axes else None
+            if second is not None and second.encoder == "motor" and test.instrument in ("encoders", ""):
+                yield flaws.TABLE_UNSEEN.found(f"axis {name}")
+        yield from _disagreement(machine, test)
+    for record in records:
+        yield from _delay(machine.axes[record.axis], record)
+        yield from _controller(machine.axes[record.axis], record)
+    if tests:
+        feeds = [max(circle.feed / test.feed, test.feed / circle.feed) for test in tests]
+        radii = [max(circle.radius / test.radius, test.radius / circle.radius) for test in tests]
+        if min(feeds) > OTHER_FEED or min(radii) > OTHER_FEED:
+            yield CIRCLE_ELSEWHERE.found()
+
+
+def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
+    """Yield what is wrong where even the machine that was completed by a circle does not show its glitches."""
+    scheme = PAPER_SCHEMES.get(test.scheme or "a")
+    if scheme is None:
+        return
+    try:
+        run = run_circle(machine, scheme, Circle(test.radius, test.feed, 2, test.direction))
+    except FricError as error:
+        yield flaws.CIRCLE_CANNOT_RUN.found(test.where, why=error.what)
+        return
+    judged = of_axes(test.names, machine.axes)
+    seen, expected = measured_quadrants(test), [one.median for one in run.glitches]
+    off = {
+        name: (one, other)
+        for name, one, other in zip(QUADRANTS, seen, expected, strict=True)
+        if name in judged and not np.isclose(one, other, rtol=SHARE_APART, atol=APART)
+    }
+    if off:
+        microns = {name: (f"{a * 1e6:+.1f}", f"{b * 1e6:+.1f}") for name, (a, b) in off.items()}
+        glitches = "; ".join(f"{name} {a} µm measured, {b} µm simulated" for name, (a, b) in microns.items())
+        yield flaws.COMPLETED_DISAGREES.found(test.where, glitches=glitches)
+
+
+def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
+    """Yield what is wrong where another delay than that of the logs explains a circle's voltages far better.
+
+    For each delay the voltage is balanced by inertia, damping, a constant and friction (as it is, softer, stiffer),
+    each times what fits: friction that has changed is no delay.
+    """
+    plant = axis.plant
+    model = axis.friction.model if isinstance(axis.friction, Completed) else axis.friction
+    own = refined(record, model, plant.T_d, (1 / plant.B, plant.A / plant.B, axis.constant_load / plant.K_f), plant.K_f)
+    used = own.used
+    alone = Machine("", {axis.name: replace(axis, friction=model)})
+    others = [draw_machine(alone, 0, spreads={"stiffness": one})[0].axes[axis.name] for one in (SOFTER, STIFFER)]
+    frictions = [own.friction(one) for one in (model, *(other.friction for other in others))]
+    parts = [own.inertia[used], own.damping[used], np.ones(np.count_nonzero(used)), *frictions]
+    basis = np.linalg.qr(np.column_stack(parts))[0]
+
+    def left(delay: float) -> float:
+        voltage = own.delayed(delay)
+        return float(np.sqrt(np.mean((voltage - basis @ (basis.T @ voltage)) ** 2)))
+
+    tried = plant.T_d + np.linspace(-FARTHEST, FARTHEST, 41)
+    best = min(tried[tried >= 0], key=left)
+    if left(plant.T_d) > TELLING * left(best) and abs(best - plant.T_d) > LATER * plant.T_d:
+        yield flaws.DELAY_DIFFERS.found(
+            f"axis {axis.name}", plant=Estimate(plant.T_d, "s"), circle=Estimate(float(best), "s")
+        )
+
+
+def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
+    """Yield what is wrong where the recorded voltage is not what the stated controller gives, without compensation.
+
+    Its inverse model may be of another plant than the one that was identified since: that is no wrong gain.
+    """
+    if record.test.scheme not in ("", "a"):
+        return
+    t, reference, measured, voltage = record.raw
+    from_file = axis.nominal or axis.plant
+
+    def against(volts: Real) -> StatedController:
+        return against_stated(axis.cascade, from_file, reference, measured, volts, 1 / record.sampled, ahead=True)
+
+    held = against(voltage)
+    if held.as_stated:
+        return
+    velocity = np.gradient(reference, t)
+    fed = np.column_stack([velocity, np.gradient(velocity, t), np.ones(len(t))])
+    share, *_ = np.linalg.lstsq(fed, held.recorded - held.given, rcond=None)
+    if not against(voltage - fed @ share).as_stated:
+        yield flaws.CONTROLLER_DIFFERS.found(f"axis {axis.name}", how=held.describe(), friction=False)
+
+
+def observers_distrust(schemes: Sequence[Scheme], notices: Iterable[Notice]) -> Mapping[str, tuple[Notice, ...]]:
+    """Return by scheme with an observer why it must not be trusted: the response was not measured."""
+    why = tuple(notice for notice in notices if flaw_of(notice).no_response)
+    return {scheme.name: why for scheme in schemes if OBSERVER in scheme.blocks and why}
+
+
+LEARNED = "learned"
+"""What a scheme feeds forward that feeds forward what was learned."""
+CLEARLY = 0.6
+"""Share of the glitch under the best model that learning leaves at most, where that says something of the model."""
+
+
+def wrong_shape(circles: Iterable[tuple[Scheme, float]]) -> list[Notice]:
+    """Return that learning leaves clearly less of one circle than any model with pre-sliding, where it does.
+
+    What is learned needs no model of friction. Where it leaves `CLEARLY` less than what a model leaves that was tuned
+    to circles, the machine's friction has another shape than the model can take.
+
+    circles: Schemes, and the glitch that each left of the circle [m].
+    """
+    learned, modelled = [], []
+    for scheme, glitch in circles:
+        if scheme.friction == LEARNED:
+            learned.append(glitch)
+        elif scheme.friction not in {None, "static"}:
+            modelled.append(glitch)
+    if not learned or not modelled or not min(learned) < CLEARLY * min(modelled):
+        return []
+    return [MODEL_SHAPE.found(learned=Estimate(min(learned), "m"), model=Estimate(min(modelled), "m"))]
+
+
+def wrong_shape_measured(tests: Iterable[MeasuredCircle]) -> list[Notice]:
+    """Return the same of measured circles, those of one radius and feed together; what was on is what they say."""
+    known = {**PAPER_SCHEMES, LEARNED: Scheme(LEARNED, LEARNED, friction=LEARNED)}
+    alike = defaultdict(list)
+    for test in tests:
+        if test.scheme in known and not test.is_ball_bar:
+            alike[test.radius, test.feed].append((known[test.scheme], measured_glitch(test)))
+    return [notice for circles in alike.values() for notice in wrong_shape(circles)]

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from fric.arrays import Real
-from fric.circles.stated import controller_behind
+from fric.circles.gains import controller_behind
 from fric.control.base import Setting
 from fric.control.cascade import Cascade
 from fric.drive.plant import Plant, hold_delay

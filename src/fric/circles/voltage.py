@@ -12,8 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.sparse import csr_array
 
 from fric.arrays import Indices, Mask, Real
-from fric.circles.measured import MeasuredCircle
-from fric.circles.motion import even, low_pass, smoothed
+from fric.circles.measured import MeasuredCircle, even, low_pass, smoothed
 from fric.circles.revolutions import fit_circle, steady
 from fric.errors import FricError
 

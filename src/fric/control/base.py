@@ -129,7 +129,7 @@ class ControlBlock(ABC):
     """True for a feedforward that goes by what the axis does, and so matters to stability as the other kinds do."""
     repeats: ClassVar[bool] = False
     """True where it gives what it saw one period of the motion before, and nothing of what it sees now. It has no few
-    poles; its loop is judged by whether what it gives shrinks from period to period (`fric.design.repeating`)."""
+    poles; its loop is judged by whether what it gives shrinks from period to period (`fric.design.loop`)."""
     tuned: ClassVar[str] = ""
     """Name of the parameter that is made as large as the margins of the whole loop allow (`fric.design.blocks`)."""
 

@@ -7,7 +7,7 @@
 u_m is the inverse model's voltage, h a Gaussian that has fallen by 3 dB at the cutoff, over ±24 samples: the voltage
 of the last period is kept, and what was amiss with the position is added as the voltage that would have moved it,
 taken T_d ahead. Nothing is learned above the cutoff. From one period to the next, without friction, w is multiplied
-by ``h·(1 - G/G_n)/(1 + G·K)``, which is small where the plant is known (`fric.design.repeating`). Both signals are kept
+by ``h·(1 - G/G_n)/(1 + G·K)``, which is small where the plant is known (`fric.design.loop`). Both signals are kept
 for N + 64 samples, N the period of the contour: the filters look back at what is older than one period, and a memory
 of N alone would have overwritten it. E. D. Tung, G. Anwar, M. Tomizuka, Low velocity friction compensation and
 feedforward solution based on repetitive control, J. Dyn. Syst. Meas. Control 115 (1993) 279-284.

@@ -1,18 +1,24 @@
-"""A comparison of friction models, as `--json` prints it: ``fric: comparison/1``."""
+"""What is held against records, as `--json` prints it: ``fric: comparison/1``, ``halves/1`` and ``validation/1``."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
 
 from fric.documents.base import Document
+from fric.documents.generated import PartOf
 from fric.documents.quantity import Known, Part, Quantity
 from fric.estimate import Estimate
+from fric.identify.halves import Halved
+from fric.log import Log
+from fric.notice import Notice
 from fric.units import si_unit
 
 if TYPE_CHECKING:
+    from fric.circles.validation import Validation
     from fric.identify.replay.compare import Comparison
 
 
@@ -114,3 +120,76 @@ def comparison_tree(comparison: Comparison) -> dict[str, Any]:
 
 def _rms(values: np.ndarray[Any, np.dtype[np.float64]]) -> float | None:
     return float(np.sqrt(np.mean(values**2))) if len(values) else None
+
+
+class HalvedPart(PartOf[Halved]):
+    """A parameter of two halves of the records."""
+
+    half_widths: float
+
+
+class HalvesDocument(Document):
+    """How far halves of the records are apart, each identified alone."""
+
+    type: ClassVar[str] = "halves"
+
+    axis: str
+    within: float
+    found: list[HalvedPart]
+    untold: dict[str, str]
+
+
+class SignalPart(Part):
+    """How far a signal of the replay is from the recorded one."""
+
+    relative: float = Field(description="norm of the difference over that of the recorded signal")
+    rms: float
+    unit: str
+
+
+class ValidatedRecord(Part):
+    """One record, replayed in one loop."""
+
+    record: str
+    loop: str
+    friction: str
+    signals: dict[str, SignalPart]
+    filter: Quantity
+    worst_second: list[float] = Field(description="begin and end of the second with the largest error [s]")
+
+
+class ValidationDocument(Document):
+    """Recorded motions replayed by the identified axis, as `--json` prints them."""
+
+    type: ClassVar[str] = "validation"
+
+    validations: list[ValidatedRecord]
+
+
+def validation_tree(
+    validations: Sequence[Validation], logs: Sequence[Log], notices: Iterable[Notice] = ()
+) -> dict[str, Any]:
+    """Return the scores of validations, ready to be printed."""
+    records = []
+    for validation in validations:
+        log = validation.log
+        first, stop = validation.worst
+        signals = {
+            name: {
+                "relative": compared.relative,
+                "rms": compared.rms,
+                "unit": si_unit(name, log.motion),
+            }
+            for name, compared in validation.signals.items()
+        }
+        records.append(
+            {
+                "record": log.name,
+                "loop": validation.loop,
+                "friction": validation.friction.name,
+                "signals": signals,
+                "filter": {"value": validation.cutoff, "unit": "Hz"},
+                "worst_second": [float(log.time[first]), float(log.time[stop - 1])],
+            }
+        )
+    return ValidationDocument.made({"validations": records}, notices=notices, logs=logs).tree()

@@ -1,4 +1,4 @@
-"""What schemes leave of a contour, as `--json` prints it: of a circle, of a path, of many circles, of the paper."""
+"""What schemes leave of a contour, as `--json` prints it: circle, path, many circles, the paper, a folder of logs."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -11,7 +11,7 @@ from fric.arrays import Real
 from fric.circles.prediction import Predicted, Prediction
 from fric.documents.base import CodedWarning, Document
 from fric.documents.generated import PartOf, again
-from fric.documents.quantity import Known, Of, Written
+from fric.documents.quantity import Known, Of, Part, Written
 from fric.simulate.spread import Distribution
 from fric.units import readable
 
@@ -283,3 +283,20 @@ class CircleMapDocument(Document):
         text = f"{name}: less on {np.count_nonzero(better)} of {np.count_nonzero(ran)} circles"
         text += f", at most by {at(np.nanargmax(less))}" if better.any() else ""
         return text + (f"; more on {np.count_nonzero(worse)}, by {at(np.nanargmin(less))}" if worse.any() else "")
+
+
+class StepsPart(Part):
+    """Which steps were done for an axis, and which record is missing for others."""
+
+    done: list[str]
+    missing: list[str]
+
+
+class AutoDocument(Document):
+    """The report, what was done by axis, and the verdict."""
+
+    type: ClassVar[str] = "auto"
+
+    report: str | None
+    axes: dict[str, StepsPart]
+    verdict: VerdictPart

@@ -1,21 +1,30 @@
-"""The controller file: ``fric: controller/1``."""
+"""The files of what runs in a controller: ``fric: controller/1``, ``observer/1`` and ``block/1``."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Iterable, Mapping, Sequence
+from math import log10
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, GetJsonSchemaHandler, model_validator
 
+from fric.control import block_type, blocks
 from fric.control.cascade import Cascade
-from fric.documents.base import AxisDocument
+from fric.control.inverse_model import DisturbanceObserver
+from fric.control.q_filter import QFilter
+from fric.documents.base import AxisDocument, OfAxis, provenance
 from fric.documents.generated import FilePart
-from fric.documents.quantity import Part, Quantity
+from fric.documents.quantity import Part, Physical, Quantity, in_units, quantities
+from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.log import Record
 from fric.notice import Notice
-from fric.units import Motion
+from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
+    from fric.design.blocks import BlockDesign
     from fric.design.cascade import CascadeDesign
+    from fric.design.observer import ObserverDesign
 
 
 class ControllerPart(FilePart[Cascade]):
@@ -50,3 +59,176 @@ def controller_tree(design: CascadeDesign, axis: str, motion: Motion, notices: I
     content: dict[str, Any] = {"axis": axis, "motion": motion, **ControllerPart.of(design.cascade, motion)}
     content["margins"] = {name: loop.margins.as_dict() for name, loop in design.loops().items()}
     return ControllerDocument.made(content, notices=notices).tree()
+
+
+class ObserverPart(Physical):
+    """A disturbance observer ``d̂ = Q·(G_n⁻¹·z - u_t)``, ``G_n = B/(s·(s + A))``."""
+
+    filter: str = Field("binomial2", description="the filter Q: binomial2 to 4, butterworth2 and 3, umeno-hori")
+    cutoff: Annotated[Quantity, "frequency"] = Field(description="corner frequency 1/(2*pi*tau) of Q [Hz]")
+    A: Annotated[Quantity | None, "rate"] = Field(
+        None, description="damping of the nominal plant [1/s]; the plant's where left out"
+    )
+    B: Annotated[Quantity | None, "acceleration per input"] = Field(
+        None, description="gain of the nominal plant; the plant's where left out"
+    )
+
+    def observer(self, motion: Motion, A: float, B: float) -> DisturbanceObserver:
+        """Return the observer in SI; A and B are those of the plant, taken where the file gives none.
+
+        Raises FricError: When there is no such filter, or its cutoff is not positive.
+        """
+        values = self.values(motion)
+        q = QFilter(self.filter, values.pop("cutoff"))
+        return DisturbanceObserver(q, **{"A": A, "B": B, **values})
+
+
+class LimitPart(Part):
+    """How far Q may reach by one rule; without a cutoff where that rule allows no Q at all."""
+
+    cutoff: Quantity | None = None
+    bandwidth: Quantity | None = None
+    frequency: Quantity | None = Field(None, description="where the rule binds")
+    Delta: Quantity | None = Field(None, description="size of the perturbation there")
+    peak_sensitivity: Quantity | None = None
+
+
+class ObserverDocument(AxisDocument, ObserverPart):
+    """An observer file: the filter Q of one axis, and the limit and margins it was designed for."""
+
+    type: ClassVar[str] = "observer"
+
+    bandwidth: Quantity | None = Field(None, description="where |Q| has fallen by 3 dB [Hz]; follows from the cutoff")
+    reason: str = Field("", description="why the cutoff is as it is")
+    limits: dict[Literal["robust", "sensitive"], LimitPart] = Field(
+        default_factory=dict, description="limits of Q by eq. (8) and by peak sensitivity"
+    )
+    margins: dict[str, MarginsPart] = Field(
+        default_factory=dict, description="margins of the whole loop, at the plant's input"
+    )
+
+
+def observer_tree(
+    design: ObserverDesign,
+    axis: str,
+    motion: Motion,
+    logs: Sequence[Record] = (),
+    notices: Iterable[Notice] = (),
+) -> dict[str, Any]:
+    """Return an observer with its limits and margins as an observer document."""
+    observer, robust = design.observer, design.robust
+    limits: dict[str, Any] = {"robust": {}, "sensitive": {"peak_sensitivity": _decibel(design.peak_sensitivity)}}
+    for name, q in (("robust", robust.q), ("sensitive", design.sensitive)):
+        if q is not None:
+            limits[name] |= {"cutoff": Estimate(q.cutoff, "Hz"), "bandwidth": Estimate(q.bandwidth, "Hz")}
+    if robust.q is not None:
+        limits["robust"] |= {"frequency": Estimate(robust.frequency, "Hz"), "Delta": Estimate(robust.size, "1")}
+    content = {
+        "axis": axis,
+        "motion": motion,
+        "filter": observer.q.name,
+        "cutoff": Estimate(observer.q.cutoff, "Hz", assumed=design.assumed),
+        "bandwidth": Estimate(observer.q.bandwidth, "Hz", assumed=design.assumed),
+        "A": Estimate(observer.A, si_unit("rate", motion)),
+        "B": Estimate(observer.B, si_unit("acceleration per input", motion)),
+        "reason": design.reason,
+        "limits": limits,
+        "margins": {name: loop.margins.as_dict() for name, loop in design.loops().items()},
+    }
+    return ObserverDocument.made(content, notices=[*notices, *design.warnings], logs=logs).tree()
+
+
+def _decibel(ratio: float) -> Estimate:
+    return Estimate(20 * log10(ratio), "dB")
+
+
+def block_values(name: str, given: Mapping[str, Any], motion: Motion, where: str) -> dict[str, float]:
+    """Return the parameters of a control block in SI.
+
+    Raises FricError: When there is no such block, or a value is out of its bounds.
+    Raises ValueError: When a parameter is not known, or of the wrong unit: with the mend.
+    """
+    block = block_type(name)
+    raw = {key: value.model_dump() if isinstance(value, Quantity) else value for key, value in given.items()}
+    found = quantities(raw, {one.name: one.dimension for one in block.parameters}, motion, where)
+    values = {key: float(estimate) for key, estimate in found.items()}
+    block.check(values)
+    return values
+
+
+class BlockDocument(OfAxis):
+    """A block file: a control block of one axis with its parameters, and the margins that it was designed for."""
+
+    type: ClassVar[str] = "block"
+
+    block: str = Field(description="the control block: what it is called in a scheme")
+    parameters: dict[str, Quantity] = Field(
+        default_factory=dict, description="its parameters; what is left out is as the block is designed"
+    )
+    reason: str = Field("", description="why the parameters are as they are")
+    controller: ControllerPart | None = Field(None, description="the cascade that it was designed together with")
+    margins: dict[str, Any] = Field(default_factory=dict, description="margins of the whole loop, at the plant's input")
+
+    @model_validator(mode="after")
+    def _parameters_fit(self) -> Self:
+        try:
+            self.values()
+        except FricError as error:
+            raise ValueError(f"{error.what}\n{error.hint}") from None
+        return self
+
+    def values(self) -> dict[str, float]:
+        """Return the parameters that are given, in SI."""
+        return block_values(self.block, self.parameters, self.motion, "parameters")
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Return the schema with every block, and its parameters with unit and meaning."""
+        schema: dict[str, Any] = handler.resolve_ref_schema(handler(core))
+        schema["properties"]["block"]["enum"] = list(blocks())
+        schema["allOf"] = [
+            {
+                "if": {"properties": {"block": {"const": name}}},
+                "then": {
+                    "properties": {
+                        "parameters": {
+                            "properties": {
+                                one.name: {"description": f"{one.doc} [{si_unit(one.dimension, 'linear')}]"}
+                                for one in block.parameters
+                            },
+                            "additionalProperties": False,
+                        }
+                    }
+                },
+            }
+            for name, block in blocks().items()
+        ]
+        return schema
+
+
+def block_tree(
+    design: BlockDesign,
+    axis: str,
+    motion: Motion,
+    logs: Sequence[Record] = (),
+    warnings: Sequence[Notice] = (),
+    cascade: Cascade | None = None,
+) -> dict[str, Any]:
+    """Return a control block with the margins of the loop as a block document."""
+    block, margins = design.block, {} if design.margins is None else {"input": design.margins.as_dict()}
+    return {
+        "fric": BlockDocument.type_name(),
+        "axis": axis,
+        "motion": motion,
+        "block": block.name,
+        "parameters": _given(in_units(vars(block), {one.name: one.dimension for one in block.parameters}, motion)),
+        "reason": design.reason,
+        **({} if cascade is None else {"controller": _given(ControllerPart.of(cascade, motion))}),
+        "margins": margins,
+        "warnings": list(warnings),
+        "provenance": provenance(logs),
+    }
+
+
+def _given(values: Mapping[str, Estimate]) -> dict[str, Any]:
+    return {name: {"value": float(value), "unit": value.unit} for name, value in values.items()}

@@ -1,11 +1,12 @@
-"""What there is, as `--json` prints it: ``fric: formats/1`` and ``fric: example/1``."""
+"""What there is and what was made, as `--json` prints it: formats, an example, an export, a report, a fleet."""
 
-from typing import ClassVar
+from typing import Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
-from fric.documents.base import Document
-from fric.documents.quantity import Part
+from fric.documents.base import AxisName, CodedWarning, Document
+from fric.documents.quantity import Known, Part
+from fric.units import Motion
 
 
 class FormatPart(Part):
@@ -35,3 +36,136 @@ class ExampleDocument(Document):
     name: str
     folder: str
     files: list[str]
+
+
+class ExportedNumber(Part):
+    """A number with its unit."""
+
+    value: float | None = Field(description="null where there is no limit")
+    unit: str
+
+
+class ExportedBlock(Part):
+    """A control block that was exported."""
+
+    name: str
+    kind: Literal["controller", "feedforward", "observer"]
+    parameters: list[float] = Field(description="as its compiled step reads them")
+
+
+class TrustPart(Part):
+    """Whether the verdict on the scheme trusts it."""
+
+    trusted: bool
+    why: list[CodedWarning] = Field(description="why not")
+
+
+class TrialPart(Part):
+    """A circle in LinuxCNC beside its simulation."""
+
+    scheme: str
+    velocity: float = Field(description="feed [m/s]")
+    direction: Literal[1, -1] = Field(description="1 counter-clockwise")
+    glitch: float = Field(description="[m]")
+    quadrants: list[float] = Field(description="at +x, +y, -x, -y, outwards positive [m]")
+    simulated: list[float] = Field(description="the same, simulated [m]")
+    difference: float = Field(description="largest of a quadrant [m]")
+
+
+class ExportDocument(Document):
+    """What was exported, from what, and what is doubtful of it."""
+
+    type: ClassVar[str] = "export"
+
+    exported_by: str = Field(alias="version", description="version of fric")
+    target: str
+    part: Literal["compensation", "machine"]
+    machine: str
+    axis: AxisName
+    motion: Motion
+    scheme: str
+    parameters: dict[str, ExportedNumber]
+    friction: dict[str, Any] = Field(description="name of the model, and its parameters by section")
+    blocks: list[ExportedBlock]
+    files: dict[str, str] = Field(description="SHA-256 of each file")
+    sources: list[dict[str, str]] = Field(description="files it was made from, each with its SHA-256")
+    verdict: TrustPart | None = None
+    trial: list[TrialPart] | None = None
+
+
+class AdvicePart(Part):
+    """What a contour test advises."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    velocity: float = Field(description="feed [m/s]")
+    radius: float | None = Field(description="[m]; null of a path")
+    reasons: list[str]
+
+
+class ChangePart(Part):
+    """One number at two dates, in SI."""
+
+    name: str
+    unit: str
+    before: float
+    after: float
+    verdict: Literal["moved", "within", "unknown"]
+
+
+class DriftPart(Part):
+    """What changed between two files that tell of the same."""
+
+    of: str
+    told: str
+    changes: list[ChangePart]
+
+
+class ReportDocument(Document):
+    """What a report says in a few words."""
+
+    type: ClassVar[str] = "report"
+
+    axes: list[str]
+    advice: list[AdvicePart]
+    drift: list[DriftPart]
+    circles: list[dict[str, Any]] = Field(description="measured circles: file, and diagnosis/1 of each")
+
+
+class FleetUnit(Part):
+    """The logs of one machine at one date."""
+
+    machine: str
+    date: str
+    axes: dict[str, dict[str, list[str]]] = Field(description="by axis, which steps were done and what is missing")
+    notes: list[str] = Field(description="what was guessed, left out, or could not be read")
+
+
+class FleetChange(Part):
+    """A number whose interval at one date does not agree with that at the next."""
+
+    machine: str
+    axis: str
+    parameter: str
+    unit: str
+    dates: list[str]
+    before: float
+    after: float
+    relative: float | None
+    ci95: list[Known] = Field(description="95 % interval of the difference, of this number alone")
+    p: float = Field(description="probability of such a difference where nothing changed")
+    adjusted: float = Field(description="the same with all numbers of the fleet in mind (Holm)")
+    changed: bool
+
+
+class FleetDocument(Document):
+    """A fleet: what was done, and what changed."""
+
+    type: ClassVar[str] = "fleet"
+
+    page: str | None = None
+    level: float = Field(description="probability that an axis is said to have changed where none did")
+    tests: int = Field(description="numbers that were compared")
+    units: list[FleetUnit]
+    changed: list[list[str]] = Field(description="machine and axis of each that changed")
+    changes: list[FleetChange] = Field(description="beyond its own interval, the surest first")

@@ -6,14 +6,19 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from fric.documents.base import AxisDocument, AxisName, Document
-from fric.documents.block import BlockDocument, block_values
-from fric.documents.controller import ControllerDocument, ControllerPart
+from fric.documents.controller import (
+    BlockDocument,
+    ControllerDocument,
+    ControllerPart,
+    ObserverDocument,
+    ObserverPart,
+    block_values,
+)
 from fric.documents.friction import FrictionDocument
 from fric.documents.generated import FilePart
-from fric.documents.lead import LeadGiven, lead_of
-from fric.documents.observer import ObserverDocument, ObserverPart
 from fric.documents.plant import PlantDocument, PlantPart
 from fric.documents.quantity import Part, Physical, Quantity
+from fric.documents.schemes import LeadGiven, lead_of
 from fric.documents.yaml import read_document
 from fric.drive.sensing import Encoder
 from fric.errors import FricError

@@ -6,11 +6,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from fric.documents.base import AxisDocument, Document
-from fric.documents.block import BlockDocument
-from fric.documents.controller import ControllerDocument
+from fric.documents.controller import BlockDocument, ControllerDocument, ObserverDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine import MachineDocument
-from fric.documents.observer import ObserverDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document, read_tree
 from fric.errors import FricError

@@ -1,17 +1,23 @@
-"""The schemes file: ``fric: schemes/1``."""
+"""The schemes file, ``fric: schemes/1``; and how files give a lead: ``auto``, or a time as in ``"0.6 ms"``."""
 
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fric.control.scheme import Scheme
+from fric.control.scheme import Lead, Scheme
 from fric.documents.base import Document
-from fric.documents.lead import LeadGiven, lead_of
 from fric.documents.quantity import Part, Quantity
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.verb import verb
+
+LeadGiven = Quantity | Literal["auto"] | None
+
+
+def lead_of(given: LeadGiven) -> Lead | None:
+    """Return a lead in seconds, or ``auto``; None where none is given."""
+    return given if given is None or given == "auto" else float(given.si("time", "linear"))
 
 
 class SchemePart(Part):

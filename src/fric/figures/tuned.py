@@ -8,7 +8,7 @@ from matplotlib.ticker import LogLocator
 
 from fric.arrays import Real
 from fric.circles.learn import Learned
-from fric.circles.tuned import TunedAxis
+from fric.circles.tune_fit import TunedAxis
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure
 from fric.figures.views import view
 

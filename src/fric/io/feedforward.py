@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from fric.arrays import Real
-from fric.circles.measured_inverse import Table
+from fric.circles.learn import Table
 from fric.io.safe_hdf5 import check_type, column, open_file
 from fric.io.staged_hdf5 import staged_hdf5, write_column
 

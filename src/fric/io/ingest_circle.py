@@ -12,8 +12,8 @@ from fric.arrays import Real
 from fric.circles.measured import AxisTrace, Instrument, MeasuredCircle
 from fric.circles.revolutions import FoundCircle, find_circles, rounded
 from fric.columns import BALL_BAR
+from fric.documents.base import provenance
 from fric.documents.mapping import MappingDocument
-from fric.documents.provenance import provenance
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.files import RADIUS_ASSUMED, THERE_ALREADY

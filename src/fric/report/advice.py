@@ -5,7 +5,7 @@ from math import degrees, sqrt
 
 import numpy as np
 
-from fric.circles.model_shape import wrong_shape
+from fric.circles.next_circle import wrong_shape
 from fric.control.scheme import OBSERVER
 from fric.report.report_input import Contour, ContourTest
 from fric.units import readable

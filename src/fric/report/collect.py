@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from fric.arrays import Real
-from fric.circles.model_shape import LEARNED, wrong_shape_measured
+from fric.circles.next_circle import LEARNED, wrong_shape_measured
 from fric.circles.prediction import Prediction
 from fric.contour import QUADRANTS, Circularity
 from fric.control.scheme import Scheme

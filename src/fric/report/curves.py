@@ -7,8 +7,7 @@ from math import inf
 import numpy as np
 
 from fric.arrays import Real
-from fric.documents.fit import Fit
-from fric.documents.friction import FrictionDocument
+from fric.documents.friction import Fit, FrictionDocument
 from fric.documents.plant import PlantDocument, PlantPart
 from fric.drive.plant import Plant
 from fric.errors import FricError

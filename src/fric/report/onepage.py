@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from fric.documents.provenance import provenance
+from fric.documents.base import provenance
 from fric.notice import Notice
 from fric.report.measured import MeasuredView
 from fric.report.report_input import ReportInput

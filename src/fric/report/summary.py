@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from fric.documents.contours import VerdictPart
-from fric.documents.report_summary import ReportDocument
+from fric.documents.listings import ReportDocument
 from fric.io.report import write_report
 from fric.notice import Notice
 from fric.report.advice import observations

@@ -6,10 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fric.documents.controller import ControllerDocument
+from fric.documents.controller import ControllerDocument, ObserverDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine import AxisPart, MachineDocument
-from fric.documents.observer import ObserverDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document
 from fric.estimate import Estimate, in_digits

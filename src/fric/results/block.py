@@ -6,11 +6,10 @@ from functools import cached_property
 from typing import Annotated, Any
 
 from fric.control import ControlBlock, Setting, block_type
-from fric.design.blocks import BlockDesign
+from fric.design.blocks import BlockDesign, JointDesign, design_jointly
 from fric.design.blocks import design_block as find_block
 from fric.design.cascade import design_cascade
-from fric.design.joint import JointDesign, design_jointly
-from fric.documents.block import block_tree
+from fric.documents.controller import block_tree
 from fric.documents.machine import nominal_models
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError

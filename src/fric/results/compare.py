@@ -7,9 +7,8 @@ from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
-from fric.circles.model_shape import wrong_shape, wrong_shape_measured
-from fric.documents.comparison import comparison_tree
-from fric.documents.halves import HalvesDocument
+from fric.circles.next_circle import wrong_shape, wrong_shape_measured
+from fric.documents.comparison import HalvesDocument, comparison_tree
 from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.friction import models as known_models

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from fric.circles.agreement import CAUSES, Agreement, agreement, circles_to_predict, predict
 from fric.circles.diagnose import Diagnosis, both_directions
 from fric.circles.diagnose import diagnose as take_apart
-from fric.circles.model_shape import LEARNED
+from fric.circles.next_circle import LEARNED
 from fric.documents.circle_findings import DiagnosisDocument
 from fric.documents.identified import machine_to_predict
 from fric.estimate import Estimate, in_digits

@@ -15,10 +15,10 @@ import fric
 from fric.circles.prediction import Prediction
 from fric.contour import Circularity
 from fric.control.scheme import Scheme
+from fric.documents.base import sources
 from fric.documents.bundled import located
-from fric.documents.exported import ExportDocument
+from fric.documents.listings import ExportDocument
 from fric.documents.machine_files import axis_notices, read_machine, read_machine_document
-from fric.documents.provenance import sources
 from fric.errors import FricError, near
 from fric.export import targets
 from fric.export.base import Files, Part, Target

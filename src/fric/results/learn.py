@@ -9,14 +9,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from fric.circles.learn import Learned, circles_to_learn
+from fric.circles.learn import Learned, Learning, Table, circles_to_learn, learn_from
 from fric.circles.learn import learn as learn_rounds
 from fric.circles.measured import MeasuredCircle
-from fric.circles.measured_inverse import Learning, Table, learn_from
+from fric.documents.base import provenance
 from fric.documents.bundled import located
 from fric.documents.circle_findings import LearnedFeedforwardDocument, LearningDocument
 from fric.documents.machine_files import read_machine
-from fric.documents.provenance import provenance
 from fric.errors import FricError
 from fric.io.circle import choose_circles
 from fric.io.feedforward import read_feedforward, write_feedforward

@@ -18,7 +18,7 @@ from fric.design.perturbation import (
     model_perturbation,
     robust_limit,
 )
-from fric.documents.observer import observer_tree
+from fric.documents.controller import observer_tree
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.flaws.response import CONTROLLER_BY_DEFAULT, OBSERVER_ASSUMED

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 from fric.circles.next_circle import measured_glitch
 from fric.circles.tune import Tuned, steps_of_tuning
 from fric.circles.tune import tune as refit
-from fric.documents.circle_findings import TuningDocument
+from fric.documents.circle_findings import TuningDocument, tuned_files, write_tuned
 from fric.documents.machine_files import read_machine
-from fric.documents.tuned import tuned_files, write_tuned
 from fric.estimate import estimate_rows
 from fric.notice import Notice
 from fric.output import refuse_existing, together

@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any
 
 from fric.circles.validation import Validation, validate_closed_loop, validate_inverse, validate_open_loop
+from fric.documents.comparison import validation_tree
 from fric.documents.plant import PlantDocument
-from fric.documents.validation import validation_tree
 from fric.drive.plant import hold_delay
 from fric.errors import FricError
 from fric.estimate import Estimate

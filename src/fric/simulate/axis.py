@@ -10,8 +10,7 @@ from fric.arrays import Real
 from fric.control import ControlBlock, Setting
 from fric.control.feedforward import friction_feedforward, inverse_model
 from fric.control.scheme import NONE, Scheme
-from fric.design.loop import SampledLoop
-from fric.design.repeating import learned_share
+from fric.design.loop import SampledLoop, learned_share
 from fric.errors import FricError
 from fric.kernels.block import Commands
 from fric.kernels.loop import Block, Board, closed_loop

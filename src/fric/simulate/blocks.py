@@ -5,8 +5,7 @@ from dataclasses import replace
 
 from fric.control import ControlBlock, Setting, block_type
 from fric.control.scheme import OBSERVER, Scheme
-from fric.design.blocks import design_block
-from fric.design.joint import JointDesign, design_jointly
+from fric.design.blocks import JointDesign, design_block, design_jointly
 from fric.design.observer import PEAK_SENSITIVITY
 from fric.errors import FricError
 from fric.friction import FrictionModel, models

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fric.arrays import Real
+from fric.documents.base import provenance
 from fric.documents.bundled import bundled
-from fric.documents.provenance import provenance
 from fric.flaws import flaw_of
 from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import NO_MEASURED_CIRCLE

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from fric.circles.left_over import LeftOver
 from fric.circles.measured import MeasuredCircle
+from fric.circles.next_circle import LeftOver, distrusts, observers_distrust
 from fric.circles.prediction import Prediction, predicted
-from fric.circles.trust import distrusts, observers_distrust
 from fric.documents.identified import Identified
 from fric.errors import FricError
 from fric.flaws.prediction import CIRCLE_UNUSED
