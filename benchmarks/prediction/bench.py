@@ -20,7 +20,7 @@ from fric.io.hdf5 import write_logs
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.experiment import constant_velocity, frequency_response, presliding_sine, sliding_sine_around
 from fric.simulate.trial import logs_of
-from fric.verdict.decide import CYCLE, CYCLE_RATIO
+from fric.verdict import CYCLE, CYCLE_RATIO
 
 if TYPE_CHECKING:
     from fric.simulate.circle import CircleRun

@@ -20,7 +20,7 @@ from fric.friction.completed import PLAY, since_reversal
 from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.spread import draw_machine
-from fric.verdict.evidence import evidence_of
+from fric.verdict import evidence_of
 
 CIRCLE = Circle(0.03, 0.1)
 

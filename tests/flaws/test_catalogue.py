@@ -13,6 +13,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+from fric import verdict
 from fric.circles import diagnose, next_circle, tune_intervals
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.design import observer
@@ -20,8 +21,8 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws import CATALOGUE
 from fric.flaws.base import HALF_WIDTHS, SMALL, by_size
-from fric.flaws.place import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.flaws.response import FALSE, RESPONSE_MISFIT, UNSURE
+from fric.flaws.static_map import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.flaws.unit import BOUNDS, UNUSUAL
 from fric.identify.gms import notices as gms
 from fric.identify.plant import force_constant, rigid_body
@@ -34,12 +35,11 @@ from fric.io.propose import Guess
 from fric.io.readers.base import Column, Memory
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
-from fric.plausibility.bounds import Finding, lifted, settled
+from fric.plausibility import Finding, lifted, settled
 from fric.records import clipping, energy, flaws, inspected, judgement, timing
 from fric.simulate.chance import Chance
 from fric.simulate.contour_run import run_warnings
-from fric.verdict import decide
-from fric.verdict.evidence import Candidate, Evidence
+from fric.verdict import Candidate, Evidence
 
 Show = Callable[[float], Iterable[Notice | None]]
 """Gives the notices of a record whose flaw is so many times its threshold."""
@@ -160,19 +160,19 @@ def leaves(name: str, glitch: float, *drawn: float, oscillation: float = 0.0) ->
 
 def distrust(**more: object) -> list[Notice]:
     drawn = (leaves("a", 9e-6, *[9e-6] * 30), leaves("f", 3e-6, *[3e-6] * 30))
-    return list(decide.distrust(Evidence(**{"candidates": drawn, "compared": True} | more)))
+    return list(verdict.distrust(Evidence(**{"candidates": drawn, "compared": True} | more)))
 
 
 def against(glitch: float = 3e-6, **more: object) -> list[Notice]:
     one, other = leaves("f", glitch, *more.pop("drawn", ()), **more), leaves("a", 9e-6)
-    return decide.reasons_against(one, Evidence(candidates=(other, one), resolution=0.1e-6))
+    return verdict.reasons_against(one, Evidence(candidates=(other, one), resolution=0.1e-6))
 
 
 def measured(size: float) -> list[Notice]:
     given = Evidence(
         candidates=(leaves("a", 9e-6), leaves("f", 3e-6)), tolerance=5e-6, measured={"f": 5e-6 * size}, compared=True
     )
-    return list(decide.decide(given).why)
+    return list(verdict.decide(given).why)
 
 
 def next_circles(size: float) -> list[Notice]:
@@ -368,11 +368,11 @@ SHOWN: dict[str, Show] = {
     "ball-bar-length": lambda s: taken_apart(instrument="ball-bar" if is_so(s) else "grid"),
     "one-revolution": lambda s: taken_apart(revolutions=2 - is_so(s)),
     "glitch-does-not-end": lambda s: taken_apart(angle=s),
-    "limit-cycle": lambda s: against(oscillation=s * decide.CYCLE),
+    "limit-cycle": lambda s: against(oscillation=s * verdict.CYCLE),
     "cannot-run": lambda s: against(drawn=[np.nan if is_so(s) else 3e-6] * 30),
     "scheme-spoils": lambda s: against(9e-6 + s * 0.2e-6),
     "few-machines": lambda s: distrust(
-        candidates=[leaves(name, 3e-6, *[3e-6] * round(decide.FEW / s)) for name in "af"]
+        candidates=[leaves(name, 3e-6, *[3e-6] * round(verdict.FEW / s)) for name in "af"]
     ),
     "one-machine": lambda s: distrust(candidates=[leaves(name, 3e-6, *[3e-6] * 30 * (not is_so(s))) for name in "af"]),
     "belief-is-truth": lambda s: distrust(candidates=[leaves("f", 3e-6)], exact=is_so(s)),
@@ -456,7 +456,7 @@ def test_sentences_name_their_values_and_read_as_sentences() -> None:
 
 def test_every_flaw_is_found_somewhere() -> None:
     """By its name, or by its code."""
-    root = Path(decide.__file__).parents[1]
+    root = Path(verdict.__file__).parent
     files = [path for path in root.rglob("*.py") if path.parent.name != "flaws"]
     tree = [node for path in files for node in ast.walk(ast.parse(path.read_text("utf-8")))]
     names = {node.id for node in tree if isinstance(node, ast.Name)}

@@ -15,8 +15,7 @@ from fric.cli.main import app
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.log import Log
-from fric.plausibility.bounds import BOUNDS, Finding, lift, lifted, settled
-from fric.plausibility.findings import of_logs, of_strokes
+from fric.plausibility import BOUNDS, Finding, lift, lifted, of_logs, of_strokes, settled
 
 ROOT = Path(__file__).parents[2]
 DATA, REAL = ROOT / "data", ROOT.parent / "shared" / "data"

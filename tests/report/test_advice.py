@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fric.control.scheme import PAPER_SCHEMES
-from fric.report import advice
-from fric.report.report_input import Contour, ContourTest
+from fric.report import view as advice
+from fric.report.collect import Contour, ContourTest
 
 UM = 1e-6
 TABLE_2 = {"a": 22, "b": 7, "c": 6, "d": 8, "e": 5, "f": 3}

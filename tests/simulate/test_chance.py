@@ -16,8 +16,7 @@ from fric.simulate.chance import ACCURACY, PLACES, Chance
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.machine import Machine
 from fric.simulate.path import PointPath, run_path
-from fric.verdict.decide import decide, difference
-from fric.verdict.evidence import Candidate, Evidence, candidates_of
+from fric.verdict import Candidate, Evidence, candidates_of, decide, difference
 
 TABLE = read_machine(Path("configs/xy-table.yaml"))
 SMALL = Circle(radius=3e-3, feed=0.01)

@@ -16,8 +16,7 @@ from fric.estimate import Estimate
 from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
-from fric.verdict.decide import decide, difference, forbidden
-from fric.verdict.evidence import Candidate, Evidence, candidates_of, evidence_of
+from fric.verdict import Candidate, Evidence, candidates_of, decide, difference, evidence_of, forbidden
 
 UM = 1e-6
 RNG = np.random.default_rng(3)

@@ -28,9 +28,9 @@ from fric.estimate import Estimate
 from fric.flaws.files import CIRCLE_FAILED, NO_LOG, UNIT_FAILED
 from fric.notice import Notice
 from fric.output import staged, together
+from fric.report.collect import Item
 from fric.report.drift import Change, document_changes, limits_of
 from fric.report.page import environment
-from fric.report.report_input import Item
 from fric.results.base import Result
 from fric.results.diagnose import diagnose
 from fric.results.text import Piece, Table

@@ -33,14 +33,12 @@ from fric.notice import Notice, once
 from fric.report.summary import Report, make_report
 from fric.results.base import Result
 from fric.results.diagnose import diagnose
-from fric.results.given import bounded
-from fric.results.given_models import machine_of
+from fric.results.given import bounded, machine_of
 from fric.results.kinds import Address, CircleFiles, Count, MachineFile, Quantity
 from fric.results.text import Piece, Table, named
 from fric.units import rotates
 from fric.verb import Kind, verb
-from fric.verdict.decide import decide
-from fric.verdict.evidence import Evidence, Verdict
+from fric.verdict import Evidence, Verdict, decide
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -26,13 +26,11 @@ from fric.report.summary import make_report
 from fric.reproduce.step_cache import StepCache
 from fric.results.base import Result
 from fric.results.circle import circle
-from fric.results.controller import design_controller
+from fric.results.controller import design_controller, identify_controller
 from fric.results.diagnose import diagnose
-from fric.results.gains import identify_controller
 from fric.results.given import Advance, silent
 from fric.results.gms import identify_gms
-from fric.results.ingest import ingest
-from fric.results.ingest_circles import ingest_circles
+from fric.results.ingest import ingest, ingest_circles
 from fric.results.model import identify_model
 from fric.results.observer import design_observer
 from fric.results.plant import identify_plant

@@ -49,7 +49,7 @@ IDENTIFY: dict[str, Home] = {
         "fric.results.plant:identify_plant", Output("PLANT.yaml", "Plant file to write."), plot=True, doing="plant"
     ),
     "controller": Command(
-        "fric.results.gains:identify_controller", Output("CONTROLLER.yaml", "Controller file to write."),
+        "fric.results.controller:identify_controller", Output("CONTROLLER.yaml", "Controller file to write."),
         doing="gains",
     ),
     "static": Command("fric.results.static:identify_static", FRICTION, plot=True, doing="friction map"),
@@ -126,7 +126,7 @@ INGEST = Command(
         "clockwise": "--clockwise/--counter-clockwise",
     },
     helps={"kind": f"What was logged: {', '.join((*KINDS, CIRCLE))}."},
-    further={"fric.results.ingest_circles:ingest_circles": OF_CIRCLES}, run="fric.cli.special:ingest",
+    further={"fric.results.ingest:ingest_circles": OF_CIRCLES}, run="fric.cli.special:ingest",
     more="Of kind circle: traces of two axes on a circle, LinuxCNC's sampler text, or angle and deviation of a ball "
     "bar, into a circle test file for `fric diagnose` and `fric tune`.",
     own=[

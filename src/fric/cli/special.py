@@ -16,7 +16,7 @@ from fric.units import rotates
 
 READ_IDENTIFIED = "fric.documents.identified:read_identified"
 PLAN_NEXT = "fric.results.plan:plan_next"
-INGEST_CIRCLES = "fric.results.ingest_circles:ingest_circles"
+INGEST_CIRCLES = "fric.results.ingest:ingest_circles"
 OF_CIRCLES = ("radius", "feed", "sampling", "instrument", "scheme", "clockwise")
 
 

@@ -15,8 +15,7 @@ from fric.errors import FricError
 from fric.flaws.files import GAINS_DESIGNED
 from fric.friction.stribeck import StaticMap
 from fric.notice import Notice
-from fric.plausibility.bounds import Finding, settled
-from fric.plausibility.findings import of_friction, of_plant
+from fric.plausibility import Finding, of_friction, of_plant, settled
 from fric.simulate.machine import Axis, Machine
 from fric.units import parse
 from fric.verb import Kind, verb

@@ -14,8 +14,7 @@ from fric.notice import Notice
 FAMILIES: tuple[ModuleType, ...] = tuple(
     import_module(f"{__name__}.{name}")
     for name in (
-        "clock", "channel", "encoder", "unit", "place", "drift", "static_map", "response", "blocks", "fit", "circle",
-        "prediction", "files", "plan",
+        "channel", "unit", "drift", "static_map", "response", "blocks", "circle", "prediction", "files",
     )
 )  # fmt: skip
 """The families, in the order of the page."""

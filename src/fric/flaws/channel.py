@@ -1,8 +1,36 @@
-"""Channel: what is logged of force and input."""
+"""Channels: when samples were taken, what they hold of force and input, what the position resolves."""
 
 from fric.flaws.base import Flaw
 
 # fmt: off
+SAMPLES_LOST = Flaw("samples-lost", "wrong",
+    "{lost:.2g%} of the samples were lost, and the time was counted on: speeds and times are wrong by that.",
+    "Log at a lower rate or fewer channels, or with the time of each sample.", widens={"T_d": 0.1, "C": 0.5})
+SAMPLING_JITTERS = Flaw("sampling-jitters", lambda f: "doubt" if f.purpose in ("static", "inspect") else "wrong",
+    "Samples are taken {jitter} (rms) off the logged time: noise of {displaced} in the position, which grows with "
+    "speed.", "Log by the clock of the control, or the time of each sample.", widens={"T_d": 0.1, "C": 0.5})
+SAMPLING_UNEVEN = Flaw("sampling-uneven", "note", "{missing} of {samples} samples are missing, and the others are up "
+    "to {off:.0%} of a sample off: the record was made even along a cubic.")
+FORCE_LAGS = Flaw("force-lags", "note", "The force is logged {lag} ({samples:.2g} samples) {late:later|earlier} than "
+    "the input{corner:, {corner} of it the corner of a filter|}; it is moved back.", widens={"C": 0.3})
+FORCE_LATE = Flaw("force-late", "doubt",
+    "The force is logged later than the position: {late}. It was moved back by the mean.",
+    "Log both channels at one instant.")
+FORCE_LATE_OPEN = Flaw("force-late-open", "doubt",
+    "The model misses these records as it would a force that is logged late: k may be off.",
+    "Log both channels at one instant, and more samples a cycle.")
+ENCODER_ERRS = Flaw("encoder-errs", "doubt", "The position ripples by {amplitude} with a pitch of {pitch}: the "
+    "encoder interpolates wrongly, and shows knots of that size.", "Adjust the reading head, or log a finer encoder.",
+    widens={"resolution": 2.0})
+ENCODER_TOO_COARSE = Flaw("encoder-too-coarse", "wrong",
+    "The amplitude is {steps:.1f} steps of the encoder: three are needed.",
+    "Log a larger amplitude, or a finer encoder.")
+FIRST_BLOCK_UNRESOLVED = Flaw("first-block-unresolved", "doubt",
+    "The first block slips at {slip}, within four steps of the encoder ({step}): k_1 is uncertain beyond its interval.",
+    "Log a finer encoder.", widens={"k": 0.5})
+STIFFNESS_UNRESOLVED = Flaw("stiffness-unresolved", "wrong", "{name} is a lower bound: its spring yields within "
+    "{slip}, and after a reversal motion is seen again {resolved} later.", "Log slower, or a finer encoder.",
+    widens={"k": 1.0})
 FORCE_CLIPPED = Flaw("force-clipped", "wrong",
     "The force is clipped in {samples} samples: what lies beyond is missing.", "Log with a larger range of the trace.",
     widens={"level": 0.1})

@@ -1,10 +1,12 @@
-"""Static map: what strokes at constant velocity do not say of friction over speed."""
+"""Static map: what strokes at constant velocity do not say of friction over speed, and what the place adds."""
 
 from typing import Any
 
-from fric.flaws.base import Flaw
+from fric.flaws.base import Flaw, by_size
 from fric.notice import Severity
 
+REMOVED = 0.05
+"""Share of friction up to which what is taken off leaves nothing to do: by so much a prediction is widened beyond."""
 SCATTERED = 0.1
 """Scatter between strokes, as a share of their force, from which on a map of speed is doubted."""
 SMALL, LARGE = 0.01, 0.1
@@ -13,11 +15,27 @@ STICKS = 0.6
 """Swing of the speed from which on a stroke comes to rest between: its mean force is that of no velocity."""
 
 
+def _severity(f: Any) -> Severity:
+    if f.taken_off:  # what is left of it is in the intervals
+        return "note" if float(f.varies) <= REMOVED * abs(f.level) else "doubt"
+    return by_size(float(f.varies), f.level, f.half_width)
+
+
 def _settling(f: Any) -> Severity:
     return "note" if f.share < SMALL else "doubt" if f.share < LARGE else "wrong"
 
 
 # fmt: off
+FORCE_OVER_POSITION = Flaw("force-over-position", _severity,
+    "Force depends on position: {varies:2} over {length:2} (cogging, cable{either:, friction|}?).",
+    "{taken_off:Removed; nothing to do.|Log each speed over the same whole stroke: the map is of these places.}",
+    widens={"level": 0.05}, circle_settles=True)
+FRICTION_OVER_POSITION = Flaw("friction-over-position", _severity,
+    "Friction depends on position: {varies:2} over {length:2} (rollers, alignment?).",
+    "{taken_off:Removed; nothing to do.|Log each speed over the same whole stroke: the map is of these places.}",
+    widens={"level": 0.05}, circle_settles=True)
+FORCE_ALONG_AXIS = Flaw("force-along-axis", "note", "The force rises by {rises} over {length} of the axis (spring, "
+    "cable, tilt): it is taken off, and the offset is that at {middle}.")
 FALL_NOT_SEEN = Flaw("fall-not-seen", "doubt", "Friction does not fall with speed down to {slowest} (held-out "
     "strokes: {plain} without, {falling} with a fall). F_s = F_c is assumed.",
     "Log slower strokes, or force the fall with --form stribeck.", widens={"v_s": 0.5})

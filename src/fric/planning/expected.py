@@ -16,7 +16,7 @@ from fric.documents.friction import FrictionDocument, gms_tree, static_tree
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.flaws.plan import PLAN_ACCURACY, PLAN_LEFT_OVER, PLAN_NOT_ENOUGH, PLAN_PLANT_UNSURE
+from fric.flaws.prediction import PLAN_ACCURACY, PLAN_LEFT_OVER, PLAN_NOT_ENOUGH, PLAN_PLANT_UNSURE
 from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.identify.gms.identify import identify_gms
 from fric.identify.plant.identify import identify_plant

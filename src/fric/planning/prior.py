@@ -12,7 +12,7 @@ from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
-from fric.flaws.plan import PLAN_TYPICAL
+from fric.flaws.prediction import PLAN_TYPICAL
 from fric.friction.directed import Directed
 from fric.friction.stribeck import OnStaticMap, StaticMap
 from fric.log import Log

@@ -7,11 +7,17 @@ from typing import Literal
 import numpy as np
 
 from fric.estimate import Estimate
-from fric.flaws.channel import DRIVE_OFF, FORCE_CLIPPED, FORCE_COARSE, INPUT_CLIPPED
-from fric.flaws.clock import SAMPLES_LOST, SAMPLING_JITTERS
+from fric.flaws.channel import (
+    DRIVE_OFF,
+    ENCODER_ERRS,
+    FORCE_CLIPPED,
+    FORCE_COARSE,
+    INPUT_CLIPPED,
+    SAMPLES_LOST,
+    SAMPLING_JITTERS,
+)
 from fric.flaws.drift import FORCE_DRIFTS
-from fric.flaws.encoder import ENCODER_ERRS
-from fric.flaws.place import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
+from fric.flaws.static_map import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.log import Log
 from fric.notice import Notice
 from fric.records.clipping import clipped_among, drive_off

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.arrays import Indices, Real
-from fric.flaws.encoder import ENCODER_TOO_COARSE
+from fric.flaws.channel import ENCODER_TOO_COARSE
 from fric.notice import Notice
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from scipy.ndimage import median_filter
 
 from fric.arrays import Real
 from fric.errors import FricError
-from fric.flaws.clock import SAMPLING_UNEVEN
+from fric.flaws.channel import SAMPLING_UNEVEN
 from fric.log import Log
 from fric.notice import Notice
 from fric.records.resolution import lattice_step

@@ -22,7 +22,7 @@ from fric.identify.static_map.identify import stroke_forces
 from fric.identify.static_map.points import SpeedPoint
 from fric.log import ForceVelocity, Log
 from fric.records.prepared import prepared
-from fric.report.report_input import Item, ReportInput
+from fric.report.collect import Item, ReportInput
 from fric.units import rotates
 
 CYCLE_POINTS = 1500

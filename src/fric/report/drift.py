@@ -6,7 +6,7 @@ from math import hypot, inf, isnan
 from typing import Any, Literal
 
 from fric.estimate import Estimate
-from fric.report.report_input import ContourTest, Item
+from fric.report.collect import ContourTest, Item
 
 Verdict = Literal["moved", "within", "unknown"]
 

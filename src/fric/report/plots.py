@@ -28,9 +28,9 @@ from fric.figures.style import Band
 from fric.figures.views import views
 from fric.log import Log
 from fric.records.prepared import prepared
+from fric.report.collect import ContourTest, Item
 from fric.report.curves import FrictionCurves
 from fric.report.drift import Change
-from fric.report.report_input import ContourTest, Item
 from fric.units import readable, si_unit
 
 BAND_CAPTION = "The band is from the intervals of the parameters one by one, as if they were independent."

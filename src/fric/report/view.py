@@ -2,22 +2,31 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
+from itertools import combinations
+from math import degrees, sqrt
+from pathlib import Path
 from typing import Any, TypeGuard
 
+import numpy as np
+
+from fric.circles.next_circle import wrong_shape
 from fric.control import block_type
+from fric.control.scheme import OBSERVER
 from fric.design.perturbation import Perturbation, model_perturbation
+from fric.documents.base import provenance
+from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
+from fric.documents.quantity import Quantity
 from fric.errors import FricError
+from fric.estimate import Covariance, estimate_rows
 from fric.figures.contours import scheme_look
 from fric.flaws import flaw_of
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
-from fric.report.advice import observations
+from fric.report.collect import Contour, ContourTest, Item, Measured, ReportInput
 from fric.report.curves import friction_curves, presliding
 from fric.report.drift import Change, block_counts, description, document_changes, glitch_changes
-from fric.report.groups import Group, groups_of
-from fric.report.measured import MeasuredView, gravest_first, measured_view
-from fric.report.onepage import Summary, summary_of
 from fric.report.plots import (
     Drawn,
     contour_figure,
@@ -31,10 +40,355 @@ from fric.report.plots import (
     reversal_figures,
     virgin_curves,
 )
-from fric.report.report_input import Contour, ContourTest, Item, ReportInput
 from fric.results.design import perturbation_of
-from fric.units import readable, rotates
-from fric.verdict.evidence import Verdict
+from fric.results.names import plain_names
+from fric.results.text import Table
+from fric.units import readable, rotates, significant
+from fric.verdict import EARNED, Candidate, Evidence, Verdict, bare, decide, machine_name
+
+TITLES = {
+    "static": "static map, eq. (2)",
+    "static_negative": "static map of the negative direction",
+    "at_speed": "friction at one speed",
+    "gms": "GMS model, eqs. (3) to (5)",
+    "plant": "plant, eq. (1)",
+    "controller": "controller",
+    "observer": "disturbance observer",
+    "motion": "rigid axis along the motion: mass and frictions",
+}
+FIT = (("rmse", "rms of the residual"), ("r2", "R²"), ("points", "points"), ("method", "method"))
+MATTERS = 0.9
+"""Size of a correlation from which it is told: two numbers of which one can stand in for the other."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number: symbol, plain name, value, unit, and its interval or what else is known of it."""
+
+    symbol: str
+    name: str
+    value: str
+    unit: str
+    interval: str
+
+
+@dataclass(frozen=True)
+class Group:
+    """Numbers of one section of a document."""
+
+    title: str
+    source: str
+    rows: Sequence[Row]
+    fit: Sequence[tuple[str, str]]
+    correlations: Sequence[str] = ()
+
+
+def groups_of(item: Item) -> Iterator[Group]:
+    """Yield what a document tells: its sections, and the rigid axis that a motion gave."""
+    document = item.document
+    for section, estimates in item.sections().items():
+        fit = document.fit_of(section) if isinstance(document, FrictionDocument) else getattr(document, "fit", None)
+        shown = [(title, _fit_value(value)) for key, title in FIT if (value := getattr(fit, key, None)) is not None]
+        block = getattr(fit, "covariance", None)
+        related = correlations(block.covariance()) if block is not None and section != "plant" else ()
+        rows = _rows({name: one.as_dict() for name, one in estimates.items()})
+        yield Group(TITLES.get(section, section), item.source, rows, shown, related)
+    fit = item.tree.get("fit") or {}
+    if isinstance(document, PlantDocument) and fit.get("parameters"):
+        words = [("points", str(fit["points"]))] if fit.get("points") else []
+        if fit.get("relative_error"):
+            words.append(("left of the force", f"{100 * fit['relative_error']['value']:.2f} %"))
+        block = document.fit.covariance if document.fit else None
+        related = correlations(block.covariance()) if block is not None else ()
+        yield Group(TITLES["motion"], item.source, _rows(fit["parameters"]), words, related)
+
+
+def _rows(entries: Mapping[str, Mapping[str, Any]]) -> list[Row]:
+    rows = estimate_rows(entries)
+    names = plain_names(row[0] for row in rows)
+    return [
+        Row(symbol, name, value, unit, interval)
+        for (symbol, value, interval, unit), name in zip(rows, names, strict=True)
+    ]
+
+
+def _fit_value(value: Any) -> str:
+    if isinstance(value, Quantity):
+        return readable(float(value.value), value.unit)  # type: ignore[arg-type]
+    return significant(value, 4) if isinstance(value, float) else str(value)
+
+
+def correlations(covariance: Covariance) -> list[str]:
+    """Return the pairs of parameters whose correlation is `MATTERS` or more, the closest first."""
+    found = []
+    for i, j in combinations(range(len(covariance.names)), 2):
+        size = covariance.matrix[i][i] * covariance.matrix[j][j]
+        if size > 0 and abs(r := covariance.matrix[i][j] / size**0.5) >= MATTERS:
+            found.append((abs(r), f"{covariance.names[i]} and {covariance.names[j]} ({r:+.3f})".replace("-", "−")))
+    return [text for _, text in sorted(found, reverse=True)]
+
+
+@dataclass(frozen=True)
+class MeasuredView:
+    """What the page says of one measured circle."""
+
+    title: str
+    source: str
+    scheme: str  # that is predicted; empty without a prediction
+    agrees: bool | None  # whether all quadrants are as predicted; None without a prediction
+    glitch: float  # the largest that was measured [m]
+    tables: Sequence[Table]
+    warnings: Sequence[Notice]
+    picture: Drawn  # the figure of `fric diagnose`
+    further: Sequence[Drawn]
+
+
+def measured_view(measured: Measured, key: str) -> MeasuredView:
+    """Return what is told of a measured circle; its figures are called by the key."""
+    result = measured.result
+    test, held = result.found.test, result.held
+    alt = "The radial deviation as a polar plot, and over time at each reversal"
+    alt += f"{', measured and predicted' if held else ''}; the numbers stand in the tables."
+    caption = "Left the deviation of the radius around its centre, right the glitch over the time after each reversal"
+    caption += f"{': measured whole, predicted dashed' if held else ''}."
+    return MeasuredView(
+        f"Circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}", measured.source,
+        held.scheme if held else "", held.all_agree if held else None,
+        measured.glitch,
+        [piece for piece in result.report() if isinstance(piece, Table)], result.warnings,
+        Drawn(f"{key}-diagnosis", "", caption, alt, result.figure()), pictures(result.found, key),
+    )  # fmt: skip
+
+
+def gravest_first(warnings: Sequence[Notice]) -> list[Notice]:
+    """Return warnings, the gravest first."""
+    return sorted(warnings, key=lambda one: ("wrong", "doubt", "note").index(one.severity))
+
+
+ORDER = ("fail", "not decided", "pass", "")
+"""Results of verdicts: of several the first is that of the page."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What is printed on one sheet."""
+
+    facts: Sequence[tuple[str, str]]  # Machine, date, files, tolerance, as pairs for people
+    verdicts: Sequence[tuple[str, Verdict]]  # The verdict of each contour, by its title
+    # stamp, meaning: of the verdict that passes least (`Verdict.result`)
+    stamp: str
+    meaning: str
+    measured: Sequence[str]  # A sentence for each measured circle
+    # Warnings that must be seen to first, with where they are from, where there is no verdict that tells them
+    wrong: Sequence[tuple[str, str]]
+    further: int  # How many further warnings there are
+    next_step: str  # What to do where there is no verdict
+    failed: Sequence[str] = ()  # Steps that failed, and why
+
+
+def summary_of(
+    inputs: ReportInput,
+    verdicts: Sequence[tuple[str, Verdict]],
+    measured: Sequence[MeasuredView],
+    warnings: Sequence[tuple[str, Sequence[Notice]]],
+    next_step: str,
+) -> Summary:
+    """Return the summary of what a page tells."""
+    names = dict.fromkeys(str(test.provenance.get("machine", "")) for test in inputs.tests)
+    machine = "; ".join(filter(None, names)) or (machine_name(inputs.machine) if inputs.machine else "")
+    files = [Path(inputs.machine).name] if inputs.machine else []
+    files += [*(item.source for item in inputs.items), *(test.source for test in inputs.tests)]
+    files += [*(one.source for one in inputs.circles), *(name for name, _ in inputs.logs + inputs.maps)]
+    files += [*(one.source for one in inputs.replaced), *(before.source for before, _ in inputs.pairs)]
+    files += [before.source for before, _ in inputs.test_pairs]
+    made = datetime.fromisoformat(str(provenance()["created"]))
+    facts = [("machine", machine)] if machine else []
+    axes = dict.fromkeys([*inputs.axes(), *(name for test in inputs.tests for name in test.axes)])
+    facts += [("axes", ", ".join(axes))] if axes else []
+    facts += [("date", f"{made:%Y-%m-%d}"), ("files", ", ".join(dict.fromkeys(files)))]
+    if inputs.tolerance is not None:
+        facts.append(("tolerance", f"glitch within {readable(inputs.tolerance, 'm')}"))
+    every = [(source, notice) for source, notices in warnings for notice in notices]
+    reasons = {str(text) for _, one in verdicts for text in one.why}  # all that is wrong is told by each verdict
+    wrong = [(source, str(one)) for source, one in every if one.severity == "wrong" and not verdicts]
+    results = [one.result for _, one in verdicts] or [decide(Evidence(tolerance=inputs.tolerance)).result]
+    return Summary(
+        facts, verdicts, *min(results, key=lambda one: ORDER.index(one[0])),
+        [_sentence(one, inputs.tolerance) for one in measured], wrong,
+        sum(str(one) not in reasons for _, one in every) - len(wrong), "" if verdicts else next_step,
+        inputs.failed,
+    )  # fmt: skip
+
+
+def _sentence(one: MeasuredView, tolerance: float | None) -> str:
+    text = f"{one.source}, {one.title[:1].lower()}{one.title[1:]}: measured glitch {readable(one.glitch, 'm', 2)}"
+    if tolerance is not None:
+        text += ", within the tolerance" if one.glitch <= tolerance else ", beyond the tolerance"
+    if one.agrees is not None:
+        text += f"; {'as' if one.agrees else 'not as'} the machine file predicts for scheme ({one.scheme})"
+    return text + "."
+
+
+SAME_SIGN_LEFT = 0.1
+"""Share of the glitch that a feedforward of the whole friction may leave before it is called too weak."""
+
+UNEVEN = 1.3
+"""Ratio of the glitches of two axes, or of the two ends of one, from which they are called different."""
+
+
+def observations(test: ContourTest, presliding: float | None = None) -> list[str]:
+    """Return what the contours of one test tell besides the verdict, of differences that count.
+
+    test: What each scheme leaves of one contour.
+    presliding: Displacement over which friction builds up after a reversal [m], where a friction file tells it.
+    """
+    found = [*overcompensation(test), *too_weak(test.contours), *observer_share(test), *observer_spoils(test)]
+    found += [*uneven(test), *learned_says(test.contours)]
+    if presliding is not None and test.radius is not None:
+        found.append(build_up(presliding, test.radius, test.feed))
+    return found
+
+
+def least(test: ContourTest) -> float:
+    """Return the least difference of two glitches that is spoken of [m]: of what is worth effort, encoder, and chance.
+
+    The share of the largest glitch where the bare loop was not run.
+    """
+    without = bare(test.contours)
+    size = max(one.glitch for one in test.contours) if without is None else without.glitch
+    by_chance = max((one.chance.half for one in test.contours), default=0.0)
+    return max(EARNED * size, float(test.provenance.get("resolution", 0.0)), by_chance)
+
+
+def peak(contour: Candidate) -> float:
+    """Return the glitch with its sign [m]: outwards is positive."""
+    return max(contour.glitches, key=abs, default=0.0)
+
+
+def overcompensation(test: ContourTest) -> list[str]:
+    """Tell of friction feedforward that leaves an inward spike where the bare loop has an outward one."""
+    contours, without = test.contours, bare(test.contours)
+    if without is None:
+        return []
+    reversed_signs = [
+        one for one in contours if one.scheme.friction and peak(one) * peak(without) < 0 and one.glitch > least(test)
+    ]
+    static = [one for one in reversed_signs if one.scheme.friction == "static"]
+    said = [
+        f"{one.named} overcompensates: its spike of {readable(abs(peak(one)), 'm')} points the other way. The friction "
+        "that is fed forward is larger than the true one: lower its gain or identify again."
+        for one in reversed_signs
+        if one not in static
+    ]
+    if static:
+        spikes = " and ".join(f"{one.named} ({readable(abs(peak(one)), 'm')})" for one in static)
+        text = (
+            f"{spikes} overcompensate{'s' if len(static) == 1 else ''}: the spike points the other way. A static map "
+            "switches at the reversal at once, and true friction builds up over the pre-sliding."
+        )
+        follows = [one for one in contours if one.scheme.friction not in {None, "static"} and not one.scheme.observer]
+        if follows and follows[0].glitch < static[0].glitch:
+            text += f" {follows[0].named}, which follows that, leaves {readable(follows[0].glitch, 'm')}."
+        said.insert(0, text)
+    return said
+
+
+def too_weak(contours: Sequence[Contour]) -> list[str]:
+    """Tell of a feedforward with pre-sliding that leaves a part of the glitch, with the same sign at every reversal.
+
+    The glitch of a linear loop is proportional to the friction that is not fed forward, so the share that is left
+    is the share that the feedforward lacks.
+    """
+    without = bare(contours)
+    if without is None or not without.glitch:
+        return []
+    for one in contours:
+        if one.scheme.friction in {None, "static"} or one.scheme.observer:
+            continue
+        left = one.glitch / without.glitch
+        same = all(a * b > 0 for a, b in zip(one.glitches, without.glitches, strict=True))
+        if same and left > SAME_SIGN_LEFT:
+            return [
+                f"{one.named} leaves {left:.0%} of the glitch with the same sign at every reversal: it feeds forward "
+                f"about {1 - left:.0%} of the friction. Raise its gain, or identify again if the logs are old."
+            ]
+    return []
+
+
+def learned_says(contours: Sequence[Contour]) -> list[str]:
+    """Tell of a friction model whose shape is wrong: a circle that was learned leaves clearly less."""
+    texts = wrong_shape((one.scheme, one.glitch) for one in contours)
+    return [f"{text[0].upper()}{text[1:]}." for text in texts]
+
+
+def _pairs(contours: Sequence[Contour]) -> list[tuple[Contour, Contour]]:
+    """Return each feedforward without and with the observer."""
+    cascades = [one for one in contours if one.scheme.controller == "cascade"]
+    with_observer = {one.scheme.friction: one for one in cascades if one.scheme.blocks == (OBSERVER,)}
+    alone = [one for one in cascades if not one.scheme.blocks and one.scheme.friction in with_observer]
+    return [(one, with_observer[one.scheme.friction]) for one in alone]
+
+
+def observer_share(test: ContourTest) -> list[str]:
+    """Tell how much the observer takes off each feedforward."""
+    parts = [
+        f"{1 - with_it.glitch / alone.glitch:.0%} off "
+        + ("the bare loop" if alone.scheme.friction is None else alone.named)
+        for alone, with_it in _pairs(test.contours)
+        if alone.glitch - with_it.glitch > least(test)
+    ]
+    return [f"The disturbance observer takes {', '.join(parts)}."] if parts else []
+
+
+def observer_spoils(test: ContourTest) -> list[str]:
+    """Tell of an observer that makes a feedforward worse."""
+    return [
+        f"With the observer, {alone.named} gets worse by {readable(with_it.glitch - alone.glitch, 'm')}: does the "
+        "observer see the feedforward? It must be given the control voltage without it, or friction is compensated "
+        "twice."
+        for alone, with_it in _pairs(test.contours)
+        if with_it.glitch - alone.glitch > least(test)
+    ]
+
+
+def uneven(test: ContourTest) -> list[str]:
+    """Tell which axis, and which of its two reversals, the glitch of the bare loop is from."""
+    without = bare(test.contours)
+    if without is None or test.radius is None:
+        return []
+    size = np.abs(without.glitches)
+    first, second = float(size[[0, 2]].max()), float(size[[1, 3]].max())
+    both = len(test.axes) == 2
+    said = []
+    if both and max(first, second) > UNEVEN * min(first, second):
+        larger, lesser = ("x", "y") if first > second else ("y", "x")
+        said.append(
+            f"Axis {larger} has the larger glitch without compensation, {readable(max(first, second), 'm')} against "
+            f"{readable(min(first, second), 'm')} of axis {lesser}: begin there."
+        )
+    for axis, ends in (("x", (0, 2)), ("y", (1, 3))):
+        if axis not in test.axes:
+            continue
+        one, other = float(size[ends[0]]), float(size[ends[1]])
+        if max(one, other) > UNEVEN * min(one, other):
+            said.append(
+                f"Axis {axis} shows {readable(one, 'm')} at +{axis} and {readable(other, 'm')} at -{axis}: its "
+                "friction depends on direction or place. Identify with --direction each."
+            )
+    return said
+
+
+def build_up(presliding: float, radius: float, feed: float) -> str:
+    """Tell how long after a reversal friction builds up.
+
+    Near a reversal of a circle the axis moves as z = v²t²/(2R) = R·φ²/2, so a displacement z is reached at the angle
+    φ = √(2z/R), after the time √(2zR)/v.
+    """
+    angle, time = sqrt(2 * presliding / radius), sqrt(2 * presliding * radius) / feed
+    return (
+        f"Friction builds up over {readable(presliding, 'm')} of pre-sliding. On this circle that is the first "
+        f"{degrees(angle):.2g}° after each reversal, {readable(time, 's', 2)}: what a static map cannot follow."
+    )
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine
 from fric.simulate.processes import end_with_parent
 from fric.verb import Kind, verb
-from fric.verdict.evidence import facts
+from fric.verdict import facts
 
 if TYPE_CHECKING:
     import pandas as pd

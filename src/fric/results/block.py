@@ -19,7 +19,7 @@ from fric.friction import FrictionModel
 from fric.log import Record
 from fric.notice import Notice
 from fric.results.design import Design, perturbation_of
-from fric.results.given_models import cascade_of, document_of, friction_of
+from fric.results.given import cascade_of, document_of, friction_of
 from fric.results.kinds import ControllerLike, FrictionLike, LogLike, PlantLike, Quantity, RecordName
 from fric.results.observer import measured_record
 from fric.results.text import Piece, Table, named

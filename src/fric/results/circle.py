@@ -17,8 +17,7 @@ from fric.documents.spread import read_spreads
 from fric.errors import FricError
 from fric.notice import Notice, once
 from fric.results.base import Result
-from fric.results.given import Advance, bounded, in_si, silent
-from fric.results.given_models import circles_of, machine_of, schemes_of
+from fric.results.given import Advance, bounded, circles_of, in_si, machine_of, schemes_of, silent
 from fric.results.kinds import (
     Address,
     AxisName,
@@ -39,8 +38,7 @@ from fric.simulate.monte_carlo import MonteCarlo, Study
 from fric.simulate.processes import run_all
 from fric.units import readable
 from fric.verb import Kind, verb
-from fric.verdict.decide import decide
-from fric.verdict.evidence import Verdict, candidates_of, evidence_of, facts
+from fric.verdict import Verdict, candidates_of, decide, evidence_of, facts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -268,7 +266,7 @@ def circle(
     given: dict[str, Any] = {} if spreads is None else {"spreads": spreads}
     evidence = None
     if identified:
-        from fric.verdict.known_machine import KnownMachine  # with SciPy's signal processing, which a table needs not
+        from fric.results.known_machine import KnownMachine  # with SciPy's signal processing, which a table needs not
 
         tests = circles_of([measured])
         evidence = KnownMachine.of(identified, tests, [axis] if axis else None, seed)

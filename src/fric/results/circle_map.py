@@ -14,8 +14,7 @@ from fric.errors import FricError
 from fric.flaws.prediction import INTERRUPTED, SCHEME_FAILED
 from fric.notice import Notice, once
 from fric.results.base import Result
-from fric.results.given import Advance, bounded, in_si, silent
-from fric.results.given_models import machine_of, schemes_of
+from fric.results.given import Advance, bounded, in_si, machine_of, schemes_of, silent
 from fric.results.kinds import Address, Count, KnownSchemes, MachineLike, Quantities, Quantity, SchemesLike
 from fric.results.text import Piece, Table
 from fric.simulate.contour_run import pair

@@ -29,8 +29,7 @@ from fric.io.run import read_runs
 from fric.log import Log
 from fric.records.prepared import prepared
 from fric.results.base import Result
-from fric.results.given import Advance, logs_of, silent
-from fric.results.given_models import friction_of, plant_of
+from fric.results.given import Advance, friction_of, logs_of, plant_of, silent
 from fric.results.kinds import CircleFiles, Count, FrictionLike, LogLike, PlantLike, Seed
 from fric.results.text import Piece, Table
 from fric.units import readable, si_unit

@@ -19,8 +19,7 @@ from fric.estimate import Estimate, in_digits
 from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.notice import Notice
 from fric.results.base import Result
-from fric.results.given import Advance, quantity, silent
-from fric.results.given_models import CIRCLES, circles_of, schemes_of
+from fric.results.given import CIRCLES, Advance, circles_of, quantity, schemes_of, silent
 from fric.results.kinds import CircleLike, KnownSchemes, MachineFile, Quantity, SchemeName
 from fric.results.text import Piece, Table
 from fric.units import readable

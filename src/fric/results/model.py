@@ -9,13 +9,11 @@ from fric.documents.friction import FrictionDocument, replay_tree
 from fric.errors import FricError, near
 from fric.friction import models
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
-from fric.plausibility.bounds import settled
-from fric.plausibility.findings import of_amplitudes, of_friction, of_level, of_logs, of_shares
+from fric.plausibility import of_amplitudes, of_friction, of_level, of_logs, of_shares, settled
 from fric.records.clipping import without_clipped
 from fric.records.prepared import prepared
 from fric.results.friction import IdentifiedFriction
-from fric.results.given import logs_of
-from fric.results.given_models import friction_of, plant_of
+from fric.results.given import friction_of, logs_of, plant_of
 from fric.results.kinds import Count, FrictionLike, LogLike, PlantLike, Seed
 from fric.results.text import Piece, parameters
 from fric.units import Motion, parse, readable, si_unit

@@ -25,8 +25,7 @@ from fric.flaws.response import CONTROLLER_BY_DEFAULT, OBSERVER_ASSUMED
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.notice import Notice
 from fric.results.design import Design, perturbation_of
-from fric.results.given import in_si, quantity, records_of
-from fric.results.given_models import cascade_of, document_of
+from fric.results.given import cascade_of, document_of, in_si, quantity, records_of
 from fric.results.kinds import ControllerLike, Count, LogLike, PlantLike, Quantity, RecordName, ResonancesLike
 from fric.results.text import Piece, Table
 from fric.units import Motion, parse_gain

@@ -11,8 +11,7 @@ from fric.documents.contours import PathResultDocument
 from fric.io.path import read_path
 from fric.notice import Notice, once
 from fric.results.base import Result
-from fric.results.given import Advance, bounded, path_of, silent
-from fric.results.given_models import machine_of, schemes_of
+from fric.results.given import Advance, bounded, machine_of, path_of, schemes_of, silent
 from fric.results.kinds import KnownSchemes, MachineLike, PathLike, Quantity, SchemesLike
 from fric.results.text import Piece, Table
 from fric.simulate.contour_run import reduction
@@ -20,7 +19,7 @@ from fric.simulate.machine import Machine
 from fric.simulate.path import PathRun, PointPath, RecordedPath, run_path
 from fric.units import readable
 from fric.verb import verb
-from fric.verdict.evidence import facts
+from fric.verdict import facts
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -17,7 +17,7 @@ from fric.documents.yaml import dump
 from fric.drive.sensing import Encoder
 from fric.errors import FricError, near
 from fric.export.motion import DIALECTS, Arc, Move
-from fric.flaws.plan import PLAN_FRICTION_ALONE
+from fric.flaws.prediction import PLAN_FRICTION_ALONE
 from fric.friction import models
 from fric.notice import Notice
 from fric.output import write_folder
@@ -26,8 +26,7 @@ from fric.planning.expected import DRAWS, IDENTIFIED_BY, Wanted, planned_for
 from fric.planning.next_record import narrowing
 from fric.planning.prior import TYPICAL, prior_axis
 from fric.results.base import Result
-from fric.results.given import Advance, bounded, in_si, logs_of, silent
-from fric.results.given_models import document_of, machine_of, schemes_of
+from fric.results.given import Advance, bounded, document_of, in_si, logs_of, machine_of, schemes_of, silent
 from fric.results.kinds import FrictionLike, LogLike, MachineLike, PlantLike, Quantity, SchemesLike
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Axis

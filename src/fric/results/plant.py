@@ -14,8 +14,7 @@ from fric.identify.plant.response_fit import PlantFit
 from fric.identify.plant.rigid_body import MotionFit, identify_motion
 from fric.log import Log, Record
 from fric.notice import Notice
-from fric.plausibility.bounds import Finding, settled
-from fric.plausibility.findings import of_logs
+from fric.plausibility import Finding, of_logs, settled
 from fric.results.base import Identified
 from fric.results.given import quantity, records_of
 from fric.results.kinds import Count, LogLike, Quantity

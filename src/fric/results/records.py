@@ -5,28 +5,161 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 from fric.columns import CHANNELS
 from fric.documents.records import InspectionDocument, RecordsDocument
+from fric.estimate import estimate_rows
 from fric.io.hdf5 import write_logs
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
-from fric.records.inspected import Inspection
+from fric.records.inspected import Channel, Inspection, ResponseInspection, TableInspection
 from fric.records.inspection import Inspected
 from fric.records.inspection import inspect as inspect_record
 from fric.results.base import Result
 from fric.results.given import records_of
-from fric.results.inspected import described
 from fric.results.kinds import LogLike
 from fric.results.text import Piece, Table
-from fric.units import readable
+from fric.units import readable, si_unit
 from fric.verb import verb
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
+
+FEW = 4
+"""Records that are told one by one; more are told in a table, a line each."""
+
+
+def described(found: Sequence[Inspected]) -> list[Piece]:
+    """Return all that was found in a few records; of many, a line each."""
+    return [piece for one in found for piece in _whole(one)] if len(found) <= FEW else _briefly(found)
+
+
+def _whole(found: Inspected) -> list[Piece]:
+    """Return all that was found in one record."""
+    kind = f"{found.kind} ({'stated' if found.stated else 'recognised'})"
+    pieces: list[Piece] = [f"{found.name}: {kind}, {found.motion} axis {found.axis}"]
+    if isinstance(found, ResponseInspection):
+        pieces.append(f"{found.points} frequencies from {found.low:.4g} to {found.high:.4g} Hz")
+        if found.coherence is not None:
+            pieces.append(f"least coherence {found.coherence:.2f}")
+    elif isinstance(found, TableInspection):
+        pieces += [f"  {name:<15} {text}" for name, text in _table_rows(found)]
+    else:
+        pieces += [f"  {name:<15} {text}" for name, text in _log_rows(found) if text]
+        rows = [_channel_row(name, channel) for name, channel in found.channels.items() if name != "time"]
+        pieces.append(Table(("channel", "from", "to", "step", "clipped"), rows))
+    pieces += [f"{'good' if use.good else 'not good'} for identify {use.purpose}: {use.why}" for use in found.uses]
+    return [*pieces, ""]
+
+
+def _table_rows(found: TableInspection) -> list[tuple[str, str]]:
+    length, force = (si_unit(one, found.motion) for one in ("velocity", "force"))
+    return [
+        ("source", found.source),
+        ("means", f"{found.points} in {'both directions' if found.directions == 2 else 'one direction'}"),
+        ("speeds", f"{_value(found.slowest, length)} to {_value(found.fastest, length)}"),
+        ("forces", f"{_value(found.weakest, force)} to {_value(found.strongest, force)}"),
+        ("columns", ", ".join(found.columns)),
+    ]
+
+
+def _log_rows(found: Inspection) -> list[tuple[str, str]]:
+    """Return what is told of a record in time, by name; empty where there is nothing to tell."""
+    length, speed = (si_unit(one, found.motion) for one in ("position", "velocity"))
+    rows = [
+        ("source", found.source),
+        ("samples", f"{found.samples} in {found.duration:.4g} s"),
+        ("sampling", _clock(found)),
+        ("gaps", _gaps(found)),
+        ("dropped", f"{found.dropped} samples when ingested" if found.dropped else ""),
+        ("encoder step", _value(found.encoder_step, length) if found.encoder_step else ""),
+        ("reversals", str(len(found.reversals)) if "position" in found.channels else ""),
+        ("segments", str(len(found.stretches)) if found.stretches else ""),
+        ("speeds", _speeds(found, speed)),
+    ]
+    if sine := found.sine:
+        text = f"{_value(sine.amplitude, length)}, {sine.frequency:.4g} Hz, {sine.cycles:.3g} cycles"
+        rows.append(("sine", text + (f", at {_value(sine.mean_velocity, speed)}" if sine.mean_velocity else "")))
+    if found.energy is not None and found.kind in {"presliding-sine", "motion"}:
+        ((_, value, interval, unit),) = estimate_rows({"": found.energy.as_dict()})
+        rows.append(("lost per cycle", f"{value} ({interval}) {unit}"))
+    if found.rise is not None and found.reversals:
+        rows.append(("force rises in", f"{100 * found.rise:.3g} % of a stroke"))
+    return rows
+
+
+def _value(value: float, unit: str) -> str:
+    return readable(value, unit, 4)
+
+
+def _clock(found: Inspection) -> str:
+    if found.sampling is None:
+        return ""
+    even = found.jitter * found.sampling < 1e-6
+    return f"{found.sampling:.6g} Hz" + ("" if even else f", jitter {_value(found.jitter, 's')} rms")
+
+
+def _speeds(found: Inspection, unit: str) -> str:
+    if len(found.speeds) == 2 and _value(-found.speeds[0], unit) == _value(found.speeds[1], unit):
+        return f"±{_value(found.speeds[1], unit)}"
+    if len(found.speeds) <= 12:
+        return ", ".join(_value(speed, unit) for speed in found.speeds)
+    return f"{len(found.speeds)} from {_value(found.speeds[0], unit)} to {_value(found.speeds[-1], unit)}"
+
+
+def _gaps(found: Inspection) -> str:
+    if not found.gaps:
+        return ""
+    longest = max(found.gaps, key=lambda gap: gap.intervals)
+    return f"{len(found.gaps)}, the longest of {longest.intervals:.4g} samples after {longest.time:.6g} s"
+
+
+def _channel_row(name: str, channel: Channel) -> tuple[str, ...]:
+    step = _value(channel.step, channel.unit) if channel.step else ""
+    clipped = str(channel.clipped) if channel.clipped else ""
+    size, span = max(abs(channel.low), abs(channel.high)), channel.high - channel.low
+    digits = min(4 + max(0, floor(log10(size / span))), 9) if span > 0 else 4  # so many that the two differ
+    low, high = (readable(one, channel.unit, digits) for one in (channel.low, channel.high))
+    return name, low, high, step, clipped
+
+
+def _briefly(found: Sequence[Inspected]) -> list[Piece]:
+    """Return a line for each record, and what they are good for together."""
+    rows: list[tuple[str, ...]] = []
+    for one in found:
+        good = " ".join(use.purpose for use in one.uses if use.good)
+        if isinstance(one, ResponseInspection):
+            rows.append((one.name, one.kind, "", "", f"{one.points} frequencies", "", good))
+            continue
+        if isinstance(one, TableInspection):
+            rows.append((one.name, one.kind, "", "", f"{one.points} means", "", good))
+            continue
+        speed = si_unit("velocity", one.motion)
+        flaws = [f"{len(one.gaps)} gaps"] if one.gaps else []
+        flaws += [warning.code for warning in one.warnings]
+        flaws += [f"{name} clipped" for name, channel in one.channels.items() if channel.clipped]
+        rate = f"{one.sampling:.4g} Hz" if one.sampling else ""
+        what = _speeds(one, speed) or (f"{len(one.reversals)} reversals" if one.reversals else "")
+        kind = one.kind if one.stated else f"{one.kind}?"
+        rows.append((one.name, kind, f"{one.duration:.4g} s", rate, what, ", ".join(flaws), good))
+    columns: tuple[str, ...] = ("record", "kind", "duration", "sampling", "what", "flaws", "good for")
+    alike, title = {row[1] for row in rows}, ""
+    if len(alike) == 1:  # said once, for room
+        title = f"all of the kind {next(iter(alike))}"
+        columns, rows = columns[:1] + columns[2:], [row[:1] + row[2:] for row in rows]
+    pieces: list[Piece] = [Table(columns, rows, title)]
+    if any(not one.stated for one in found):
+        pieces.append("? the kind is recognised; the record does not say it")
+    uses = {use.purpose: 0 for one in found for use in one.uses}
+    for one in found:
+        for use in one.uses:
+            uses[use.purpose] += use.good
+    text = ", ".join(f"{purpose} {count}" for purpose, count in uses.items())
+    return [*pieces, f"{len(found)} records; good for identify: {text}"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -16,11 +16,9 @@ from fric.identify.static_map.identify import StaticFit
 from fric.identify.static_map.identify import identify_static as fit_static
 from fric.identify.static_map.strokes import ShapeFactor
 from fric.log import ForceVelocity, FrequencyResponse, Log
-from fric.plausibility.bounds import Finding, settled
-from fric.plausibility.findings import of_friction, of_logs, of_strokes
+from fric.plausibility import Finding, of_friction, of_logs, of_strokes, settled
 from fric.results.friction import IdentifiedFriction
-from fric.results.given import in_si, records_of
-from fric.results.given_models import document_of, plant_of
+from fric.results.given import document_of, in_si, plant_of, records_of
 from fric.results.kinds import LogLike, PlantLike, Quantity
 from fric.results.text import Piece, parameters
 from fric.units import readable, si_unit

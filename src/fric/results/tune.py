@@ -17,8 +17,7 @@ from fric.estimate import estimate_rows
 from fric.notice import Notice
 from fric.output import refuse_existing, together
 from fric.results.base import Result
-from fric.results.given import Advance, silent
-from fric.results.given_models import CIRCLES, circles_of
+from fric.results.given import CIRCLES, Advance, circles_of, silent
 from fric.results.kinds import CircleLike, MachineFile, SchemeName
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Machine

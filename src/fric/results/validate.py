@@ -18,8 +18,7 @@ from fric.log import Log
 from fric.notice import Notice, once
 from fric.records.timing import even_sampling as sampling_of
 from fric.results.base import Result
-from fric.results.given import in_si, logs_of
-from fric.results.given_models import cascade_of, document_of, friction_of
+from fric.results.given import cascade_of, document_of, friction_of, in_si, logs_of
 from fric.results.kinds import ControllerLike, FrictionLike, LogLike, PlantLike, Quantity
 from fric.results.text import Piece, Table
 from fric.units import readable, si_unit

@@ -35,8 +35,7 @@ from fric.identify.replay.lateness import CLEAR, credible, lateness_notice, move
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.log import Log
 from fric.notice import Notice
-from fric.plausibility.bounds import settled
-from fric.plausibility.findings import of_shares
+from fric.plausibility import of_shares, settled
 from fric.records.clipping import without_clipped
 from fric.records.flaws import record_flaws
 from fric.records.prepared import Prepared, prepared

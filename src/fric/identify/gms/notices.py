@@ -10,8 +10,8 @@ from fric.arrays import Indices, Real
 from fric.estimate import Estimate
 from fric.flaws import blocks
 from fric.flaws import drift as flaws
+from fric.flaws.channel import FIRST_BLOCK_UNRESOLVED
 from fric.flaws.drift import FRICTION_DIFFERS, REST_RAISES_FRICTION
-from fric.flaws.encoder import FIRST_BLOCK_UNRESOLVED
 from fric.identify.gms.fit import GMSFit, Replay
 from fric.identify.gms.knots import Blocks
 from fric.notice import Notice

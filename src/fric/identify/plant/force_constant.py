@@ -19,8 +19,14 @@ from scipy.special import stdtrit
 from fric.arrays import Complex, Real
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.flaws.channel import DEAD_ZONE, FORCE_NOT_PROPORTIONAL, FORCE_RESPONSE_MISSING, K_F_DIFFERS, MASS_DIFFERS
-from fric.flaws.clock import FORCE_LAGS
+from fric.flaws.channel import (
+    DEAD_ZONE,
+    FORCE_LAGS,
+    FORCE_NOT_PROPORTIONAL,
+    FORCE_RESPONSE_MISSING,
+    K_F_DIFFERS,
+    MASS_DIFFERS,
+)
 from fric.identify.plant.covariance import smoother_than_noise
 from fric.identify.plant.frequency_response import SEGMENTS, MeasuredResponse, measure_response
 from fric.identify.plant.response_lines import COARSEST

@@ -12,7 +12,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.estimate import Estimate
-from fric.flaws.clock import FORCE_LATE, FORCE_LATE_OPEN
+from fric.flaws.channel import FORCE_LATE, FORCE_LATE_OPEN
 from fric.friction import FrictionModel
 from fric.identify.replay.replay_intervals import replay_covariance
 from fric.identify.replay.replay_search import Point, Search

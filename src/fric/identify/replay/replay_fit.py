@@ -9,9 +9,8 @@ from scipy.special import stdtrit
 from fric.arrays import Real
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Interval
-from fric.flaws.blocks import NEVER_SLIDES
-from fric.flaws.encoder import STIFFNESS_UNRESOLVED
-from fric.flaws.fit import EXPLAINS_LITTLE, PARAMETER_UNSEEN
+from fric.flaws.blocks import EXPLAINS_LITTLE, NEVER_SLIDES, PARAMETER_UNSEEN
+from fric.flaws.channel import STIFFNESS_UNRESOLVED
 from fric.friction import FrictionModel, models
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap

@@ -8,7 +8,7 @@ from scipy.special import chdtrc, expit
 
 from fric.arrays import Mask, Real
 from fric.estimate import Covariance, Scale
-from fric.flaws.fit import PARAMETER_AT_BOUND, PARAMETER_AT_EDGE, PARAMETER_UNSEEN, PARAMETERS_CORRELATED
+from fric.flaws.blocks import PARAMETER_AT_BOUND, PARAMETER_AT_EDGE, PARAMETER_UNSEEN, PARAMETERS_CORRELATED
 from fric.friction import Parameter
 from fric.identify.plant.covariance import hac_covariance, jackknife, sandwich, widened
 from fric.identify.replay.coordinates import LEVEL, Coordinates

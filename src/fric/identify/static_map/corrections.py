@@ -17,8 +17,7 @@ from fric.arrays import Real
 from fric.estimate import Estimate
 from fric.flaws.base import SMALL
 from fric.flaws.drift import RECORDS_VARY
-from fric.flaws.place import FORCE_ALONG_AXIS
-from fric.flaws.static_map import STICKS, STROKES_SETTLING, STROKES_SWING, STROKES_UNSETTLED
+from fric.flaws.static_map import FORCE_ALONG_AXIS, STICKS, STROKES_SETTLING, STROKES_SWING, STROKES_UNSETTLED
 from fric.identify.plant.covariance import sandwich
 from fric.identify.static_map.forms import FEWEST, predicts_better, weighted_rms
 from fric.identify.static_map.map_fit import solved

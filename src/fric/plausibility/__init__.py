@@ -1,1 +1,0 @@
-"""Bounds that physics sets to what a file holds, and what of a file is held against them."""
