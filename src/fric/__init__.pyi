@@ -43,7 +43,9 @@ from .results.circle_map import circle_map as circle_map
 from .results.compare import ComparisonResult as ComparisonResult
 from .results.compare import compare as compare
 from .results.controller import ControllerResult as ControllerResult
+from .results.controller import GainsResult as GainsResult
 from .results.controller import design_controller as design_controller
+from .results.controller import identify_controller as identify_controller
 from .results.diagnose import DiagnosisResult as DiagnosisResult
 from .results.diagnose import diagnose as diagnose
 from .results.example import ExampleResult as ExampleResult
@@ -53,15 +55,13 @@ from .results.export import ExportResult as ExportResult
 from .results.export import export_axis as export_axis
 from .results.formats import FormatsResult as FormatsResult
 from .results.formats import formats as formats
-from .results.gains import GainsResult as GainsResult
-from .results.gains import identify_controller as identify_controller
 from .results.gms import GMSResult as GMSResult
 from .results.gms import identify_gms as identify_gms
+from .results.ingest import CirclesResult as CirclesResult
 from .results.ingest import IngestResult as IngestResult
 from .results.ingest import holds_circles as holds_circles
 from .results.ingest import ingest as ingest
-from .results.ingest_circles import CirclesResult as CirclesResult
-from .results.ingest_circles import ingest_circles as ingest_circles
+from .results.ingest import ingest_circles as ingest_circles
 from .results.learn import LearnedTable as LearnedTable
 from .results.learn import LearnResult as LearnResult
 from .results.learn import learn as learn
