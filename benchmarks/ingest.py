@@ -29,7 +29,7 @@ print(time.perf_counter() - start)
 INGEST = """
 import sys, time, pathlib
 import fric
-from fric.io.memory import keep_freed_memory
+from fric.io.ingest import keep_freed_memory
 small, log, output = map(pathlib.Path, sys.argv[1:])
 keep_freed_memory()
 fric.ingest(small, output=output)

@@ -17,8 +17,7 @@ from fric.circles.tune import with_belief
 from fric.control.scheme import PAPER_SCHEMES
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
-from fric.io.circle import read_circles
-from fric.io.feedforward import read_feedforward
+from fric.io.circle import read_circles, read_feedforward
 from fric.results.learn import LearnResult
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.spread import draw_machine

@@ -30,8 +30,7 @@ from fric.identify.plant.identify import described
 from fric.identify.replay import replay_intervals
 from fric.identify.static_map.identify import identify_static
 from fric.io import roles
-from fric.io.mapped import Guessed
-from fric.io.propose import Guess
+from fric.io.propose import Guess, Guessed
 from fric.io.readers.base import Column, Memory
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice

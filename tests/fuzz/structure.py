@@ -31,7 +31,7 @@ from fric import units
 from fric.control.scheme import choose_schemes
 from fric.documents.machine_files import read_machine
 from fric.io.circle import read_circles, write_circles
-from fric.io.report import REPORT_MARK, read_report
+from fric.io.recognise import REPORT_MARK, read_report
 from fric.io.run import write_runs
 from fric.simulate import processes
 from fric.simulate.circle import Circle, run_circle

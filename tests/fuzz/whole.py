@@ -16,7 +16,7 @@ from fric.control.scheme import choose_schemes
 from fric.documents.machine_files import read_machine
 from fric.io.circle import write_circles
 from fric.io.hdf5 import read_logs, write_logs
-from fric.io.report import REPORT_MARK
+from fric.io.recognise import REPORT_MARK
 from fric.io.run import write_runs
 from fric.simulate.circle import Circle, run_circle
 

@@ -15,7 +15,7 @@ from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.hdf5 import read_records, write_logs
 from fric.io.readers import sinumerik, xlsx
-from fric.io.report import read_report
+from fric.io.recognise import read_report
 from fric.log import Log
 
 

@@ -22,7 +22,7 @@ from fric.documents.yaml import read_document, write_document
 from fric.errors import FricError
 from fric.export.rendering import remark
 from fric.io.propose import proposal
-from fric.io.report import write_report
+from fric.io.recognise import write_report
 from fric.log import axis_name
 from fric.report.page import environment
 from fric.results.export import export_axis

@@ -170,7 +170,7 @@ class FailingAtError(OSError):
 
 def test_whichever_write_of_a_log_fails_there_is_a_whole_file_or_none(tmp_path, monkeypatch):
     """The n-th write fails, for every n: the old file stays as it was, and no draft is left."""
-    from fric.io import staged_hdf5
+    from fric.io import safe_hdf5 as staged_hdf5
 
     path = tmp_path / "log.h5"
     write_logs(path, [log("before")])

@@ -27,11 +27,10 @@ from fric.circles.measured import MeasuredCircle, measured_from_run
 from fric.cli.console import finish
 from fric.errors import FricError
 from fric.export import targets
-from fric.io.circle import write_circles
-from fric.io.feedforward import write_feedforward
+from fric.io.circle import write_circles, write_feedforward
 from fric.io.hdf5 import read_logs, write_logs
 from fric.io.propose import propose
-from fric.io.report import write_report
+from fric.io.recognise import write_report
 from fric.notice import Notice
 from fric.reproduce.step_cache import StepCache
 from fric.results.export import export_axis

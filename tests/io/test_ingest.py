@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from fric import FricError, Log
-from fric.io.chunks import CHUNK
-from fric.io.hdf5 import read_logs, write_logs
+from fric.io.hdf5 import CHUNK, read_logs, write_logs
 from fric.io.ingest import ingest
 from fric.io.readers import text
 

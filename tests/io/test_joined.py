@@ -16,7 +16,7 @@ from fric.cli.main import app
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
 from fric.io.channels import plan
-from fric.io.join import joined
+from fric.io.ingest import joined
 from fric.io.readers.base import Column, Memory
 from fric.log import ForceVelocity
 from fric.notice import Notice

@@ -16,7 +16,7 @@ import pytest
 from matplotlib import image
 
 import fric
-from fric.io.report import write_report
+from fric.io.recognise import write_report
 from fric.io.run import read_runs
 from fric.report.collect import collect
 from fric.report.page import render_report

@@ -6,7 +6,7 @@ import pytest
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.io.path import read_path
+from fric.io.circle import read_path
 from fric.io.run import read_runs, write_runs
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.path import PathRun, PointPath, RecordedPath, run_path

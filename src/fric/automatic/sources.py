@@ -20,8 +20,7 @@ from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
-from fric.io.mapped import Guessed, axes_said, guessed, says_all
-from fric.io.propose import is_sure
+from fric.io.propose import Guessed, axes_said, guessed, is_sure, says_all
 from fric.io.readers import endings
 from fric.io.recognise import HDF5_SIGNATURE, recognise
 from fric.log import Log, Record

@@ -19,7 +19,7 @@ from fric.documents.yaml import dump, plain, read_tree, write_document
 from fric.errors import FricError
 from fric.flaws.files import FILE_UNUSED, STEP_FAILED
 from fric.io.circle import choose_circles
-from fric.io.memory import keep_freed_memory
+from fric.io.ingest import keep_freed_memory
 from fric.output import together, write_folder
 from fric.records.inspected import SPEEDS
 from fric.report.summary import make_report

@@ -31,7 +31,7 @@ def auto(command: Command, given: dict[str, Any]) -> None:
 
 def ingest(command: Command, given: dict[str, Any]) -> None:
     """Read logs or circles, write the mapping that would be guessed, or list the formats."""
-    from fric.io.memory import keep_freed_memory
+    from fric.io.ingest import keep_freed_memory
 
     if given["list_formats"]:
         finish(lambda _: fric.formats(), json=given["json"])

@@ -1,21 +1,110 @@
-"""Circle test files: HDF5 with ``fric = "circle/1"``. The root is a test; ``tests/`` holds further ones of its form."""
+"""Files of circles and paths: circle tests (``circle/1``: the root is a test, ``tests/`` holds further ones), what was
+learned (``feedforward/1``: voltage against friction), and paths: two columns, or a recorded reference.
+"""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, cast
 
 import h5py
+import numpy as np
 
+from fric.arrays import Real
+from fric.circles.learn import Table
 from fric.circles.measured import CHANNELS, AxisTrace, Instrument, MeasuredCircle, measured_from_run
 from fric.columns import BALL_BAR, channel_dimension
 from fric.errors import FricError, clean
 from fric.input import TAKEN, foreign, other_kind
+from fric.io.readers import tables
 from fric.io.run import FORMAT as RUN
 from fric.io.run import read_runs
-from fric.io.safe_hdf5 import column, open_file, text
-from fric.io.staged_hdf5 import staged_hdf5, write_column
+from fric.io.safe_hdf5 import check_type, column, open_file, staged_hdf5, text, write_column
+from fric.simulate.axis import Trace
 from fric.simulate.circle import CircleRun
-from fric.units import si_unit
+from fric.simulate.path import PointPath, RecordedPath
+from fric.units import factor, si_unit
+
+FEEDFORWARD = "feedforward/1"
+FEEDFORWARD_UNITS = {"time": "s", "reference": "m", "voltage": "V"}
+
+
+def write_feedforward(path: Path, table: Table, provenance: str = "", *, force: bool = False) -> None:
+    """Write the feedforward of the next round: attributes of its circle, and a group per axis; whole or not at all."""
+    test = table.test
+    with staged_hdf5(path, force=force) as (file, check):
+        file.attrs.update({"fric": FEEDFORWARD, "provenance": provenance})
+        file.attrs.update({"radius": test.radius, "feed": test.feed, "direction": test.direction})
+        file.attrs.update({"share": table.how.share, "bandwidth": table.how.bandwidth})
+        for name in table.voltage:
+            group = file.create_group(name)
+            for key, unit in FEEDFORWARD_UNITS.items():
+                write_column(group, key, np.asarray(getattr(table, key)[name], float), unit)
+            check()
+
+
+def read_feedforward(path: Path) -> dict[str, Real]:
+    """Read the voltage that each axis fed forward against friction [V], by its name.
+
+    Raises FricError: When it is no feedforward file, or cut short.
+    """
+    with open_file(path) as file:
+        check_type(file, path, FEEDFORWARD, "Give a file of `fric learn -o`.")
+        return {name: column(group, "voltage") for name, group in file.items()}
+
+
+def read_path(path: Path, feed: float) -> PointPath | RecordedPath:
+    """Read a path from a CSV file with a header such as ``x [mm], y [mm]``, or a reference that was recorded.
+
+    With a column ``time`` it is a recorded reference, as is that of the first test of a circle file, or of the first
+    scheme of a run file.
+
+    path: The file.
+    feed: Speed along the path [m/s]; a recorded reference has its own.
+    Raises FricError: When a column or its unit is missing, a cell is no number, or the path cannot be followed.
+    """
+    try:
+        if Path(path).suffix in {".h5", ".hdf5"}:
+            return _of_circle(Path(path))
+        found = _columns(Path(path))
+        return RecordedPath(**found) if "time" in found else PointPath(**found, feed=feed)
+    except FricError as error:
+        raise error if error.where else error.at(str(path)) from None
+
+
+def _of_circle(path: Path) -> RecordedPath:
+    with open_file(path) as file:
+        is_run = str(file.attrs.get("fric", "")).startswith("run/")
+    traces: list[Trace | AxisTrace | None] = [
+        *(read_runs(path)[0].traces if is_run else read_circles(path)[0].axes).values(), None, None
+    ]  # fmt: skip
+    first, second = traces[:2]
+    if first is None or second is None or first.reference is None or second.reference is None:
+        raise FricError("holds no reference of two axes", hint="Record where the axes were asked to be.")
+    if len(first.time) != len(second.time) or not np.allclose(first.time, second.time):
+        raise FricError("has axes that were recorded at different times")
+    return RecordedPath(first.time, first.reference, second.reference)
+
+
+def _columns(path: Path) -> dict[str, Real]:
+    """Return x and y [m], and time [s] where there is such a column."""
+    table = next(iter(tables(path)))
+    names = ["time"] if any(column.name.lower() == "time" for column in table.columns) else []
+    names += ["x", "y"]
+    columns = [table.find(name, name) for name in names]
+    scales = []
+    for name, n in zip(names, columns, strict=True):
+        unit = table.columns[n].unit
+        if unit is None:
+            raise FricError(
+                f"column '{table.columns[n].name}' has no unit", where=str(path), hint="Head it 'x [mm], y [mm]'."
+            )
+        scales.append(factor(unit, "time" if name == "time" else "position"))
+    blocks = [block.columns for block in table.read(columns)]
+    return {
+        name: scale * np.concatenate([block[n] for block in blocks])
+        for n, (name, scale) in enumerate(zip(names, scales, strict=True))
+    }
+
 
 FORMAT = "circle/1"
 OWN = ("instrument", "scheme", "source", "sha256", "name")
@@ -91,10 +180,10 @@ def _read(group: h5py.Group, source: str) -> MeasuredCircle:
         )
     }
     bar = {key: column(group, key) for key in BALL_BAR if key in group}
-    words["instrument"] = cast(Instrument, words.get("instrument", ""))
+    words["instrument"] = cast("Instrument", words.get("instrument", ""))
     return MeasuredCircle(
         float(group.attrs["radius"]), float(group.attrs["feed"]), int(group.attrs["direction"]), axes,
-        source=source, **cast(Any, {**bar, **words}),
+        source=source, **cast("Any", {**bar, **words}),
     )  # fmt: skip
 
 

@@ -1,22 +1,569 @@
 """Foreign logs in, one log file out: columns are mapped to channels in SI, and checked, block by block."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+import ctypes
+import hashlib
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
+from math import inf, isfinite
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, cast
 
-from fric.documents.mapping import MappingDocument
+import numpy as np
+from numpy.typing import NDArray
+
+from fric.arrays import Mask, Real
+from fric.columns import CHANNELS, FORCE_VELOCITY, KINDS, Kind
+from fric.documents.mapping import FileMapping, MappingDocument, filled
 from fric.errors import FricError
-from fric.io.hdf5 import header_of, log_writer
-from fric.io.ingest_session import IngestedRecord, Progress, Session, StatedLog
+from fric.flaws.files import CELLS_DROPPED, COLUMNS_LEFT_OUT, SAMPLES_MISSING
+from fric.input import regular
+from fric.io.channels import Form, Origin, Plan, plan
+from fric.io.hdf5 import LogWriter, header_of, log_writer
 from fric.io.readers import tables
-from fric.io.readers.base import OF_SEVERAL, Table
+from fric.io.readers.base import OF_SEVERAL, RECORD, Block, Table
+from fric.io.readers.joined import Joined, Part
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
-from fric.units import Motion
+from fric.units import Motion, drive_unit, words_of
+
+BEHIND = 4
+"""Pieces of a file that its digest may lag behind."""
+
+
+def digest_of(path: Path) -> str:
+    """Return the sha256 of a file."""
+    try:
+        with regular(path).open("rb") as file:  # a device has no end
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise FricError(f"cannot be read: {error.strerror}", where=str(path)) from None
+
+
+def digest_of_all(paths: Iterable[Path]) -> str:
+    """Return the sha256 of files that make one record: of their digests, one after the other."""
+    return hashlib.sha256("".join(map(digest_of, paths)).encode()).hexdigest()
+
+
+class FileDigest:
+    """The digest of a file: of its bytes as they are read, or else of the file read for that alone.
+
+    Parameters
+    ----------
+    path
+        The file.
+    beside
+        A single thread, which takes the bytes in while the work goes on.
+    """
+
+    def __init__(self, path: Path, beside: ThreadPoolExecutor) -> None:
+        self._path, self._beside = path, beside
+        self._sum = hashlib.sha256()
+        self._taken: deque[Future[None]] = deque()
+        self._found: str | None = None
+
+    def take(self, content: bytes) -> None:
+        """Take the next bytes of the file into the sum, in a thread beside the work."""
+        self._taken.append(self._beside.submit(self._sum.update, content))
+        if len(self._taken) > BEHIND:
+            self._taken.popleft().result()
+
+    def result(self) -> str:
+        """Return the digest of the whole file."""
+        if self._found is None:
+            for taken in self._taken:
+                taken.result()
+            self._found = self._sum.hexdigest() if self._taken else digest_of(self._path)
+        return self._found
+
+
+WINDOW = 32
+"""Samples that a sampling period is taken over."""
+RATES_DIFFER = 1.3
+"""Two segments whose periods differ by more than this factor were sampled at two rates."""
+
+ODD_SHARE = 0.1
+"""A segment at another rate that is shorter than this, and inside the record, is missing samples."""
+
+
+class Clock:
+    """Checks that time runs forward, and at one rate.
+
+    Missing samples and jitter are no second rate: that has the mean period of a window changed and four in five of its
+    periods with it, for two windows one after the other. (A real log of 75 s at 200 Hz has 1.8 s in which every second
+    sample is missing: that is told, and no error.)
+
+    Parameters
+    ----------
+    place
+        Tells where a sample is, by its row in the file.
+    uneven
+        Whether a record of two rates is told, and no error.
+    """
+
+    def __init__(self, place: Callable[[int], str], *, uneven: bool = False) -> None:
+        self._place, self._uneven = place, uneven
+        self._last: float | None = None
+        self._left = np.empty(0)
+        self._left_rows = np.empty(0, dtype=np.int64)
+        self._periods: list[Real] = []
+        self._rows: list[NDArray[np.int64]] = []
+        self._window = 0
+        self.samples = 0
+
+    def tick(self, time: Real, rows: NDArray[np.int64]) -> None:
+        """Take the next instants [s] and their rows in the file.
+
+        Raises FricError: When a stamp is repeated or time runs backwards.
+        """
+        if not len(time):
+            return
+        steps = np.diff(time, prepend=time[0] if self._last is None else self._last)
+        if self._last is None:
+            steps, rows = steps[1:], rows[1:]
+        if len(steps) and steps.min() <= 0:
+            n = int(np.argmax(steps <= 0))
+            now = float(time[len(time) - len(steps) + n])
+            if steps[n] == 0:
+                raise FricError(
+                    f"the stamp {now:.9g} s is repeated", where=self._place(int(rows[n])),
+                    hint="Log the time with more digits, or map it by its rate, as in `time: {rate: 4 kHz}`.",
+                )  # fmt: skip
+            raise FricError(
+                f"time runs backwards, from {now - steps[n]:.9g} s to {now:.9g} s", where=self._place(int(rows[n])),
+                hint="Split the file there, one record a file.",
+            )  # fmt: skip
+        self._last = float(time[-1])
+        self.samples += len(time)
+        self._gather(steps, rows)
+
+    def rising(self, time: Real) -> Mask:
+        """Return the samples whose stamps rise, shape (n,); the first one may be another run's last."""
+        kept = np.ones(len(time), bool)
+        if self._last is None and len(time) > 2 and time[0] > time[1]:
+            kept[0] = False
+        floor = -np.inf if self._last is None else self._last
+        stamps = np.where(kept, time, -np.inf)
+        before = np.maximum.accumulate(np.concatenate([[floor], stamps[:-1]]))
+        return np.asarray(kept & (stamps > before))
+
+    def _gather(self, steps: Real, rows: NDArray[np.int64]) -> None:
+        if not self._window:
+            self._window = int(np.clip(len(steps) // 8, 4, WINDOW))
+        if len(self._left):
+            steps, rows = np.concatenate([self._left, steps]), np.concatenate([self._left_rows, rows])
+            self._left, self._left_rows = steps[:0], rows[:0]
+        if len(steps) and steps.max() < RATES_DIFFER * steps.min():  # as nearly always: one entry for all of them
+            mean = steps.mean()
+            self._periods.append(np.array([[mean], [mean], [mean], [len(steps) / self._window]]))
+            self._rows.append(rows[:1].copy())  # a view would keep all of the rows
+            return
+        count = len(steps) // self._window
+        cut = count * self._window
+        self._left, self._left_rows = steps[cut:], rows[cut:]
+        if not count:
+            return
+        windows, fifth = np.sort(steps[:cut].reshape(count, self._window), axis=1), self._window // 5
+        once = np.ones(count)
+        self._periods.append(np.stack([windows.mean(axis=1), windows[:, fifth], windows[:, -1 - fifth], once]))
+        self._rows.append(rows[: cut : self._window].copy())
+
+    def stop(self) -> list[Notice]:
+        """End the record; return what the user should know of its clock.
+
+        Raises FricError: When the record was sampled at two rates: a tenth of it or more, or its beginning or end.
+        """
+        if not self._rows:
+            return []
+        mean, short, long, windows = np.concatenate(self._periods, axis=1)
+        rows = np.concatenate(self._rows)
+        if windows.sum() < 4:  # too short to tell
+            return []
+        order = np.argsort(mean)
+        upto = np.cumsum(windows[order])
+        usual = float(mean[order][np.searchsorted(upto, upto[-1] / 2)])
+        slower = (mean > RATES_DIFFER * usual) & (short > RATES_DIFFER * usual)
+        faster = (mean * RATES_DIFFER < usual) & (long * RATES_DIFFER < usual)
+        for odd in (slower, faster):
+            segment = odd & (np.append(odd[1:], False) | np.append(False, odd[:-1]) | (windows > 1))
+            if not segment.any():
+                continue
+            n = int(np.argmax(segment))
+            edge = int(rows[n if n else np.argmin(segment)])
+            text = f"{1 / mean[n]:.4g} Hz there, {1 / usual:.4g} Hz elsewhere"
+            spent = mean * windows
+            share = float(spent[segment].sum() / spent.sum())
+            if not self._uneven and (share > ODD_SHARE or segment[0] or segment[-1]):
+                raise FricError(
+                    f"two sampling rates in one record: {text}", where=f"{self._place(edge)} (about)",
+                    hint="Split the file there, one record a rate.",
+                )  # fmt: skip
+            return [SAMPLES_MISSING.found(f"{self._place(edge)} (about)", rates=text)]
+        return []
+
+
+class Signs:
+    """Weighs whether the channels agree in sign: friction takes work from the drive, and velocity is dx/dt.
+
+    Work and agreement are summed over windows, so that the steps of an encoder and noise average out.
+    """
+
+    def __init__(self) -> None:
+        self.work = np.zeros(2)
+        self.agreement = np.zeros(2)
+
+    def add(self, block: Mapping[str, Real]) -> None:
+        """Take the next samples of each channel, in SI."""
+        time, x, v, force = (block.get(name) for name in ("time", "position", "velocity", "force"))
+        if time is None and v is not None and force is not None:  # a table of mean forces
+            self.work += _weighed(force * v)
+        if time is None or len(time) < 2:
+            return
+        moved = np.diff(x) if x is not None and v is None else None
+        if v is not None:
+            moved = (v[1:] + v[:-1]) * np.diff(time)  # twice the travel: factors do not matter here
+            if x is not None:
+                self.agreement += _weighed(np.diff(x[:-1:WINDOW], append=x[-1]) * _summed(moved))
+        if force is not None and moved is not None:
+            self.work += _weighed(_summed((force[1:] + force[:-1]) * moved))
+
+    def against(self) -> str:
+        """Return what runs against its meaning: ``force``, ``velocity``, or nothing."""
+        for name, (total, size) in (("velocity", self.agreement), ("force", self.work)):
+            if size > 0 and total < -0.5 * size:
+                return name
+        return ""
+
+
+def _summed(values: Real) -> Real:
+    return np.add.reduceat(values, np.arange(0, len(values), WINDOW))
+
+
+def _weighed(values: Real) -> Real:
+    return np.array([values.sum(), np.abs(values).sum()])
+
+
+class WholeRows:
+    """Finds the rows of a table that are whole."""
+
+    def __init__(self, table: Table, chosen: Plan, drop: bool) -> None:
+        self._table, self._wanted, self._drop = table, chosen.wanted, drop
+        self._limits = chosen.limits()
+
+    def good(self, block: Block) -> tuple[list[Real], NDArray[np.int64]]:
+        """Return the columns without the rows that are not whole, and the rows' numbers in the file."""
+        rows = np.arange(block.row, block.row + len(block.columns[0]))
+        bounded = list(zip(block.columns, self._limits, strict=True))
+        if not len(rows) or all(-most <= values.min() and values.max() <= most for values, most in bounded):  # no NaN
+            return block.columns, rows
+        whole = np.logical_and.reduce([np.abs(values) <= most for values, most in bounded])
+        if self._drop:
+            return [values[whole] for values in block.columns], rows[whole]
+        first = int(np.argmin(whole))
+        n = next(n for n, (values, most) in enumerate(bounded) if not np.abs(values[first]) <= most)
+        raise self._bad(block.row + first, self._wanted[n], float(block.columns[n][first]))
+
+    def _bad(self, row: int, column: int, value: float) -> FricError:
+        text, run = self._table.text(row, column), self._table.run(row, column)
+        what = "the cell is empty" if not text else f"'{text}' is no number"
+        if isfinite(value):
+            what = f"{value:.3g} is beyond what a machine reaches"
+        elif run > 1:
+            what = f"{run} cells in a row are no numbers, the first {'empty' if not text else repr(text)}"
+        return FricError(
+            what, where=self._table.place(row, column),
+            hint="Mend the file, or leave such samples out with `bad_cells='drop'`.",
+        )  # fmt: skip
+
+
+def joined(files: Sequence[tuple[Table, Plan]]) -> tuple[Joined, Plan]:
+    """Return one table of the channels of several files, and what its columns mean.
+
+    files: Table and plan of each file; each plan has a time and the channels that the file holds.
+    Raises FricError: When a channel is in two files, none has a position or velocity, or a file logged no time.
+    """
+    parts: list[Part] = []
+    origins = {"time": Origin(0, 1.0)}
+    names, holders, stated = ["time"], dict[str, str](), frozenset[str]()
+    for table, of_file in files:
+        own = {name: origin for name, origin in of_file.origins.items() if name != "time"}
+        time = of_file.origins["time"].column
+        if time is None or any(origin.column is None for origin in own.values()):
+            raise FricError(
+                "has no time of its own, and files are joined by the time that each logged", where=str(table.path),
+                hint="Write the time into the file, or join files that have it.",
+            )  # fmt: skip
+        columns = tuple(dict.fromkeys(origin.column for origin in own.values() if origin.column is not None))
+        parts.append(Part(table, time, columns, of_file.origins["time"].factor, table.path.stem))
+        for name, origin in own.items():
+            if name in holders:
+                raise FricError(
+                    f"{name} is in {holders[name]} and in {table.path.name}", where="`join=True`",
+                    hint=f"Say in a mapping which is meant, as in `{name}: {{column: …, file: \"NAME*\"}}`.",
+                )  # fmt: skip
+            holders[name] = table.path.name
+            assert origin.column is not None
+            origins[name] = replace(origin, column=len(names) + columns.index(origin.column))
+        names += [f"{table.path.name}: {table.columns[column].name}" for column in columns]
+        stated |= of_file.stated
+    if not {"position", "velocity"} & origins.keys():
+        raise FricError(
+            "no file holds position or velocity", where=", ".join(str(table.path) for table, _ in files),
+            hint="Name the columns so, or map them.",
+        )  # fmt: skip
+    ranked = [origins[name].column for name in CHANNELS if name in origins]
+    wanted = tuple(dict.fromkeys(column for column in ranked if column is not None))
+    first = files[0][0]
+    table = Joined(first.path, parts, first.constants, first.said)
+    return table, Plan(files[0][1].motion, origins, wanted, tuple(names), "time", stated)
+
+
+KIND_OF_FORM: dict[Form, Kind] = {"response": "frequency-response", "means": FORCE_VELOCITY}
+"""Kinds that the columns tell."""
+BadCells = Literal["error", "drop"]
+EVERYTHING = (-inf, inf)
+"""A window that leaves nothing out [s]."""
+Progress = Callable[[int], None]
+
+
+@dataclass(frozen=True)
+class IngestedRecord:
+    """One record that was added."""
+
+    name: str
+    source: str
+    sha256: str
+    kind: Kind | None
+    samples: int
+    dropped: int
+    channels: dict[str, str]
+    """Each channel and the column it was read from."""
+    left_out: tuple[str, ...]
+    """Columns that were not read."""
+
+
+@dataclass(frozen=True)
+class StatedLog:
+    """What is said of foreign logs, beside what they say themselves."""
+
+    # What the columns mean. Without it the header must name channels and units, as in ``time [s], position [um]``.
+    mapping: MappingDocument | None = None
+    # kind, axis, motion: kind of the experiment, name and motion of the axis; they go before what mapping and files say
+    kind: Kind | None = None
+    axis: str | None = None
+    motion: Motion | None = None
+    # ``error``: a cell that is no number is an error; ``drop``: its sample is left out, and counted
+    bad_cells: BadCells = "error"
+    window: tuple[float, float] = EVERYTHING  # First and last time that is read, as the files count it [s]
+    join: bool = False  # Make one record of all files, which hold its channels by one clock; these are held in memory
+
+    def __post_init__(self) -> None:
+        if self.kind is not None and self.kind not in KINDS:
+            raise FricError(f"'{self.kind}' is not a kind of record", hint=f"Kinds are {', '.join(KINDS)}.")
+
+
+class Session:
+    """One call of `ingest`: what was said, and what has been done so far."""
+
+    def __init__(self, stated: StatedLog, progress: Progress, beside: ThreadPoolExecutor) -> None:
+        self._mapping, self._about, self._progress = stated.mapping, stated, progress
+        self._signs, self._beside = Signs(), beside
+        self._stated: set[str] = set()
+        self.known: dict[str, str] = {}
+        self.records: list[IngestedRecord] = []
+        self.skipped: list[tuple[str, str]] = []
+        self.warnings: list[Notice] = []
+
+    def of_axis(self, table: Table, held: tuple[str, Motion] | None) -> tuple[str, Motion]:
+        """Return name and motion of the axis: as said, as in the file that is added to, or as the units tell."""
+        mapping, said = self._of(table), table.said
+        axis = self._about.axis or said.get("axis")
+        if axis is None and mapping and mapping.axis:
+            axis = filled(mapping.axis, self._fields(table), str(table.path))
+        motion = self._about.motion or (mapping.motion if mapping else None) or said.get("motion")
+        if motion is None and held:
+            motion = held[1]
+        known = cast("Motion | None", motion)
+        if known is None or not (drive_unit(known) or self._about.join):  # in which unit are forces?
+            known = self._plan(table, known).motion
+        return axis or (held[0] if held else "x"), known
+
+    def read(self, path: Path, found: Iterable[Table], writer: LogWriter, axis: str, motion: Motion) -> None:
+        """Add the records of one file, which are its tables."""
+        digest, none, before = FileDigest(path, self._beside), list[FricError](), len(self.records)
+        if self.known and digest.result() in self.known:
+            self.skipped.append((str(path), self.known[digest.result()]))
+            self._progress(path.stat().st_size)
+            return
+        for table in found:
+            if not self.known and table.passes_bytes:
+                table.listener = digest.take
+            try:
+                own = self.of_axis(table, (axis, motion))
+            except FricError as error:
+                if RECORD not in table.said:
+                    raise
+                none.append(error)  # beside records stand parameters
+                continue
+            if own != (axis, motion):
+                raise FricError(
+                    f"is of the {words_of(own[1])} axis {own[0]}, and the log file of the {words_of(motion)} {axis}",
+                    where=str(path),
+                    hint="Keep each axis in a file of its own, or say `axis=`.",
+                )  # fmt: skip
+            if "name" in table.said and (same := _digest(table, digest)) in self.known:
+                self.skipped.append((f"{path}, record '{table.said['name']}'", self.known[same]))
+                continue
+            if others := [name for name in table.said.get(OF_SEVERAL, "").split() if name != table.said["axis"]]:
+                self.warnings.append(COLUMNS_LEFT_OUT.found(str(path), columns=others))
+            source = table.said.get("source") or str(path)
+            sha256_of = partial(_digest, table, digest)
+            record = self._add(table, self._plan(table, motion), writer, source, sha256_of)
+            self.known[record.sha256] = record.name
+            self.records.append(record)
+        if none and len(self.records) == before:
+            raise none[0]
+
+    def check_signs(self) -> None:
+        """Refuse logs in which friction would drive the axis, unless the signs are stated."""
+        against = self._signs.against()
+        if against and against not in self._stated:
+            what = {
+                "force": "the force opposes the motion throughout: by these signs friction drives the axis",
+                "velocity": "velocity and position run against each other",
+            }[against]
+            raise FricError(
+                what, where=self.records[0].source if len(self.records) == 1 else f"{len(self.records)} records",
+                hint=f"Say `sign: -1` for the {against} in the mapping; or `sign: 1`, if it is meant so.",
+            )  # fmt: skip
+
+    def _fields(self, table: Table) -> dict[str, str]:
+        stem = table.path.name.removesuffix(".gz")
+        stem = stem[: stem.rfind(".")] if "." in stem[1:] else stem
+        own = {"stem": stem, "name": table.path.name, "parent": table.path.absolute().parent.name, **table.constants}
+        mapping = self._of(table)
+        return mapping.fields(own, str(table.path)) if mapping else own
+
+    def _of(self, table: Table) -> FileMapping | None:
+        """Return what is said of a table; None where nothing is, and its header has to."""
+        names = [column.name for column in table.columns]
+        return self._mapping.of(table.path, names, self._about.axis) if self._mapping else None
+
+    def _plan(self, table: Table, motion: Motion | None) -> Plan:
+        mapping = self._of(table)
+        kind = self._about.kind or cast("Kind | None", table.said.get("kind") if not mapping else None)
+        return plan(table, mapping, kind, motion, self._fields(table), part=self._about.join)
+
+    def _name_and_kind(self, table: Table, chosen: Plan) -> tuple[str, Kind | None]:
+        mapping = self._of(table)
+        said, template = table.said, mapping.record if mapping else "{stem}"
+        name = said.get("name") or filled(template, self._fields(table), str(table.path))
+        kind = self._about.kind or cast("Kind | None", (mapping.kind if mapping else None) or said.get("kind"))
+        return name.replace("/", "-"), KIND_OF_FORM.get(chosen.form, kind)
+
+    def join(self, paths: Sequence[Path], found: Iterable[Iterable[Table]], writer: LogWriter, motion: Motion) -> None:
+        """Add one record whose channels are in several files."""
+        sha256, source = digest_of_all(paths), " + ".join(map(str, paths))
+        if sha256 in self.known:
+            self.skipped.append((source, self.known[sha256]))
+            return
+        files = []
+        for path, tables_of in zip(paths, found, strict=True):
+            table, *more = tables_of
+            if more:
+                raise FricError(f"holds {len(more) + 1} tables", where=str(path), hint="Join files of one table each.")
+            chosen = self._plan(table, motion)
+            if chosen.form != "time":
+                raise FricError("has no time", where=str(path), hint="Files are joined by their time.")
+            if chosen.motion != motion:
+                raise FricError(f"has a force in {drive_unit(chosen.motion)}", where=str(path),
+                                hint=f"Say `motion='{chosen.motion}'`.")  # fmt: skip
+            files.append((table, chosen))
+        self.records.append(self._add(*joined(files), writer, source, lambda: sha256))
+
+    def _blocks(self, table: Table, chosen: Plan) -> tuple[Iterator[dict[str, Real]], list[int]]:
+        """Return the channels of a table block by block, checked, inside the window; and a count of what is dropped."""
+        drop = self._about.bad_cells == "drop"
+        rows_of, clock, dropped = WholeRows(table, chosen, drop), Clock(table.place, uneven=drop), [0]
+        last: dict[str, float] = {}
+
+        def blocks() -> Iterator[dict[str, Real]]:
+            for block in table.read(chosen.wanted):
+                good, rows = rows_of.good(block)
+                channels = chosen.unwrapped(chosen.convert(good, rows), last)
+                if chosen.form == "time":
+                    if drop:
+                        rising = clock.rising(channels["time"])
+                        channels, rows = {name: one[rising] for name, one in channels.items()}, rows[rising]
+                    clock.tick(channels["time"], rows)
+                    channels = self._inside(channels)
+                elif self._about.window != EVERYTHING:
+                    raise FricError("has no time to take a window of", where=str(table.path))
+                dropped[0] += len(block.columns[0]) - len(rows)
+                yield channels
+                self._progress(block.size)
+            self.warnings += [*table.notices, *clock.stop()]
+
+        return blocks(), dropped
+
+    def _add(
+        self, table: Table, chosen: Plan, writer: LogWriter, source: str, sha256_of: Callable[[], str]
+    ) -> IngestedRecord:
+        name, kind = self._name_and_kind(table, chosen)
+        record = writer.create(name, kind=kind, source=source)
+        blocks, missing = self._blocks(table, chosen)
+        samples = 0
+        for channels in blocks:
+            if chosen.form != "response":
+                self._signs.add(channels)
+            samples += len(next(iter(channels.values())))
+            record.extend(channels)
+        dropped = missing[0]
+        if samples < 2:
+            inside = "" if self._about.window == EVERYTHING else " between `begin=` and `end=`"
+            raise FricError(f"has {samples} samples{inside}", where=str(table.path), hint="A log needs two at least.")
+        self._stated |= chosen.stated
+        total = dropped + int(table.said.get("dropped", 0))
+        sha256 = sha256_of()
+        record.close(sha256=sha256, dropped=total or None)
+        if dropped:
+            self.warnings.append(CELLS_DROPPED.found(str(table.path), dropped=dropped, samples=samples + dropped))
+        left_out = tuple(column.name for n, column in enumerate(table.columns) if n not in chosen.wanted)
+        return IngestedRecord(record.name, source, sha256, kind, samples, total, chosen.description(), left_out)
+
+    def _inside(self, channels: dict[str, Real]) -> dict[str, Real]:
+        """Return the samples whose time is inside the window."""
+        if self._about.window == EVERYTHING:
+            return channels
+        kept = (channels["time"] >= self._about.window[0]) & (channels["time"] <= self._about.window[1])
+        return {name: values[kept] for name, values in channels.items()}
+
+
+def _digest(table: Table, file: FileDigest) -> str:
+    """Return the digest of a record: its own, or that of its file, with its name where the file holds several."""
+    said = table.said
+    return said.get("sha256") or file.result() + (f":{said['name']}" if "name" in said else "")
+
+
+_M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # malloc.h of glibc
+
+
+def keep_freed_memory() -> None:
+    """Let glibc's malloc keep up to 64 MiB of freed bytes a heap, instead of handing large blocks back to the kernel.
+
+    A stream allocates and frees blocks of some hundred KiB over and over; fetching each anew from the kernel, page by
+    page, takes a third of the time of an ingest. Where there is no glibc, nothing is done.
+    """
+    try:
+        mallopt = ctypes.CDLL(None).mallopt
+    except (AttributeError, OSError, TypeError):
+        return
+    mallopt(_M_MMAP_THRESHOLD, 32 << 20)  # the most that it takes
+    mallopt(_M_TRIM_THRESHOLD, 64 << 20)
 
 
 @dataclass(frozen=True)

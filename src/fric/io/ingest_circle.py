@@ -1,7 +1,8 @@
 """Foreign traces of circle tests in, one circle test file out: every arc of a trace that is a whole circle."""
 
 import json
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
@@ -10,24 +11,168 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.circles.measured import AxisTrace, Instrument, MeasuredCircle
-from fric.circles.revolutions import FoundCircle, find_circles, rounded
+from fric.circles.revolutions import FoundCircle, find_circles, fit_circle, rounded
 from fric.columns import BALL_BAR
 from fric.documents.base import provenance
-from fric.documents.mapping import MappingDocument
+from fric.documents.mapping import Channel, MappingDocument
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.flaws.files import RADIUS_ASSUMED, THERE_ALREADY
-from fric.io.audit import Clock
-from fric.io.channels import Plan
+from fric.flaws.files import COLUMNS_BY_CONTENT, NO_REFERENCE, RADIUS_ASSUMED, THERE_ALREADY
+from fric.io.channels import Origin, Plan, origin_of
 from fric.io.circle import FORMAT, read_circles, write_circles
-from fric.io.circle_columns import circle_plan
-from fric.io.digest import digest_of
-from fric.io.ingest_session import Progress
+from fric.io.ingest import Clock, Progress, WholeRows, digest_of
 from fric.io.readers import tables
 from fric.io.readers.base import Table
-from fric.io.rows import WholeRows
+from fric.io.words import ANGLES, ASKED, BESIDE, DEVIATIONS, DRIVEN, PUSHED, SENSED, TIME
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
+from fric.units import converts
+
+AXES = "xyz"
+ROLES = {"reference": ASKED, "position": SENSED}
+"""What headers call reference and position of an axis; of several the first in this order is taken."""
+
+
+def circle_plan(
+    table: Table, mapping: MappingDocument | None, sampling: float | None, fields: Mapping[str, str]
+) -> tuple[Plan, list[Notice]]:
+    """Return where each channel of a circle test comes from, and what had to be assumed for it.
+
+    table: The table.
+    mapping: What its columns mean; None where the header says so itself, or there is none.
+    sampling: Samples a second of a trace without time [Hz].
+    fields: The ``{fields}`` of the file.
+    Raises FricError: When there are no two axes and no ball bar, or there is no time.
+    """
+    warnings: list[Notice] = []
+    if mapping is not None:
+        channels = dict(mapping.columns)
+    else:
+        channels = _by_header(table)
+        if not channels and all(re.fullmatch(r"column \d+", column.name) for column in table.columns):
+            return _by_content(table, sampling)
+    origins = {
+        name: origin_of(table, name if name != "deviation" else "ball-bar.deviation", channel, "linear", fields)
+        for name, channel in channels.items()
+    }
+    if sampling is not None:
+        origins["time"] = Origin(None, 1.0 / sampling)
+    axes = list(dict.fromkeys(name.partition(".")[0] for name in origins if "." in name))
+    whole = [axis for axis in axes if f"{axis}.position" in origins]
+    where, columns = str(table.path), table.listed(14)
+    if not set(BALL_BAR) <= origins.keys():
+        if len(whole) < 2:
+            raise FricError(
+                f"holds the position of {' and '.join(whole) or 'no axis'}, and a circle test takes two axes, or angle "
+                "and deviation of a ball bar",
+                where=where, hint=f"The columns are {columns}. Name them as in 'x_ref [mm]', 'x_pos [mm]', or in a "
+                "mapping (`mapping=`) with `kind: circle` as x.reference, x.position.",
+            )  # fmt: skip
+        if "time" not in origins:
+            raise FricError(
+                "no column is time", where=where,
+                hint="Say the rate: `sampling='4 kHz'`, or in a mapping `time: {rate: 4 kHz}`.",
+            )  # fmt: skip
+        if not any(name.endswith(".reference") for name in origins):
+            warnings.append(NO_REFERENCE.found(where))
+    wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
+    stated = frozenset(name for name, channel in channels.items() if channel.sign is not None)
+    return Plan("linear", origins, wanted, tuple(column.name for column in table.columns), "time", stated), warnings
+
+
+def _by_header(table: Table) -> dict[str, Channel]:
+    """Return the channels that the header names, as ``x_ref [mm]`` or ``position x [µm]``."""
+    found: dict[str, tuple[int, int]] = {}  # channel: rank, column
+    names = [" ".join(re.split(r"[^0-9a-zµ]+", column.name.casefold())).strip() for column in table.columns]
+    for n, (name, column) in enumerate(zip(names, table.columns, strict=True)):
+        if name == "t" or name in TIME:
+            _keep(found, "time", 0, n)
+        elif name in ANGLES and converts(column.unit, "angle"):
+            _keep(found, "angle", 0, n)
+        elif name in DEVIATIONS and converts(column.unit, "position"):
+            _keep(found, "deviation", 0, n)
+        else:
+            words = name.split() if " " in name else _parted(name)
+            axes = [word for word in words if word in AXES]
+            if len(axes) == 1:
+                _by_role(found, axes[0], [word for word in words if word != axes[0]], column.unit, n)
+    return {name: Channel(column=n) for name, (_, n) in found.items()}
+
+
+def _parted(name: str) -> list[str]:
+    """Return axis and role of a name that runs them together, as ``xref`` or ``posx``."""
+    roles = {role for words in ROLES.values() for role in words if role} | {"u", "force", "input", "voltage"}
+    if name[:1] in AXES and (name[1:] in roles or len(name) == 1):
+        return [name[0], name[1:]] if len(name) > 1 else [name]
+    if name[-1:] in AXES and name[:-1] in roles:
+        return [name[-1], name[:-1]]
+    return [name]
+
+
+def _by_role(found: dict[str, tuple[int, int]], axis: str, words: list[str], unit: str | None, n: int) -> None:
+    if converts(unit, "position"):
+        of_role = [word for word in words if word not in BESIDE] or words[:1] or [""]
+        for role, known in ROLES.items():
+            if all(word in known for word in of_role):
+                _keep(found, f"{axis}.{role}", known.index(of_role[0]), n)
+    elif converts(unit, "input") and all(word in DRIVEN for word in words):
+        _keep(found, f"{axis}.input", min(map(DRIVEN.index, words or [""])), n)
+    elif converts(unit, "force") and all(word in PUSHED for word in words):
+        _keep(found, f"{axis}.force", min(map(PUSHED.index, words or [""])), n)
+
+
+def _keep(found: dict[str, tuple[int, int]], channel: str, rank: int, n: int) -> None:
+    if channel not in found or rank < found[channel][0]:
+        found[channel] = (rank, n)
+
+
+def _by_content(table: Table, sampling: float | None) -> tuple[Plan, list[Notice]]:
+    """Return the columns of LinuxCNC's sampler text: a running number, then pairs of axes in mm, without a header."""
+    names = tuple(column.name for column in table.columns)
+    first = next(iter(table.read(range(len(names)))))
+    count = np.diff(first.columns[0])
+    numbered = len(count) > 0 and bool(np.all(count == np.round(count))) and bool(np.median(count) == 1.0)
+    if sampling is None:
+        raise FricError(
+            "has no header and no time", where=str(table.path),
+            hint="Say its rate, as in `sampling='4 kHz'`; or what its columns are in a mapping (`mapping=`).",
+        )  # fmt: skip
+    first_column = 1 if numbered else 0
+    radii = {
+        n: radius
+        for n in range(first_column, len(names) - 1, 2)
+        if (radius := _is_circle(first.columns[n], first.columns[n + 1]))
+    }
+    pairs = [(n, n + 1) for n, radius in radii.items() if abs(radius / next(iter(radii.values())) - 1) < 0.01]
+    if not pairs:
+        raise FricError(
+            "has no header, and no two neighbouring columns run on a circle", where=str(table.path),
+            hint="Say what its columns are in a mapping (`mapping=`) with `kind: circle`.",
+        )  # fmt: skip
+    reference, position = (pairs[0], pairs[-1]) if len(pairs) > 1 else (None, pairs[0])
+    origins = {"time": Origin(0, 1.0 / sampling) if numbered else Origin(None, 1.0 / sampling)}
+    for axis, k in (("x", 0), ("y", 1)):
+        if reference is not None:
+            origins[f"{axis}.reference"] = Origin(reference[k], 1e-3)
+        origins[f"{axis}.position"] = Origin(position[k], 1e-3)
+    wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
+    of_reference = " and ".join(map(str, reference)) if reference else ""
+    notice = COLUMNS_BY_CONTENT.found(
+        str(table.path), reference=of_reference, position=" and ".join(map(str, position))
+    )
+    return Plan("linear", origins, wanted, names, "time", frozenset()), [notice]
+
+
+def _is_circle(x: Real, y: Real) -> float:
+    """Return the radius of the circle that two columns run on while they move; 0 where they do not."""
+    moving = np.hypot(np.gradient(x), np.gradient(y)) > 0
+    if np.count_nonzero(moving) < 100 or not (np.ptp(x) > 0 and np.ptp(y) > 0):
+        return 0.0
+    if not 0.9 < np.ptp(x) / np.ptp(y) < 1.1:
+        return 0.0
+    a, b, r = fit_circle(x[moving], y[moving])
+    off = np.abs(np.hypot(x[moving] - a, y[moving] - b) - r)
+    return r if np.quantile(off, 0.9) < 0.01 * r else 0.0
 
 
 @dataclass(frozen=True)

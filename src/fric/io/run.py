@@ -15,8 +15,7 @@ from fric.contour import Circularity, ContourError, Figures, Reversal
 from fric.control.scheme import Scheme
 from fric.documents.contours import MonteCarloPart, prediction_of, prediction_tree
 from fric.input import foreign
-from fric.io.safe_hdf5 import check_type, column, open_file, text
-from fric.io.staged_hdf5 import staged_hdf5, write_column
+from fric.io.safe_hdf5 import check_type, column, open_file, staged_hdf5, text, write_column
 from fric.notice import Notice
 from fric.series import keep, require_plausible
 from fric.simulate.axis import Trace

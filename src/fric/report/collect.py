@@ -26,8 +26,7 @@ from fric.estimate import Estimate
 from fric.flaws import flaw_of
 from fric.input import foreign
 from fric.io.hdf5 import read_records
-from fric.io.recognise import recognise
-from fric.io.report import FORMAT, read_report
+from fric.io.recognise import FORMAT, read_report, recognise
 from fric.io.run import Drawn, read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.log import Record
 from fric.notice import Notice

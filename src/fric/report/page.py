@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 import fric
 from fric.errors import clean
-from fric.io.report import REPORT_MARK
+from fric.io.recognise import REPORT_MARK
 from fric.report.collect import ReportInput, as_data
 from fric.report.view import View, view
 from fric.units import readable, significant

@@ -14,7 +14,7 @@ from fric.documents.contours import VerdictPart
 from fric.documents.listings import ReportDocument
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.io.report import write_report
+from fric.io.recognise import write_report
 from fric.notice import Notice
 from fric.report.collect import ContourTest, ReportInput, collect
 from fric.report.curves import presliding

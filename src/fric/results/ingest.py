@@ -21,7 +21,7 @@ from fric.io.ingest import Ingested, sizes
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import IngestedCircles, StatedCircle
 from fric.io.ingest_circle import ingest_circles as read_circles
-from fric.io.mapped import guessed
+from fric.io.propose import guessed
 from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, quantity, silent

@@ -17,8 +17,7 @@ from fric.documents.bundled import located
 from fric.documents.circle_findings import LearnedFeedforwardDocument, LearningDocument
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.io.circle import choose_circles
-from fric.io.feedforward import read_feedforward, write_feedforward
+from fric.io.circle import choose_circles, read_feedforward, write_feedforward
 from fric.io.run import read_run_provenance, write_runs
 from fric.notice import Notice
 from fric.results.base import Result

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from fric.documents.contours import PathResultDocument
-from fric.io.path import read_path
+from fric.io.circle import read_path
 from fric.notice import Notice, once
 from fric.results.base import Result
 from fric.results.given import Advance, bounded, machine_of, path_of, schemes_of, silent

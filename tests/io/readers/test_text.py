@@ -14,7 +14,7 @@ from fric.documents.mapping import Layout
 from fric.io.ingest import ingest
 from fric.io.readers import tables
 from fric.io.readers.base import BLOCK
-from fric.io.readers.sniff import encoding_of, shape_of
+from fric.io.readers.text import encoding_of, shape_of
 
 NAMES = ("time", "position", "velocity", "force")
 UNITS = ("s", "µm", "mm/s", "N")

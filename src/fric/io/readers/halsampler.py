@@ -12,8 +12,7 @@ import numpy as np
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.readers.base import Block, Format, Table
-from fric.io.readers.sniff import Shape
-from fric.io.readers.text import TextTable, beginning, shaped
+from fric.io.readers.text import Shape, TextTable, beginning, shaped
 
 FORMAT = Format("LinuxCNC halsampler", (".txt",))
 FEW = 8

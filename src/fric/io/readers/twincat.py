@@ -9,8 +9,7 @@ from fric.errors import FricError
 from fric.flaws.files import SCOPE_SCALE
 from fric.io.readers.base import Column, Format, Table
 from fric.io.readers.joined import Joined, Part
-from fric.io.readers.sniff import Shape, encoding_of, is_number
-from fric.io.readers.text import TextTable, beginning
+from fric.io.readers.text import Shape, TextTable, beginning, encoding_of, is_number
 from fric.notice import Notice
 
 FORMAT = Format("TwinCAT Scope", (".csv", ".txt"))

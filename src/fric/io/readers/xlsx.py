@@ -15,7 +15,7 @@ import numpy as np
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.readers.base import Block, Format, Table, library, warned
-from fric.io.readers.sniff import shape_of
+from fric.io.readers.text import shape_of
 from fric.notice import Notice
 
 FORMAT = Format("Excel", (".xlsx", ".xlsm"), "openpyxl", "xlsx")
