@@ -1,12 +1,20 @@
 """Records whose level of friction and offset vary: the interval of the mean holds it, and that they vary is said."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
+from fric.friction.dahl import Dahl
+from fric.identify.gms.identify import identify_gms
+from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.identify.static_map.identify import StaticFit, identify_static
 from fric.log import ForceVelocity
+from fric.records.prepared import prepared
 from fric.statistics import mixed_model
-from tests.chance import fewest
+from tests.chance import fewest, most
+from tests.identify.presliding import APART, PAPER, record
 
 TRUTH = {"F_c": 50.0, "F_s": 80.0, "sigma": 100.0, "offset": 0.0}
 
@@ -37,7 +45,7 @@ MANY = [(n, *of, 100) for n in (3, 5, 8) for of in ((0.0, 0.0), (0.01, 0.5), (0.
 
 @pytest.mark.parametrize(
     ("records", "level", "offset", "count"),
-    [(5, 0.05, 2.0, 12), *(pytest.param(*one, marks=pytest.mark.long(60)) for one in MANY)],
+    [(5, 0.05, 2.0, 6), *(pytest.param(*one, marks=pytest.mark.long(60)) for one in MANY)],
 )
 def test_the_interval_of_the_mean_holds_it(records: int, level: float, offset: float, count: int) -> None:
     """Chance of failing: below one in a thousand for each parameter (`tests/chance.py`)."""
@@ -71,3 +79,55 @@ def test_effects_are_those_of_a_balanced_analysis_of_variance() -> None:
     shrunk = between / (between + within / n) * (means - means.mean())
     np.testing.assert_allclose(found.predicted, shrunk, rtol=2e-3)
     assert found.likelier > 20.0
+
+
+DAHL = Dahl(F_c=50.0, sigma_0=5e6, n=1.0, sigma=40.0)
+
+
+def replayed(seed: int, records: int, level: float) -> tuple[ReplayFit, float]:
+    """Return a fit to cycles that each have their own level and offset, and the level that a next record has."""
+    rng = np.random.default_rng([seed, records])
+    levels = 1.0 + level * rng.standard_normal(records + 1)
+    logs = [record(200e-6, DAHL, cycles=4, dt=8e-3, step=0.1e-6, seed=100 * seed + n) for n in range(records)]
+    logs = [
+        replace(log, force=log.force * levels[n] + 2.0 * rng.standard_normal(), name=f"run {n + 1}")
+        for n, log in enumerate(logs)
+    ]
+    return identify_by_replay("dahl", prepared(logs), start=DAHL), float(levels[-1])
+
+
+OF_REPLAY = [(n, level, 40) for n in (3, 5, 8) for level in (0.01, 0.05, 0.2)]
+
+
+@pytest.mark.parametrize(
+    ("records", "level", "count"),
+    [(4, 0.05, 1), *(pytest.param(*one, marks=pytest.mark.long(60)) for one in OF_REPLAY)],
+)
+def test_the_interval_of_a_model_by_replay_holds_the_mean_and_with_the_scatter_the_next_record(
+    records: int, level: float, count: int
+) -> None:
+    """Chance of failing: below one in a thousand for each parameter (`tests/chance.py`)."""
+    fits = [replayed(seed, records, level) for seed in range(count)]
+    for name, truth in (("F_c", DAHL.F_c), ("sigma_0", DAHL.sigma_0)):
+        inside = [low <= truth <= high for low, high in (fit.estimates["dahl"][name].ci95 for fit, _ in fits)]
+        assert sum(inside) >= fewest(count), name
+    quantile, following = float(stdtrit(records - 1, 0.975)), 0
+    for fit, after in fits:
+        found = fit.estimates["dahl"]["F_c"]
+        half = np.hypot(found.half_width, quantile * float(fit.between_records["level"]) * float(found))
+        following += abs(float(found) - after * DAHL.F_c) <= half
+    assert fewest(count) <= following <= max(most(count), count - 1) + 1
+    assert all(any(one.code == "records-vary" for one in fit.warnings) for fit, _ in fits)
+
+
+def test_levels_of_cycles_are_in_the_interval_of_a_gms_and_of_records_that_agree_they_are_not() -> None:
+    rng = np.random.default_rng(4)
+    same = [replace(record(150e-6, APART, cycles=3, dt=2e-2, seed=n), name=f"run {n}") for n in range(4)]
+    apart = [replace(one, force=one.force * (1.0 + 0.05 * rng.standard_normal())) for one in same]
+    wide, narrow = (identify_gms(logs, static=PAPER, blocks=2) for logs in (apart, same))
+    assert 0.02 < float(wide.between_records["level"]) < 0.12
+    assert wide.alpha_sum.half_width > 0.04  # 3.18 standard errors of four of 5 %
+    assert narrow.alpha_sum.half_width < 0.01
+    assert float(narrow.between_records.get("level", 0.0)) < 1e-3
+    low, high = wide.alpha_sum.ci95
+    assert low < 1.0 < high

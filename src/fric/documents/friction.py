@@ -64,8 +64,8 @@ class Fit(Part):
     points: int | None = Field(None, description="strokes")
     samples: int | None = None
     between_strokes: Quantity | None = Field(None, description="scatter of strokes beyond their own noise")
-    between_records: dict[Literal["level", "offset"], Quantity] | None = Field(
-        None, description="standard deviation of the level and the offset from record to record"
+    between_records: dict[Literal["level", "offset", "mass"], Quantity] | None = Field(
+        None, description="standard deviation of the level, the offset and the mass from record to record"
     )
     left_out: int | None = Field(None, description="strokes that stand off all others")
     negative: Fit | None = Field(None, description="the same of the negative direction's own map")
@@ -291,7 +291,7 @@ def gms_tree(fit: GMSFit, logs: Sequence[Log], given: FrictionDocument | None = 
         "method": fit.method,
         "records": records,
     } | _used(fit.records[0].record.done.plant, fit.motion, "inertia", "damping")
-    text |= known(covariance=fit.covariance)
+    text |= known(covariance=fit.covariance, between_records=fit.between_records or None)
     content = {"axis": fit.axis, "motion": fit.motion} | (
         given.content("static", "static_negative", "fit") if given else {"static": _plateau(fit)}
     )
@@ -343,4 +343,5 @@ def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[st
         ],
         "covariance": fit.covariance,
     } | _used(fit.records[0].done.plant, fit.motion, "inertia", "damping")
+    content[f"{name}_fit"] |= known(between_records=fit.between_records or None)
     return _built_upon(kept, content, fit.warnings, [record.log for record in fit.records])

@@ -72,9 +72,9 @@ def _of_friction(friction: FrictionDocument) -> Found:
         yield "level", 1.96 * _number(fit.between_strokes) / level, why
     elif level > 0 and fit.rmse is not None:
         yield "level", 1.96 * _number(fit.rmse) / level, "the static map misses the strokes by so much"
-    if level > 0 and fit.between_records:
-        why = "friction differs so much from record to record"
-        yield "level", 1.96 * _number(fit.between_records.get("level")), why
+    fits = [fit, *map(friction.fit_of, friction.model_names())]
+    if varies := max(_number((one.between_records or {}).get("level")) for one in fits):
+        yield "level", 1.96 * varies, "friction differs so much from record to record"
     blocks = friction.fit_of("gms")
     if blocks.alpha_sum is not None:
         limits: Any = blocks.alpha_sum.ci95 or [blocks.alpha_sum.value]

@@ -1,5 +1,6 @@
 """An identified GMS model, with what it was seen in."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,6 +107,8 @@ class GMSFit:
         Each record, measured against replayed.
     covariance
         How the parameters err together; None where they were not refined by replay.
+    between_records
+        Standard deviation of the ``level`` [1] and the ``offset`` [N] of records, where seen.
     warnings
         What the data cannot tell.
     """
@@ -127,6 +130,7 @@ class GMSFit:
     refined: bool
     records: tuple[Replay, ...]
     covariance: Covariance | None
+    between_records: Mapping[str, Estimate]
     warnings: tuple[Notice, ...]
 
     @property

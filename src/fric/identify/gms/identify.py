@@ -196,12 +196,14 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     model: FrictionModel
     together: Covariance | None = None
     late: Mapping[str, Estimate] = {}
+    varies: Mapping[str, Estimate] = {}
     if refined:
         start = _at_level(base, found, ASSUMED_C, curve.saturates)
         given = static or base, negative
         fit = _refined(records, given, start, hunting, with_level=curve.saturates, with_C=bool(slides))
         alpha, k, C = (fit.estimates["gms"][name] for name in ("alpha", "k", "C"))
-        level, model, together, late = fit.level, fit.model, fit.covariance, fit.late
+        level, model, together = fit.level, fit.model, fit.covariance
+        late, varies = fit.late, fit.between_records
         if C.fixed:
             C = replace(C, fixed=False, assumed=True)
     else:
@@ -218,7 +220,7 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     curve = with_all_errors(curve, blocks_found(curve.displacement))
     result = GMSFit(
         log.axis, motion, base, static is not None, alpha, k, C, level, curve, tuple(hysteresis), found, choice,
-        blocks, knots is not None, refined, tuple(replays), together, (),
+        blocks, knots is not None, refined, tuple(replays), together, varies, (),
     )  # fmt: skip
     return result, late
 

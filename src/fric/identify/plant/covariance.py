@@ -122,6 +122,8 @@ class Between(NamedTuple):
     chance: float  # Probability with which records of the same parameters scatter so
 
 
+DIFFERENT = 1e-3
+"""Probability with which records of the same parameters scatter so, under which it is said that they differ."""
 OF_TWO = 0.05
 """Chance over which nothing is widened by two records: a single difference hardly tells what the next will be."""
 

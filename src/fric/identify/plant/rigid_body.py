@@ -21,7 +21,7 @@ from fric.flaws.response import (
     T_D_ASSUMED,
     VISCOUS_BY_DIRECTION,
 )
-from fric.identify.plant.covariance import Between, between_records, hac_covariance
+from fric.identify.plant.covariance import DIFFERENT, Between, between_records, hac_covariance
 from fric.identify.plant.force_constant import against_mass
 from fric.identify.plant.force_constant import force_constant as slope_of_force
 from fric.log import Log
@@ -34,8 +34,6 @@ from fric.records.prepared import Prepared, prepared
 from fric.records.timing import even_sampling
 from fric.units import Motion, readable, si_unit
 
-DIFFERENT = 1e-3
-"""Probability with which records of the same parameters scatter so, under which it is said that they differ."""
 UNLIKE = 0.05
 """Share of the viscous friction by which the directions differ from their mean, from which on it is said."""
 REST = 0.01

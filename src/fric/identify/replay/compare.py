@@ -12,6 +12,7 @@ from fric.arrays import Mask, Real
 from fric.choice import ranked
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.flaws.drift import RECORDS_VARY
 from fric.friction import FrictionModel
 from fric.friction.stribeck import StaticMap
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay, record_notices
@@ -235,6 +236,8 @@ def compare_models(
     winner = scores[0].name if leads and all(lead > error for lead, error in leads.values()) else None
     amiss = record_notices(records)  # of all records, and once: what a fit tells of its own is of some
     of_records = {one.code for one in amiss}
+    amiss += [one for one in scores[0].fits[0].warnings if one.code == RECORDS_VARY.code]
+    of_records.add(RECORDS_VARY.code)
     warnings = [one.at(score.name) for score in scores for one in score.fits[0].warnings if one.code not in of_records]
     return Comparison(tuple(scores), tuple(records), near, lengths, plain, winner, leads, (*amiss, *warnings))
 

@@ -1,7 +1,7 @@
 """Any friction model fitted to any records by replaying its step along the measured motion."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import stdtrit
@@ -11,17 +11,21 @@ from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Interval
 from fric.flaws.blocks import EXPLAINS_LITTLE, NEVER_SLIDES, PARAMETER_UNSEEN
 from fric.flaws.channel import STIFFNESS_UNRESOLVED
+from fric.flaws.drift import RECORDS_VARY
 from fric.friction import FrictionModel, models
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
+from fric.identify.plant.covariance import DIFFERENT
 from fric.identify.replay.coordinates import LEVEL, Coordinates, Ranges, coordinates_of, search_ranges
 from fric.identify.replay.lateness import lateness, of_timing
 from fric.identify.replay.placement import Placement, placed
 from fric.identify.replay.replay_intervals import (
     Beyond,
+    Levels,
     correlated,
     edges,
     joint,
+    levels_of,
     limits,
     order,
     replay_covariance,
@@ -35,7 +39,7 @@ from fric.records.judgement import identifiability_of, too_coarse
 from fric.records.preparation import DIMENSIONS, Own
 from fric.records.prepared import Prepared
 from fric.threads import one_blas_thread
-from fric.units import Motion, si_unit
+from fric.units import Motion, readable, si_unit
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,8 @@ class ReplayFit:
         By how much the force is logged later than the position [s], by record, see `lateness`.
     warnings
         What the records cannot tell.
+    between_records
+        Standard deviation of the ``level`` [1], the ``offset`` [N] and the ``mass`` [kg] of records, where seen.
     """
 
     model: FrictionModel
@@ -87,6 +93,7 @@ class ReplayFit:
     covariance: Covariance
     late: Mapping[str, Estimate]
     warnings: tuple[Notice, ...] = ()
+    between_records: Mapping[str, Estimate] = field(default_factory=dict)
 
     @property
     def own_estimates(self) -> list[dict[Own, Estimate]]:
@@ -233,11 +240,13 @@ def _described(
     motion = records[0].log.motion
     x, seen = best.x, search.seen(best)
     quantile = float(stdtrit(max(len(best.residual) - len(x), 1), 0.975))
-    covariance = np.full((len(x), len(x)), np.nan)
+    covariance, levels = np.full((len(x), len(x)), np.nan), None
     if seen.any():
         shown = best.gradient[:, seen]
         covariance[np.ix_(seen, seen)] = replay_covariance(shown, best.residual, records, quantile)
         covariance[np.ix_(seen, seen)] += of_timing(search, x, shown)
+        if (levels := levels_of(search, best, shown, quantile)) is not None:
+            covariance[np.ix_(seen, seen)] += levels.gained
         if beyond is not None:
             covariance[np.ix_(seen, seen)] += beyond(search, x, np.eye(len(x))[:, seen])
     if placement is not None and len(placement.places) and seen.all():
@@ -279,10 +288,26 @@ def _described(
     rho = min(max(float(residual[1:] @ residual[:-1]) / squares, 0.0), 0.999)
     independent = len(residual) * (1 - rho) / (1 + rho)
     own = tuple(tuple(float(c) for c in r.record_part(r.force - r.replay(model))) for r in records)
+    between = _scatter(records, own, levels)
+    if levels is not None and levels.chance < DIFFERENT:
+        others = [f"the {name} by {readable(float(by), by.unit, 2)}" for name, by in between.items() if name != "level"]
+        each = [f"{1.0 + one:.3f} of the friction" for one in levels.each]
+        warnings.append(RECORDS_VARY.found(by=[f"friction by {levels.deviation:.1%}", *others], order=each))
     return ReplayFit(
         model, records[0].log.axis, motion, estimates, records, level, own, rmse, r2, independent, coordinates, x,
-        joint(coordinates, x, covariance, seen, blocks), lateness(search, best, quantile), tuple(warnings),
+        joint(coordinates, x, covariance, seen, blocks), lateness(search, best, quantile), tuple(warnings), between,
     )  # fmt: skip
+
+
+def _scatter(records: Sequence[Prepared], own: Sequence[Sequence[float]], levels: Levels | None) -> dict[str, Estimate]:
+    """Return the standard deviation of what records differ by: their level, and what each adds of its own."""
+    found = {} if levels is None else {"level": Estimate(levels.deviation, "1")}
+    for n, name in enumerate(records[0].done.own):
+        values = [one[n] for one, record in zip(own, records, strict=True) if record.done.own[n:][:1] == (name,)]
+        if len(values) == len(records) > 2 and name != "damping":
+            unit = si_unit(DIMENSIONS[name], records[0].log.motion)
+            found[name] = Estimate(float(np.std(values, ddof=1)), unit)
+    return found
 
 
 Limits = dict[tuple[str, str], tuple[tuple[float, float], ...]]

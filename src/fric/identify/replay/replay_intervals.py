@@ -4,18 +4,21 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import chdtrc, expit
+from scipy.special import chdtrc, expit, stdtrit
 
 from fric.arrays import Mask, Real
 from fric.estimate import Covariance, Scale
 from fric.flaws.blocks import PARAMETER_AT_BOUND, PARAMETER_AT_EDGE, PARAMETER_UNSEEN, PARAMETERS_CORRELATED
 from fric.friction import Parameter
-from fric.identify.plant.covariance import hac_covariance, jackknife, sandwich, widened
+from fric.identify.plant.covariance import OF_TWO, hac_covariance, jackknife, sandwich, widened
 from fric.identify.replay.coordinates import LEVEL, Coordinates
-from fric.identify.replay.replay_search import STEP, Search
+from fric.identify.replay.replay_search import STEP, Point, Search
 from fric.notice import Notice
+from fric.records.judgement import CONDITION
 from fric.records.prepared import Prepared
 
+ALIKE = 1.5
+"""Ratio of the spans of two records up to which they make one motion."""
 LAGS = 10
 """Lags at which residuals are looked at, to tell them from white noise."""
 
@@ -73,6 +76,52 @@ def replay_covariance(gradient: Real, residual: Real, records: Sequence[Prepared
         )
     ]
     return widened(covariance, *(one / quantile**2 for one in resampled))
+
+
+class Levels(NamedTuple):
+    """How the level of friction differs from record to record."""
+
+    deviation: float  # Standard deviation of the records' levels [1]
+    each: Real  # Level of each record less the mean [1], shape (R,)
+    chance: float  # Probability with which records of one level scatter so
+    gained: Real  # What the covariance of the joint parameters gains by it, shape (s, s)
+
+
+def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Levels | None:
+    """Return how the level of friction differs between records; None where they do not tell it.
+
+    Record r shows ``(1 + u_r)·F``. The contrasts of u are estimated beside all parameters, by one Gauss-Newton step,
+    with the covariance V of `replay_covariance`; by moments ``τ² = (Σu² - tr V)/(R - 1)`` (Hedges 1983). The parameters
+    gain ``H·τ²·Hᵀ``, H being how they move with each u, with Student's t of R - 1. Two records are compared where they
+    make one motion alone: what a model misses of another would be taken for a level.
+
+    search, best: The search, and where it ended.
+    shown: Derivatives of the residual by what is seen, shape (n, s).
+    quantile: Half widths are this many standard deviations.
+    """
+    records, model = search.records, search.coordinates.build(best.x)
+    spans = [float(np.ptp(one.motion.position[one.used])) for one in records if not one.slides]
+    count = len(spans)
+    if count < 2 or (count == 2 and max(spans) > ALIKE * min(spans)):
+        return None
+    member = np.eye(len(records))[:, [not one.slides for one in records]]
+    replayed = [np.outer(one.replay(model), row) for one, row in zip(records, member, strict=True)]
+    columns = search.projected(replayed)
+    contrasts = np.linalg.qr(np.eye(count) - 1.0 / count)[0][:, : count - 1]
+    X = np.column_stack([columns @ contrasts, shown])
+    size = np.linalg.norm(X, axis=0)
+    if np.linalg.cond(X / size) > CONDITION:
+        return None
+    found = np.linalg.lstsq(X, best.residual, rcond=None)[0]
+    V = replay_covariance(X, best.residual - X @ found, records, quantile)[: count - 1, : count - 1]
+    u = found[: count - 1]
+    chance = float(chdtrc(count - 1, float(u @ np.linalg.solve(V, u))))
+    variance = max(float(u @ u - np.trace(V)) / (count - 1), 0.0)
+    if variance == 0.0 or (count == 2 and chance > OF_TWO):
+        return None
+    H = np.linalg.lstsq(shown, columns, rcond=None)[0]
+    wider = float(stdtrit(count - 1, 0.975)) / quantile
+    return Levels(variance**0.5, contrasts @ u, chance, wider**2 * variance * H @ H.T)
 
 
 class Slopes(NamedTuple):

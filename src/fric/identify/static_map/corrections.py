@@ -18,7 +18,7 @@ from fric.estimate import Estimate
 from fric.flaws.base import SMALL
 from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.static_map import FORCE_ALONG_AXIS, STICKS, STROKES_SETTLING, STROKES_SWING, STROKES_UNSETTLED
-from fric.identify.plant.covariance import sandwich
+from fric.identify.plant.covariance import DIFFERENT, OF_TWO, sandwich
 from fric.identify.static_map.forms import FEWEST, predicts_better, weighted_rms
 from fric.identify.static_map.map_fit import solved
 from fric.identify.static_map.points import SpeedPoint, average, force_step, logs_of_strokes, rounded_by
@@ -32,10 +32,6 @@ from fric.statistics import mixed_model
 
 FEW_STROKES = 3
 """Strokes of a record, at two speeds or more, from which on its level is seen beside the map."""
-BY_CHANCE = 1e-3
-"""Probability with which records of one friction scatter so, under which it is said that they differ."""
-OF_TWO = 0.05
-"""The same of two records, over which nothing is widened: a single difference hardly tells what the next will be."""
 
 
 def between_records(strokes: Strokes) -> Correction | None:
@@ -66,7 +62,7 @@ def between_records(strokes: Strokes) -> Correction | None:
     level, offset = (*found.deviations, 0.0)[:2]
     scatter = {"level": Estimate(float(level), "1"), "offset": strokes.asked.of(offset, "force")}
     notices = []
-    if chance < BY_CHANCE:
+    if chance < DIFFERENT:
         by = [f"friction by {level:.1%}", f"the offset by {strokes.asked.says(offset, 'force', 2)}"][: len(kinds)]
         order = [f"{1.0 + one:.3f} of the friction" for one in found.predicted[: len(names)]]
         notices.append(RECORDS_VARY.found(by=by, order=order))
