@@ -14,9 +14,9 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
-from fric.io.likely import named_as
 from fric.io.propose import proposal, propose, sure_proposal
 from fric.io.readers.base import Column, named
+from fric.io.words import named_as
 
 RUN = CliRunner()
 TRIBOMETER = "Time [s]\tNormal [uN]\tPosition [mm]\tFriction [uN]\n" + "".join(

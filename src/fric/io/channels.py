@@ -21,9 +21,8 @@ from fric.columns import (
 )
 from fric.documents.mapping import Channel, FileMapping, filled
 from fric.errors import FricError
-from fric.io.likely import refuse_left_out
 from fric.io.readers.base import Table, plain_name
-from fric.io.words import EXACT, OF_MEANS
+from fric.io.words import EXACT, OF_MEANS, refuse_left_out
 from fric.series import CLOSEST, largest, require_plausible
 from fric.units import Motion, factor, kinds_of, parse, si_unit
 

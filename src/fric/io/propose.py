@@ -14,13 +14,11 @@ from fric.documents.yaml import read_text
 from fric.errors import FricError, printable
 from fric.flaws.files import MAPPING_ASSUMED, MAPPING_OPEN, MAPPING_PROPOSED
 from fric.io.channels import plan
-from fric.io.likely import axis_of, looking_like, measures, named_as
-from fric.io.quantities import bare, spoken
 from fric.io.readers import tables
 from fric.io.readers.base import OF_SEVERAL, Column, Table, plain_name
 from fric.io.recognise import is_hdf5
 from fric.io.roles import SURE, Axis, Role, axes_of, in_memory, tag, without_data
-from fric.io.words import OF_MEANS
+from fric.io.words import OF_MEANS, axis_of, bare, looking_like, measures, named_as, spoken
 from fric.notice import Notice
 from fric.output import staged
 from fric.units import MOTIONS, Motion, converts, rotates, si_unit

@@ -16,9 +16,8 @@ import numpy as np
 
 from fric.arrays import Mask, Real
 from fric.errors import FricError
-from fric.io.likely import axis_of
-from fric.io.quantities import TOLERANCE, Reading, Spoken, bare, readings, spoken, time_units, usual_units
 from fric.io.readers.base import Column, Memory, Table
+from fric.io.words import TOLERANCE, Reading, Spoken, axis_of, bare, readings, spoken, time_units, usual_units
 from fric.units import Motion, converts, in_units_of, parse, rotates
 from fric.units import factor as si_factor
 

@@ -1,7 +1,25 @@
-"""What headers call channels, in the languages of those who write them: the one list that all readers of columns ask.
+"""What names and units of columns say: the one list of words, in the languages of those who write headers.
 
 An order of words is their rank where several columns of a circle test have one role: the first is taken.
 """
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from dataclasses import dataclass
+from functools import cache
+from itertools import product
+from math import exp, log
+from typing import NamedTuple
+
+import numpy as np
+
+from fric.arrays import Real
+from fric.columns import channel_dimension
+from fric.errors import FricError
+from fric.io.readers.base import Column, Table, named, plain_name
+from fric.units import PLAIN, Motion, converts, factor, is_unit
 
 TIME = ("time", "zeit", "timestamp", "clock", "tempo", "temps", "tiempo")
 ERROR = ("error", "deviation", "diff", "difference", "fehler", "schleppabstand", "abweichung", "errore", "scostamento",
@@ -64,3 +82,328 @@ OF_MEANS = {
     "samples": "n",
 }
 """What a table of forces and velocities calls its columns besides."""
+
+
+LEFT_OUT = ("force", "position", "velocity")
+"""Channels that are asked about, where a column that looks like one would be left out."""
+AXES = "xyzabcuvw"
+"""Letters that name axes of machine tools."""
+
+
+def named_as(column: Column) -> str | None:
+    """Return the channel that the name of a column tells; None where it tells none."""
+    alone = column.name.removesuffix(f"_{column.unit}")
+    parted = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", alone)  # ActPos is an actual position
+    name = re.sub(r"[_\W]+", " ", plain_name(parted)).strip()
+    for channel, known in CHANNELS.items():
+        if any(re.search(_of_word(word, channel), name) for word in known):
+            return channel
+    return LETTERS.get(name)
+
+
+@cache
+def _of_word(word: str, channel: str) -> str:
+    """Return the pattern of a word in a name; a long one may end a compound (Istlage), of a reference begin it."""
+    if len(word) < 4:
+        return rf"\b{word}\b"
+    return rf"\b{word}|{word}\b" if channel == "reference" else rf"{word}\b"
+
+
+def axis_of(*names: str) -> str | None:
+    """Return the axis that names tell, as ``X actual position`` or ``y_strokes``; None where none does, or several do.
+
+    A letter stands for an axis where it is the first or the last word and not the only one.
+    """
+    found = set()
+    for name in names:
+        parts = re.sub(r"[\W_]+", " ", plain_name(name)).split()
+        found |= (
+            {word for word in (parts[0], parts[-1]) if len(word) == 1 and word in AXES} if len(parts) > 1 else set()
+        )
+    return found.pop() if len(found) == 1 else None
+
+
+def measures(column: Column, channel: str) -> bool:
+    """Say whether the unit of a column is one of a channel."""
+    unit = (column.unit or "").strip()
+    if unit in {"", "1", "%", "-"} or not is_unit(unit):
+        return False
+    return any(converts(unit, channel_dimension(channel), motion) for motion in PLAIN)
+
+
+def looking_like(table: Table, channel: str, taken: Collection[int]) -> list[int]:
+    """Return the columns that look like a channel, those whose name tells it first; ``taken`` are none.
+
+    A column whose name tells another channel is none, whatever its unit; time is told by its name or its unit.
+    """
+    by_name, by_unit = [], []
+    for n, column in enumerate(table.columns):
+        if n in taken:
+            continue
+        text = named_as(column)
+        if channel == "reference" and not (text == channel and (not column.unit or measures(column, channel))):
+            continue  # what has the unit of a position is a position first; the reference of a force is none
+        if text == channel:
+            by_name.append(n)
+        elif (text is None or (text == "reference" and channel == "input")) and measures(column, channel):
+            by_unit.append(n)
+    return by_name + by_unit
+
+
+def refuse_left_out(table: Table, origins: Collection[str], taken: Collection[int]) -> None:
+    """Refuse a table of which a column that looks like force, position or velocity would be left out.
+
+    table: The table, read by its header alone.
+    origins: Channels that were found.
+    taken: Columns that they were found in.
+    Raises FricError: With the columns in question, and how to say what they are.
+    """
+    for channel in LEFT_OUT:
+        if channel in origins or (channel == "velocity" and "position" in origins):
+            continue
+        found = [table.columns[n] for n in looking_like(table, channel, taken)]
+        if not found:
+            continue
+        listed = " and ".join(f"'{one.name} [{one.unit}]'" if one.unit else f"'{one.name}'" for one in found)
+        raise FricError(
+            f"no column is named {channel}, and {listed} {'looks' if len(found) == 1 else 'look'} like it",
+            where=str(table.path),
+            hint="Say in a mapping (`mapping=`) which is what, or is left out; `fric ingest --propose` writes it.",
+        )
+
+
+QUANTITIES = {
+    "time": TIME,
+    "error": ERROR,
+    "acceleration": ACCELERATION,
+    "other": BESIDE_MOTION,
+    "current": CURRENT,
+    "velocity": VELOCITY,
+    "force": (*FORCE, "par", "couple", "effort"),
+    "position": (*POSITION, "posici"),
+    "input": INPUT,
+    "load": LOAD,
+}
+"""Words of each quantity, in the order in which they are asked."""
+OF_UNITS = {"time": "time", "position": "position", "velocity": "velocity", "force": "force", "input": "input",
+            "acceleration": "acceleration"}  # fmt: skip
+"""Dimensions that a unit can tell, and the quantity that it is of."""
+DRIVE_UNITS = ("A", "mA", "%", "count")
+"""Units of a force that a drive logs in its own; what is in V is an input first."""
+ROTARY = ("angle", "winkel", "angolo", "ángulo", "angulo", "joint", "gelenk", "rotor", "theta", "phi", "omega",
+          "drehzahl", "rpm", "angular", "rotation", "giunto", "articulation")  # fmt: skip
+"""Words that tell that an axis turns."""
+SUFFIX = {"rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "deg_s": "deg/s", "degps": "deg/s", "mm_s": "mm/s",
+          "mmps": "mm/s", "m_s": "m/s", "mps": "m/s", "mm_min": "mm/min", "rpm": "rpm", "nm": "N*m", "deg": "deg",
+          "rad": "rad", "mm": "mm", "um": "um", "a": "A", "ma": "mA", "pct": "%", "percent": "%", "ms": "ms",
+          "us": "us", "sec": "s", "ns": "ns", "mnm": "mN*m"}  # fmt: skip
+"""Units as they stand behind a name, in small letters."""
+
+
+class Spoken(NamedTuple):
+    """What a name and a unit say of a column."""
+
+    quantity: str | None
+    unit: str | None = None
+    commanded: bool = False
+    measured: bool = False
+    rotary: bool = False
+    told: str = ""  # Which of `QUANTITIES` the name tells: a force may be a current, or a load
+
+
+def spoken(column: Column) -> Spoken:
+    """Return what the name and the unit of a column say."""
+    name = _words(bare(column))
+    unit = _unit_of(column)
+    by_unit = _quantity_of(unit) if unit else None
+    by_name = next((quantity for quantity, known in QUANTITIES.items() if _has(name, known)), None)
+    commanded, measured = _has(name, REFERENCE), _has(name, MEASURED)
+    by_name = LETTERS.get(name, by_name) if by_name is None and not commanded else by_name
+    told = by_name or ""
+    if by_name in {"current", "load"}:
+        by_name = "force"
+    if name in {"index", "row", "sample", "no", "nr", "count", "idx", "counter"}:
+        by_name = "row"
+    quantity = by_name if by_unit is None or by_name in {"error", "other"} else by_unit
+    if by_name == "time" and by_unit in {None, "time"}:
+        quantity = "time"
+    if unit and quantity != by_unit and by_name not in {"error", "other", "row"}:
+        unit = None
+    return Spoken(quantity, unit, commanded, measured, _has(name, ROTARY) and not _has(name, ("linear",)), told)
+
+
+def bare(column: Column) -> str:
+    """Return the name of a column without the unit that it ends in."""
+    if column.unit or _unit_of(column) is None:
+        return column.name.removesuffix(f"_{column.unit}")
+    parts = re.split(r"(?<=[^_\s])[_\s]+(?=[^_\s])", column.name)
+    two = len(parts) > 2 and "_".join(parts[-2:]).casefold() in SUFFIX
+    return " ".join(parts[: -2 if two else -1]) or column.name
+
+
+def _words(name: str) -> str:
+    parted = re.sub(r"(?<=[a-zà-ÿ])(?=[A-Z])|(?<=[A-Za-z])(?=\d)", " ", name)
+    return re.sub(r"[_\W]+", " ", plain_name(parted)).strip()
+
+
+@cache
+def _pattern(known: tuple[str, ...]) -> re.Pattern[str]:
+    """Return the pattern of words: short ones stand alone, long ones begin or end a compound (Istlage, Sollwert)."""
+    return re.compile("|".join(rf"\b{w}\b" if len(w) < 4 else rf"\b{w}|{w}\b" for w in known if w))
+
+
+def _has(name: str, known: tuple[str, ...]) -> bool:
+    return bool(_pattern(known).search(name))
+
+
+def _unit_of(column: Column) -> str | None:
+    """Return the unit of a column that means something: that of the header, or what its name ends in."""
+    unit = (column.unit or "").strip()
+    if unit.endswith("%") or unit in {"A", "mA", "%"}:
+        return "%" if unit.endswith("%") else unit
+    if unit and unit not in {"1", "-"} and is_unit(unit):
+        return unit
+    tail = re.split(r"[\s,;:/(]+|_(?=[a-zA-Z%µ/]+$)|_(?=[a-z]+_[a-z]+$)", named(column.name).name.strip())[-1]
+    low = tail.casefold()
+    if tail != column.name and low in SUFFIX and (len(low) > 1 or tail == "A"):
+        return SUFFIX[low]
+    two = "_".join(column.name.casefold().split("_")[-2:])
+    return SUFFIX.get(two) if two != column.name.casefold() else None
+
+
+@cache
+def _quantity_of(unit: str) -> str | None:
+    """Return the quantity that a unit is of; ``other`` of one that is of no channel."""
+    if unit in DRIVE_UNITS:
+        return "force"
+    for dimension, quantity in OF_UNITS.items():
+        if any(converts(unit, dimension, motion) for motion in PLAIN):
+            return quantity
+    return "other"
+
+
+# --- units that fit together ------------------------------------------------------------------------------------------
+
+USUAL: dict[Motion, tuple[dict[str, float], dict[str, float], float, float]] = {
+    "linear": (
+        {"mm": 0.5, "m": 0.3, "um": 0.15, "nm": 0.02, "in": 0.003},
+        {"mm/s": 0.4, "m/s": 0.3, "mm/min": 0.12, "m/min": 0.08, "um/s": 0.08, "in/s": 0.003},
+        0.1, 0.05,
+    ),
+    "rotary": (
+        {"rad": 0.4, "deg": 0.4, "rev": 0.15, "mrad": 0.03, "mdeg": 0.02},
+        {"rad/s": 0.4, "deg/s": 0.3, "rpm": 0.25, "rev/s": 0.05},
+        5.0, 5.0,
+    ),
+}  # fmt: skip
+"""Units of position and velocity with how usual they are; a usual travel and a usual speed, in SI."""
+TOLERANCE = 0.02
+"""Deviation of a factor from that of its units, from counts and noise."""
+SIZE = log(12.0)
+"""Spread of usual travels and speeds."""
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Units that a clock, a position and a velocity may have together, and how likely they are."""
+
+    motion: Motion
+    time: str
+    position: str
+    velocity: str
+    weight: float
+
+
+def time_units(step: float, rows: int) -> dict[str, float]:
+    """Return the units that a clock may have by its steps: samplings from 20 µs to 0.2 s are usual."""
+    found = {}
+    for unit, size in TIME_UNITS.items():
+        dt = step * size
+        outside = max(log(2e-5 / dt), log(dt / 0.2), 0.0) if dt > 0 else 99.0
+        long = max(log(max(dt * rows, 1e-12) / 2e4), log(0.3 / max(dt * rows, 1e-12)), 0.0)
+        weight = exp(-1.5 * outside - 1.0 * long) * {"s": 0.5, "ms": 0.35, "us": 0.12, "ns": 0.03}[unit]
+        if unit == "s" and step == 1.0:
+            weight *= 0.3  # a count of rows, or milliseconds
+        found[unit] = weight
+    return found
+
+
+@cache
+def _candidates(unit: str | None, quantity: str) -> tuple[tuple[Motion, str, float, float], ...]:
+    """Return motion, unit, its factor to SI and how usual it is: of what the header says that alone."""
+    found = []
+    for motion, (positions, velocities, *_) in USUAL.items():
+        usual = positions if quantity == "position" else velocities
+        if unit:
+            if converts(unit, quantity, motion):
+                found.append((motion, unit, factor(unit, quantity, motion), 1.0))
+        else:
+            found += [(motion, one, factor(one, quantity, motion), weight) for one, weight in usual.items()]
+    return tuple(found)
+
+
+def readings(
+    first: Spoken,
+    second: Spoken,
+    time: str,
+    ratio: float | None,
+    sizes: tuple[float | None, float | None] = (None, None),
+    with_position: bool = True,
+    with_velocity: bool = True,
+) -> list[Reading]:
+    """Return the units that position, velocity and clock may have.
+
+    first, second: What is said of the position and of the velocity.
+    time: Unit of the clock; empty where it is not known, and then any of `TIME_UNITS`.
+    ratio: Velocity per slope of the position, as logged; None where there is no such pair.
+    sizes: Travel and speed, as logged.
+    with_position, with_velocity: Whether there are these channels.
+    """
+    nothing: tuple[tuple[Motion, str, float, float], ...] = (("linear", "", 1.0, 1.0), ("rotary", "", 1.0, 1.0))
+    positions = _candidates(first.unit, "position") if with_position else nothing
+    velocities = _candidates(second.unit, "velocity") if with_velocity else nothing
+    clocks = {time: factor(time, "time")} if time else TIME_UNITS
+    found = []
+    for p, v, (unit, second_of) in product(positions, velocities, clocks.items()):
+        if p[0] != v[0]:
+            continue
+        weight = p[3] * v[3] * _size(p[0], p[2], sizes[0], 2) * _size(v[0], v[2], sizes[1], 3)
+        weight *= (
+            12.0 if (first.rotary or second.rotary) == (p[0] == "rotary") and first.rotary | second.rotary else 1.0
+        )
+        if ratio is not None:
+            off = log(abs(ratio) / (p[2] / (second_of * v[2]))) / TOLERANCE
+            if abs(off) > 3.0 and not (first.unit and second.unit and time):
+                continue
+            weight *= exp(-0.5 * max(min(abs(off), 3.0) - 0.5, 0.0) ** 2)
+            weight *= 3.0 if _family(p[1]) == _family(v[1]) else 1.0
+        found.append(Reading(p[0], unit, p[1], v[1], weight))
+    return found
+
+
+def _family(unit: str) -> str:
+    return {"rpm": "rev"}.get(unit, unit.split("/")[0])
+
+
+def _size(motion: Motion, si: float, logged: float | None, column: int) -> float:
+    """Return how usual a travel or a speed of this size is."""
+    if not logged:
+        return 1.0
+    usual = (0.1, 0.05) if motion == "linear" else (5.0, 5.0)
+    return exp(-0.5 * (log(logged * si / usual[column - 2]) / SIZE) ** 2)
+
+
+def usual_units(channel: str, says: Spoken, motion: str, values: Real) -> tuple[str, float, tuple[str, ...]]:
+    """Return the unit of a force or an input, how sure it is, and what else it may be."""
+    if says.unit:
+        return says.unit, 1.0, ()
+    if channel == "input":
+        return "V", 0.9, ()
+    size = float(np.quantile(np.abs(values), 0.98)) if len(values) else 0.0
+    newtons = "N*m" if motion == "rotary" else "N"
+    if says.told == "current":
+        return ("A", 0.9, ("mA", "%")) if size < 200 else ("mA", 0.7, ("A", "%"))
+    if says.told in {"force", "load"}:
+        return (newtons, 0.6, ("A", "%")) if says.told == "force" else ("%", 0.7, ("A", newtons))
+    return ("A", 0.5, (newtons, "%")) if size < 50 else ("%", 0.4, (newtons, "A"))

@@ -10,9 +10,9 @@ from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.flaws.files import CHANNELS_WITHOUT_TIME
-from fric.io.likely import named_as
 from fric.io.readers.base import BLOCK, Block, Column, Format, Table, heard, library, named, numbers, refuse_declared
 from fric.io.readers.joined import Joined, Part
+from fric.io.words import named_as
 from fric.notice import Notice
 from fric.series import LARGEST
 from fric.units import factor
