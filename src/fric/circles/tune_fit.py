@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from scipy.optimize import OptimizeResult, least_squares
 
 from fric.arrays import Real
 from fric.circles.measured import AxisTrace, MeasuredCircle, low_pass
@@ -146,8 +148,8 @@ def parameters(model: GMS) -> dict[str, float | tuple[float, ...]]:
 
 STARTS = ((0.74, 1.0), (0.5, 2.7), (1.2, 0.22))
 """Stiffness and C, as shares of the nominal values, at which the search begins."""
-LONGEST = 0.7
-"""Longest step of the search, in the logarithm."""
+RESTS = 1e-4
+"""Relative change of the squares, and move in the logarithm, below which a search ends."""
 STEP = 4e-3
 """Step of the derivatives, in the logarithm."""
 NOISE = 0.5e-3
@@ -186,9 +188,8 @@ class Balance:
         parts = [w / self.K_f * r.friction(model) for r, w in zip(self.records, self.weights, strict=True)]
         return np.concatenate(parts)
 
-    def voltage(self, x: Real) -> Real:
-        """Return the control voltage as it acts, weighed, at a point, shape (n,)."""
-        T_d = self.coordinates.delay(x)
+    def voltage(self, T_d: float) -> Real:
+        """Return the control voltage as it acts a delay later, weighed, shape (n,)."""
         return np.concatenate([w * r.delayed(T_d) for r, w in zip(self.records, self.weights, strict=True)])
 
 
@@ -223,60 +224,58 @@ class Fitted:
 
 
 class Search:
-    """Residuals and derivatives of a balance, with what is linear projected out."""
+    """Residuals of a balance with its priors, in standard deviations, with what is linear projected out."""
 
-    def __init__(self, balance: Balance, sigma: float) -> None:
-        self.balance = balance
-        self.columns = balance.columns()
+    def __init__(self, balance: Balance, sigma: float = NOISE) -> None:
+        self.balance, self.priors, self.columns = balance, balance.coordinates.priors, balance.columns()
         self.basis = np.linalg.qr(self.columns)[0]
         rate = float(np.mean([record.rate for record in balance.records]))
         # neighbouring samples behind the filter are alike: the residual counts as so many independent values
         self.scale = 1.0 / (sigma * np.sqrt(max(rate / (2 * COMPARED), 1.0)))
-        self.priors = balance.coordinates.priors
-        self._last: tuple[bytes, Real] | None = None
-        self._late: tuple[float, Real] | None = None
+        self._voltage = lru_cache(1)(balance.voltage)
+        self._friction = lru_cache(1)(lambda x: balance.friction(np.array(x)))
+
+    def _parts(self, x: Real) -> tuple[Real, Real]:
+        """Return the voltage, and that of friction, weighed."""
+        return self._voltage(self.balance.coordinates.delay(x)), self._friction(tuple(x))
 
     def left(self, x: Real) -> Real:
         """Return the voltage less that of friction, weighed."""
-        return self._voltage(x) - self._friction(x)
-
-    def _voltage(self, x: Real) -> Real:
-        T_d = self.balance.coordinates.delay(x)
-        if self._late is None or self._late[0] != T_d:
-            self._late = (T_d, self.balance.voltage(x))
-        return self._late[1]
-
-    def _friction(self, x: Real) -> Real:
-        key = x.tobytes()
-        if self._last is None or self._last[0] != key:
-            self._last = (key, self.balance.friction(x))
-        return self._last[1]
-
-    def cost(self, x: Real) -> float:
-        """Return half the sum of the squared residuals and priors, in units of their standard deviation."""
-        left = self.scale * self.left(x)
-        along = self.basis.T @ left
-        return 0.5 * float(left @ left - along @ along + np.sum((x / self.priors) ** 2))
+        voltage, friction = self._parts(x)
+        return voltage - friction
 
     def derivatives(self, x: Real) -> Real:
         """Return the derivatives of `left`."""
-        balance, voltage, friction = self.balance, self._voltage(x), self._friction(x)
+        balance, (voltage, friction) = self.balance, self._parts(x)
         found = np.empty((len(voltage), len(x)))
         for n, name in enumerate(balance.coordinates.names):
             moved = x.copy()
             moved[n] += STEP
             if name == "T_d":
-                found[:, n] = (balance.voltage(moved) - voltage) / STEP
+                found[:, n] = (balance.voltage(balance.coordinates.delay(moved)) - voltage) / STEP
             else:
                 found[:, n] = (friction - balance.friction(moved)) / STEP
         return found
 
-    def normal(self, x: Real) -> tuple[Real, Real]:
-        """Return the gradient of `cost`, and its second derivatives by Gauss and Newton."""
-        left, J = self.scale * self.left(x), self.scale * self.derivatives(x)
-        along = self.basis.T @ J
-        gradient = J.T @ left - along.T @ (self.basis.T @ left) + x / self.priors**2
-        return gradient, J.T @ J - along.T @ along + np.diag(1.0 / self.priors**2)
+    def _free(self, values: Real) -> Real:
+        """Return values in standard deviations, without what is linear."""
+        return np.asarray(self.scale * (values - self.basis @ (self.basis.T @ values)))
+
+    def residual(self, x: Real) -> Real:
+        """Return what is left of the voltages, and how far the priors are, in standard deviations."""
+        return np.concatenate([self._free(self.left(x)), x / self.priors])
+
+    def gradient(self, x: Real) -> Real:
+        """Return the derivatives of `residual`."""
+        return np.vstack([self._free(self.derivatives(x)), np.diag(1.0 / self.priors)])
+
+    def fine(self, x: Real, most: int) -> OptimizeResult:
+        """Return the least-squares point next to x within the bounds, in so many steps at most."""
+        bounds = self.balance.coordinates.bounds
+        start = np.clip(x, -0.99 * bounds, 0.99 * bounds)
+        return least_squares(
+            self.residual, start, self.gradient, (-bounds, bounds), ftol=RESTS, xtol=RESTS, max_nfev=most
+        )
 
 
 def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: int = 12) -> Fitted:
@@ -287,33 +286,9 @@ def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: in
     sigma: Standard deviation that a sample is weighed against the priors with [V].
     most: Steps at most.
     """
-    search = Search(balance, max(sigma, NOISE))
-    few = most if len(starts) == 1 else 7
-    best = min((_searched(search, np.asarray(x, float), few) for x in starts), key=search.cost)
-    return at(balance, best if len(starts) == 1 else _searched(search, best, most))
-
-
-def _searched(search: Search, x: Real, steps: int) -> Real:
-    """Return the point that so many steps of Levenberg and Marquardt lead to within the bounds."""
-    bounds = search.balance.coordinates.bounds
-    x = np.clip(x, -0.99 * bounds, 0.99 * bounds)
-    damping, cost = 1e-2, search.cost(x)
-    gradient, curvature = search.normal(x)
-    for _ in range(steps):
-        damped = curvature + damping * np.diag(np.diag(curvature))
-        further = np.clip(x + np.clip(np.linalg.solve(damped, -gradient), -LONGEST, LONGEST), -bounds, bounds)
-        new = search.cost(further)
-        if new < cost:
-            fallen, moved = cost - new, np.abs(further - x).max()
-            x, cost, damping = further, new, max(damping / 8, 1e-7)
-            if fallen < max(1e-4 * cost, 0.05) or moved < 1e-4:
-                break
-            gradient, curvature = search.normal(x)
-        elif np.abs(further - x).max() < 1e-4:
-            break
-        else:
-            damping *= 10
-    return x
+    search, few = Search(balance, max(sigma, NOISE)), most if len(starts) == 1 else 7
+    best = min((search.fine(x, few) for x in starts), key=lambda one: one.cost)
+    return at(balance, best.x if len(starts) == 1 else search.fine(best.x, most).x)
 
 
 def at(balance: Balance, x: Real, plant: Real | None = None) -> Fitted:
@@ -323,7 +298,7 @@ def at(balance: Balance, x: Real, plant: Real | None = None) -> Fitted:
     x: The point, shape (p,).
     plant: m [V·s²/m] and a [V·s/m] that are kept.
     """
-    search = Search(balance, NOISE)
+    search = Search(balance)
     left, columns = search.left(x), search.columns
     if plant is None:
         linear = np.linalg.lstsq(columns, left, rcond=None)[0]
@@ -363,7 +338,9 @@ def recorded_again(found: Fitted, draws: int = DRAWS) -> list[Real]:
             again = voltage_record(_once_more(found, n, rng), record.axis, record)
             records.append(refined(again, *_truth(found, n)))
         once = replace(balance, records=tuple(records))
-        left.append((once.voltage(x) - once.friction(x) - once.columns() @ found.plant) / weights)
+        left.append(
+            (once.voltage(balance.coordinates.delay(x)) - once.friction(x) - once.columns() @ found.plant) / weights
+        )
     return left
 
 
@@ -459,7 +436,7 @@ class Instruments:
 
 def instrumented(found: Fitted) -> Fitted:
     """Return a fit moved to where its instruments see no residual; as it is, where they tell too little for that."""
-    p, search = len(found.x), Search(found.balance, NOISE)
+    p, search = len(found.x), Search(found.balance)
     of = Instruments.of(found)
     step = of.error(found.residual)
     x, plant = found.x + step[:p], found.plant + step[p:]
@@ -484,7 +461,7 @@ def whole(found: Fitted) -> Fitted:
         return found
     balance = replace(found.balance, coordinates=shape)
     x, weights = shape.moved(kept, found.x), np.repeat(balance.weights, [len(part) for part in found.parts()])
-    own = Search(balance, NOISE).derivatives(x) / weights[:, None]
+    own = Search(balance).derivatives(x) / weights[:, None]
     lifted = replace(found, balance=balance, x=x, gradient=np.hstack([own, found.gradient[:, len(kept.names) :]]))
     step = Instruments.of(lifted).error(lifted.residual)
     return replace(lifted, residual=lifted.residual + lifted.gradient @ step)
