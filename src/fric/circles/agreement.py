@@ -32,30 +32,15 @@ CAUSES = {
 
 @dataclass(frozen=True)
 class Agreement:
-    """A prediction beside what was measured.
+    """A prediction beside what was measured."""
 
-    Parameters
-    ----------
-    predicted
-        The diagnosis of the simulated circle.
-    intervals
-        Between what each quadrant's glitch is predicted [m], 95 %; None where the machine file has no intervals.
-    agrees
-        By quadrant of an axis that is known, whether measured and predicted intervals meet.
-    causes
-        By quadrant that does not agree, a key of `CAUSES`.
-    scheme
-        The scheme that was simulated.
-    warnings
-        What the user should know.
-    """
-
-    predicted: Diagnosis
+    predicted: Diagnosis  # The diagnosis of the simulated circle
+    # Between what each quadrant's glitch is predicted [m], 95 %; None where the machine file has no intervals
     intervals: Mapping[str, tuple[float, float]] | None
-    agrees: Mapping[str, bool]
-    causes: Mapping[str, str]
-    scheme: str
-    warnings: tuple[Notice, ...]
+    agrees: Mapping[str, bool]  # By quadrant of an axis that is known, whether measured and predicted intervals meet
+    causes: Mapping[str, str]  # By quadrant that does not agree, a key of `CAUSES`
+    scheme: str  # The scheme that was simulated
+    warnings: tuple[Notice, ...]  # What the user should know
 
     @property
     def all_agree(self) -> bool:

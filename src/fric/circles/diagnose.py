@@ -202,45 +202,24 @@ SHARE = 2e-3
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What a circle test shows.
+    """What a circle test shows."""
 
-    Parameters
-    ----------
-    tests
-        Whole revolutions of the test, or of both directions.
-    geometry
-        By name: ``centre.AXIS`` [m], ``scale.AXIS`` [1], ``backlash.AXIS`` [m], ``mismatch`` [m], ``squareness``
-        [rad], each with its 95 % interval; open where the test does not tell it.
-    lag
-        Time by which each axis is behind its reference [s], with its 95 % interval; none of an axis without reference.
-    glitches
-        Per quadrant, of the first test; ``all_glitches`` holds those of every test.
-    all_glitches
-        Per test and quadrant.
-    periodic
-        What repeats along an axis, with its amplitude [m].
-    figures
-        Figures of ISO 230-4.
-    rest, scatter, noise
-        What geometry, glitches and pitch leave: its root mean square [m] over parts of half a degree; the standard
-        deviation between revolutions in such a part, None of one revolution; noise of a sample [m].
-    model
-        Radial deviation that geometry and pitch explain, per test, shape (n,) [m].
-    warnings
-        What the test cannot tell.
-    """
-
-    tests: tuple[Revolutions, ...]
+    tests: tuple[Revolutions, ...]  # Whole revolutions of the test, or of both directions
+    # By name: ``centre.AXIS`` [m], ``scale.AXIS`` [1], ``backlash.AXIS`` [m], ``mismatch`` [m], ``squareness`` [rad],
+    # each with its 95 % interval; open where the test does not tell it
     geometry: Mapping[str, Estimate]
+    # Time by which each axis is behind its reference [s], with its 95 % interval; none of an axis without reference
     lag: Mapping[str, Estimate]
-    all_glitches: tuple[Mapping[str, Glitch], ...]
-    periodic: tuple[tuple[Periodic, Estimate], ...]
-    figures: Iso230
+    all_glitches: tuple[Mapping[str, Glitch], ...]  # Per test and quadrant
+    periodic: tuple[tuple[Periodic, Estimate], ...]  # What repeats along an axis, with its amplitude [m]
+    figures: Iso230  # Figures of ISO 230-4
+    # rest, scatter, noise: what geometry, glitches and pitch leave: its root mean square [m] over parts of half a
+    # degree; the standard deviation between revolutions in such a part, None of one revolution; noise of a sample [m]
     rest: float
     scatter: float | None
     noise: float
-    model: tuple[Real, ...]
-    warnings: tuple[Notice, ...] = field(default=())
+    model: tuple[Real, ...]  # Radial deviation that geometry and pitch explain, per test, shape (n,) [m]
+    warnings: tuple[Notice, ...] = field(default=())  # What the test cannot tell
 
     @property
     def test(self) -> MeasuredCircle:
@@ -282,15 +261,8 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     behind there, with one λ and one κ for all, whose errors are in every interval; else a long tail, or one of two
     equal poles, would pass for backlash. What is left without it is the glitch.
 
-    Parameters
-    ----------
-    tests
-        A circle test, or two of one radius and feed in both directions: these tell mismatch from squareness.
-
-    Raises
-    ------
-    FricError
-        When there is no whole revolution, or the tests are not of one circle.
+    tests: A circle test, or two of one radius and feed in both directions: these tell mismatch from squareness.
+    Raises FricError: When there is no whole revolution, or the tests are not of one circle.
     """
     if not tests:
         raise FricError("there is no circle test to diagnose")

@@ -69,13 +69,7 @@ class Learning:
 
 
 def next_feedforward(
-    t: Real,
-    error: Real,
-    voltage: Real,
-    model: Real,
-    before: Real,
-    plant: LinearPlant,
-    how: Learning,
+    t: Real, error: Real, voltage: Real, model: Real, before: Real, plant: LinearPlant, how: Learning
 ) -> Real:
     """Return the voltage that the next round should feed forward against friction [V], shape (n,).
 
@@ -120,10 +114,7 @@ class Table:
 
 
 def learn_from(
-    test: MeasuredCircle,
-    machine: Machine,
-    how: Learning | None = None,
-    before: Mapping[str, Real] | None = None,
+    test: MeasuredCircle, machine: Machine, how: Learning | None = None, before: Mapping[str, Real] | None = None
 ) -> Table:
     """Return the feedforward of the next round from a measured circle.
 
@@ -210,25 +201,13 @@ def learn(
 ) -> Learned:
     """Learn a circle in simulation, from the friction that the controllers believe, or from nothing where it is none.
 
-    Parameters
-    ----------
-    machine
-        The machine; its nominal plants are what is learned with.
-    test
-        The circle.
-    rounds
-        How often the circle is learned from.
-    how
-        How; by the feed where not given.
-    observer
-        Whether the disturbance observer is on, where all axes have one.
-    done
-        Called after each circle; there are `circles_to_learn`.
-
-    Raises
-    ------
-    FricError
-        When there are no rounds, or the machine cannot run the circle.
+    machine: The machine; its nominal plants are what is learned with.
+    test: The circle.
+    rounds: How often the circle is learned from.
+    how: How; by the feed where not given.
+    observer: Whether the disturbance observer is on, where all axes have one.
+    done: Called after each circle; there are `circles_to_learn`.
+    Raises FricError: When there are no rounds, or the machine cannot run the circle.
     """
     if rounds < 1:
         raise FricError(f"{rounds} rounds are none to learn from", hint="Give 1 or more.")

@@ -242,27 +242,13 @@ def _finer(found: Fitted, K_f: float) -> Balance:
 
 @dataclass(frozen=True)
 class Tuned:
-    """What circles say of a machine.
+    """What circles say of a machine."""
 
-    Parameters
-    ----------
-    machine
-        The machine with its new nominal parameters.
-    axes
-        What was found, by axis.
-    tests
-        The circles.
-    predicted
-        What the next circles should show; empty where the result is refused.
-    warnings
-        What the circles cannot tell, and what was refused.
-    """
-
-    machine: Machine
-    axes: Mapping[str, TunedAxis]
-    tests: tuple[MeasuredCircle, ...]
-    predicted: tuple[NextCircle, ...]
-    warnings: tuple[Notice, ...]
+    machine: Machine  # The machine with its new nominal parameters
+    axes: Mapping[str, TunedAxis]  # What was found, by axis
+    tests: tuple[MeasuredCircle, ...]  # The circles
+    predicted: tuple[NextCircle, ...]  # What the next circles should show; empty where the result is refused
+    warnings: tuple[Notice, ...]  # What the circles cannot tell, and what was refused
 
     @property
     def improves(self) -> bool:
@@ -271,32 +257,18 @@ class Tuned:
 
 
 def tune(
-    machine: Machine,
-    tests: Sequence[MeasuredCircle],
-    done: Callable[[], object] = lambda: None,
-    *,
-    loop: bool = False,
+    machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], object] = lambda: None, *, loop: bool = False
 ) -> Tuned:
     """Refit what the controllers of a machine believe to recorded circles, axis by axis.
 
     An axis whose result leaves more of the recorded voltages than the nominal parameters keeps these. So do all, where
     the log's clock is wrong, or the next circle should be worse than the recorded one.
 
-    Parameters
-    ----------
-    machine
-        The machine.
-    tests
-        Circle tests with reference, position and voltage of both axes; one fast and one slow are asked for.
-    done
-        Called as often as `steps_of_tuning` says.
-    loop
-        Whether loops that do not hold their falling friction are designed anew (`fric.design.falling`).
-
-    Raises
-    ------
-    FricError
-        When a test lacks a channel, or an axis that the machine has, or there is no nominal GMS model.
+    machine: The machine.
+    tests: Circle tests with reference, position and voltage of both axes; one fast and one slow are asked for.
+    done: Called as often as `steps_of_tuning` says.
+    loop: Whether loops that do not hold their falling friction are designed anew (`fric.design.falling`).
+    Raises FricError: When a test lacks a channel, or an axis that the machine has, or there is no nominal GMS model.
     """
     if not tests:
         raise FricError("there is no circle to tune with", hint="Record one at 100 and one at 10 mm/s.")

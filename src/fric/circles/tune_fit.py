@@ -506,38 +506,20 @@ class TunedEstimates:
 
 @dataclass(frozen=True)
 class TunedAxis:
-    """What circles say of one axis.
+    """What circles say of one axis."""
 
-    Parameters
-    ----------
-    axis
-        The axis with its new nominal parameters; as it was, where these are refused.
-    friction, nominal
-        The friction and the plant that were found.
-    before, after
-        What nominal and tuned parameters leave of the recorded voltages.
-    estimates
-        Both with their intervals; None where the result is no machine.
-    full
-        Whether the full shape was fitted.
-    improves
-        Whether the result is better than the nominal parameters.
-    warnings
-        What the circles cannot tell.
-    loop
-        Whether its loop was designed anew.
-    """
-
-    axis: Axis
+    axis: Axis  # The axis with its new nominal parameters; as it was, where these are refused
+    # friction, nominal: the friction and the plant that were found
     friction: FrictionModel
     nominal: Plant
+    # before, after: what nominal and tuned parameters leave of the recorded voltages
     before: Fitted
     after: Fitted
-    estimates: TunedEstimates | None
-    full: bool
-    improves: bool
-    warnings: tuple[Notice, ...]
-    loop: bool = False
+    estimates: TunedEstimates | None  # Both with their intervals; None where the result is no machine
+    full: bool  # Whether the full shape was fitted
+    improves: bool  # Whether the result is better than the nominal parameters
+    warnings: tuple[Notice, ...]  # What the circles cannot tell
+    loop: bool = False  # Whether its loop was designed anew
 
     @property
     def parameters(self) -> dict[str, Estimate]:

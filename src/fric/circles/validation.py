@@ -48,35 +48,19 @@ class Compared:
 
 @dataclass(frozen=True)
 class Validation:
-    """A record and what the identified axis makes of it.
+    """A record and what the identified axis makes of it."""
 
-    Parameters
-    ----------
-    loop
-        ``closed``, ``open`` or ``inverse``.
-    log
-        The record.
-    friction
-        The friction model.
-    signals
-        ``position`` [m], ``velocity`` [m/s], ``acceleration`` [m/s²] and, in closed loop, ``force`` [N]. Velocity and
-        acceleration are those of the position, measured and simulated alike: central differences behind a zero-phase
-        fourth-order Butterworth filter.
-    cutoff
-        Its corner [Hz].
-    worst
-        First and last sample of the second with the largest force error (in open loop, velocity error).
-    warnings
-        What the record shows of controller and voltage.
-    """
-
-    loop: Loop
-    log: Log
-    friction: FrictionModel
+    loop: Loop  # ``closed``, ``open`` or ``inverse``
+    log: Log  # The record
+    friction: FrictionModel  # The friction model
+    # ``position`` [m], ``velocity`` [m/s], ``acceleration`` [m/s²] and, in closed loop, ``force`` [N]. Velocity and
+    # acceleration are those of the position, measured and simulated alike: central differences behind a zero-phase
+    # fourth-order Butterworth filter.
     signals: dict[str, Compared]
-    cutoff: float
+    cutoff: float  # Its corner [Hz]
+    # First and last sample of the second with the largest force error (in open loop, velocity error)
     worst: tuple[int, int]
-    warnings: tuple[Notice, ...] = ()
+    warnings: tuple[Notice, ...] = ()  # What the record shows of controller and voltage
 
 
 def validate_closed_loop(

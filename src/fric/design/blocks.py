@@ -19,24 +19,13 @@ TRIED = 25
 
 @dataclass(frozen=True)
 class BlockDesign:
-    """A control block, and the margins of the whole loop with it, opened at the plant's input.
+    """A control block, and the margins of the whole loop with it, opened at the plant's input."""
 
-    Parameters
-    ----------
-    block
-        The block.
-    margins
-        Margins with it, around rest where it is not linear; None where it does not feed back, or has no margins.
-    reason
-        Why its parameters are as they are.
-    response
-        The open loop as a function of the frequencies [Hz], where it has margins.
-    """
-
-    block: ControlBlock
+    block: ControlBlock  # The block
+    # Margins with it, around rest where it is not linear; None where it does not feed back, or has no margins
     margins: Margins | None
-    reason: str
-    response: OpenLoop | None = None
+    reason: str  # Why its parameters are as they are
+    response: OpenLoop | None = None  # The open loop as a function of the frequencies [Hz], where it has margins
 
     def loops(self) -> dict[str, Loop]:
         """Return the whole loop with its margins, where there is one."""
@@ -59,21 +48,11 @@ def design_block(
     sensitivity. A block that is not linear is judged around rest, where its gains are largest. Other blocks are as they
     design themselves from plant and friction.
 
-    Parameters
-    ----------
-    kind
-        The block.
-    setting
-        The axis: plant, cascade, nominal friction.
-    peak_sensitivity
-        Largest M_s of the whole loop, a factor above 1.
-    perturbation
-        Delta, measured; that of the plant's delay alone where not given.
-
-    Raises
-    ------
-    FricError
-        When the loop misses the peak sensitivity at the smallest value already.
+    kind: The block.
+    setting: The axis: plant, cascade, nominal friction.
+    peak_sensitivity: Largest M_s of the whole loop, a factor above 1.
+    perturbation: Delta, measured; that of the plant's delay alone where not given.
+    Raises FricError: When the loop misses the peak sensitivity at the smallest value already.
     """
     if not kind.tuned:
         return BlockDesign(kind.designed(setting), None, "from plant, friction and motion")

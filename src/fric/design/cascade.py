@@ -44,23 +44,16 @@ class Requirement:
 
 @dataclass(frozen=True)
 class CascadeDesign:
-    """A cascade with the margins of its loops.
+    """A cascade with the margins of its loops."""
 
-    Parameters
-    ----------
-    plant, cascade
-        The axis and its controller.
-    velocity, position
-        Margins of the open velocity loop C·G·D, and of the open position loop with the velocity loop closed.
-    input
-        Margins at the plant's input, where both loops are opened at once.
-    """
-
+    # plant, cascade: the axis and its controller
     plant: LinearPlant
     cascade: Cascade
+    # velocity, position: margins of the open velocity loop C·G·D, and of the open position loop with the velocity loop
+    # closed
     velocity: Margins
     position: Margins
-    input: Margins
+    input: Margins  # Margins at the plant's input, where both loops are opened at once
 
     def loops(self) -> dict[str, Loop]:
         """Return the open loops with their margins, by name."""

@@ -18,34 +18,18 @@ DECADES, POINTS = 5, 1500
 class Margins:
     """How far an open loop L of a stable closed loop is from −1.
 
-    Parameters
-    ----------
-    crossover
-        Frequency of the gain crossover that has the phase margin [Hz].
-    phase_margin
-        Smallest phase lag that would bring the loop to the edge of stability [rad].
-    phase_crossover
-        Frequency of the phase crossover that has the gain margin [Hz].
-    gain_margin
-        Smallest factor on the gain above 1 that would do so.
-    gain_reduction
-        Largest factor below 1 that would do so; 0 where the gain may fall at will.
-    peak_sensitivity, peak_frequency
-        M_s = max |1/(1 + L)| and where it is [Hz]: 1/M_s is the distance of L from −1.
-    bandwidth
-        First frequency at which |L/(1 + L)| has fallen by 3 dB [Hz].
-
     What a loop does not have (no crossover, no bandwidth below half the sampling rate) is infinite.
     """
 
-    crossover: float
-    phase_margin: float
-    phase_crossover: float
-    gain_margin: float
-    gain_reduction: float
+    crossover: float  # Frequency of the gain crossover that has the phase margin [Hz]
+    phase_margin: float  # Smallest phase lag that would bring the loop to the edge of stability [rad]
+    phase_crossover: float  # Frequency of the phase crossover that has the gain margin [Hz]
+    gain_margin: float  # Smallest factor on the gain above 1 that would do so
+    gain_reduction: float  # Largest factor below 1 that would do so; 0 where the gain may fall at will
+    # peak_sensitivity, peak_frequency: M_s = max |1/(1 + L)| and where it is [Hz]: 1/M_s is the distance of L from −1
     peak_sensitivity: float
     peak_frequency: float
-    bandwidth: float
+    bandwidth: float  # First frequency at which |L/(1 + L)| has fallen by 3 dB [Hz]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the margins as a document has them, in degrees and decibels; what is infinite is left out."""

@@ -27,42 +27,23 @@ TRIED = 50  # cutoffs tried on the way up, before the border is refined
 
 @dataclass(frozen=True)
 class ObserverDesign:
-    """A disturbance observer, the two limits of its Q, and the margins of the whole loop with it.
+    """A disturbance observer, the two limits of its Q, and the margins of the whole loop with it."""
 
-    Parameters
-    ----------
-    plant, cascade, observer
-        The axis, its controller, its observer.
-    perturbation
-        Delta, which eq. (8) was applied to.
-    robust
-        The limit of eq. (8).
-    sensitive
-        The largest Q for which the whole loop is stable and keeps the peak sensitivity; None where nothing limits it.
-    peak_sensitivity
-        What was asked of M_s.
-    input, without
-        Margins of the whole loop, opened at the plant's input, with the observer and without.
-    reason
-        Why Q is as it is.
-    warnings
-        What the response cannot tell.
-    assumed
-        True where Q stands on a mode that nobody measured.
-    """
-
+    # plant, cascade, observer: the axis, its controller, its observer
     plant: LinearPlant
     cascade: Cascade
     observer: DisturbanceObserver
-    perturbation: Perturbation
-    robust: RobustLimit
+    perturbation: Perturbation  # Delta, which eq. (8) was applied to.
+    robust: RobustLimit  # The limit of eq. (8).
+    # The largest Q for which the whole loop is stable and keeps the peak sensitivity; None where nothing limits it
     sensitive: QFilter | None
-    peak_sensitivity: float
+    peak_sensitivity: float  # What was asked of M_s
+    # input, without: margins of the whole loop, opened at the plant's input, with the observer and without
     input: Margins
     without: Margins
-    reason: str
-    warnings: tuple[Notice, ...] = ()
-    assumed: bool = False
+    reason: str  # Why Q is as it is
+    warnings: tuple[Notice, ...] = ()  # What the response cannot tell
+    assumed: bool = False  # True where Q stands on a mode that nobody measured
 
     def loops(self) -> dict[str, Loop]:
         """Return the whole loop with its margins, with and without the observer, by name."""
@@ -76,16 +57,10 @@ class ObserverDesign:
 class WholeLoop:
     """The loop opened at the plant's input, with what is known of the true plant.
 
-    Parameters
-    ----------
-    plant, cascade
-        The axis and its controller.
-    perturbation
-        Delta; what it holds beyond the plant's delay multiplies the sampled plant.
-    controller
-        The control block in place of the cascade, where there is one.
-    setting
-        What blocks are packed for; the plant where not given.
+    plant, cascade: The axis and its controller.
+    perturbation: Delta; what it holds beyond the plant's delay multiplies the sampled plant.
+    controller: The control block in place of the cascade, where there is one.
+    setting: What blocks are packed for; the plant where not given.
     """
 
     def __init__(
@@ -147,24 +122,13 @@ def design_observer(
     The limits: |T·Delta| ≤ 1 at every frequency (eq. (8)), and a peak sensitivity of the whole loop, in which cascade
     and observer are opened at the plant's input together.
 
-    Parameters
-    ----------
-    plant, cascade
-        The axis and its controller. G_n has the plant's A and B.
-    filter
-        Shape of Q, see `fric.control.q_filter.Q_FILTERS`.
-    cutoff
-        Cutoff of Q [Hz], where it is given instead of sought.
-    peak_sensitivity
-        Largest M_s of the whole loop, a factor above 1.
-    perturbation
-        Delta, measured or of a model; the plant's delay alone where not given.
-
-    Raises
-    ------
-    FricError
-        When the loop misses the peak sensitivity without an observer, or a given cutoff is beyond a limit: with the
-        nearest that holds.
+    plant, cascade: The axis and its controller. G_n has the plant's A and B.
+    filter: Shape of Q, see `fric.control.q_filter.Q_FILTERS`.
+    cutoff: Cutoff of Q [Hz], where it is given instead of sought.
+    peak_sensitivity: Largest M_s of the whole loop, a factor above 1.
+    perturbation: Delta, measured or of a model; the plant's delay alone where not given.
+    Raises FricError: When the loop misses the peak sensitivity without an observer, or a given cutoff is beyond a
+        limit: with the nearest that holds.
     """
     if not peak_sensitivity > 1:
         raise FricError(

@@ -26,24 +26,13 @@ SURE = 0.5
 class Resonance:
     """A structural mode that eq. (1) does not have: it takes G to G·(1 + share·s²/(s² + 2ζωs + ω²)).
 
-    Parameters
-    ----------
-    frequency
-        ω/2π [Hz].
-    damping
-        ζ, below 1.
-    share
-        Mobility of the mode over that of the rigid body, at the encoder: positive where encoder and motor move alike,
-        negative where the mode moves them against each other.
-
-    Raises
-    ------
-    FricError
-        When it is no damped resonance.
+    Raises FricError: When it is no damped resonance.
     """
 
-    frequency: float
-    damping: float
+    frequency: float  # ω/2π [Hz]
+    damping: float  # ζ, below 1
+    # Mobility of the mode over that of the rigid body, at the encoder: positive where encoder and motor move alike,
+    # negative where the mode moves them against each other
     share: float = 1.0
 
     def __post_init__(self) -> None:

@@ -175,11 +175,7 @@ def validation_tree(
         log = validation.log
         first, stop = validation.worst
         signals = {
-            name: {
-                "relative": compared.relative,
-                "rms": compared.rms,
-                "unit": si_unit(name, log.motion),
-            }
+            name: {"relative": compared.relative, "rms": compared.rms, "unit": si_unit(name, log.motion)}
             for name, compared in validation.signals.items()
         }
         records.append(

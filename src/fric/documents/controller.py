@@ -109,11 +109,7 @@ class ObserverDocument(AxisDocument, ObserverPart):
 
 
 def observer_tree(
-    design: ObserverDesign,
-    axis: str,
-    motion: Motion,
-    logs: Sequence[Record] = (),
-    notices: Iterable[Notice] = (),
+    design: ObserverDesign, axis: str, motion: Motion, logs: Sequence[Record] = (), notices: Iterable[Notice] = ()
 ) -> dict[str, Any]:
     """Return an observer with its limits and margins as an observer document."""
     observer, robust = design.observer, design.robust

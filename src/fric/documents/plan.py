@@ -107,12 +107,7 @@ def experiment_entry(one: Planned, motion: Motion, axis: str, duration: float) -
 
 
 def plan_tree(
-    plan: Plan,
-    *,
-    prior: str,
-    blocks: int | None,
-    notices: Iterable[Notice],
-    narrowing: Narrowing | None = None,
+    plan: Plan, *, prior: str, blocks: int | None, notices: Iterable[Notice], narrowing: Narrowing | None = None
 ) -> dict[str, Any]:
     """Return a plan, ready to be written or printed.
 

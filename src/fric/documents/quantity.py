@@ -34,14 +34,9 @@ LEFT_OUT: Any = object()
 class Of:
     """How a key of a document that fric writes is read off what the document is made of.
 
-    Parameters
-    ----------
-    source
-        An attribute, by its dotted name, or a function of what the document is made of.
-    unit
-        Of a number: with it the number becomes a quantity.
-    may_lack
-        Whether the key is left out where there is nothing.
+    source: An attribute, by its dotted name, or a function of what the document is made of.
+    unit: Of a number: with it the number becomes a quantity.
+    may_lack: Whether the key is left out where there is nothing.
     """
 
     def __init__(self, source: str | Callable[[Any], Any], unit: str = "", *, may_lack: bool = False) -> None:
