@@ -1,25 +1,18 @@
 """What is held against records, as `--json` prints it: ``fric: comparison/1``, ``halves/1`` and ``validation/1``."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from operator import itemgetter
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
 
+from fric.arrays import Real
 from fric.documents.base import Document
 from fric.documents.generated import PartOf
-from fric.documents.quantity import Known, Part, Quantity
+from fric.documents.quantity import Known, Of, Part, Quantity, Written, read_off
 from fric.estimate import Estimate
 from fric.identify.halves import Halved
-from fric.log import Log
-from fric.notice import Notice
 from fric.units import si_unit
-
-if TYPE_CHECKING:
-    from fric.circles.validation import Validation
-    from fric.identify.replay.compare import Comparison
 
 
 class ScoredRecord(Part):
@@ -30,33 +23,63 @@ class ScoredRecord(Part):
     samples: int
 
 
-class Score(Part):
+class Plain(Written):
+    """What is left without a dynamic model, of the same samples."""
+
+    rms: float
+    rms_near_reversals: Annotated[Known, Of("rms_near")]
+    parameters: int
+
+
+class Score(Written):
     """How one model predicts samples that it was not fitted to."""
 
     rms: float
-    rms_near_reversals: Known
+    rms_near_reversals: Annotated[Known, Of("rms_near")]
     rms_fitted: float
     parameters: int
     bits: float = Field(description="description length that the model saves")
     bits_per_parameter: float
-    ns_per_step: float
+    ns_per_step: Annotated[float, Of("nanoseconds")]
     records: dict[str, ScoredRecord]
-    estimates: dict[str, dict[str, Quantity]] = Field(description="by section and name, of the first fit")
+    estimates: Annotated[dict[str, dict[str, Quantity]], Of(lambda one: one.fits[0].estimates)] = Field(
+        description="by section and name, of the first fit"
+    )
 
 
-class Plain(Part):
-    """What is left without a dynamic model, of the same samples."""
-
-    rms: float
-    rms_near_reversals: Known
-    parameters: int
-
-
-class Lead(Part):
+class Lead(Written):
     """By how much the best model leads another; no error where it cannot be told."""
 
-    lead: float
-    error: Known
+    lead: Annotated[float, Of(itemgetter(0))]
+    error: Annotated[Known, Of(itemgetter(1))]
+
+
+def _rms(values: Real) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else np.nan
+
+
+def _scored(found: Any, residual: tuple[Real, ...]) -> dict[str, Any]:
+    """Return what is left of each record that was scored, by its name."""
+    both = zip(found.records, ((rest, np.isfinite(rest)) for rest in residual), found.near, strict=True)
+    return {
+        record.log.name: {
+            "rms": _rms(rest[known]), "rms_near_reversals": _rms(rest[known & near]), "samples": int(known.sum()),
+        }
+        for record, (rest, known), near in both if known.any()
+    }  # fmt: skip
+
+
+def _models(found: Any) -> dict[str, Any]:
+    scores = {one.name: one for one in found.scores}
+    return {
+        name: read_off(Score, one, {"records"}) | {"records": _scored(found, one.residual)}
+        for name, one in scores.items()
+    }
+
+
+def _presliding(found: Any) -> dict[str, Estimate]:
+    lengths = zip((record.log for record in found.records), found.presliding, strict=True)
+    return {log.name: Estimate(value, si_unit("position", log.motion)) for log, value in lengths}
 
 
 class ComparisonDocument(Document):
@@ -64,62 +87,17 @@ class ComparisonDocument(Document):
 
     type: ClassVar[str] = "comparison"
 
-    axis: str
-    unit: str = Field(description="of every rms")
+    axis: Annotated[str, Of(lambda found: found.records[0].log.axis)]
+    unit: Annotated[str, Of(lambda found: si_unit("force", found.records[0].log.motion))] = Field(
+        description="of every rms"
+    )
     winner: str | None
-    models: dict[str, Score]
-    baselines: dict[str, Plain]
+    models: Annotated[dict[str, Score], Of(_models)]
+    baselines: Annotated[dict[str, Plain], Of(lambda found: {one.name: one for one in found.baselines})]
     leads: dict[str, Lead]
-    presliding: dict[str, Quantity] = Field(description="displacement over which friction builds up, by record")
-
-
-def comparison_tree(comparison: Comparison) -> dict[str, Any]:
-    """Return the figures of a comparison, ready to be printed."""
-    motion = comparison.records[0].log.motion
-    force, length = si_unit("force", motion), si_unit("position", motion)
-    models = {}
-    for score in comparison.scores:
-        by_record = {}
-        for record, rest, near in zip(comparison.records, score.residual, comparison.near, strict=True):
-            known = np.isfinite(rest)
-            if known.any():
-                by_record[record.log.name] = {
-                    "rms": float(np.sqrt(np.mean(rest[known] ** 2))),
-                    "rms_near_reversals": _rms(rest[known & near]),
-                    "samples": int(known.sum()),
-                }
-        models[score.name] = {
-            "rms": score.rms,
-            "rms_near_reversals": score.rms_near,
-            "rms_fitted": score.rms_fitted,
-            "parameters": score.parameters,
-            "bits": score.bits,
-            "bits_per_parameter": score.bits_per_parameter,
-            "ns_per_step": score.nanoseconds,
-            "records": by_record,
-            "estimates": score.fits[0].estimates,
-        }
-    leads = {name: {"lead": lead, "error": error} for name, (lead, error) in comparison.leads.items()}
-    logs = [record.log for record in comparison.records]
-    content = {
-        "axis": logs[0].axis,
-        "unit": force,
-        "winner": comparison.winner,
-        "models": models,
-        "baselines": {
-            one.name: {"rms": one.rms, "rms_near_reversals": one.rms_near, "parameters": one.parameters}
-            for one in comparison.baselines
-        },
-        "leads": leads,
-        "presliding": {
-            log.name: Estimate(value, length) for log, value in zip(logs, comparison.presliding, strict=True)
-        },
-    }
-    return ComparisonDocument.made(content, notices=comparison.warnings, logs=logs).tree()
-
-
-def _rms(values: np.ndarray[Any, np.dtype[np.float64]]) -> float | None:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else None
+    presliding: Annotated[dict[str, Quantity], Of(_presliding)] = Field(
+        description="displacement over which friction builds up, by record"
+    )
 
 
 class HalvedPart(PartOf[Halved]):
@@ -147,15 +125,24 @@ class SignalPart(Part):
     unit: str
 
 
-class ValidatedRecord(Part):
+def _signals(one: Any) -> dict[str, Any]:
+    return {
+        name: {"relative": compared.relative, "rms": compared.rms, "unit": si_unit(name, one.log.motion)}
+        for name, compared in one.signals.items()
+    }
+
+
+class ValidatedRecord(Written):
     """One record, replayed in one loop."""
 
-    record: str
+    record: Annotated[str, Of("log.name")]
     loop: str
-    friction: str
-    signals: dict[str, SignalPart]
-    filter: Quantity
-    worst_second: list[float] = Field(description="begin and end of the second with the largest error [s]")
+    friction: Annotated[str, Of("friction.name")]
+    signals: Annotated[dict[str, SignalPart], Of(_signals)]
+    filter: Annotated[Quantity, Of("cutoff", "Hz")]
+    worst_second: Annotated[
+        list[float], Of(lambda one: [float(one.log.time[one.worst[0]]), float(one.log.time[one.worst[1] - 1])])
+    ] = Field(description="begin and end of the second with the largest error [s]")
 
 
 class ValidationDocument(Document):
@@ -164,28 +151,3 @@ class ValidationDocument(Document):
     type: ClassVar[str] = "validation"
 
     validations: list[ValidatedRecord]
-
-
-def validation_tree(
-    validations: Sequence[Validation], logs: Sequence[Log], notices: Iterable[Notice] = ()
-) -> dict[str, Any]:
-    """Return the scores of validations, ready to be printed."""
-    records = []
-    for validation in validations:
-        log = validation.log
-        first, stop = validation.worst
-        signals = {
-            name: {"relative": compared.relative, "rms": compared.rms, "unit": si_unit(name, log.motion)}
-            for name, compared in validation.signals.items()
-        }
-        records.append(
-            {
-                "record": log.name,
-                "loop": validation.loop,
-                "friction": validation.friction.name,
-                "signals": signals,
-                "filter": {"value": validation.cutoff, "unit": "Hz"},
-                "worst_second": [float(log.time[first]), float(log.time[stop - 1])],
-            }
-        )
-    return ValidationDocument.made({"validations": records}, notices=notices, logs=logs).tree()

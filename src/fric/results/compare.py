@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from fric.circles.next_circle import wrong_shape, wrong_shape_measured
-from fric.documents.comparison import HalvesDocument, comparison_tree
+from fric.documents.comparison import ComparisonDocument, HalvesDocument
 from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.friction import models as known_models
@@ -51,7 +51,8 @@ class ComparisonResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The figures of the comparison."""
-        return comparison_tree(self.comparison)
+        logs = [record.log for record in self.comparison.records]
+        return ComparisonDocument.made(self.comparison, notices=self.comparison.warnings, logs=logs).tree()
 
     def report(self) -> list[Piece]:
         """Return a line a model, and whether one of them is the best."""

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any
 
 from fric.circles.validation import Validation, validate_closed_loop, validate_inverse, validate_open_loop
-from fric.documents.comparison import validation_tree
+from fric.documents.comparison import ValidationDocument
 from fric.documents.plant import PlantDocument
 from fric.drive.plant import hold_delay
 from fric.errors import FricError
@@ -54,7 +54,8 @@ class ValidationResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The scores."""
-        return validation_tree(self.validations, self.logs, self.warnings)
+        content = {"validations": self.validations}
+        return ValidationDocument.made(content, notices=self.warnings, logs=self.logs).tree()
 
     def report(self) -> list[Piece]:
         """Return relative and rms error of each signal."""
