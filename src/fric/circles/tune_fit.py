@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from fric.estimate import Covariance, Estimate
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed, mean_map
 from fric.friction.gms import GMS
-from fric.friction.stribeck import StaticMap
+from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
 from fric.notice import Notice
 from fric.records.resolution import lattice_step
 from fric.simulate.machine import Axis
@@ -139,11 +140,8 @@ def _scaled(static: StaticMap, level: float) -> StaticMap:
 
 def parameters(model: GMS) -> dict[str, float | tuple[float, ...]]:
     """Return the parameters of a friction model by name, SI."""
-    static = model.static
-    return {
-        "F_c": static.F_c, "F_s": static.F_s, "v_s": static.v_s, "delta": static.delta, "sigma": static.sigma,
-        "alpha": model.alpha, "k": model.k, "C": model.C,
-    }  # fmt: skip
+    static = {name: getattr(model.static, name) for name in STATIC_PARAMETERS}
+    return {**static, "alpha": model.alpha, "k": model.k, "C": model.C}
 
 
 STARTS = ((0.74, 1.0), (0.5, 2.7), (1.2, 0.22))
@@ -167,30 +165,42 @@ class Balance:
     coordinates: Coordinates  # What is searched
     K_f: float  # Force constant that the controller believes [N/V]: friction and it are not told apart, so it is kept
 
-    @property
+    @cached_property
+    def samples(self) -> list[slice]:
+        """Which samples are of each circle, of all that are compared."""
+        ends = np.cumsum([0, *(np.count_nonzero(record.used) for record in self.records)]).tolist()
+        return [slice(*both) for both in pairwise(ends)]
+
+    @cached_property
     def weights(self) -> Real:
-        """Weight of a sample of each circle, so that every circle counts alike, shape (circles,)."""
-        lengths = np.array([np.count_nonzero(record.used) for record in self.records], float)
-        return np.sqrt(lengths.sum() / len(lengths) / lengths)
+        """Weight of each sample, so that every circle counts alike, shape (n,)."""
+        lengths = np.array([part.stop - part.start for part in self.samples])
+        return np.repeat(np.sqrt(lengths.sum() / len(lengths) / lengths), lengths)
+
+    @property
+    def alike(self) -> float:
+        """How many neighbouring samples behind the filter count as one independent value."""
+        return max(float(np.mean([record.rate for record in self.records])) / (2 * COMPARED), 1.0)
 
     def columns(self) -> Real:
         """Return acceleration, velocity and the offsets of all circles, weighed, shape (n, 2 + circles)."""
-        rows = []
-        for n, (record, weight) in enumerate(zip(self.records, self.weights, strict=True)):
-            own = np.zeros((np.count_nonzero(record.used), len(self.records)))
-            own[:, n] = 1.0
-            rows.append(weight * np.column_stack([record.inertia[record.used], record.damping[record.used], own]))
-        return np.vstack(rows)
+        found = np.zeros((len(self.weights), 2 + len(self.records)))
+        for n, (record, part) in enumerate(zip(self.records, self.samples, strict=True)):
+            found[part, 0], found[part, 1], found[part, 2 + n] = (
+                record.inertia[record.used],
+                record.damping[record.used],
+                1,
+            )
+        return self.weights[:, None] * found
 
     def friction(self, x: Real) -> Real:
         """Return the voltage of friction, weighed, at a point, shape (n,)."""
         model = self.coordinates.directed(x)
-        parts = [w / self.K_f * r.friction(model) for r, w in zip(self.records, self.weights, strict=True)]
-        return np.concatenate(parts)
+        return self.weights / self.K_f * np.concatenate([record.friction(model) for record in self.records])
 
     def voltage(self, T_d: float) -> Real:
         """Return the control voltage as it acts a delay later, weighed, shape (n,)."""
-        return np.concatenate([w * r.delayed(T_d) for r, w in zip(self.records, self.weights, strict=True)])
+        return self.weights * np.concatenate([record.delayed(T_d) for record in self.records])
 
 
 @dataclass(frozen=True)
@@ -210,8 +220,7 @@ class Fitted:
 
     def parts(self) -> list[Real]:
         """Return what is left of each circle [V]."""
-        lengths = [int(np.count_nonzero(record.used)) for record in self.balance.records]
-        return np.split(self.residual, np.cumsum(lengths)[:-1])
+        return [self.residual[part] for part in self.balance.samples]
 
     def noise(self) -> float | None:
         """Return the root mean square of what does not repeat from turn to turn [V]; None where no circle tells it."""
@@ -229,9 +238,7 @@ class Search:
     def __init__(self, balance: Balance, sigma: float = NOISE) -> None:
         self.balance, self.priors, self.columns = balance, balance.coordinates.priors, balance.columns()
         self.basis = np.linalg.qr(self.columns)[0]
-        rate = float(np.mean([record.rate for record in balance.records]))
-        # neighbouring samples behind the filter are alike: the residual counts as so many independent values
-        self.scale = 1.0 / (sigma * np.sqrt(max(rate / (2 * COMPARED), 1.0)))
+        self.scale = 1.0 / (sigma * np.sqrt(balance.alike))
         self._voltage = lru_cache(1)(balance.voltage)
         self._friction = lru_cache(1)(lambda x: balance.friction(np.array(x)))
 
@@ -306,11 +313,8 @@ def at(balance: Balance, x: Real, plant: Real | None = None) -> Fitted:
     else:
         offsets = np.linalg.lstsq(columns[:, 2:], left - columns[:, :2] @ plant, rcond=None)[0]
         linear, gradient = np.concatenate([plant, offsets]), -columns
-    lengths = [int(np.count_nonzero(record.used)) for record in balance.records]
-    weights = np.repeat(balance.weights, lengths)
-    return Fitted(
-        balance, x, np.asarray(linear, float), (left - columns @ linear) / weights, gradient / weights[:, None]
-    )
+    residual = (left - columns @ linear) / balance.weights
+    return Fitted(balance, x, np.asarray(linear, float), residual, gradient / balance.weights[:, None])
 
 
 DRAWS = 8
@@ -330,7 +334,6 @@ def recorded_again(found: Fitted, draws: int = DRAWS) -> list[Real]:
     encoder elsewhere between two counts, and the error is what the fit makes of what these records leave.
     """
     rng, balance, x = np.random.default_rng(0), found.balance, found.x
-    weights = np.repeat(balance.weights, [len(part) for part in found.parts()])
     left = []
     for _ in range(draws):
         records = []
@@ -338,9 +341,8 @@ def recorded_again(found: Fitted, draws: int = DRAWS) -> list[Real]:
             again = voltage_record(_once_more(found, n, rng), record.axis, record)
             records.append(refined(again, *_truth(found, n)))
         once = replace(balance, records=tuple(records))
-        left.append(
-            (once.voltage(balance.coordinates.delay(x)) - once.friction(x) - once.columns() @ found.plant) / weights
-        )
+        rest = once.voltage(balance.coordinates.delay(x)) - once.friction(x) - once.columns() @ found.plant
+        left.append(rest / balance.weights)
     return left
 
 
@@ -396,7 +398,6 @@ class Instruments:
     # Z, J: instruments and derivatives, every circle counting alike, shape (n, p + 2 + circles)
     Z: Real
     J: Real
-    weights: Real  # Weight of each sample, shape (n,)
     prior: Real  # Curvature of the priors, shape (p + 2 + circles,)
     power: float  # Variance of a sample that stands for itself [V²]
 
@@ -405,25 +406,19 @@ class Instruments:
         """Return the instruments about a fit."""
         from scipy.signal import sosfiltfilt
 
-        coordinates, p = found.balance.coordinates, len(found.x)
-        parts = found.parts()
-        weights = np.repeat(found.balance.weights, [len(part) for part in parts])
-        J = weights[:, None] * found.gradient
-        Z, start = J.copy(), 0
-        shared = [coordinates.names.index("T_d"), p]
-        for record, part in zip(found.balance.records, parts, strict=True):
-            own = slice(start, start + len(part))
-            Z[own, shared] = sosfiltfilt(low_pass(SMOOTHED, record.rate), J[own][:, shared], axis=0)
-            start += len(part)
-        rate = float(np.mean([record.rate for record in found.balance.records]))
-        power = max(found.rms, NOISE) ** 2 * max(rate / (2 * COMPARED), 1.0)
+        balance, p = found.balance, len(found.x)
+        J = balance.weights[:, None] * found.gradient
+        Z, shared = J.copy(), [balance.coordinates.names.index("T_d"), p]
+        for record, part in zip(balance.records, balance.samples, strict=True):
+            Z[part, shared] = sosfiltfilt(low_pass(SMOOTHED, record.rate), J[part][:, shared], axis=0)
+        power = max(found.rms, NOISE) ** 2 * balance.alike
         prior = np.zeros(J.shape[1])
-        prior[:p] = power / coordinates.priors**2
-        return cls(Z, J, weights, prior, power)
+        prior[:p] = power / balance.coordinates.priors**2
+        return cls(Z, J, prior, power)
 
     def error(self, residual: Real) -> Real:
-        """Return how far coordinates and plant are found off where the truth leaves a residual [V], shape (n,)."""
-        return self.solved(self.Z.T @ (self.weights * residual))
+        """Return how far coordinates and plant are found off where the truth leaves a residual, weighed, shape (n,)."""
+        return self.solved(self.Z.T @ residual)
 
     def solved(self, scores: Real) -> Real:
         """Return ``-(ZᵀJ + P)⁻¹`` times scores."""
@@ -436,16 +431,13 @@ class Instruments:
 
 def instrumented(found: Fitted) -> Fitted:
     """Return a fit moved to where its instruments see no residual; as it is, where they tell too little for that."""
-    p, search = len(found.x), Search(found.balance)
-    of = Instruments.of(found)
-    step = of.error(found.residual)
+    p, search, weights = len(found.x), Search(found.balance), found.balance.weights
+    step = Instruments.of(found).error(weights * found.residual)
     x, plant = found.x + step[:p], found.plant + step[p:]
-    left = search.left(x) - search.columns @ plant
-    moved = replace(found, x=x, plant=plant, residual=left / of.weights)
+    moved = replace(found, x=x, plant=plant, residual=(search.left(x) - search.columns @ plant) / weights)
     if not moved.rms < GROWN * found.rms or np.any(np.abs(x) > found.balance.coordinates.bounds):
         return found
-    gradient = np.hstack([search.derivatives(x), -search.columns])
-    return replace(moved, gradient=gradient / of.weights[:, None])
+    return replace(moved, gradient=np.hstack([search.derivatives(x), -search.columns]) / weights[:, None])
 
 
 def whole(found: Fitted) -> Fitted:
@@ -460,10 +452,10 @@ def whole(found: Fitted) -> Fitted:
     if shape.names == kept.names:
         return found
     balance = replace(found.balance, coordinates=shape)
-    x, weights = shape.moved(kept, found.x), np.repeat(balance.weights, [len(part) for part in found.parts()])
-    own = Search(balance).derivatives(x) / weights[:, None]
+    x = shape.moved(kept, found.x)
+    own = Search(balance).derivatives(x) / balance.weights[:, None]
     lifted = replace(found, balance=balance, x=x, gradient=np.hstack([own, found.gradient[:, len(kept.names) :]]))
-    step = Instruments.of(lifted).error(lifted.residual)
+    step = Instruments.of(lifted).error(balance.weights * lifted.residual)
     return replace(lifted, residual=lifted.residual + lifted.gradient @ step)
 
 

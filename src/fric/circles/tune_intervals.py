@@ -19,7 +19,6 @@ from fric.circles.tune_fit import (
     recorded_again,
     whole,
 )
-from fric.circles.voltage import COMPARED
 from fric.drive.plant import Plant
 from fric.estimate import Covariance, Estimate, Interval
 from fric.flaws import circle
@@ -90,19 +89,16 @@ def timing_warnings(axis: Axis, found: Fitted, T_d: Estimate) -> Iterator[Notice
 
 def _drifts(axis: Axis, found: Fitted) -> Iterator[Notice]:
     """Yield the circles in which the level of friction changes with time: by its line, the fit's parameters apart."""
-    instruments = Instruments.of(found)
-    level, start = instruments.J[:, found.balance.coordinates.names.index("level")], 0
-    for record, part in zip(found.balance.records, found.parts(), strict=True):
-        own = slice(start, start + len(part))
-        start += len(part)
-        time = record.time[record.used]
-        along = np.zeros(len(level))
-        along[own] = level[own] * (time - time.mean()) / np.ptp(time)
-        apart = along - instruments.J @ np.linalg.lstsq(instruments.J, along, rcond=1e-9)[0]
-        every = max(int(record.rate / (8 * COMPARED)), 1)
-        thin, rest = apart[own][::every, None], (instruments.weights * found.residual)[own][::every]
-        change = -float(apart @ (instruments.weights * found.residual) / (apart @ apart))
-        half = 2.0 * float(np.sqrt(hac_covariance(thin, rest)[0, 0]))
+    balance = found.balance
+    J, residual = balance.weights[:, None] * found.gradient, balance.weights * found.residual
+    level = J[:, balance.coordinates.names.index("level")]
+    for record, part in zip(balance.records, balance.samples, strict=True):
+        time, along = record.time[record.used], np.zeros(len(level))
+        along[part] = level[part] * (time - time.mean()) / np.ptp(time)
+        apart = along - J @ np.linalg.lstsq(J, along, rcond=1e-9)[0]
+        change = -float(apart @ residual / (apart @ apart))
+        thin = slice(part.start, part.stop, record.quarter)
+        half = 2.0 * float(np.sqrt(hac_covariance(apart[thin, None], residual[thin])[0, 0]))
         if abs(change) > max(half, CHANGES):
             feed = Estimate(record.feed, "m/s")
             yield circle.CIRCLE_DRIFTS.found(f"axis {axis.name}", change=change, size=abs(change), half=half, feed=feed)
@@ -198,37 +194,24 @@ def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
         ratio = float(np.exp(halves[name])) if halves[name] < OPEN else np.inf
         return value / ratio, value * ratio
 
-    values = parameters(found.balance.coordinates.friction(found.x))
     fitted = {name for name, width in halves.items() if width > 1e-9}
     sections: dict[str, Estimate] = {}
-    for name, value in values.items():
-        if isinstance(value, tuple):
-            keys = [f"{name}_{n}" for n in range(1, len(value) + 1)]
-            known = any(key in fitted for key in keys)
-            limits = tuple(within(key, one) for key, one in zip(keys, value, strict=True))
-            sections[name] = Estimate(value, UNITS[name], limits if known else None, fixed=not known)
-        else:
-            known = name in fitted
-            sections[name] = Estimate(value, UNITS[name], within(name, value) if known else None, fixed=not known)
+    for name, value in parameters(found.balance.coordinates.friction(found.x)).items():
+        keys, known = _labels(name, value), not fitted.isdisjoint(_labels(name, value))
+        limits = tuple(map(within, keys, value)) if isinstance(value, tuple) else within(name, value)
+        sections[name] = Estimate(value, UNITS[name], limits if known else None, fixed=not known)
     offsets, K_f = found.plant[2:], found.balance.K_f
     error = quantile * float(np.sqrt(covariance[p + 2, p + 2] / len(offsets) + np.var(offsets))) * K_f
     load = float(np.mean(offsets)) * K_f
     static = {name: sections[name] for name in STATIC_PARAMETERS}
     negative = None
     if side := found.balance.coordinates.sides(found.x):
-        wider = (
-            quantile * float(np.sqrt(covariance[names.index("side"), names.index("side")])) / 2
-            if "side" in names
-            else 0
+        variance = covariance[names.index("side"), names.index("side")] if "side" in names else 0.0
+        wider = quantile * float(np.sqrt(variance)) / 2
+        levels = {name: static[name] for name in ("F_c", "F_s")}
+        static, negative = (
+            static | {name: _scaled(one, sign * side / 2, wider) for name, one in levels.items()} for sign in (1, -1)
         )
-        sided = [
-            {
-                name: _scaled(one, sign * side / 2, wider) if name in ("F_c", "F_s") else one
-                for name, one in static.items()
-            }
-            for sign in (1, -1)
-        ]
-        static, negative = sided[0], sided[1]
     static["offset"] = Estimate.around(load, "N", error)
     gms = {name: sections[name] for name in ("alpha", "k", "C")}
     of_plant = {
@@ -260,23 +243,18 @@ def _covariance(about: Fitted, left: list[Real]) -> Real:
     about: The fit, or a point beside it, whose derivatives count.
     left: What circles leave that are recorded again.
     """
-    instruments = Instruments.of(about)
-    weighed = instruments.weights * about.residual
-    rows, residuals, lengths, start = [], [], [], 0
-    for record, part in zip(about.balance.records, about.parts(), strict=True):
-        every = max(int(record.rate / (8 * COMPARED)), 1)
-        chosen = slice(start, start + len(part), every)
-        # as many samples fewer weigh as much more
-        rows.append(np.sqrt(every) * instruments.Z[chosen])
-        residuals.append(np.sqrt(every) * weighed[chosen])
-        lengths.append(len(residuals[-1]))
-        start += len(part)
+    instruments, weights = Instruments.of(about), about.balance.weights
+    rows, residuals = [], []
+    for record, part in zip(about.balance.records, about.balance.samples, strict=True):
+        chosen, more = slice(part.start, part.stop, record.quarter), np.sqrt(record.quarter)  # fewer samples weigh more
+        rows.append(more * instruments.Z[chosen])
+        residuals.append(more * (weights * about.residual)[chosen])
     Z = np.vstack(rows)
     scale = np.linalg.norm(Z, axis=0)
     scale[scale == 0] = 1.0
-    scores = np.outer(scale, scale) * score_covariance(Z / scale, np.concatenate(residuals), lengths)
+    scores = np.outer(scale, scale) * score_covariance(Z / scale, np.concatenate(residuals), list(map(len, rows)))
     scores += np.diag(instruments.power * instruments.prior)
-    errors = _beyond(about, left) * np.array([instruments.error(one) for one in left])
+    errors = _beyond(about, left) * np.array([instruments.error(weights * one) for one in left])
     covariance = instruments.solved(instruments.solved(scores).T) + errors.T @ errors / len(errors)
     p = len(about.x)
     covariance[:p, :p] += np.diag(_of_the_encoder(about))
@@ -331,7 +309,10 @@ def _logarithms(found: Fitted) -> tuple[Real, list[str]]:
         linear = found.plant.copy()
         linear[n] += step
         slope[:, p + n] = (all_of(found.x, linear) - here) / step
-    labels = []
-    for name, value in parameters(coordinates.friction(found.x)).items():
-        labels += [f"{name}_{n}" for n in range(1, len(value) + 1)] if isinstance(value, tuple) else [name]
-    return slope, [*labels, "A", "B", "T_d"]
+    named = parameters(coordinates.friction(found.x)).items()
+    return slope, [*(label for name, value in named for label in _labels(name, value)), "A", "B", "T_d"]
+
+
+def _labels(name: str, value: float | tuple[float, ...]) -> list[str]:
+    """Return what a parameter is called, as ``k_1`` where it is one of each block."""
+    return [f"{name}_{n}" for n in range(1, len(value) + 1)] if isinstance(value, tuple) else [name]

@@ -112,6 +112,11 @@ class VoltageRecord:
         first, second = np.flatnonzero(self.used)[:2]
         return 1.0 / float(self.time[second] - self.time[first])
 
+    @property
+    def quarter(self) -> int:
+        """Of how many samples that are compared a quarter of a period of the filter's corner is."""
+        return max(int(self.rate / (8 * COMPARED)), 1)
+
     @cached_property
     def _motion(self) -> tuple[Real, ...]:
         return tuple(np.ascontiguousarray(part[self.nodes]) for part in (self.time, self.position, self.velocity))
