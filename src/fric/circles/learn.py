@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,24 +21,14 @@ from fric.control.scheme import OBSERVER, Scheme
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.flaws.circle import (
-    LEARNED_FOR_ONE_CIRCLE,
-    LEARNED_FROM_ONE_CIRCLE,
-    LEARNING_DIVERGES,
-    LEARNING_GAINS_NOTHING,
-    NOTHING_FED_BEFORE,
-)
+from fric.flaws import circle as flaws
 from fric.notice import Notice
 from fric.reference import Reference
-from fric.reference import circle as circle_reference
 from fric.simulate.axis import Trace, run_axis
 from fric.simulate.chance import ACCURACY, PLACES
 from fric.simulate.circle import Circle, CircleRun
 from fric.simulate.contour_run import figures, pair, require_voltage
 from fric.simulate.machine import Axis, Machine
-
-if TYPE_CHECKING:
-    from fric.simulate.machine import Machine
 
 FAST = 0.05
 """Feed from which a round is learned whole, over 200 Hz; below it half of it, over 100 Hz [m/s]."""
@@ -144,9 +133,9 @@ def learn_from(
         model = (np.gradient(np.gradient(ahead, t), t) + plant.A * np.gradient(ahead, t)) / plant.B
         time[name], wanted[name] = t, r
         voltage[name] = next_feedforward(t, r - trace.position, trace.input, model, last, plant, how)
-    warnings = [LEARNED_FROM_ONE_CIRCLE.found()]
+    warnings = [flaws.LEARNED_FROM_ONE_CIRCLE.found()]
     if how.share < 1 and before is None:
-        warnings.append(NOTHING_FED_BEFORE.found(share=how.share))
+        warnings.append(flaws.NOTHING_FED_BEFORE.found(share=how.share))
     return Table(test, how, time, wanted, voltage, tuple(warnings))
 
 
@@ -254,10 +243,10 @@ def learn(
     warnings += wrong_shape((one.run.scheme, chance.median) for one, chance in zip(found, chances, strict=True))
     least = min(chances, key=lambda one: one.median)
     if best > 1.5 * least.median and all(rise > 0 for rise in (chances[-1] - least).values):
-        warnings.append(LEARNING_DIVERGES.found(least=least.text(digits=2), last=chances[-1].text(digits=2)))
+        warnings.append(flaws.LEARNING_DIVERGES.found(least=least.text(digits=2), last=chances[-1].text(digits=2)))
     elif best > GAINS * chances[0].median:
         first, last = (chances[n].text(digits=2) for n in (0, -1))
-        warnings.append(LEARNING_GAINS_NOTHING.found(last=last, first=first))
+        warnings.append(flaws.LEARNING_GAINS_NOTHING.found(last=last, first=first))
     return Learned(machine, how, tuple(found), tuple(carried), tuple(warnings))
 
 
@@ -281,13 +270,11 @@ def _for_one_circle(best: float, carried: list[tuple[float, float, float]]) -> N
     others = ", ".join(
         f"{glitch * 1e6:.2f} µm at {feed * 1e3:.4g} mm/s on {radius * 1e3:.4g} mm" for radius, feed, glitch in carried
     )
-    return LEARNED_FOR_ONE_CIRCLE.found(best=Estimate(best, "m"), others=others)
+    return flaws.LEARNED_FOR_ONE_CIRCLE.found(best=Estimate(best, "m"), others=others)
 
 
 def _references(test: Circle, axes: Mapping[str, Axis]) -> dict[str, Reference]:
-    sampling = next(iter(axes.values())).cascade.sampling
-    both = circle_reference(test.radius, test.feed, test.revolutions, sampling, direction=test.direction)
-    return dict(zip(axes, both, strict=True))
+    return dict(zip(axes, test.references(next(iter(axes.values())).cascade.sampling), strict=True))
 
 
 def _run(

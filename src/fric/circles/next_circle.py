@@ -29,12 +29,10 @@ from fric.errors import FricError
 from fric.estimate import Estimate, as_filed
 from fric.flaws import circle as flaws
 from fric.flaws import flaw_of
-from fric.flaws.circle import LAW_DIFFERS, MODEL_SHAPE
 from fric.flaws.prediction import CIRCLE_ELSEWHERE, NO_MEASURED_CIRCLE
 from fric.friction import FrictionModel
 from fric.friction.completed import Completed, since_reversal, travels
 from fric.notice import Notice, once
-from fric.reference import Reference
 from fric.simulate.axis import run_axis
 from fric.simulate.chance import ACCURACY, PLACES, Chance
 from fric.simulate.circle import Circle, run_circle
@@ -235,7 +233,7 @@ def law_warnings(predicted: Sequence[NextCircle]) -> list[Notice]:
     worst = max(more, key=lambda one: one.glitch - one.alone)
     alone, glitch, most = (Estimate(one, "m") for one in (worst.alone, worst.glitch, worst.ci95[1]))
     feed = Estimate(worst.feed, "m/s")
-    return [LAW_DIFFERS.found(scheme=worst.scheme, feed=feed, alone=alone, glitch=glitch, most=most)]
+    return [flaws.LAW_DIFFERS.found(scheme=worst.scheme, feed=feed, alone=alone, glitch=glitch, most=most)]
 
 
 def _exceeds(one: Chance, other: Chance) -> bool:
@@ -317,16 +315,13 @@ def _chance(test: MeasuredCircle, axes: Mapping[str, Axis], scheme: Scheme) -> C
 def _glitch(test: MeasuredCircle, axes: Mapping[str, Axis], scheme: Scheme, place: int) -> float:
     """Return the glitch of one circle, at one of `PLACES` places between two counts [m]."""
     machine = Machine("", dict(axes)).placed(place / PLACES)
-    references = _references(test, next(iter(axes.values())).cascade.sampling)
+    turn = Circle(test.radius, test.feed, 1, test.direction)
+    references = turn.references(next(iter(axes.values())).cascade.sampling)
     measured = [
         run_axis(axis, reference, scheme, accuracy=ACCURACY).position
         for axis, reference in zip(machine.axes.values(), references, strict=True)
     ]
     return circularity(measured[0], measured[1], test.radius).glitch
-
-
-def _references(test: MeasuredCircle, sampling: float) -> tuple[Reference, Reference]:
-    return Circle(test.radius, test.feed, 1, test.direction).references(sampling)
 
 
 def _completed(tuned: TunedAxis, n: int) -> Axis:
@@ -557,7 +552,7 @@ def wrong_shape(circles: Iterable[tuple[Scheme, float]]) -> list[Notice]:
             modelled.append(glitch)
     if not learned or not modelled or not min(learned) < CLEARLY * min(modelled):
         return []
-    return [MODEL_SHAPE.found(learned=Estimate(min(learned), "m"), model=Estimate(min(modelled), "m"))]
+    return [flaws.MODEL_SHAPE.found(learned=Estimate(min(learned), "m"), model=Estimate(min(modelled), "m"))]
 
 
 def wrong_shape_measured(tests: Iterable[MeasuredCircle]) -> list[Notice]:

@@ -186,11 +186,8 @@ class Balance:
         """Return acceleration, velocity and the offsets of all circles, weighed, shape (n, 2 + circles)."""
         found = np.zeros((len(self.weights), 2 + len(self.records)))
         for n, (record, part) in enumerate(zip(self.records, self.samples, strict=True)):
-            found[part, 0], found[part, 1], found[part, 2 + n] = (
-                record.inertia[record.used],
-                record.damping[record.used],
-                1,
-            )
+            found[part, 0], found[part, 1] = record.inertia[record.used], record.damping[record.used]
+            found[part, 2 + n] = 1.0
         return self.weights[:, None] * found
 
     def friction(self, x: Real) -> Real:
