@@ -29,6 +29,8 @@ from fric.identify.plant import force_constant, rigid_body
 from fric.identify.plant.identify import described
 from fric.identify.replay import replay_intervals
 from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.points import RISES
+from fric.identify.static_map.strokes import Asked, Strokes
 from fric.io import roles
 from fric.io.propose import Guess, Guessed
 from fric.io.readers.base import Column, Memory
@@ -289,6 +291,16 @@ def strokes(level: float, number: int) -> ForceVelocity:
     return ForceVelocity(v, force + noise, error=np.full(len(v), 0.2), name=f"run {number + 1}")
 
 
+def ended_early(rises: float) -> Iterable[Notice]:
+    """Return what is said of strokes, the slowest of either direction rising by a share in their second half."""
+    logs, rng = [], np.random.default_rng(1)
+    for v in np.outer([-1.0, 1.0], [1e-4, 1e-3, 3e-3, 1e-2]).ravel():
+        t = np.arange(0.0, 2.0, 2e-3)
+        force = 50.0 * (1.0 + (rises * (t - 2.0) if abs(v) < 5e-4 else 0.0)) + 0.02 * rng.standard_normal(len(t))
+        logs.append(Log(t, v * t, force=np.sign(v) * force, kind="constant-velocity", name=f"{1e3 * v:g}"))
+    return Strokes.of(logs, Asked()).notices
+
+
 SHOWN: dict[str, Show] = {
     "mapping-assumed": lambda s: guess(s).notices(),
     "mapping-open": lambda s: [] if guess(s).sure else guess(s).asked(),
@@ -343,6 +355,7 @@ SHOWN: dict[str, Show] = {
             [strokes(level, n) for n, level in enumerate((0.97, 1.02, 1.01) if is_so(s) else (1.0, 1.0, 1.0))]
         ).warnings
     ),
+    "strokes-in-presliding": lambda s: ended_early(s * RISES),
     "friction-differs": lambda s: hysteresis(mismatch=-s * gms.LEVEL * 100.0),
     "lost-motion": lambda s: hysteresis(hollow=s * gms.HOLLOW * 100.0),
     "one-cycle": lambda s: hysteresis(cycles=1 if is_so(s) else 2),

@@ -36,6 +36,8 @@ SETTLING = 3.0
 """Ratio of the rates in whole strokes and in their later halves within which it is no settling."""
 STUCK = 1e-9
 """Share of the force by which its slope over a stroke is unsure at least, where the force is not stuck at a bound."""
+REPEATED, FEWEST = 0.05, 4
+"""Ratio of speeds, less one, up to which strokes repeat each other, and speeds beyond which each is left out."""
 LIKELY_RATE, SURE_RATE = 0.99, 0.999
 """Probabilities from which on a rate is likely, and surely, not zero."""
 
@@ -162,7 +164,7 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
         return None
     rate, deviation, freedom = whole.values[0], whole.errors[0], whole.freedom
     forward, backward, *speeds = (one * rate > 0.0 for one in whole.apart)
-    if not (forward and backward):  # it is no friction that changes
+    if not (forward and backward and sum(whole.logged) * rate > 0.0):  # it is no friction that changes
         return None
     likely, sure = (
         abs(rate) > float(stdtrit(freedom, 0.5 * (1.0 + one))) * deviation for one in (LIKELY_RATE, SURE_RATE)
@@ -203,6 +205,8 @@ class _Trends(NamedTuple):
     """Of all."""
     apart: list[float]
     """The relative rate of strokes forwards and backwards, of the slower and the faster half alone [1/s]."""
+    logged: list[float]
+    """Median slope of the force over the force, as it was logged, of strokes forwards and backwards [1/s]."""
 
 
 def _trends(strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bool = True) -> _Trends | None:
@@ -234,10 +238,20 @@ def _trends(strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bo
     freedom = len(y) - 3
     spread = max(float(np.sum((b - A @ solution) ** 2)) / freedom, 1.0)
     deviations: Real = np.sqrt(spread * np.diag(np.linalg.inv(A.T @ A)))
+    order = np.argsort(X[:, 1])
+    apart_by = np.append(False, np.diff(np.log(X[order, 1])) > np.log1p(REPEATED))
+    speed = np.empty(len(y), int)
+    speed[order] = np.cumsum(apart_by)
+    if (count := int(speed.max()) + 1) > FEWEST:
+        # both directions show alike what a law or a place does to strokes of one speed: each speed is left out
+        without = np.array([np.linalg.lstsq(A[speed != n], b[speed != n], rcond=None)[0] for n in range(count)])
+        scatter = np.sqrt((count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0))
+        deviations, freedom = np.maximum(deviations, scatter), min(freedom, count - 1)
     made = b - A[:, 1:] @ solution[1:]  # by the rate
     forward, slow = X[:, 2] > 0, X[:, 1] < np.median(X[:, 1])
     apart = [float(A[some, 0] @ made[some] / (A[some, 0] @ A[some, 0])) for some in (forward, ~forward, slow, ~slow)]
-    return _Trends(solution.tolist(), deviations.tolist(), freedom, apart)
+    logged = [float(np.median(y[some] / X[some, 0])) if some.any() else 0.0 for some in (forward, ~forward)]
+    return _Trends(solution.tolist(), deviations.tolist(), freedom, apart, logged)
 
 
 def _slope(t: Real, F: Real) -> tuple[float, float, float]:

@@ -28,6 +28,9 @@ UNEVEN = 0.25
 """Share by which the halves of a stroke that ripples may differ in speed."""
 ENOUGH = 4096
 """Samples that a swing is looked for in; of more, means are taken."""
+RISES, ALIKE = 0.02, 0.05
+"""Share of the force by which it rises at least in the second half of a stroke that ends in pre-sliding, and by which
+two strokes may differ in speed."""
 ENDS = 0.15
 """Share of the travel that is left out at either end of a stroke that ripples: its ramps."""
 
@@ -92,6 +95,39 @@ def stroke_points(
     if without:
         notices.append(RECORDS_WITHOUT_STROKE.found(without=len(without), records=len(logs), why="; ".join(without)))
     return sorted(points, key=lambda point: point.velocity), notices
+
+
+def slid(points: Sequence[SpeedPoint]) -> tuple[list[SpeedPoint], list[SpeedPoint]]:
+    """Return the points of strokes that slid, and of those that ended in pre-sliding.
+
+    In pre-sliding the force rises along the stroke, in both directions where both were logged: a place where friction
+    is higher raises it in one direction, and lowers it in the other. Only the slowest strokes end so, and they are
+    left out where no more than half of all do.
+    """
+    rising = [one for one in points if _rises(one)]
+    speeds = np.array([abs(one.velocity) for one in points])
+    ended = []
+    for one in rising:
+        back = [other for other in points if abs(other.velocity + one.velocity) <= ALIKE * abs(one.velocity)]
+        if all(any(other is some for some in rising) for other in back):
+            ended.append(one)
+    fastest = max((abs(one.velocity) for one in ended), default=0.0)
+    if not ended or 2 * len(ended) > len(points) or np.count_nonzero(speeds < (1.0 - ALIKE) * fastest) > len(ended):
+        return list(points), []
+    return [one for one in points if not any(one is other for other in ended)], ended
+
+
+def _rises(point: SpeedPoint) -> bool:
+    """Say whether the size of the force still rises in the second half of a stroke that had not settled."""
+    if point.settled or point.stretch is None or point.swing:
+        return False
+    log, segment = point.stretch
+    force = np.sign(segment.velocity) * log.require("force", "the friction map")[segment.onset : segment.stop]
+    parts = np.array([part.mean() for part in np.array_split(force[len(force) // 2 :], 8)])
+    along = np.arange(8) - 3.5
+    slope = float(along @ parts) / float(along @ along)
+    error = float(np.sqrt(np.sum((parts - parts.mean() - slope * along) ** 2) / 6.0 / (along @ along)))
+    return 7.0 * slope > RISES * abs(float(parts[-1])) and slope > 4.0 * error
 
 
 def logs_of_strokes(records: Sequence[Log | ForceVelocity]) -> list[Log]:

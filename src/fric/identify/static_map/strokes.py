@@ -10,7 +10,8 @@ import numpy as np
 from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.estimate import Estimate
-from fric.identify.static_map.points import Average, SpeedPoint, stroke_points
+from fric.flaws.static_map import STROKES_IN_PRESLIDING
+from fric.identify.static_map.points import Average, SpeedPoint, slid, stroke_points
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
@@ -115,6 +116,10 @@ class Strokes:
     def of(cls, records: Sequence[Log | ForceVelocity], asked: Asked) -> Self:
         """Return the strokes of records."""
         points, notices = stroke_points(records, average=asked.average, plant=asked.plant)
+        points, ended = slid(points)
+        if ended:
+            speeds = [asked.of(v, "velocity") for v in dict.fromkeys(one.velocity for one in ended)]
+            notices.append(STROKES_IN_PRESLIDING.found(speeds=speeds))
         return replace(cls.at(points, asked, records), notices=tuple(notices))
 
     @classmethod
