@@ -33,8 +33,8 @@ SWITCHES = (
     "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
     "--disable-component-update --disable-sync --window-size=1280,1400"
 )
-VISIBLE = "return arguments[0].map((name) => [...document.querySelectorAll(`[data-name='${name}']`)].map((one) => "
-VISIBLE += "getComputedStyle(one).display !== 'none'))"
+VISIBLE = "return arguments[0].map((name) => [...document.querySelectorAll(`.contour [data-name='${name}']`)]"
+VISIBLE += ".map((one) => getComputedStyle(one).display !== 'none'))"
 """Whether each curve of a name is seen, by name: in the circle and after the reversals of two axes."""
 BOX = "const v = document.querySelector('.contour figure[id^=contour] svg').viewBox.baseVal;"
 BOX += "return [v.x, v.y, v.width, v.height]"
@@ -323,6 +323,13 @@ def test_the_decision_is_first_and_prints_on_one_sheet(page: Any, judged: tuple[
     assert "glitch within 8 µm" in first.text
     assert "run.h5, same.h5" in first.text
     assert f"--scheme {told['scheme']}" in first.text
+    sizes = [one.text.split("\n") for one in first.find_elements("css selector", ".sizes div")]
+    assert [name for name, _ in sizes] == ["now", "with (f) GMS + observer", "at most"]
+    assert all(size in told["headline"] for _, size in sizes)
+    text, picture = (first.find_element("css selector", f".decision > {one}").rect for one in ("div", "figure"))
+    assert picture["x"] >= text["x"] + text["width"]  # beside it, and within the first screen
+    assert picture["y"] + picture["height"] < 1000
+    assert "friction of x" in first.text
     page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
     page.execute_cdp_cmd(
         "Emulation.setDeviceMetricsOverride", {"width": 688, "height": 1000, "deviceScaleFactor": 1, "mobile": False}

@@ -83,6 +83,11 @@ def test_every_figure_has_words_for_it(html: str) -> None:
     assert "blocks slip at 0.934 µm" in html
 
 
+def test_a_doubt_is_a_line_that_comes_once(html: str) -> None:
+    assert html.count("strokes &lt;scatter&gt;") == 1
+    assert '<details class="doubt' in html
+
+
 def test_doubts_come_behind_what_was_found_and_are_escaped(html: str) -> None:
     """What is wrong stands with the decision."""
     assert html.index('id="advice"') < html.index('id="identified"') < html.index('id="warnings"')

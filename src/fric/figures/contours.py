@@ -1,7 +1,7 @@
 """The contour error under each scheme, all in one figure: around the circle, after a reversal, along a path."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, cast
 
 import numpy as np
@@ -26,6 +26,12 @@ class SchemeContour:
     scheme: Scheme
     place: Real  # angle on the circle [rad], or station along the path [m], shape (n,)
     error: Real  # contour error there [m], outwards positive, shape (n,)
+    look: Mapping[str, Any] = field(default_factory=dict)  # what of its look, and its label, differs from `look_of`
+
+
+def look_of(n: int, one: SchemeContour) -> dict[str, Any]:
+    """Return the look of the n-th contour with its label."""
+    return scheme_look(n, one.scheme) | {"label": f"({one.scheme.name}) {one.scheme.title}"} | dict(one.look)
 
 
 def scheme_look(n: int, scheme: Scheme) -> dict[str, Any]:
@@ -36,7 +42,7 @@ def scheme_look(n: int, scheme: Scheme) -> dict[str, Any]:
 
 def overlay_figure(
     contours: Sequence[SchemeContour], radius: float, direction: int, magnification: float,
-    earlier: Sequence[SchemeContour] = (),
+    earlier: Sequence[SchemeContour] = (), size: tuple[float, float] = (6.6, 5.6),
 ) -> Figure:  # fmt: skip
     """Draw the radial error of all schemes around one circle, magnified; those of an earlier run are dotted.
 
@@ -47,10 +53,11 @@ def overlay_figure(
     radius: Radius of the circle [m].
     direction: 1 counter-clockwise, -1 clockwise.
     magnification: How many times larger the error is drawn than the circle [1].
+    size: Of the figure [inches].
     """
     R = radius * 1e6 / magnification  # the radius of the circle that was asked for, in µm of error
     step = _round(R / 6)
-    with new_figure(6.6, 5.6) as figure:
+    with new_figure(*size) as figure:
         axes = cast("PolarAxes", figure.add_subplot(projection="polar"))
         turn = np.linspace(0, 2 * np.pi, 181)
         for n in (-3, -2, -1, 1, 2):
@@ -60,9 +67,7 @@ def overlay_figure(
         axes.plot(turn, np.zeros(181), color=GREY, linewidth=1.6)
         for which, run in (("earlier", earlier), ("now", contours)):
             for n, one in enumerate(run):
-                look = scheme_look(n, one.scheme) | (
-                    {"linestyle": ":"} if which == "earlier" else {"label": _name(one)}
-                )
+                look = look_of(n, one) | ({"linestyle": ":", "label": None} if which == "earlier" else {})
                 axes.plot(one.place, one.error * 1e6, gid=f"{which}:{one.scheme.name}", **look)
         axes.set_ylim(-R, 0.62 * R)
         axes.set_yticks([])
@@ -113,11 +118,7 @@ def along_figure(contours: Sequence[SchemeContour]) -> Figure:
 
 
 def _line(axes: Axes, n: int, one: SchemeContour, x: Real, y: Real) -> None:
-    axes.plot(x, y, gid=f"now:{one.scheme.name}", label=_name(one), **scheme_look(n, one.scheme))
-
-
-def _name(one: SchemeContour) -> str:
-    return f"({one.scheme.name}) {one.scheme.title}"
+    axes.plot(x, y, gid=f"now:{one.scheme.name}", **look_of(n, one))
 
 
 def _round(value: float) -> float:

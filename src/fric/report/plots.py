@@ -24,11 +24,11 @@ from fric.figures.gms import Virgin, cycles_figure, virgin_figure
 from fric.figures.loops import QReach, reach_figure
 from fric.figures.plant import motion_figure
 from fric.figures.static_map import FrictionMap, MapBranches, map_figure
-from fric.figures.style import Band
+from fric.figures.style import BLUE, VERMILION, Band
 from fric.figures.views import views
 from fric.log import Log
 from fric.records.prepared import prepared
-from fric.report.collect import ContourTest, Item
+from fric.report.collect import Contour, ContourTest, Item
 from fric.report.curves import FrictionCurves
 from fric.report.drift import Change
 from fric.units import readable, si_unit
@@ -225,6 +225,25 @@ def contour_figure(n: int, test: ContourTest, earlier: ContourTest | None) -> Dr
     figure = overlay_figure(_contours(test), test.radius, test.direction, magnification(test), before)
     title = f"Circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
     return Drawn(f"contour-{n}", title, text, alt, figure)
+
+
+def decision_figure(n: int, test: ContourTest, chosen: Contour) -> Drawn:
+    """Return the contour without compensation and with the chosen one: the picture beside a decision."""
+    pair = dict([("now", one) for one in test.contours if one.scheme.bare and one is not chosen])
+    pair[f"with {chosen.named}"] = chosen
+    drawn = replace(test, contours=tuple(pair.values()))
+    looks = ({"color": VERMILION, "linewidth": 2.0}, {"color": BLUE, "linewidth": 1.4})[-len(pair) :]
+    contours = [
+        replace(one, look=look | {"linestyle": "-", "label": label})
+        for one, look, label in zip(_contours(drawn), looks, pair, strict=True)
+    ]
+    sizes = ", ".join(f"{label} {readable(one.glitch, 'm', 2)}" for label, one in pair.items())
+    key, alt = f"decision-{n}", f"Contour error around its largest glitch: {sizes}."
+    if test.radius is None:
+        return Drawn(key, "", "Error along the path.", alt, along_figure(contours))
+    times = magnification(drawn)
+    figure = overlay_figure(contours, test.radius, test.direction, times, size=(4.6, 4.6))
+    return Drawn(key, "", f"Error of the radius, magnified {times:g} times; outwards is positive.", alt, figure)
 
 
 def reversal_figures(n: int, test: ContourTest) -> list[Drawn]:

@@ -30,6 +30,7 @@ from fric.report.drift import Change, block_counts, description, document_change
 from fric.report.plots import (
     Drawn,
     contour_figure,
+    decision_figure,
     drift_figure,
     friction_map,
     hysteresis,
@@ -137,8 +138,8 @@ class MeasuredView:
     scheme: str  # that is predicted; empty without a prediction
     agrees: bool | None  # whether all quadrants are as predicted; None without a prediction
     glitch: float  # the largest that was measured [m]
+    causes: Table
     tables: Sequence[Table]
-    warnings: Sequence[Notice]
     picture: Drawn  # the figure of `fric diagnose`
     further: Sequence[Drawn]
 
@@ -155,14 +156,9 @@ def measured_view(measured: Measured, key: str) -> MeasuredView:
         f"Circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}", measured.source,
         held.scheme if held else "", held.all_agree if held else None,
         measured.glitch,
-        [piece for piece in result.report() if isinstance(piece, Table)], result.warnings,
+        result.causes(), [piece for piece in result.report() if isinstance(piece, Table)],
         Drawn(f"{key}-diagnosis", "", caption, alt, result.figure()), pictures(result.found, key),
     )  # fmt: skip
-
-
-def gravest_first(warnings: Sequence[Notice]) -> list[Notice]:
-    """Return warnings, the gravest first."""
-    return sorted(warnings, key=lambda one: ("wrong", "doubt", "note").index(one.severity))
 
 
 ORDER = ("fail", "not decided", "pass", "")
@@ -174,7 +170,6 @@ class Summary:
     """What is printed on one sheet."""
 
     facts: Sequence[tuple[str, str]]  # Machine, date, files, tolerance, as pairs for people
-    verdicts: Sequence[tuple[str, Verdict]]  # The verdict of each contour, by its title
     # stamp, meaning: of the verdict that passes least (`Verdict.result`)
     stamp: str
     meaning: str
@@ -188,10 +183,9 @@ class Summary:
 
 def summary_of(
     inputs: ReportInput,
-    verdicts: Sequence[tuple[str, Verdict]],
+    verdicts: Sequence[Verdict],
     measured: Sequence[MeasuredView],
-    warnings: Sequence[tuple[str, Sequence[Notice]]],
-    next_step: str,
+    warnings: Sequence[tuple[str, Notice]],
 ) -> Summary:
     """Return the summary of what a page tells."""
     names = dict.fromkeys(str(test.provenance.get("machine", "")) for test in inputs.tests)
@@ -208,14 +202,13 @@ def summary_of(
     facts += [("date", f"{made:%Y-%m-%d}"), ("files", ", ".join(dict.fromkeys(files)))]
     if inputs.tolerance is not None:
         facts.append(("tolerance", f"glitch within {readable(inputs.tolerance, 'm')}"))
-    every = [(source, notice) for source, notices in warnings for notice in notices]
-    reasons = {str(text) for _, one in verdicts for text in one.why}  # all that is wrong is told by each verdict
-    wrong = [(source, str(one)) for source, one in every if one.severity == "wrong" and not verdicts]
-    results = [one.result for _, one in verdicts] or [decide(Evidence(tolerance=inputs.tolerance)).result]
+    reasons = {str(text) for one in verdicts for text in one.why}  # all that is wrong is told by each verdict
+    wrong = [(source, str(one)) for source, one in warnings if one.severity == "wrong" and not verdicts]
+    results = [one.result for one in verdicts] or [decide(Evidence(tolerance=inputs.tolerance)).result]
     return Summary(
-        facts, verdicts, *min(results, key=lambda one: ORDER.index(one[0])),
+        facts, *min(results, key=lambda one: ORDER.index(one[0])),
         [_sentence(one, inputs.tolerance) for one in measured], wrong,
-        sum(str(one) not in reasons for _, one in every) - len(wrong), "" if verdicts else next_step,
+        sum(str(one) not in reasons for _, one in warnings) - len(wrong), _next_step(inputs),
         inputs.failed,
     )  # fmt: skip
 
@@ -419,6 +412,8 @@ class TestView:
 
     test: ContourTest
     figure: Drawn
+    decision: Drawn | None  # the picture beside the verdict
+    sizes: Mapping[str, tuple[str, float]]  # what the glitch is now, with the choice, and at most [m], by its class
     reversals: Sequence[Drawn]
     lines: Sequence[Line]
     verdict: Verdict
@@ -448,14 +443,13 @@ class View:
     """All that the page tells."""
 
     summary: Summary
-    warnings: Sequence[tuple[str, Sequence[Notice]]]
+    warnings: Sequence[tuple[str, Notice]]
     axes: Sequence[AxisView]
     tests: Sequence[TestView]
     measured: Sequence[MeasuredView]
     logs: Sequence[tuple[str, str]]
     drifts: Sequence[DriftView]
     sources: Sequence[tuple[str, str, Any]]
-    next_step: str
 
 
 def view(inputs: ReportInput) -> View:
@@ -470,16 +464,15 @@ def view(inputs: ReportInput) -> View:
     sources += [(one.source, "measured circle", {}) for one in inputs.circles]
     measured = [measured_view(one, f"circle-{n}") for n, one in enumerate(inputs.circles)]
     warnings = _warnings(inputs, [test.verdict for test in tests])
-    next_step = _next_step(inputs)
     return View(
-        summary_of(inputs, [(test.figure.title, test.verdict) for test in tests], measured, warnings, next_step),
+        summary_of(inputs, [test.verdict for test in tests], measured, warnings),
         warnings, [_axis(inputs, axis) for axis in inputs.axes()], tests, measured, inputs.logs,
-        list(_drifts(inputs)), sources, next_step,
+        list(_drifts(inputs)), sources,
     )  # fmt: skip
 
 
-def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[str, list[Notice]]]:
-    """Return the warnings by where they are from, each once, the gravest first; what a circle settled is a note."""
+def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[str, Notice]]:
+    """Return the warnings with where they are from, each once, the gravest first; what a circle settled is a note."""
     found: list[tuple[str, Sequence[Notice]]] = [
         (f"{item.kind} of axis {item.axis}", item.warnings) for item in inputs.items
     ]
@@ -495,11 +488,11 @@ def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[st
         if flaw_of(text).disagrees and settled.issuperset(one.disagreements())
     }  # fmt: skip
     settled -= {str(text) for one in verdicts for text in one.why}
-    return [
-        (source, gravest_first([_settled(one) if one in settled else one for one in dict.fromkeys(texts)]))
-        for source, texts in found
-        if texts
-    ]
+    first: dict[tuple[str, str], tuple[str, Notice]] = {}
+    for source, several in found:
+        for text in several:
+            first.setdefault((text.code, text.says), (source, _settled(text) if text in settled else text))
+    return sorted(first.values(), key=lambda of: ("wrong", "doubt", "note").index(of[1].severity))
 
 
 def _settled(text: Notice) -> Notice:
@@ -552,11 +545,11 @@ def _test(
     n: int, inputs: ReportInput, test: ContourTest, earlier: ContourTest | None, longest: float | None
 ) -> TestView:
     verdict = inputs.verdict(test)
-    bare = next((one for one in test.contours if one.scheme.bare), None)
+    without, chosen = bare(test.contours), verdict.choice
     lines = [
         Line(
-            one, None if bare is None or one is bare or not bare.glitch else 1 - one.glitch / bare.glitch,
-            one is verdict.choice, scheme_look(k, one.scheme),
+            one, None if without is None or one is without or not without.glitch else 1 - one.glitch / without.glitch,
+            one is chosen, scheme_look(k, one.scheme),
         )
         for k, one in enumerate(test.contours)
     ]  # fmt: skip
@@ -566,10 +559,15 @@ def _test(
         for kind in (block_type(one.scheme.controller), *one.scheme.block_types)
         if kind.name != "cascade"
     }
-    figure = contour_figure(n, test, earlier)
+    sizes = {} if without in (None, chosen) else {"now": ("now", without.middle)}
+    if chosen is not None:
+        sizes["with"] = (f"with {chosen.named}", chosen.middle)
+        sizes |= {"most": ("at most", chosen.stays_under)} if chosen.drawn else {}
     return TestView(
         test,
-        figure,
+        contour_figure(n, test, earlier),
+        decision_figure(n, test, chosen) if isinstance(chosen, Contour) else None,
+        sizes,
         reversal_figures(n, test),
         lines,
         verdict,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
+from math import hypot, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -95,6 +95,31 @@ class DiagnosisResult(Result):
         of = f"circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
         return Table(columns, rows, f"{of}, {sense}, {sum(one.count for one in found.tests)} revolutions")
 
+    def causes(self) -> Table:
+        """Return what each cause adds to the range of the radius, the largest first; its share is that of their sum.
+
+        The parts are those of `fric.circles.diagnose.diagnose`, less the centre, and less those whose interval holds 0.
+        """
+        found, R = self.found, self.found.test.radius
+        geometry, names = found.geometry, found.test.names
+        parts = list[tuple[str, float, float]]()
+        for name, letter in zip(names, "xy", strict=True):
+            peak = max((one for at, one in found.glitches.items() if at[1:] == letter), key=lambda one: abs(one.value))
+            parts.append((f"friction of {name}", peak.value, 0.5 * (peak.ci95[1] - peak.ci95[0])))
+            parts.append((f"backlash of {name}", *_sized(geometry[f"backlash.{name}"])))
+        (one, half), (other, its) = (_sized(geometry[f"scale.{name}"], R) for name in names)
+        parts.append((f"scale of {names[0]} against {names[1]}", one - other, hypot(half, its)))
+        parts.append(("mismatch of the loops", *_sized(geometry["mismatch"], 2.0)))
+        parts.append(("squareness", *_sized(geometry["squareness"], R)))
+        for line, amplitude in found.periodic:
+            parts.append((f"error every {readable(line.pitch, 'm')} of {names[line.axis]}", *_sized(amplitude, 2.0)))
+        seen = sorted(((abs(size), what) for what, size, half in parts if abs(size) > half), reverse=True)
+        total = sum(size for size, _ in seen)
+        unseen = [what for what, size, half in parts if abs(size) <= half]
+        title = "Causes of the deviation" + (f"; not seen: {', '.join(unseen)}" if unseen else "")
+        rows = [[what, f"{1e6 * size:.1f}", f"{size / total:.0%}"] for size, what in seen]
+        return Table(["cause", "µm", "share"], rows, title)
+
     def _geometry(self) -> Table:
         found, geometry = self.found, self.found.geometry
         rows = []
@@ -148,6 +173,10 @@ class DiagnosisResult(Result):
             if self.held:
                 rows[name]["predicted"] = self.held.predicted.glitches[name].value
         return rows
+
+
+def _sized(found: Estimate, factor: float = 1.0) -> tuple[float, float]:
+    return float(found) * factor, found.half_width * factor
 
 
 def _row(label: str, found: Estimate, unit: str, offset: float = 0.0) -> list[str]:
