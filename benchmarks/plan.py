@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from fric.documents.machine_files import read_machine
-from fric.planning.choose import choose
+from fric.planning.choose import choose, prior_axis
 from fric.planning.expected import DRAWS, expected, typical
-from fric.planning.prior import prior_axis
 from fric.results.given import silent
+from fric.simulate.experiment import runs_of
 from fric.simulate.plan import Limits
 from fric.simulate.spread import draw_machine
-from fric.simulate.trial import runs_of
 from tests.planning.test_expected import SUBJECTS, achieved, anywhere, identified
 
 

@@ -18,8 +18,13 @@ from fric.documents.yaml import plain, read_tree, write_document
 from fric.errors import FricError
 from fric.io.hdf5 import write_logs
 from fric.simulate.circle import Circle, run_circle
-from fric.simulate.experiment import constant_velocity, frequency_response, presliding_sine, sliding_sine_around
-from fric.simulate.trial import logs_of
+from fric.simulate.experiment import (
+    constant_velocity,
+    frequency_response,
+    logs_of,
+    presliding_sine,
+    sliding_sine_around,
+)
 from fric.verdict import CYCLE, CYCLE_RATIO
 
 if TYPE_CHECKING:

@@ -11,9 +11,8 @@ import numpy as np
 from fric.documents.machine_files import read_machine
 from fric.log import Log
 from fric.simulate.axis import Trace
-from fric.simulate.experiment import constant_velocity, frequency_response, presliding_sine, sliding_sine_around
+from fric.simulate.experiment import Trial, constant_velocity, frequency_response, presliding_sine, sliding_sine_around
 from fric.simulate.machine import Axis, Machine
-from fric.simulate.trial import Trial
 
 MACHINES = Path(__file__).parents[2] / "configs" / "reality"
 SPEEDS = tuple(v * 1e-3 for v in (0.05, 0.1, 0.2, 0.5, 1, 2, 4, 8, 14, 20, 30))

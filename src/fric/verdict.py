@@ -18,7 +18,7 @@ from fric.flaws import flaw_of, prediction
 from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import NO_MEASURED_CIRCLE
 from fric.notice import Notice
-from fric.simulate.chance import Chance
+from fric.simulate.contour_run import Chance
 from fric.units import readable
 
 if TYPE_CHECKING:
@@ -39,8 +39,8 @@ class Candidate:
     scheme: Scheme  # The scheme
     glitches: tuple[float, ...]  # Signed glitch at each reversal [m]
     glitch: float  # The largest magnitude of them [m]; the median over places where it hangs on counts
-    # The same at each place between two counts [m], the same places for every scheme (`fric.simulate.chance`); empty
-    # where one run tells it
+    # The same at each place between two counts [m], the same places for every scheme; empty where one run tells it
+    # (`fric.simulate.contour_run`)
     places: tuple[float, ...] = ()
     warnings: tuple[Notice, ...] = ()  # What the simulation told; one of severity ``wrong`` forbids the scheme
     # Glitch on each of the machines that were drawn [m], the same machines for every scheme; nan on one where the

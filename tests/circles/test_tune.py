@@ -22,8 +22,8 @@ from fric.documents.circle_findings import write_tuned
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction.completed import Completed, travels
-from fric.simulate.chance import Chance
 from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Chance
 from fric.simulate.spread import draw_machine
 
 ROOT = Path(__file__).parents[2]

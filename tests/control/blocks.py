@@ -12,8 +12,7 @@ from fric.control.scheme import Scheme
 from fric.documents.machine_files import read_machine
 from fric.kernels.block import Commands, Sample
 from fric.reference import circle
-from fric.simulate.axis import _loop_arguments
-from fric.simulate.blocks import setting_of
+from fric.simulate.axis import _loop_arguments, setting_of
 
 AXIS = read_machine(Path("configs/xy-table.yaml")).axis("x")
 MOTION = circle(2e-3, 0.02, 3, 4000.0)[0]

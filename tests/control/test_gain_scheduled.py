@@ -25,7 +25,7 @@ from fric.design.loop import SampledLoop
 from fric.documents.machine_files import read_machine
 from fric.drive.sampled import SampledPlant
 from fric.friction.gms import GMS
-from fric.simulate.blocks import setting_of
+from fric.simulate.axis import setting_of
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.machine import Axis
 from tests.control.blocks import AXIS, MOTION, Running, no_commands

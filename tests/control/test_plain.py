@@ -23,8 +23,7 @@ from fric.control.scheme import Scheme
 from fric.design.blocks import design_block
 from fric.design.loop import SampledLoop, learned_share
 from fric.errors import FricError
-from fric.simulate.axis import Trace, run_axis
-from fric.simulate.blocks import blocks_of, setting_of
+from fric.simulate.axis import Trace, blocks_of, run_axis, setting_of
 from tests.control.blocks import AXIS, MOTION
 from tests.simulate.plain_loop import Filter
 

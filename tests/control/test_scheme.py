@@ -12,7 +12,7 @@ from fric.documents.schemes import read_schemes
 from fric.errors import FricError
 from fric.io.run import read_runs, write_runs
 from fric.kernels.block import Sample
-from fric.simulate.blocks import blocks_of, setting_of
+from fric.simulate.axis import blocks_of, setting_of
 from fric.simulate.circle import Circle, run_circle
 from tests.control.blocks import AXIS, MOTION
 

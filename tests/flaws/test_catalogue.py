@@ -37,9 +37,8 @@ from fric.io.readers.base import Column, Memory
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.plausibility import Finding, lifted, settled
-from fric.records import clipping, energy, flaws, inspected, judgement, timing
-from fric.simulate.chance import Chance
-from fric.simulate.contour_run import run_warnings
+from fric.records import clipping, flaws, inspection, judgement, timing
+from fric.simulate.contour_run import Chance, run_warnings
 from fric.verdict import Candidate, Evidence
 
 Show = Callable[[float], Iterable[Notice | None]]
@@ -57,7 +56,7 @@ def implausible(name: str, size: float) -> list[Notice]:
 def energies(change: float = 0.0, off: float = 0.0) -> list[Notice]:
     found = 1.0 + change * np.linspace(-0.5, 0.5, 20)
     found[5:8] += off
-    return energy.energy_warnings(found, np.arange(21.0))
+    return judgement.energy_warnings(found, np.arange(21.0))
 
 
 def of_force(values: np.ndarray, **more: np.ndarray) -> Log:
@@ -218,7 +217,7 @@ def perturbation(first: float = 1.0, last: float = 1e3, radius: float = 1.0) -> 
 
 
 def table(velocity: np.ndarray) -> Iterable[Notice]:
-    return inspected.inspect_table(
+    return inspection.inspect_table(
         ForceVelocity(velocity=velocity, force=velocity, name="a", axis="x", motion="linear", source="a.csv")
     ).warnings
 
@@ -309,8 +308,8 @@ SHOWN: dict[str, Show] = {
         f"unusual-{name}": lambda s, name=name: settled([Finding(name, USUAL[name] / s, "linear", "", USUAL[name])])
         for name in UNUSUAL
     },
-    "energy-drifts": lambda s: energies(change=s * energy.CHANGES),
-    "energy-in-one-segment": lambda s: energies(off=s * energy.STANDS_OFF),
+    "energy-drifts": lambda s: energies(change=s * judgement.CHANGES),
+    "energy-in-one-segment": lambda s: energies(off=s * judgement.STANDS_OFF),
     "force-coarse": lambda s: forces(np.arange(1000) % (round(flaws.COARSE / s) + 1) * 0.1),
     "drive-off": lambda s: flaws.record_flaws([resting(s * clipping.OFF)], "gms"),
     "force-clipped": lambda s: forces(cut(s)),

@@ -9,8 +9,7 @@ from fric.documents.records import InspectionDocument
 from fric.identify.plant.identify import identify_plant
 from fric.identify.static_map.identify import identify_static
 from fric.log import Log
-from fric.records.encoder_error import encoder_error
-from fric.records.flaws import clock_flaws, stroke_flaws
+from fric.records.flaws import clock_flaws, encoder_error, stroke_flaws
 from fric.records.inspection import inspect
 from fric.records.over_strokes import OverTime, along_axis, over_place, over_time
 from fric.records.segments import steady_segments

@@ -13,8 +13,7 @@ from fric.identify.plant.force_constant import force_constant
 from fric.identify.plant.identify import identify_plant
 from fric.log import Log
 from fric.notice import Notice
-from fric.records.force_lag import acting_force
-from fric.records.prepared import prepared
+from fric.records.prepared import acting_force, prepared
 from tests.chance import fewest
 from tests.identify.flawed_axis import RATE, Machine, run, shaken
 from tests.identify.test_rigid_body import motion

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from fric.errors import FricError
 from fric.identify.plant.rigid_body import identify_motion
 from fric.log import Log
-from fric.records.conditioning import Conditioning
+from fric.records.motion import Conditioning
 from tests.chance import fewest, most
 
 EMPS = Path(__file__).parents[3] / "shared" / "data" / "emps" / "DATA_EMPS.mat"

@@ -16,7 +16,7 @@ from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document
 from fric.friction.directed import Directed
 from fric.friction.gms import GMS
-from fric.planning.choose import choose
+from fric.planning.choose import choose, prior_axis
 from fric.planning.expected import (
     Expectation,
     anywhere,
@@ -28,11 +28,10 @@ from fric.planning.expected import (
     scattering,
     typical,
 )
-from fric.planning.prior import prior_axis
 from fric.results.given import silent
+from fric.simulate.experiment import runs_of
 from fric.simulate.plan import Expected, Limits
 from fric.simulate.spread import draw_machine
-from fric.simulate.trial import runs_of
 
 WITHIN = {"A": 2.5, "B": 2.5, "T_d": 2.5}
 """Factor within which the mean of three runs is the one expected, where it is not 2: single runs of a plant are twice

@@ -16,13 +16,12 @@ from fric.identify.gms.cycles import find_cycles
 from fric.identify.gms.hunting import Hunting
 from fric.identify.replay.coordinates import search_ranges
 from fric.identify.replay.replay_fit import replay_information
-from fric.planning.choose import choose
+from fric.planning.choose import choose, prior_axis
 from fric.planning.expected import identified
 from fric.planning.next_record import by_what_they_leave
-from fric.planning.prior import prior_axis
 from fric.records.prepared import prepared
+from fric.simulate.experiment import runs_of
 from fric.simulate.plan import Candidate, Limits, Planned
-from fric.simulate.trial import runs_of
 
 LIMITS = Limits(0.3, 0.1, 5.0)
 

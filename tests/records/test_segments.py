@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from fric.errors import FricError
 from fric.log import Log
-from fric.records.chords import path_of
 from fric.records.reversals import find_reversals
-from fric.records.segments import Segment, _leads_into, steady_segments
+from fric.records.segments import Segment, _leads_into, path_of, steady_segments
 from tests.records.kinematics import encoder, strokes
 
 MASS, COULOMB, NOISE = 121.0, 100.0, 1.0

@@ -17,9 +17,16 @@ from fric.friction.stribeck import StaticMap
 from fric.identify.static_map.map_fit import fit_map
 from fric.identify.static_map.points import SpeedPoint
 from fric.identify.static_map.strokes import Asked, Strokes
-from fric.simulate.intervals import draw_within, normals
 from fric.simulate.machine import Machine
-from fric.simulate.spread import DEFAULT_SPREADS, Spread, check_spreads, draw_machine, known_spreads
+from fric.simulate.spread import (
+    DEFAULT_SPREADS,
+    Spread,
+    check_spreads,
+    draw_machine,
+    draw_within,
+    known_spreads,
+    normals,
+)
 
 MACHINE = read_machine(Path("configs/xy-table.yaml"))
 ONE = replace(MACHINE, axes={"x": MACHINE.axes["x"]})

@@ -26,11 +26,10 @@ from fric.io.recognise import HDF5_SIGNATURE, recognise
 from fric.log import Log, Record
 from fric.notice import Notice
 from fric.output import staged
-from fric.records.chords import travelled
 from fric.records.clipping import STUCK
-from fric.records.inspected import Inspection, TableInspection
-from fric.records.inspection import inspect
+from fric.records.inspection import Inspection, TableInspection, inspect
 from fric.records.judgement import excites
+from fric.records.segments import travelled
 from fric.results.ingest import mapping_of
 from fric.units import Motion
 

@@ -21,7 +21,7 @@ from fric.flaws.files import FILE_UNUSED, STEP_FAILED
 from fric.io.circle import choose_circles
 from fric.io.ingest import keep_freed_memory
 from fric.output import together, write_folder
-from fric.records.inspected import SPEEDS
+from fric.records.inspection import SPEEDS
 from fric.report.summary import make_report
 from fric.reproduce.step_cache import StepCache
 from fric.results.base import Result

@@ -25,9 +25,8 @@ from fric.flaws import circle as flaws
 from fric.notice import Notice
 from fric.reference import Reference
 from fric.simulate.axis import Trace, run_axis
-from fric.simulate.chance import ACCURACY, PLACES
 from fric.simulate.circle import Circle, CircleRun
-from fric.simulate.contour_run import figures, pair, require_voltage
+from fric.simulate.contour_run import ACCURACY, PLACES, figures, pair, require_voltage
 from fric.simulate.machine import Axis, Machine
 
 FAST = 0.05

@@ -34,8 +34,8 @@ from fric.friction import FrictionModel
 from fric.friction.completed import Completed, since_reversal, travels
 from fric.notice import Notice, once
 from fric.simulate.axis import run_axis
-from fric.simulate.chance import ACCURACY, PLACES, Chance
 from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import ACCURACY, PLACES, Chance
 from fric.simulate.machine import Axis, Machine
 from fric.simulate.spread import Spread, draw_machine
 

@@ -25,7 +25,7 @@ from fric.flaws import circle
 from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.identify.plant.covariance import hac_covariance, score_covariance
 from fric.notice import Notice
-from fric.records.energy import CHANGES
+from fric.records.judgement import CHANGES
 from fric.records.resolution import lattice_step
 from fric.simulate.machine import Axis
 

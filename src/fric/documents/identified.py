@@ -16,10 +16,9 @@ from fric.estimate import Covariance, Estimate
 from fric.flaws import flaw_of
 from fric.flaws.prediction import INTERVAL_OPEN, NOT_DRAWN, PREDICTION_WIDENED
 from fric.notice import Notice, once
-from fric.simulate.intervals import Intervals, closed_intervals, friction_intervals
 from fric.simulate.machine import Machine
 from fric.simulate.reality.flaws import NONE
-from fric.simulate.spread import Spread
+from fric.simulate.spread import Intervals, Spread, closed_intervals, friction_intervals
 from fric.verb import verb
 
 CROSSED = 50.0

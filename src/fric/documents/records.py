@@ -8,7 +8,7 @@ from fric.columns import Kind
 from fric.documents.base import Document
 from fric.documents.generated import PartOf
 from fric.documents.quantity import Part
-from fric.records.inspected import Inspection, ResponseInspection, TableInspection
+from fric.records.inspection import Inspection, ResponseInspection, TableInspection
 from fric.units import Motion
 
 

@@ -19,7 +19,7 @@ class Encoder:
     resolution
         One step [m or rad]; 0 for a position that is not quantised.
     place
-        Where position 0 lies between two counts [counts], from 0 to 1. No drive knows it; see `fric.simulate.chance`.
+        Where position 0 lies between two counts [counts], from 0 to 1. No drive knows it (`fric.simulate.contour_run`).
 
     Raises
     ------

@@ -12,7 +12,7 @@ from fric.export.base import BlockPart, Part
 from fric.export.rendering import remark
 from fric.friction.stribeck import StaticMap
 from fric.reference import Reference
-from fric.simulate.blocks import blocks_of, setting_of
+from fric.simulate.axis import blocks_of, setting_of
 from fric.simulate.machine import Machine
 
 

@@ -26,7 +26,7 @@ from fric.export.base import Files, Part, Target
 from fric.export.c import name_of
 from fric.reference import Reference, circle
 from fric.simulate.axis import run_axis
-from fric.simulate.chance import PLACES, SLOW, Chance
+from fric.simulate.contour_run import PLACES, SLOW, Chance
 from fric.simulate.machine import Axis, Machine
 from fric.units import rotates
 

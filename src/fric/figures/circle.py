@@ -12,9 +12,8 @@ from fric.contour import QUADRANTS
 from fric.figures.style import BLUE, CYCLE, GREEN, GREY, SKY, VERMILION, new_figure
 from fric.figures.views import view
 from fric.simulate.axis import Trace
-from fric.simulate.circle import CircleRun
+from fric.simulate.circle import CircleMap, CircleRun
 from fric.simulate.monte_carlo import MonteCarlo
-from fric.simulate.over_circles import CircleMap
 from fric.simulate.path import PathRun
 
 LINES = 4

@@ -11,8 +11,7 @@ from fric.arrays import Real
 from fric.figures.style import BLUE, GREY, ORANGE, VERMILION, new_figure
 from fric.identify.static_map.points import standard_errors
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
-from fric.records.inspected import Inspection
-from fric.records.inspection import Inspected
+from fric.records.inspection import Inspected, Inspection
 from fric.units import prefixed, si_unit
 
 POINTS = 4000

@@ -24,9 +24,9 @@ from fric.identify.static_map.identify import identify_static
 from fric.log import Log
 from fric.notice import Notice
 from fric.planning.choose import choose
+from fric.simulate.experiment import Trial, runs_of
 from fric.simulate.machine import Axis
 from fric.simulate.plan import Expected, Limits, Planned
-from fric.simulate.trial import Trial, runs_of
 
 DRAWS = 9
 """Times that a plan is run and identified: the least and the largest of nine have the next between them in 80 %."""

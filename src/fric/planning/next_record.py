@@ -29,9 +29,9 @@ from fric.log import Log
 from fric.planning.choose import choose
 from fric.records.prepared import prepared
 from fric.simulate.circle import Circle, run_circle
+from fric.simulate.experiment import logs_of
 from fric.simulate.machine import Axis, Machine, NominalFriction
 from fric.simulate.plan import Candidate, Limits, Narrowing, Planned
-from fric.simulate.trial import logs_of
 
 NORMAL = 1.959963984540054
 """Half a 95 % interval in standard deviations."""

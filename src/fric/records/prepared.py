@@ -7,27 +7,108 @@ records from here, and so does the fit of a rigid axis to its motion: all see th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import numpy as np
 
 from fric.arrays import Indices, Mask, Real
 from fric.drive.plant import Plant
 from fric.errors import FricError
+from fric.estimate import STAYS
 from fric.log import Log
-from fric.records.chords import travelled
 from fric.records.clipping import clipped, drive_off
-from fric.records.conditioning import Conditioning, filtered_motion
-from fric.records.force_lag import Drive, acting_force, drive_force
-from fric.records.motion import Motion, smooth_motion
-from fric.records.preparation import Own, Preparation
+from fric.records.motion import Conditioning, Motion, filtered_motion, smooth_motion
 from fric.records.recognition import kind_of
 from fric.records.reversals import find_reversals
+from fric.records.segments import travelled
 
 if TYPE_CHECKING:
     from fric.friction import FrictionModel
+
+
+def acting_force(time: Real, force: Real, delay: float) -> Real:
+    """Return the force that acts at each sample, where what is logged acts later by a delay.
+
+    Between samples it is interpolated, at the ends it is held. This is the one place where a lag of the force is
+    undone.
+
+    time, force: Instants [s] and logged force [N], each of shape (n,).
+    delay: By how much later the logged force acts [s], ``T_d - force_lag`` of a plant; negative where it is logged
+        late.
+    """
+    if delay == 0.0:
+        return force
+    return np.asarray(np.interp(time, time + delay, force))
+
+
+class Drive(NamedTuple):
+    """How what was logged comes to act on the axis, where no plant is known that tells it.
+
+    Parameters
+    ----------
+    K_f
+        Force constant [N/V]; None where it is not known.
+    T_d
+        By how much later than the voltage that makes it a force acts [s].
+    force_lag
+        By how much later than that voltage it is logged [s].
+    """
+
+    K_f: float | None = None
+    T_d: float = 0.0
+    force_lag: float = 0.0
+
+
+def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", "input"], float]:
+    """Return the force of the drive as it was logged [N], shape (n,), the channel it is from, and its lag [s].
+
+    log: A record with a force, or with an input where the force constant is known.
+    drive: The plant, or what is known of it: a logged force lags the voltage that makes it.
+    Raises FricError: When there is neither.
+    """
+    if log.force is None and drive.K_f is not None and log.input is not None:
+        return drive.K_f * log.input, "input", 0.0
+    return log.require("force", "a replay"), "force", drive.force_lag
+
+
+Own = Literal["offset", "damping", "mass"]
+"""What a record adds of its own: a constant force, a force over the velocity, and one over the acceleration."""
+
+DIMENSIONS: dict[Own, str] = {"offset": "force", "damping": "viscous", "mass": "mass"}
+"""The dimension of the coefficient of each (see `fric.units`)."""
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """What was made of a record before the replay, as data.
+
+    source: the channel that the force is from; input times the force constant
+    delay: by how much later the force acts than it is logged; negative where it is logged late [s]
+    timing: how surely force and position belong to one instant, standard deviation [s]
+    encoder: the encoder's step; 0 where none is visible [m]
+    mass: mass whose inertia was taken off [kg]
+    damping: the drive's own linear damping, taken off [N·s/m]
+    inertia_share: size of the inertia (99 % quantile) relative to the logged force
+    damping_share: size of the drive's damping (99 % quantile) relative to the logged force
+    own: what the record adds of its own, fitted beside the model
+    every: one sample of so many was taken
+    plant: that was used; None where none is known
+    """
+
+    source: Literal["force", "input"]
+    delay: Annotated[float, "time"]
+    timing: Annotated[float, "time"]
+    encoder: Annotated[float, "position"]
+    mass: Annotated[float | None, "mass"] = None
+    damping: Annotated[float | None, "viscous"] = None
+    inertia_share: float | None = None
+    damping_share: float | None = None
+    own: tuple[Own, ...] = ("offset",)
+    every: int = 1
+    plant: Plant | None = field(default=None, metadata=STAYS)
+
 
 MOST = 400_000
 """Samples of all records together that a fit replays; of more, one in so many is taken."""

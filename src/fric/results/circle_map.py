@@ -17,8 +17,8 @@ from fric.results.base import Result
 from fric.results.given import Advance, bounded, in_si, machine_of, schemes_of, silent
 from fric.results.kinds import Address, Count, KnownSchemes, MachineLike, Quantities, Quantity, SchemesLike
 from fric.results.text import Piece, Table
+from fric.simulate.circle import CircleMap, Grid
 from fric.simulate.contour_run import pair
-from fric.simulate.over_circles import CircleMap, Grid
 from fric.simulate.processes import run_all
 from fric.units import readable
 from fric.verb import Kind, verb

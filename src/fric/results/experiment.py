@@ -9,9 +9,9 @@ from fric.errors import FricError
 from fric.results.given import Advance, document_of, in_si, machine_of, quantity, several, silent
 from fric.results.kinds import AxisName, MachineLike, PlanLike, Quantities, Quantity, Seed
 from fric.results.records import Records
+from fric.simulate.experiment import Trial, logs_of
 from fric.simulate.experiment import experiment as run_experiment
 from fric.simulate.machine import Axis
-from fric.simulate.trial import Trial, logs_of
 from fric.verb import Kind, verb
 
 

@@ -21,10 +21,9 @@ from fric.flaws.prediction import PLAN_FRICTION_ALONE
 from fric.friction import models
 from fric.notice import Notice
 from fric.output import write_folder
-from fric.planning.choose import durations
+from fric.planning.choose import TYPICAL, durations, prior_axis
 from fric.planning.expected import DRAWS, IDENTIFIED_BY, Wanted, planned_for
 from fric.planning.next_record import narrowing
-from fric.planning.prior import TYPICAL, prior_axis
 from fric.results.base import Result
 from fric.results.given import Advance, bounded, document_of, in_si, logs_of, machine_of, schemes_of, silent
 from fric.results.kinds import FrictionLike, LogLike, MachineLike, PlantLike, Quantity, SchemesLike

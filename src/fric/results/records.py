@@ -15,8 +15,7 @@ from fric.estimate import estimate_rows
 from fric.io.hdf5 import write_logs
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
-from fric.records.inspected import Channel, Inspection, ResponseInspection, TableInspection
-from fric.records.inspection import Inspected
+from fric.records.inspection import Channel, Inspected, Inspection, ResponseInspection, TableInspection
 from fric.records.inspection import inspect as inspect_record
 from fric.results.base import Result
 from fric.results.given import records_of

@@ -1,14 +1,19 @@
-"""The circular test: two axes, one scheme, and what remains of the circle."""
+"""The circular test: two axes, one scheme, and what remains of the circle, at one feed and radius or over a grid."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
+
+from fric.arrays import Real
 from fric.contour import Circularity, circularity
 from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.reference import Reference, circle
-from fric.simulate.chance import PLACES
-from fric.simulate.contour_run import ContourRun, at_places, follow, run_warnings
+from fric.simulate.contour_run import PLACES, ContourRun, at_places, follow, run_warnings
 from fric.simulate.machine import Machine
 
 
@@ -81,3 +86,101 @@ def run_circle(
         return CircleRun(scheme, circle, traces, circularity(x, y, circle.radius), run_warnings(scheme, traces))
 
     return at_places(machine, circle.feed, once, accuracy=accuracy, places=places, only=only)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """What is run on each of many circles; a circle by its number, radius by radius.
+
+    Raises
+    ------
+    FricError
+        When there is no feed or no radius.
+    """
+
+    machine: Machine  # The machine
+    schemes: tuple[Scheme, ...]  # The compensation schemes
+    # feeds, radii: feeds [m/s] and radii [m] of the circles, every one with every other
+    feeds: tuple[float, ...]
+    radii: tuple[float, ...]
+    accuracy: float  # By how much the integration may move a glitch [m]
+
+    def __post_init__(self) -> None:
+        if not (self.feeds and self.radii):
+            raise FricError("there is no circle to run", hint="Give feeds and radii, as '5 … 200 mm/s'.")
+
+    def __len__(self) -> int:
+        return len(self.feeds) * len(self.radii)
+
+    def circle(self, index: int) -> Circle:
+        """Return a circle by its number."""
+        row, column = divmod(index, len(self.feeds))
+        return Circle(self.radii[row], self.feeds[column], revolutions=1)
+
+    def not_run(self, index: int) -> Cell:
+        """Return the cell of a circle that was never begun."""
+        return Cell(self.circle(index), np.full(len(self.schemes), np.nan), {})
+
+    def __call__(self, index: int) -> Cell:
+        """Run all schemes on one circle; one that cannot run leaves no glitch, and says why."""
+        circle, glitches, why = self.circle(index), np.full(len(self.schemes), np.nan), {}
+        for n, scheme in enumerate(self.schemes):
+            try:
+                glitches[n] = run_circle(self.machine, scheme, circle, accuracy=self.accuracy).circularity.glitch
+            except FricError as error:
+                why[scheme.name] = error.what
+        return Cell(circle, glitches, why)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What schemes leave of one circle: glitch by scheme [m], nan with the reason where one could not run."""
+
+    circle: Circle
+    glitches: Real
+    failures: dict[str, str]
+
+
+@dataclass(frozen=True)
+class CircleMap:
+    """What schemes leave of all circles.
+
+    Parameters
+    ----------
+    grid
+        What was run.
+    cells
+        One a circle, in their order.
+    """
+
+    grid: Grid
+    cells: Sequence[Cell]
+
+    @property
+    def glitches(self) -> Real:
+        """Glitch by scheme, radius and feed [m], shape (schemes, radii, feeds); nan where a scheme could not run."""
+        shape = (len(self.grid.radii), len(self.grid.feeds), len(self.grid.schemes))
+        return np.moveaxis(np.array([cell.glitches for cell in self.cells]).reshape(shape), 2, 0)
+
+    def of(self, scheme: str) -> Real | None:
+        """Return the glitch of a scheme by radius and feed [m]; None where it was not run."""
+        names = [one.name for one in self.grid.schemes]
+        return self.glitches[names.index(scheme)] if scheme in names else None
+
+    def pairs(self) -> dict[str, tuple[Scheme, Scheme]]:
+        """Return which schemes tell what blocks gain on a static map, and what an observer does to a feedforward."""
+        found = {}
+        for one in self.grid.schemes:
+            for other in self.grid.schemes:
+                alike = one.controller == other.controller
+                if alike and one.blocks == other.blocks and (one.friction, other.friction) == ("gms", "static"):
+                    found[f"gms over static ({one.name} against {other.name})"] = (one, other)
+                if alike and one.friction == other.friction and one.observer and not other.blocks:
+                    found[f"observer ({one.name} against {other.name})"] = (one, other)
+        return found
+
+    def less(self, one: Scheme, other: Scheme) -> Real:
+        """Return by how much a scheme leaves less than another, by radius and feed [m]; negative where it spoils."""
+        names = [scheme.name for scheme in self.grid.schemes]
+        both = self.glitches
+        return np.asarray(both[names.index(other.name)] - both[names.index(one.name)])

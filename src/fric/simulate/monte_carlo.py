@@ -18,10 +18,9 @@ from fric.estimate import Covariance
 from fric.flaws.prediction import DRIVE_SATURATES, SCHEME_FAILED, SPREAD_UNUSED
 from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
-from fric.simulate.intervals import Intervals
 from fric.simulate.machine import Machine
 from fric.simulate.processes import outcomes
-from fric.simulate.spread import DEFAULT_SPREADS, Spread, check_spreads, draw_machine
+from fric.simulate.spread import DEFAULT_SPREADS, Intervals, Spread, check_spreads, draw_machine
 
 QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}
 """Quantiles of the glitch that are told, by their keys in JSON and run files."""

@@ -13,8 +13,7 @@ from fric.errors import FricError
 from fric.flaws.prediction import NO_REVERSAL
 from fric.reference import Reference, cubic_spline, instants, refuse_long, smooth_step
 from fric.series import LARGEST, keep
-from fric.simulate.chance import PLACES
-from fric.simulate.contour_run import ContourRun, at_places, follow, run_warnings
+from fric.simulate.contour_run import PLACES, ContourRun, at_places, follow, run_warnings
 from fric.simulate.machine import Machine
 
 SHARPEST = np.pi / 4

@@ -11,9 +11,8 @@ import numpy as np
 from fric.errors import FricError
 from fric.reference import Reference
 from fric.simulate.circle import Circle
-from fric.simulate.experiment import trials_of_kind
+from fric.simulate.experiment import Trial, trials_of_kind
 from fric.simulate.machine import Axis
-from fric.simulate.trial import Trial
 
 Setting = float | int | tuple[float, ...]
 

@@ -13,7 +13,7 @@ from fric.identify.gms.cycles import HysteresisCycles
 from fric.identify.gms.knots import Blocks, Choice
 from fric.identify.gms.virgin_curve import VirginCurve
 from fric.notice import Notice
-from fric.records.energy import cycle_energies, energy_per_cycle
+from fric.records.judgement import cycle_energies, energy_per_cycle
 from fric.records.prepared import Prepared
 from fric.units import Motion
 

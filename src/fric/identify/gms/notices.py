@@ -15,8 +15,7 @@ from fric.flaws.drift import FRICTION_DIFFERS, REST_RAISES_FRICTION
 from fric.identify.gms.fit import GMSFit, Replay
 from fric.identify.gms.knots import Blocks
 from fric.notice import Notice
-from fric.records.energy import cycle_energies, drift, energy_warnings
-from fric.records.judgement import RESOLVED
+from fric.records.judgement import RESOLVED, cycle_energies, drift, energy_warnings
 from fric.units import si_unit
 
 INERTIA = 0.1

@@ -26,7 +26,7 @@ from fric.identify.plant.spectra import (
 )
 from fric.log import FrequencyResponse, Log
 from fric.notice import Notice
-from fric.records.conditioning import butterworth, zero_phase
+from fric.records.motion import butterworth, zero_phase
 from fric.records.timing import even_sampling
 
 SEGMENTS = 8

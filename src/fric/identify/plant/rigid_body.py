@@ -26,11 +26,10 @@ from fric.identify.plant.force_constant import against_mass
 from fric.identify.plant.force_constant import force_constant as slope_of_force
 from fric.log import Log
 from fric.notice import Notice
-from fric.records.conditioning import Conditioning, kept, thinned
 from fric.records.flaws import record_flaws
-from fric.records.force_lag import Drive
 from fric.records.judgement import CONDITION
-from fric.records.prepared import Prepared, prepared
+from fric.records.motion import Conditioning, kept, thinned
+from fric.records.prepared import Drive, Prepared, prepared
 from fric.records.timing import even_sampling
 from fric.units import Motion, readable, si_unit
 

@@ -13,9 +13,8 @@ from fric.errors import FricError
 from fric.flaws.static_map import ERRORS_OF_MEANS, RECORDS_WITHOUT_STROKE, ROWS_AT_REST, STICKS
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
-from fric.records.chords import SHORTEST, travelled
 from fric.records.resolution import lattice_step
-from fric.records.segments import Segment, steady_segments
+from fric.records.segments import SHORTEST, Segment, steady_segments, travelled
 from fric.statistics import robust_deviation
 from fric.units import readable, si_unit
 
