@@ -9,8 +9,10 @@ import re
 import struct
 import sys
 import termios
+from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import pyte
 import pytest
 
@@ -18,17 +20,24 @@ from fric.cli import console
 from fric.cli.main import main
 
 ROOT = Path(__file__).parents[2]
+CTRL_C, CTRL_D = "\x03", "\x04"
 LOGS = [ROOT / "data" / f"{name}.h5" for name in ("constant-velocity", "circle")]
 
 
-def screen_of(words: list[str], folder: Path, *, lines: int = 200, columns: int = 100) -> tuple[int, list[str], str]:
-    """Run fric in a pseudo-terminal; return its status, the lines of the screen, and all that it wrote."""
+def screen_of(
+    words: list[str], folder: Path, *, lines: int = 200, columns: int = 100, typed: Sequence[str] = ()
+) -> tuple[int, list[str], str]:
+    """Run fric in a pseudo-terminal; return its status, the lines of the screen, and all that it wrote.
+
+    What is ``typed`` is written behind each prompt.
+    """
     child, terminal = pty.fork()
     if child == 0:
         fcntl.ioctl(0, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
         os.chdir(folder)
         os.environ |= {"TERM": "xterm-256color", "COLUMNS": str(columns), "LINES": str(lines)}
         sys.stdout, sys.stderr = (os.fdopen(n, "w", encoding="utf-8") for n in (1, 2))  # not pytest's
+        sys.stdin = os.fdopen(0, encoding="utf-8")
         for stream in (console.OUT, console.ERR):
             vars(stream).pop("console", None)
         try:
@@ -40,8 +49,10 @@ def screen_of(words: list[str], folder: Path, *, lines: int = 200, columns: int 
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
         os._exit(status)
-    written = b""
+    written, rest = b"", list(typed)
     while True:
+        if rest and written.count(b"or Enter for 1: ") > len(typed) - len(rest):
+            os.write(terminal, rest.pop(0).encode())
         try:
             part = os.read(terminal, 65536)
         except OSError:  # its end
@@ -87,3 +98,47 @@ def test_auto_says_each_step_in_a_line_above_its_bar(tmp_path: Path) -> None:
     assert re.search(r"F_c \S+ N, F_s \S+ N.* s$", step), step
     assert any(line.startswith("F_c ") for line in lines)
     assert len(lines) < 60
+
+
+def log_without_units(folder: Path) -> Path:
+    """Write a log of moves there and back whose header gives no units, and whose values leave them open."""
+    t = np.arange(6000) * 1e-3
+    v = 8.0 * np.clip(3.0 * np.sin(2.0 * np.pi * t / 1.5), -1.0, 1.0)
+    v = np.convolve(v, np.ones(60) / 60.0, "same")
+    rng = np.random.default_rng(5)
+    z = np.cumsum(v) * 1e-3
+    i = 2.0 * np.tanh(v / 0.05) + 0.05 * v + 0.02 * np.gradient(v, 1e-3) + rng.normal(0.0, 0.05, len(t))
+    folder.mkdir()
+    rows = np.column_stack([t, np.round(z, 4), v + rng.normal(0.0, 0.01, len(t)), i])
+    np.savetxt(folder / "run.csv", rows, "%.6g", ",", header="t,weg,tempo ist,kraft", comments="")
+    return folder
+
+
+@pytest.mark.parametrize("command", ["ingest", "auto"])
+def test_what_is_open_is_asked_once_and_kept_beside_the_logs(command: str, tmp_path: Path) -> None:
+    logs = log_without_units(tmp_path / "logs")
+    words = {"ingest": ["ingest", "logs/run.csv", "-o", "log.h5"], "auto": ["auto", "logs", "-o", "found"]}[command]
+    status, shown, _ = screen_of(words, tmp_path, typed=["\n", "7\n", "N\n", "\n"])
+    text = "\n".join(shown)
+    assert status == 0, text
+    assert 1 <= text.count("?") <= 3, text
+    assert "⠀" in text
+    mapping = (logs / "fric-mapping.yaml").read_text()
+    assert '"?"' not in mapping
+    words[-1] += "2" if command == "auto" else ".h5"
+    status, shown, _ = screen_of(words, tmp_path)
+    assert status == 0, "\n".join(shown)
+    assert "Enter for 1" not in "\n".join(shown)
+    assert sorted(path.name for path in logs.iterdir()) == ["fric-mapping.yaml", "run.csv"]
+
+
+@pytest.mark.parametrize(("key", "status", "said"), [(CTRL_C, 130, ""), (CTRL_D, 1, "a question was not answered")])
+def test_a_question_may_be_left(key: str, status: int, said: str, tmp_path: Path) -> None:
+    logs = log_without_units(tmp_path / "logs")
+    ended, shown, _ = screen_of(["auto", "logs", "-o", "found"], tmp_path, typed=[key])
+    text = "\n".join(shown)
+    assert ended == status, text
+    assert said in text
+    assert "Traceback" not in text
+    assert [path.name for path in logs.iterdir()] == ["run.csv"]
+    assert not (tmp_path / "found").exists()

@@ -432,7 +432,7 @@ WITHOUT = """
     inverse-left-out library-warns samples-without-value joined-in-part joined-thinned joined-moved
     channels-without-time scope-scale there-already radius-assumed no-reference columns-by-content columns-left-out
     cells-dropped samples-missing unit-failed no-log file-copies file-left-out file-unused mapping-bundled
-    mapping-proposed mapping-ambiguous step-failed record-left-out
+    mapping-proposed mapping-ambiguous mapping-beside step-failed record-left-out
     gains-designed circle-failed plan-typical plan-not-enough
     plan-left-over plan-plant-unsure plan-friction-alone plan-accuracy
 """

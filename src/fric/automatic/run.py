@@ -29,6 +29,7 @@ from fric.documents.plant import PlantDocument
 from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
 from fric.estimate import estimate_rows
+from fric.io.questions import Ask
 from fric.notice import Notice, once
 from fric.report.summary import Report, make_report
 from fric.results.base import Result
@@ -155,6 +156,7 @@ def auto(
     scheduler: Address | None = None,
     run: Callable[[Step], Result | None] = run_step,
     say: Callable[[str], None] = lambda _: None,
+    ask: Ask | None = None,
     advance: Callable[..., object] = lambda *_, **__: None,
 ) -> AutoResult | FleetResult:
     """Go the whole way: recognise, ingest, identify, design, simulate, compare with the measured circle, report.
@@ -193,6 +195,9 @@ def auto(
         can be pickled.
     say
         Is told in a line what came of each step.
+    ask
+        Puts a question on what neither headers nor values of foreign logs tell, three at most. The answers become a
+        mapping beside the logs, which is used from then on.
     advance
         Is called for each step; of a fleet, of each machine and date.
 
@@ -207,7 +212,7 @@ def auto(
             raise FricError("a fleet is identified, and takes no machine, circle or tolerance")
         return fleet(units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance)
     _refuse_among(folder, list(map(Path, logs)))
-    found = find_sources(map(Path, logs), mapping, folder / "mappings", assume=assume)
+    found = find_sources(map(Path, logs), mapping, folder / "mappings", assume=assume, ask=ask)
     tests = find_sources(map(Path, circles))
     found.circles, found.traces = [*found.circles, *tests.circles], [*found.traces, *tests.traces]
     found.description += tests.description

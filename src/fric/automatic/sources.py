@@ -14,13 +14,14 @@ from fric.documents.bundled import bundled
 from fric.documents.controller import ControllerDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.flaws.files import FILE_COPIES, FILE_LEFT_OUT, MAPPING_AMBIGUOUS, MAPPING_BUNDLED
+from fric.flaws.files import FILE_COPIES, FILE_LEFT_OUT, MAPPING_AMBIGUOUS, MAPPING_BESIDE, MAPPING_BUNDLED
 from fric.input import regular
 from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
 from fric.io.propose import Guessed, axes_said, guessed, is_sure, says_all
+from fric.io.questions import Ask, answered, beside
 from fric.io.readers import endings
 from fric.io.recognise import HDF5_SIGNATURE, recognise
 from fric.log import Log, Record
@@ -85,7 +86,12 @@ class Sources:
 
 
 def find_sources(
-    given: Iterable[Path], mapping: str | None = None, proposals: Path | None = None, *, assume: bool = False
+    given: Iterable[Path],
+    mapping: str | None = None,
+    proposals: Path | None = None,
+    *,
+    assume: bool = False,
+    ask: Ask | None = None,
 ) -> Sources:
     """Look into files, and the files of folders.
 
@@ -94,6 +100,7 @@ def find_sources(
         fits, or what their values tell.
     proposals: Folder for the mapping of what values tell; without it none is made.
     assume: Take the likeliest of what neither header nor values tell.
+    ask: Puts a question on what they do not tell; the answers become a mapping beside the logs.
     Raises FricError: When a file that is named is not there.
     """
     given = list(given)
@@ -117,7 +124,8 @@ def find_sources(
         ):
             asking[path] = why
     if asking and proposals and not mapping:
-        _guessed(asking, proposals, found, seen, assume=assume)
+        places = [path if path.is_dir() else path.parent for path in given[:1]]
+        _guessed(asking, [*places, proposals], found, seen, assume=assume, ask=ask)
     for path in [path for path, why in asking.items() if why == LACKS_FORCE]:
         if not (why := _read(path, "", found, seen, assume=assume)):
             del asking[path]
@@ -139,10 +147,14 @@ def find_sources(
     return found
 
 
-def _guessed(asking: dict[Path, str], proposals: Path, found: Sources, seen: list[Record], *, assume: bool) -> None:
+def _guessed(
+    asking: dict[Path, str], places: list[Path], found: Sources, seen: list[Record], *, assume: bool, ask: Ask | None
+) -> None:
     """Read what the values of files tell; take those that are read off the ones that are asked about."""
     with ExitStack() as opened:
-        guess = guessed([path for path in asking if not _is_paper(path)], opened, assume=assume)
+        guess = guessed([path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None)
+        file = answered(guess, ask, *places) if ask and not assume else None
+        assume = assume or file is not None
         wanted = guess.usable if assume else tuple(one for one in guess.usable if is_sure(one))
         if not assume:  # a file of which one axis is open is left whole: half of it would pass for all
             unsure = {path for one in guess.found if one not in wanted for path in one.files}
@@ -153,11 +165,12 @@ def _guessed(asking: dict[Path, str], proposals: Path, found: Sources, seen: lis
             del asking[path]
         if not wanted:
             return
-        sure, file = replace(guess, found=wanted), proposals / "mapping.yaml"
-        text = sure.text()
-        proposals.mkdir(parents=True, exist_ok=True)
-        with staged(file, force=True) as whole:
-            whole.write_text(text, encoding="utf-8")
+        sure = replace(guess, found=wanted)
+        if file is None:
+            file = places[-1] / "mapping.yaml"
+            file.parent.mkdir(parents=True, exist_ok=True)
+            with staged(file, force=True) as whole:
+                whole.write_text(sure.text(), encoding="utf-8")
         found.description += sure.notices(str(file))
     for one in wanted:
         for path in one.files:
@@ -233,6 +246,11 @@ def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]
 
     Return why none of them fits; nothing where one does, or what is wrong was told.
     """
+    if not mapping and (known := beside(path)):
+        file, axes = known
+        if not all(_read(path, str(file), found, seen, axis=axis, assume=True) for axis in axes):
+            found.description.append(MAPPING_BESIDE.found(str(path), mapping=str(file)))
+            return ""
     if not mapping and _lacks_force(path):
         return LACKS_FORCE
     whys = [_read(path, mapping or "", found, seen, axis=axis, assume=assume) for axis in axes_said(path)]

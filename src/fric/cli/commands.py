@@ -120,7 +120,7 @@ SIMULATE: dict[str, Home] = {
 }  # fmt: skip
 
 INGEST = Command(
-    "fric.results.ingest:ingest", doing="ingesting", plausible=False, optional=["files", "output"],
+    "fric.results.ingest:ingest", doing="ingesting", plausible=False, optional=["files", "output"], without=["ask"],
     flags={
         "output": "-o --output", "mapping": "--map", "begin": "--from", "end": "--to",
         "clockwise": "--clockwise/--counter-clockwise",
@@ -178,7 +178,7 @@ EXPORT = Command(
 
 COMMANDS: dict[str, Home] = {
     "auto": Command(
-        "fric.automatic.run:auto", replaces=False, without=["run", "say"], run="fric.cli.special:auto",
+        "fric.automatic.run:auto", replaces=False, without=["run", "say", "ask"], run="fric.cli.special:auto",
         flags={"output": "-o --output", "circles": "--circle", "controllers": "--controller", "mapping": "--map"},
     ),
     "ingest": INGEST,

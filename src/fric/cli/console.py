@@ -16,7 +16,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
-from fric.errors import clean, printable
+from fric.errors import FricError, clean, printable
 from fric.output import refuse_ending, refuse_existing, together
 from fric.progress import heard
 
@@ -193,8 +193,44 @@ def progress(description: str, total: int | None = None) -> Iterator[Any]:
             bar.update(task, total=total)
             bar.advance(task, steps)
 
-        with heard(lambda: bar.update(task, within=f"{next(trials)} replays")):
-            yield advance
+        _BARS.append(bar)
+        try:
+            with heard(lambda: bar.update(task, within=f"{next(trials)} replays")):
+                yield advance
+        finally:
+            _BARS.remove(bar)
+
+
+_BARS: list[Any] = []
+"""Progress bars that are drawn."""
+
+
+def asker(given: Mapping[str, Any]) -> Callable[[Any], None] | None:
+    """Return what puts a question in the terminal; None where there is none, or JSON is asked for."""
+    return ask if sys.stdin.isatty() and sys.stderr.isatty() and not given["json"] else None
+
+
+def ask(question: Any) -> None:
+    """Print a question with pictures and answers, and have it take what is typed; Enter is the first answer.
+
+    Raises FricError: When the input ends.
+    """
+    for bar in _BARS:
+        bar.stop()
+    drawn = ERR.console.encoding.lower().startswith("utf")
+    lines = [question.text, *(question.picture if drawn else ())]
+    for n, choice in enumerate(question.choices, 1):
+        lines += [f"  {n}  {choice.text}", *(f"     {line}" for line in (choice.picture if drawn else ()))]
+    ERR.print("\n".join(printable(line, MOST) for line in lines), markup=False)
+    line = ""
+    while not (line and question.take(line)):
+        ERR.print("That is no answer. " * bool(line) + f"1 to {len(question.choices)}, or Enter for 1: ", end="")
+        line = sys.stdin.readline()
+        if not line:
+            ERR.print("")
+            raise FricError("a question was not answered", hint="Say --assume to take the likeliest, or give --map.")
+    for bar in _BARS:
+        bar.start()
 
 
 class Interruption:

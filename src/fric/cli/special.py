@@ -9,7 +9,7 @@ import typer
 
 import fric
 from fric.cli.command import READ_MACHINE, Command
-from fric.cli.console import ERR, OUT, Interruption, finish, interruption, print_json
+from fric.cli.console import ERR, OUT, Interruption, asker, finish, interruption, print_json
 from fric.errors import printable
 from fric.output import refuse_existing
 from fric.units import rotates
@@ -26,7 +26,7 @@ def _say(text: str) -> None:
 
 def auto(command: Command, given: dict[str, Any]) -> None:
     """Go the whole way, a line a step above one bar."""
-    command.end(command.call(given | {"say": _say}), given, doing="auto")
+    command.end(command.call(given | {"say": _say, "ask": asker(given)}), given, doing="auto")
 
 
 def ingest(command: Command, given: dict[str, Any]) -> None:
@@ -49,6 +49,8 @@ def ingest(command: Command, given: dict[str, Any]) -> None:
     elif not given.keys().isdisjoint(OF_CIRCLES):
         misplaced = "--radius, --feed, --sampling, --instrument, --scheme and the direction go with --kind circle"
         raise typer.BadParameter(misplaced)
+    else:
+        given = given | {"ask": asker(given)}
     command.end(command.call(given), given)
 
 

@@ -39,6 +39,8 @@ MAPPING_BUNDLED = Flaw("mapping-bundled", "note",
     "Read with the bundled mapping '{mapping}', the only one that fits: {files}.")
 MAPPING_PROPOSED = Flaw("mapping-proposed", "note",
     "Read with a mapping that was proposed, {mapping} ({columns}): {files}.")
+MAPPING_BESIDE = Flaw("mapping-beside", "note", "Read with the mapping beside it, {mapping}, of earlier answers.",
+    "Change it there, or remove it to be asked again.")
 MAPPING_ASSUMED = Flaw("mapping-assumed", "doubt", "Assumed of {files}: {what}.",
     "Look at {mapping:{mapping}, |}what it says, mend it, and give it with --map.")
 MAPPING_OPEN = Flaw("mapping-open", "doubt", "Left out, since it is open what they are: {files}: {what}.",

@@ -53,7 +53,7 @@ class Guess:
     def questions(self) -> list[Question]:
         """What is open of it."""
         found = []
-        for channel, role in _wanted(self.axis).items():
+        for channel, role in wanted_roles(self.axis).items():
             name = f"'{self.table.columns[role.column].name}'" if role.column is not None else "the sampling period"
             if role.likelihood < SURE and channel in NEEDED:
                 beside = " or ".join(f"'{self.table.columns[n].name}'" for n in role.others)
@@ -75,7 +75,7 @@ class Guess:
         return (
             bool(moves)
             and (bool(self.kind) or "time" in roles)
-            and all(one.unit for one in _wanted(self.axis).values())
+            and all(one.unit for one in wanted_roles(self.axis).values())
         )
 
 
@@ -86,7 +86,7 @@ def _known_unit(role: Role, motion: Motion) -> bool:
     return role.unit_likelihood >= SURE and (role.column is None or converts(role.unit, measured, motion))
 
 
-def _wanted(axis: Axis) -> dict[str, Role]:
+def wanted_roles(axis: Axis) -> dict[str, Role]:
     """Return the roles that are needed, and of the others those that are sure."""
     needed = {one for one in NEEDED if one != "velocity" or "position" not in axis.roles} | {"deviation", "error", "n"}
     free = {"reference", "velocity"}  # which have the unit of the position, or follow from it
@@ -240,7 +240,7 @@ def _part(guess: Guess, assume: bool) -> list[str]:
     parts = guess.joined or ((guess.table, axis),)
     for channel in FORCE_VELOCITY_DIMENSIONS if guess.kind else CHANNELS:
         for table, own in parts:
-            if channel in written or channel not in (kept := _wanted(own)):
+            if channel in written or channel not in (kept := wanted_roles(own)):
                 continue
             written.add(channel)
             file = table.path.name if guess.joined and channel != "time" else ""
@@ -250,7 +250,7 @@ def _part(guess: Guess, assume: bool) -> list[str]:
     for channel in ("position", "force"):
         if channel not in written and not (channel == "position" and "velocity" in written):
             lines.append(f"  # {channel}: {{column: ?, unit: {si_unit(channel_dimension(channel), axis.motion)}}}")
-    taken = {(table.path, role.column) for table, own in parts for role in _wanted(own).values()}
+    taken = {(table.path, role.column) for table, own in parts for role in wanted_roles(own).values()}
     left = [column.name for table, _ in parts for n, column in enumerate(table.columns) if (table.path, n) not in taken]
     if left:
         lines.append(f"# not read: {', '.join(left)}")
@@ -345,7 +345,7 @@ def _by_names(table: Table, columns: dict[str, list[int]]) -> Axis:
         why = "by its name" if named_as(column) == measured else "by its unit"
         sure = 0.5 if others or not (fits or measures(column, measured)) else 0.97
         roles[channel] = Role(
-            channel, n, (column.unit or "") if fits else "", sure, float(fits), why, others=tuple(others)
+            channel, n, (column.unit or "") if fits else "", sure, float(fits), why, others=dict.fromkeys(others, 1)
         )
     return Axis("", motion, 1.0, roles)
 

@@ -56,7 +56,7 @@ class Role:
     unit_likelihood: float  # That the unit is the unit
     why: str
     sign: int = 1  # -1 where it counts against the position, or the force against the friction
-    others: tuple[int, ...] = ()  # Columns that it may be instead
+    others: Mapping[int, int] = field(default_factory=dict)  # Columns that it may be instead, with their signs
     units: tuple[str, ...] = ()  # Units that it may have instead
     turn: float = 0.0  # What its values begin again after, as logged; 0 where they go on
 
@@ -69,6 +69,8 @@ class Axis:
     motion: Motion
     motion_likelihood: float
     roles: dict[str, Role] = field(default_factory=dict)
+    readings: tuple[Reading, ...] = ()  # Units that it may be in, the likeliest first; their weights are likelihoods
+    factor: float | None = None  # Velocity per slope of the position, where the clock tells no time
 
     @property
     def open(self) -> list[Role]:
@@ -526,9 +528,9 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
         sure = float(kept[best][0] ** 2 / max(weights.sum(), 1e-300)) * (
             0.99 if kept[best][0] > 0.1 or data.said[best].quantity else 0.9
         )
-        others = sorted((n for n in kept if n != best), key=lambda n: -kept[n][0])[:3]
+        others = {n: kept[n][1] for n in sorted(kept, key=lambda n: -kept[n][0])[:4] if n != best}
         why = f"it goes with the sign of the velocity and the acceleration ({kept[best][0]:.2f})"
-        roles[channel] = Role(channel, best, "", sure, 0.0, why, kept[best][1], tuple(others))
+        roles[channel] = Role(channel, best, "", sure, 0.0, why, kept[best][1], others)
     return roles
 
 
@@ -656,7 +658,24 @@ def _in_units(
     moves: Motion = "rotary" if motion == "rotary" else "linear"
     if "force" in whole:
         moves = in_units_of(moves, whole["force"].unit)
-    return Axis("", moves, motion_sure, _ordered(whole))
+    ranked = sorted((replace(one, weight=one.weight / total) for one in found), key=lambda one: -one.weight)
+    return Axis("", moves, motion_sure, _ordered(whole), tuple(ranked), None if logged else one.factor)
+
+
+def take_reading(axis: Axis, reading: Reading) -> None:
+    """Take the units of a reading for those of an axis, of which no more is open."""
+    force = axis.roles.get("force")
+    if force and force.unit in {"N", "N*m"} and force.unit_likelihood < SURE:
+        axis.roles["force"] = replace(force, unit="N*m" if reading.motion == "rotary" else "N")
+    axis.motion, axis.motion_likelihood = in_units_of(reading.motion, axis.motion.partition("/")[2]), 1.0
+    units = {"time": reading.time, "position": reading.position, "velocity": reading.velocity}
+    if axis.factor:
+        units["time"] = _period(axis.factor, reading, 1.0)[0]
+    units["reference"] = reading.position
+    for channel, role in axis.roles.items():
+        if role.unit_likelihood < 1.0 and units.get(channel):
+            logged = channel != "time" or role.column is not None or axis.factor
+            axis.roles[channel] = replace(role, unit=units[channel] if logged else role.unit, unit_likelihood=1.0)
 
 
 def _period(factor: float | None, reading: Reading, sure: float) -> tuple[str, float, tuple[str, ...]]:

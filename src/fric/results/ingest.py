@@ -16,12 +16,13 @@ from fric.documents.mapping import MappingDocument
 from fric.documents.records import IngestCirclesDocument, IngestDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.flaws.files import COLUMNS_LEFT_OUT, THERE_ALREADY
+from fric.flaws.files import COLUMNS_LEFT_OUT, MAPPING_BESIDE, THERE_ALREADY
 from fric.io.ingest import Ingested, sizes
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import IngestedCircles, StatedCircle
 from fric.io.ingest_circle import ingest_circles as read_circles
 from fric.io.propose import guessed
+from fric.io.questions import Ask, answered, beside
 from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, quantity, silent
@@ -191,6 +192,7 @@ def ingest(
     end: Annotated[Quantity | None, "time"] = None,
     join: bool = False,
     assume: bool = False,
+    ask: Ask | None = None,
     force: bool = False,
     advance: Advance = silent,
 ) -> IngestResult:
@@ -224,6 +226,9 @@ def ingest(
         One record of all files: its channels were logged apart, by one clock.
     assume
         Take the likeliest of what neither header nor values tell, and say so; samples that cannot be used are dropped.
+    ask
+        Puts a question on what neither header nor values tell, three at most. The answers become a mapping beside the
+        logs, which is used from then on.
     force
         Replace an output that exists.
     advance
@@ -238,12 +243,19 @@ def ingest(
     advance(0, total=sizes(paths))
     told: list[Notice] = []
     if mapping is None and not join and kind != "frequency-response":
+        known = {one[0] for path in paths if path.is_file() and (one := beside(path))}
+        if len(known) == 1:
+            mapping, assume = mapping_of(*known), True
+            told = [MAPPING_BESIDE.found(str(paths[0]), mapping=str(*known))]
+    if mapping is None and not join and kind != "frequency-response":
         with ExitStack() as opened:
-            found = guessed(paths, opened, kind, motion, assume=assume)
+            found = guessed(paths, opened, kind, motion, assume=assume or ask is not None)
+            file = answered(found, ask, paths[0].parent, Path(output).parent) if ask and not assume else None
+            assume = assume or file is not None
             if found.usable:
                 if not (assume or found.sure):
                     raise found.error()
-                mapping, told = found.mapping(), found.notices()
+                mapping, told = found.mapping(), found.notices(str(file or ""))
     done = read_foreign(
         paths,
         Path(output),
