@@ -10,7 +10,9 @@ import pytest
 
 import fric
 from fric.circles.gains import controller_of
+from fric.circles.learn import learn_from
 from fric.circles.measured import AxisTrace, MeasuredCircle, measured_from_run
+from fric.circles.voltage import voltage_record
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 
@@ -63,7 +65,6 @@ def test_a_voltage_that_no_cascade_gives_is_refused(test_circle: tuple[str, Meas
     for given, why in (
         (changed(test, input=np.random.default_rng(0).normal(0.0, 1.0, len(x.input))), "no cascade gives"),
         (replace(test, scheme="f"), "without compensation"),
-        (replace(test, axes={**test.axes, "x": AxisTrace(x.time, x.position, x.reference)}), "reference and voltage"),
     ):
         with pytest.raises(FricError, match=why):
             controller_of(given, "x")
@@ -85,3 +86,23 @@ def test_the_result_is_a_controller_file_that_others_take(tmp_path: Path) -> Non
     plant = PlantDocument.model_validate({"fric": "plant/1", "axis": "y", **values})
     for given in (found, tmp_path / "controller.yaml"):
         assert fric.design_observer(plant, controller=given).design.cascade.K_p == pytest.approx(101.3, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("lacking", "said"),
+    [({"input": None}, "no voltage was"), ({"reference": None}, "no reference was"),
+     ({"input": None, "reference": None}, "no reference and voltage was")],
+)  # fmt: skip
+def test_what_needs_reference_and_voltage_refuses_a_circle_in_one_way(
+    test_circle: tuple[str, MeasuredCircle], lacking: dict[str, None], said: str
+) -> None:
+    machine, test = test_circle
+    bare, plant = changed(test, **lacking), fric.read_machine(machine)
+    for use in (lambda: controller_of(bare, "x"), lambda: voltage_record(bare, "x"), lambda: learn_from(bare, plant)):
+        with pytest.raises(FricError, match=said) as caught:
+            use()
+        assert "axis x" in caught.value.where
+    slow = replace(test, axes={name: trace.part(slice(None, None, 8)) for name, trace in test.axes.items()})
+    for use in (lambda: controller_of(slow, "x"), lambda: voltage_record(slow, "x")):
+        with pytest.raises(FricError, match=r"was recorded at \d+ Hz"):
+            use()

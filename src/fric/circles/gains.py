@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fric.arrays import Real
-from fric.circles.measured import MeasuredCircle, even
+from fric.circles.measured import MeasuredCircle
 from fric.control.base import Setting
 from fric.control.cascade import Cascade
 from fric.drive.plant import LinearPlant
@@ -204,8 +204,6 @@ NAMES = ("K_v", "K_p", "K_i", "velocity_filter")
 UNITS = ("1/s", "V*s/m", "V/m", "Hz")
 START = 0.1
 """Share of a record that is left out: the filter's state where it begins is not known."""
-SLOWEST = 900.0
-"""Samples a second at least [Hz]."""
 CORNERS = (0.02, 0.05, 0.12, 0.25)
 """Corners of the velocity filter that a search begins from, over the sampling rate."""
 EXPLAINED = 0.9
@@ -239,15 +237,10 @@ def controller_of(test: MeasuredCircle, name: str) -> FoundController:
     Raises FricError: When reference or voltage were not recorded, compensation was on, or no cascade gives this
         voltage.
     """
-    trace, where = test.axis(name), f"{test.where}, axis {name}"
-    if trace.reference is None or trace.input is None or test.scheme not in ("", "a"):
-        raise FricError(
-            "the controller's gains take a circle with reference and voltage, without compensation", where=where
-        )
-    t, (r, z, u) = even(trace.time, trace.reference, trace.position, trace.input)
-    rate = 1.0 / float(t[1] - t[0])
-    if rate < SLOWEST:
-        raise FricError(f"the circle was recorded at {rate:.3g} Hz", where=where, hint=f"Record it at {SLOWEST:g} Hz.")
+    where = f"{test.where}, axis {name}"
+    if test.scheme not in ("", "a"):
+        raise FricError("the controller's gains take a circle without compensation", where=where)
+    _, r, z, u, rate = test.driven(name, "identifying gains")
     fit = _Fit(r, z, u, rate)
     found, covariance = fit.best()
     explained = 1.0 - float(np.sum(fit.rest(found) ** 2)) / max(float(np.sum(fit.without**2)), 1e-300)

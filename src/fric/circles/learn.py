@@ -115,13 +115,8 @@ def learn_from(
     how = how or Learning.at(test.feed)
     time, wanted, voltage = {}, {}, {}
     for name in test.names:
-        trace, axis = test.axis(name), machine.axis(name)
-        if trace.reference is None or trace.input is None:
-            raise FricError(
-                f"axis {name} lacks reference or voltage", where=test.where, hint="Record both beside the position."
-            )
+        (t, r, z, u), axis = test.require(name, "learning"), machine.axis(name)
         plant = axis.nominal or axis.plant
-        t, r = trace.time, trace.reference
         last = np.zeros(len(t)) if before is None else before.get(name, np.zeros(0))
         if len(last) != len(t):
             raise FricError(
@@ -131,7 +126,7 @@ def learn_from(
         ahead = np.interp(t + axis.lead(), t, r)
         model = (np.gradient(np.gradient(ahead, t), t) + plant.A * np.gradient(ahead, t)) / plant.B
         time[name], wanted[name] = t, r
-        voltage[name] = next_feedforward(t, r - trace.position, trace.input, model, last, plant, how)
+        voltage[name] = next_feedforward(t, r - z, u, model, last, plant, how)
     warnings = [flaws.LEARNED_FROM_ONE_CIRCLE.found()]
     if how.share < 1 and before is None:
         warnings.append(flaws.NOTHING_FED_BEFORE.found(share=how.share))

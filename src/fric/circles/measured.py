@@ -84,6 +84,8 @@ MOST = 1e3
 """Radius [m] and feed [m/s] of a circle test at most."""
 CHANNELS = ("time", "reference", "position", "input", "force")
 """What a trace of one axis of a circle test can hold."""
+SLOWEST = 900.0
+"""Samples a second at least that show what happens at a reversal [Hz]."""
 
 
 @dataclass(frozen=True)
@@ -192,6 +194,31 @@ class MeasuredCircle:
             text = ", ".join(self.axes) or "none: it is of a ball bar"
             raise FricError(f"there is no trace of axis '{name}'", where=self.where, hint=f"There are {text}.")
         return self.axes[name]
+
+    def require(self, name: str, what: str) -> tuple[Real, Real, Real, Real]:
+        """Return time, reference, position and voltage of an axis; a `FricError` says what lacks, and for what."""
+        trace = self.axis(name)
+        if trace.reference is None or trace.input is None:
+            both = {"reference": trace.reference, "voltage": trace.input}
+            missing = " and ".join(one for one, values in both.items() if values is None)
+            where, hint = f"{self.where}, axis {name}", "Record it beside the position."
+            raise FricError(f"no {missing} was recorded, which {what} needs", where=where, hint=hint)
+        return trace.time, trace.reference, trace.position, trace.input
+
+    def driven(self, name: str, what: str) -> tuple[Real, Real, Real, Real, float]:
+        """Return even instants [s], reference [m], position [m] and voltage [V] of an axis, and their rate [Hz].
+
+        name, what: The axis, and what needs them.
+        Raises FricError: When reference or voltage were not recorded, most samples are missing, or the rate is too low.
+        """
+        t, (r, z, u) = even(*self.require(name, what))
+        rate = 1.0 / float(t[1] - t[0])
+        if rate < SLOWEST:
+            raise FricError(
+                f"the circle was recorded at {rate:.3g} Hz", where=f"{self.where}, axis {name}",
+                hint=f"{what.capitalize()} needs {SLOWEST:g} Hz at least: a reversal takes milliseconds.",
+            )  # fmt: skip
+        return t, r, z, u, rate
 
     def together(self) -> tuple[AxisTrace, AxisTrace]:
         """Return the traces of both axes at the instants of the first, between samples where the clocks differ."""

@@ -25,6 +25,7 @@ from fric.circles.tune_fit import (
     at,
     explained,
     fit,
+    gms_of,
     instrumented,
 )
 from fric.circles.tune_intervals import alike_warnings, identifiability_warnings, timing_warnings, tuned_estimates
@@ -37,7 +38,6 @@ from fric.flaws import circle
 from fric.flaws.circle import CIRCLE_DRIFTS, CIRCLE_MISFIT, TUNED_IN_PART, TUNING_NO_BETTER, TUNING_REFUSED
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed, directed
-from fric.friction.gms import GMS
 from fric.notice import Notice
 from fric.records.flaws import clock_flaws
 from fric.records.timing import timing
@@ -57,13 +57,7 @@ tenth less for each margin missing. That costs 0.1 µm at 100 mm/s with an obser
 def _margin(one: TunedAxis) -> float:
     axis = one.axis
     blocks = () if axis.observer is None else (axis.observer,)
-    return falling_margin(one.nominal, axis.cascade, _gms(one), blocks)
-
-
-def _gms(one: TunedAxis) -> GMS:
-    model = one.friction.model if isinstance(one.friction, Directed) else one.friction
-    assert isinstance(model, GMS)  # what circles tune
-    return model
+    return falling_margin(one.nominal, axis.cascade, gms_of(one.friction), blocks)
 
 
 def holds(one: TunedAxis) -> bool:
@@ -83,7 +77,7 @@ def holding(one: TunedAxis) -> TunedAxis:
     """Return a tuned axis whose cascade and observer hold its falling friction; as it is, where they do."""
     if not one.improves or holds(one):
         return one
-    cascade, observer = hold_falling(one.nominal, one.axis.cascade, _gms(one), one.axis.observer)
+    cascade, observer = hold_falling(one.nominal, one.axis.cascade, gms_of(one.friction), one.axis.observer)
     return replace(one, axis=replace(one.axis, cascade=cascade, observer=observer), loop=True)
 
 
@@ -182,9 +176,7 @@ def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
     observer.
     """
     friction, plant = as_filed(friction), as_filed(plant)
-    model = friction.model if isinstance(friction, Directed) else friction
-    assert isinstance(model, GMS)
-    static = directed(model.static, friction.negative if isinstance(friction, Directed) else None)
+    static = directed(gms_of(friction).static, friction.negative if isinstance(friction, Directed) else None)
     models = {**axis.nominal_friction.models, "static": static, "gms": friction}
     observer = None if axis.observer is None else replace(axis.observer, A=plant.A, B=plant.B)
     return replace(axis, nominal_friction=NominalFriction(models, 1.0, "auto"), nominal=plant, observer=observer)

@@ -53,9 +53,7 @@ class Coordinates:
 
         Raises FricError: When it is no GMS model.
         """
-        model = nominal.model if isinstance(nominal, Directed) else nominal
-        if not isinstance(model, GMS):
-            raise FricError(f"the nominal friction is {model.name}, and circles tune a GMS model")
+        model = gms_of(nominal)
         if isinstance(nominal, Directed):
             own, other = model.static, nominal.negative
             return cls(replace(model, static=mean_map(own, other)), T_d, side=float(np.log(own.F_c / other.F_c)))
@@ -132,6 +130,17 @@ class Coordinates:
 
     def _value(self, x: Real, name: str) -> float:
         return float(x[self.names.index(name)]) if name in self.names else 0.0
+
+
+def gms_of(friction: FrictionModel) -> GMS:
+    """Return the GMS model of a friction, which may have a map for each direction.
+
+    Raises FricError: When it is no GMS model.
+    """
+    model = friction.model if isinstance(friction, Directed) else friction
+    if not isinstance(model, GMS):
+        raise FricError(f"the nominal friction is {model.name}, and circles tune a GMS model")
+    return model
 
 
 def _scaled(static: StaticMap, level: float) -> StaticMap:
@@ -471,9 +480,7 @@ class TunedEstimates:
 
     def at(self, friction: FrictionModel) -> TunedEstimates:
         """Return the estimates where a controller believes another friction: what differs is fixed there."""
-        negative = friction.negative if isinstance(friction, Directed) else None
-        model = friction.model if isinstance(friction, Directed) else friction
-        assert isinstance(model, GMS)  # what circles tune
+        negative, model = friction.negative if isinstance(friction, Directed) else None, gms_of(friction)
 
         def fixed(section: dict[str, Estimate], values: Mapping[str, Any]) -> dict[str, Estimate]:
             return {

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.sparse import csr_array
 
 from fric.arrays import Indices, Mask, Real
-from fric.circles.measured import MeasuredCircle, even, low_pass, smoothed
+from fric.circles.measured import SLOWEST, MeasuredCircle, low_pass, smoothed
 from fric.circles.revolutions import fit_circle, steady
 from fric.errors import FricError
 
@@ -25,8 +25,6 @@ that encoder counts are in an acceleration weakens what is found of inertia, and
 B was 0.15 % high and T_d 4 to 10 % long, at 70 Hz neither was."""
 RUN_IN = 0.15
 """Share of a record that is left out: friction's state where it begins is not known."""
-SLOWEST = 900.0
-"""Samples a second that are kept at least [Hz]."""
 BREAK_AWAY = 0.5e-6
 """The motion behind a reversal is sampled `FINE` times while it covers so much [m]."""
 FINE = 8
@@ -160,22 +158,8 @@ def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None =
     """
     from scipy.signal import decimate, sosfiltfilt
 
-    trace = test.axis(name)
+    t, r, z_m, u, sampling = test.driven(name, "tuning")
     where = f"{test.where}, axis {name}"
-    if trace.reference is None or trace.input is None:
-        missing = " and ".join(
-            what for what, values in (("reference", trace.reference), ("voltage", trace.input)) if values is None
-        )
-        raise FricError(
-            f"no {missing} was recorded, which tuning needs", where=where, hint="Record it beside the position."
-        )
-    t, (r, z_m, u) = even(trace.time, trace.reference, trace.position, trace.input)
-    sampling = 1.0 / float(t[1] - t[0])
-    if sampling < SLOWEST:
-        raise FricError(
-            f"the test was recorded at {sampling:.3g} Hz", where=where,
-            hint=f"Tuning needs {SLOWEST:g} Hz at least: what happens at a reversal takes some milliseconds.",
-        )  # fmt: skip
     # how fine the motion behind a reversal is: its time over the first half micrometre
     along = (2 * BREAK_AWAY * test.radius) ** 0.5 / test.feed
     every = max(1, int(min(sampling / SLOWEST, sampling * along / FINE)))
