@@ -13,7 +13,7 @@ from benchmarks._tuned import recorded
 from benchmarks.prediction.drawn import drawn_machine
 from benchmarks.reality.session import MACHINES, PERIODS, SPEEDS, drawn, machine_with
 from fric.control.scheme import PAPER_SCHEMES
-from fric.documents.machine import MachineDocument
+from fric.documents.machine_files import MachineDocument
 from fric.documents.yaml import plain, read_tree, write_document
 from fric.errors import FricError
 from fric.io.hdf5 import write_logs

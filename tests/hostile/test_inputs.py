@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from nptdms import ChannelObject, TdmsWriter
 from pyarrow import parquet
 
-from fric.documents.machine import MachineDocument
+from fric.documents.machine_files import MachineDocument
 from fric.documents.mapping import MappingDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document

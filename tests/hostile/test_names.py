@@ -16,7 +16,7 @@ import fric
 from fric.automatic.steps import Session, step
 from fric.cli.completion import records
 from fric.cli.main import app
-from fric.documents.machine import MachineDocument
+from fric.documents.machine_files import MachineDocument
 from fric.documents.schemes import read_schemes
 from fric.documents.yaml import read_document, write_document
 from fric.errors import FricError

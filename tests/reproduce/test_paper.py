@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from fric.cli.main import app
 from fric.documents.friction import FrictionDocument
-from fric.documents.machine import MachineDocument
+from fric.documents.machine_files import MachineDocument
 from fric.documents.yaml import read_document
 from fric.reproduce.paper import Reproduction, reproduce_paper
 from fric.reproduce.paper import reproduction_steps as steps

@@ -14,7 +14,7 @@ from fric.automatic.sources import MOTION, Source, Sources
 from fric.columns import FORCE_VELOCITY
 from fric.documents.base import commanded, provenance
 from fric.documents.identified import read_identified
-from fric.documents.machine import MachineDocument
+from fric.documents.machine_files import MachineDocument
 from fric.documents.yaml import dump, plain, read_tree, write_document
 from fric.errors import FricError
 from fric.flaws.files import FILE_UNUSED, STEP_FAILED

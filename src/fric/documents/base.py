@@ -17,7 +17,7 @@ from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationE
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 import fric
-from fric.documents.quantity import Part, Physical, read_off
+from fric.documents.quantity import Part, Physical, read_off, refused
 from fric.errors import FricError
 from fric.log import Record, axis_name
 from fric.notice import Notice, Severity, once
@@ -75,14 +75,7 @@ def sources(files: Iterable[Path]) -> list[dict[str, str]]:
     return [{"file": str(file), "sha256": sha256(Path(file).read_bytes()).hexdigest()} for file in files]
 
 
-def _of_axis(name: str) -> str:
-    try:
-        return axis_name(name)
-    except FricError as error:
-        raise ValueError(f"{error.what}\n{error.hint}") from None
-
-
-AxisName = Annotated[str, AfterValidator(_of_axis)]
+AxisName = Annotated[str, AfterValidator(refused()(axis_name))]
 
 
 class Provenance(Part):

@@ -11,8 +11,7 @@ from pydantic import Field
 from fric.documents.base import FOOT, Document
 from fric.documents.controller import ControllerPart
 from fric.documents.friction import FrictionDocument
-from fric.documents.machine import MachineDocument
-from fric.documents.machine_files import read_machine_document
+from fric.documents.machine_files import MachineDocument, read_machine_document
 from fric.documents.plant import PlantDocument
 from fric.documents.quantity import Known, Of, Quantity, Written
 from fric.documents.yaml import write_document

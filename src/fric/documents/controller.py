@@ -14,8 +14,7 @@ from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import QFilter
 from fric.documents.base import AxisDocument, OfAxis, provenance
 from fric.documents.generated import FilePart
-from fric.documents.quantity import Part, Physical, Quantity, in_units, quantities
-from fric.errors import FricError
+from fric.documents.quantity import Part, Physical, Quantity, in_units, quantities, refused
 from fric.estimate import Estimate
 from fric.log import Record
 from fric.notice import Notice
@@ -167,10 +166,8 @@ class BlockDocument(OfAxis):
 
     @model_validator(mode="after")
     def _parameters_fit(self) -> Self:
-        try:
+        with refused():
             self.values()
-        except FricError as error:
-            raise ValueError(f"{error.what}\n{error.hint}") from None
         return self
 
     def values(self) -> dict[str, float]:

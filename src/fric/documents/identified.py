@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fric.documents.friction import FrictionDocument
-from fric.documents.machine import spring_of, true_friction
-from fric.documents.machine_files import read_machine, read_machine_document
+from fric.documents.machine_files import read_machine, read_machine_document, spring_of, true_friction
 from fric.documents.plant import PlantDocument, PlantPart
 from fric.documents.quantity import Quantity
 from fric.errors import FricError

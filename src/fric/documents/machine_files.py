@@ -1,24 +1,282 @@
-"""Machines and compensation schemes from their files."""
+"""The machine file, ``fric: machine/1``: axes from their files, as the machine that is simulated."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from math import pi
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar, Self
 
-from fric.documents.base import AxisDocument, Document
-from fric.documents.controller import BlockDocument, ControllerDocument, ObserverDocument
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+
+from fric.documents.base import AxisDocument, AxisName, Document
+from fric.documents.controller import (
+    BlockDocument,
+    ControllerDocument,
+    ControllerPart,
+    ObserverDocument,
+    ObserverPart,
+    block_values,
+)
 from fric.documents.friction import FrictionDocument
-from fric.documents.machine import MachineDocument
-from fric.documents.plant import PlantDocument
+from fric.documents.generated import FilePart
+from fric.documents.plant import PlantDocument, PlantPart
+from fric.documents.quantity import Part, Physical, Quantity
+from fric.documents.schemes import LeadGiven, lead_of
 from fric.documents.yaml import read_document, read_tree
+from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.flaws.files import GAINS_DESIGNED
+from fric.friction import FrictionModel
 from fric.friction.stribeck import StaticMap
 from fric.notice import Notice
 from fric.plausibility import Finding, of_friction, of_plant, settled
-from fric.simulate.machine import Axis, Machine
-from fric.units import parse
+from fric.simulate.machine import Axis, Machine, NominalFriction, Published
+from fric.simulate.reality.flaws import NONE, Reality, SecondMass
+from fric.units import Motion, parse
 from fric.verb import Kind, verb
+
+
+def _from_file(document: type[Document], inline: type[Part] | None = None) -> BeforeValidator:
+    """Return a validator that reads what is given as the name of a file, relative to the machine's.
+
+    ``inline`` is what may stand in the file's place, the document without its head where it is left out.
+    """
+
+    def read(given: Any, info: ValidationInfo) -> Any:
+        if not isinstance(given, str):
+            return given
+        return read_document((info.context or {})["folder"] / given, document)
+
+    return BeforeValidator(read, json_schema_input_type=str | (inline or document | dict[str, Any]))
+
+
+class EncoderPart(Physical):
+    """An encoder: its resolution."""
+
+    resolution: Annotated[Quantity, "position"] = Field(description="one step; 0 for a position that is not quantised")
+
+
+class NoisePart(Physical):
+    """Noise of what is logged."""
+
+    force: Annotated[Quantity, "force"] = Field(description="root mean square of the force channel's noise")
+
+
+class FeedforwardPart(Physical):
+    """The friction that the controller believes."""
+
+    gain: Annotated[Quantity | None, "ratio"] = Field(
+        default=None, description="share of the nominal friction that is fed forward; 1 if left out"
+    )
+    lead: LeadGiven = Field(
+        default=None,
+        description="how far friction and inverse model are fed forward ahead of the reference, as '0.6 ms'; "
+        "auto for the delay T_d of the nominal plant; none if left out",
+    )
+    friction: Annotated[FrictionDocument | None, _from_file(FrictionDocument)] = Field(
+        default=None, description="a friction file, or its sections; the machine's own friction where left out"
+    )
+
+
+class AxisPart(Part):
+    """One axis: each part given here, or as the name of a file beside this one."""
+
+    motion: Motion = "linear"
+    plant: Annotated[PlantPart, _from_file(PlantDocument, PlantPart)]
+    nominal: Annotated[PlantPart | None, _from_file(PlantDocument, PlantPart)] = Field(
+        None, description="the nominal plant, as identified; the true one where left out"
+    )
+    controller: Annotated[ControllerPart, _from_file(ControllerDocument, ControllerPart)]
+    observer: Annotated[ObserverPart | None, _from_file(ObserverDocument, ObserverPart)] = None
+    encoder: EncoderPart | None = Field(None, description="not quantised where left out")
+    noise: NoisePart | None = Field(None, description="none where left out")
+    friction: Annotated[FrictionDocument, _from_file(FrictionDocument)] = Field(
+        description="the friction that the axis has: a friction file, or its sections"
+    )
+    feedforward: FeedforwardPart = Field(default_factory=FeedforwardPart)
+    blocks: dict[str, Annotated[BlockDocument | dict[str, Quantity], _from_file(BlockDocument)]] = Field(
+        default_factory=dict,
+        description="parameters of further control blocks, by their names, or a block file each; "
+        "what is left out is as the block is designed for the axis",
+    )
+    second_mass: FilePart[SecondMass] | None = Field(None, description="one rigid mass where left out")
+    reality: FilePart[Reality] | None = Field(None, description="flaws of logs and guideway; none where left out")
+
+    def parts(self) -> dict[str, Any]:
+        """Return what it is made of, by key; what is fed forward too."""
+        return dict(self) | {f"feedforward.{key}": part for key, part in self.feedforward}
+
+
+class PublishedPart(Physical):
+    """Glitches that were published for this machine."""
+
+    radius: Annotated[Quantity, "position"]
+    velocity: Annotated[Quantity, "velocity"]
+    glitch: dict[str, Quantity] = Field(description="glitch by scheme")
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _units_fit(self) -> Self:
+        self.published()
+        return self
+
+    def published(self) -> Published:
+        """Return what was published, in SI."""
+        values = self.values("linear")
+        glitches = {name: float(given.si("position", "linear")) for name, given in self.glitch.items()}
+        return Published(values["radius"], values["velocity"], glitches)
+
+
+class MachineDocument(Document):
+    """A machine file: axes with plant, controller, observer, encoder, true and nominal friction."""
+
+    type: ClassVar[str] = "machine"
+
+    name: str = ""
+    like: str = Field("", description="a machine file whose axes this one has, but for the keys that are given here")
+    axes: dict[AxisName, AxisPart]
+    published: list[PublishedPart] = Field(default_factory=list, description="glitches to compare with")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _friction_is_of_its_axis(cls, given: Any) -> Any:
+        """Fill in the head of friction that stands in the machine file itself."""
+        if not isinstance(given, dict) or not isinstance(given.get("axes"), dict):
+            return given
+
+        def headed(part: Any, head: dict[str, str]) -> Any:
+            friction = part.get("friction") if isinstance(part, dict) else None
+            return {**part, "friction": head | friction} if isinstance(friction, dict) else part
+
+        axes = dict(given["axes"])
+        for name, axis in axes.items():
+            if isinstance(axis, dict):
+                head = {"fric": FrictionDocument.type_name(), "axis": str(name), "motion": axis.get("motion", "linear")}
+                axis = headed(axis, head)
+                if "feedforward" in axis:
+                    axis = {**axis, "feedforward": headed(axis["feedforward"], head)}
+                axes[name] = axis
+        return {**given, "axes": axes}
+
+    @model_validator(mode="before")  # pydantic takes the last of these first
+    @classmethod
+    def _starts_from_another(cls, given: Any, info: ValidationInfo) -> Any:
+        """Fill in what the machine that this one is like has, and this one does not say."""
+        if not isinstance(given, dict) or not isinstance(given.get("like"), str):
+            return given
+        start = read_document((info.context or {})["folder"] / given["like"], cls)
+        changed = given.get("axes", {})
+        if not isinstance(changed, dict) or not all(isinstance(part, dict) for part in changed.values()):
+            return given
+        axes = {name: dict(part) for name, part in start.axes.items()}
+        return {**given, "axes": axes | {name: axes.get(name, {}) | part for name, part in changed.items()}}
+
+    @model_validator(mode="after")
+    def _parts_are_of_their_axis(self) -> Self:
+        for name, axis in self.axes.items():
+            for key, part in axis.parts().items():
+                where = f"axes.{name}.{key}"
+                if isinstance(part, AxisDocument | FrictionDocument) and (part.axis, part.motion) != (
+                    name,
+                    axis.motion,
+                ):
+                    raise ValueError(
+                        f"{where}: the file is of the {part.motion} axis {part.axis}, "
+                        f"and this is the {axis.motion} axis {name}\n"
+                        "Name the file of this axis."
+                    )
+                if isinstance(part, Physical):
+                    part.estimates(axis.motion, where)
+        return self
+
+    def machine(self) -> Machine:
+        """Return the machine in SI.
+
+        Raises FricError: When a value is missing or not physical: with the axis it is of.
+        """
+        axes = {name: _axis(name, part) for name, part in self.axes.items()}
+        published = tuple(part.published() for part in self.published)
+        return Machine(self.name, axes, published, warnings=self.passed_on())
+
+    def passed_on(self) -> tuple[Notice, ...]:
+        """Return the doubts of the files that the axes are made of, each once."""
+        parts = (part for axis in self.axes.values() for part in axis.parts().values() if isinstance(part, Document))
+        text = [one for part in parts for one in part.passed_on()]
+        return tuple(dict.fromkeys([*super().passed_on(), *text]))
+
+
+def _axis(name: str, part: AxisPart) -> Axis:
+    motion = part.motion
+    try:
+        plant = part.plant.plant(motion)
+        nominal_friction = part.feedforward.friction or part.friction
+        gain = part.feedforward.values(motion).get("gain", 1.0)
+        nominal = part.nominal.plant(motion) if part.nominal else None
+        G_n = nominal or plant
+        return Axis(
+            name=name,
+            motion=motion,
+            plant=plant,
+            cascade=part.controller.in_si(motion),
+            friction=true_friction(part.friction),
+            load=part.friction.load(),
+            nominal_friction=NominalFriction(
+                nominal_models(nominal_friction), gain, lead_of(part.feedforward.lead) or 0.0
+            ),
+            nominal=nominal,
+            observer=part.observer.observer(motion, G_n.A, G_n.B) if part.observer else None,
+            encoder=Encoder(part.encoder.values(motion)["resolution"] if part.encoder else 0.0),
+            force_noise=part.noise.values(motion)["force"] if part.noise else 0.0,
+            reality=part.reality.in_si(motion) if part.reality else NONE,
+            blocks={key: _block(name, key, given, motion) for key, given in part.blocks.items()},
+            second_mass=part.second_mass.in_si(motion)
+            if part.second_mass
+            else spring_of(part.plant, true_friction(part.friction), motion),
+        )
+    except FricError as error:
+        raise error.at(f"axis {name}") from None
+
+
+def _block(axis: str, name: str, given: BlockDocument | dict[str, Quantity], motion: Motion) -> dict[str, float]:
+    """Return the parameters of a control block of an axis in SI."""
+    if not isinstance(given, BlockDocument):
+        try:
+            return block_values(name, given, motion, f"blocks.{name}")
+        except ValueError as error:
+            what, _, hint = str(error).partition("\n")
+            raise FricError(what, hint=hint) from None
+    if (given.block, given.axis, given.motion) != (name, axis, motion):
+        raise FricError(
+            f"blocks.{name}: the file is the block '{given.block}' of the {given.motion} axis {given.axis}",
+            hint=f"Name the file of '{name}' on this axis.",
+        )
+    return given.values()
+
+
+def spring_of(plant: PlantPart, friction: FrictionModel, motion: Motion) -> SecondMass | None:
+    """Return the second mass that a plant file found in the response; None without, or where friction has no memory."""
+    if not isinstance(plant, PlantDocument) or plant.second_mass is None or not friction.initial_state().size:
+        return None
+    seen, all_of = plant.second_mass.in_si(motion), plant.plant(motion).M
+    omega, reduced = 2 * pi * seen.frequency, all_of * seen.ratio * (1 - seen.ratio)
+    damping = 2 * seen.damping * omega * reduced
+    return SecondMass(all_of * seen.ratio, omega**2 * reduced, damping, encoder=seen.encoder)
+
+
+def true_friction(document: FrictionDocument) -> FrictionModel:
+    """Return the richest model of a friction file: the last that builds upon the others."""
+    given = document.model_names()
+    for name in ("rolling", "gms", *given, "static"):
+        if name in given or (name == "static" and document.static):
+            return document.friction(name)
+    raise FricError(f"there is no friction model for axis {document.axis}", hint="Give 'static' and 'gms'.")
+
+
+def nominal_models(document: FrictionDocument) -> dict[str, FrictionModel]:
+    """Return every model of a friction file that a controller can feed forward, by name."""
+    names = (["static"] if document.static else []) + [name for name in document.model_names() if name != "rolling"]
+    return {name: document.friction(name) for name in names}
+
 
 NOMINAL_DOCUMENTS: dict[str, type[AxisDocument | FrictionDocument | BlockDocument]] = {
     "plant": PlantDocument,

@@ -7,8 +7,7 @@ from pydantic import Field, model_validator
 
 from fric.documents.base import OfAxis
 from fric.documents.generated import FilePart
-from fric.documents.quantity import Known, Part, Quantity, in_units, known
-from fric.errors import FricError
+from fric.documents.quantity import Known, Part, Quantity, in_units, known, refused
 from fric.estimate import Estimate
 from fric.notice import Notice
 from fric.simulate.experiment import EXPERIMENTS
@@ -41,10 +40,8 @@ class ExperimentPart(Part):
         for name, given in self.settings.items():
             if name not in SETTINGS:
                 raise ValueError(f"'{name}' is not a setting\nKnown are {', '.join(SETTINGS)}.")
-            try:
+            with refused(name):
                 value = given.si(SETTINGS[name], motion).value
-            except FricError as error:
-                raise ValueError(f"{name}: {error.what}\n{error.hint}") from None
             found[name] = round(value) if SETTINGS[name] == "ratio" and isinstance(value, float) else value
         return Planned(self.kind, found, self.why)
 

@@ -1,6 +1,7 @@
 """Quantities of documents: a number with its unit, as files hold it, and parts whose fields are such."""
 
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict
 from math import inf, isfinite
 from operator import attrgetter
@@ -19,6 +20,15 @@ def _finite(given: Any) -> Any:
 
 Known = Annotated[float | None, BeforeValidator(_finite)]
 """A number, or null for one that is infinite or not a number, which JSON cannot hold."""
+
+
+@contextmanager
+def refused(place: str = "") -> Iterator[None]:
+    """Let what raises a `FricError` within be an error of the schema, with its place and the mend."""
+    try:
+        yield
+    except FricError as error:
+        raise ValueError(f"{place}{': ' if place else ''}{error.what}\n{error.hint}") from None
 
 
 class Part(BaseModel):
@@ -162,12 +172,9 @@ def quantities(given: Mapping[str, Any], dimensions: dict[str, str], motion: Mot
     for name, value in given.items():
         if name not in dimensions:
             raise ValueError(f"{where or 'here'}: '{name}' is not a parameter\nKnown are {', '.join(dimensions)}.")
-        try:
+        with refused(f"{where}.{name}" if where else name):
             quantity = value if isinstance(value, Quantity) else Quantity.model_validate(value)
             found[name] = quantity.si(dimensions[name], motion)
-        except FricError as error:
-            place = f"{where}.{name}" if where else name
-            raise ValueError(f"{place}: {error.what}\n{error.hint}") from None
     return found
 
 

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from fric.control.scheme import Lead, Scheme
 from fric.documents.base import Document
-from fric.documents.quantity import Part, Quantity
+from fric.documents.quantity import Part, Quantity, refused
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.verb import verb
@@ -39,10 +39,8 @@ class SchemePart(Part):
 
     @model_validator(mode="after")
     def _blocks_fit(self) -> Self:
-        try:
+        with refused():
             self.scheme("")
-        except FricError as error:
-            raise ValueError(f"{error.what}\n{error.hint}") from None
         return self
 
     def scheme(self, name: str) -> Scheme:

@@ -6,7 +6,7 @@ from typing import ClassVar, Self
 from pydantic import Field, model_validator
 
 from fric.documents.base import Document
-from fric.documents.quantity import Part, Quantity
+from fric.documents.quantity import Part, Quantity, refused
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.simulate.spread import Distribution, Spread, check_spreads
@@ -41,10 +41,8 @@ class SpreadDocument(Document):
     @model_validator(mode="after")
     def _names_and_factors_fit(self) -> Self:
         for name, part in self.spreads.items():
-            try:
+            with refused(f"spreads.{name}"):
                 check_spreads({name: part.spread()})
-            except FricError as error:
-                raise ValueError(f"spreads.{name}: {error.what}\n{error.hint}") from None
         return self
 
     def read(self) -> dict[str, Spread]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from fric.documents.controller import ControllerDocument, ObserverDocument
 from fric.documents.friction import FrictionDocument
-from fric.documents.machine import AxisPart, MachineDocument
+from fric.documents.machine_files import AxisPart, MachineDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document
 from fric.estimate import Estimate, in_digits

@@ -17,8 +17,7 @@ from fric.control.scheme import choose_schemes
 from fric.documents.base import provenance
 from fric.documents.bundled import located
 from fric.documents.contours import ReproductionDocument
-from fric.documents.machine import MachineDocument
-from fric.documents.machine_files import read_machine
+from fric.documents.machine_files import MachineDocument, read_machine
 from fric.documents.yaml import plain, read_document, read_tree, write_document
 from fric.errors import FricError
 from fric.figures.circle import polar_figure

@@ -10,7 +10,7 @@ from fric.design.blocks import BlockDesign, JointDesign, design_jointly
 from fric.design.blocks import design_block as find_block
 from fric.design.cascade import design_cascade
 from fric.documents.controller import block_tree
-from fric.documents.machine import nominal_models
+from fric.documents.machine_files import nominal_models
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.estimate import elements

@@ -3,7 +3,7 @@
 from typing import Any
 
 from fric.documents.friction import FrictionDocument
-from fric.documents.machine import nominal_models
+from fric.documents.machine_files import nominal_models
 from fric.friction import FrictionModel, models
 from fric.results.base import Identified
 
