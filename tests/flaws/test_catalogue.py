@@ -132,6 +132,7 @@ def hysteresis(**more: object) -> list[Notice]:
     given = {
         "static_given": True, "asked": None, "first": 1.0, "share": 0.0, "assumed": False, "level": 1.0,
         "mismatch": 0.0, "hollow": 0.0, "cycles": 5, "saturates": True, "plant": True, "gap": 50.0,
+        "loaded": False,
     } | more  # fmt: skip
     record = N(name="a", done=N(inertia_share=given["share"]))
 
@@ -145,7 +146,8 @@ def hysteresis(**more: object) -> list[Notice]:
     GAPS[:] = [given["gap"]]
     fit = N(
         motion="linear", static_given=given["static_given"], static=N(F_s=100.0), curve=curve, asked=given["asked"],
-        blocks=[N(), N()], reason="the data show two.", hysteresis=[N(name="a", motion=N(step=1e-6), record=record)],
+        blocks=[N(), N()], reason="the data show two.",
+        hysteresis=[N(name="a", motion=N(step=1e-6), record=record, loaded=given["loaded"])],
         model=N(slip_displacements=np.array([given["first"] * 4e-6, 1.0])), C=Rate(1e4), refined=True,
         alpha_sum=Estimate(given["level"], "1"), records=[],
     )  # fmt: skip
@@ -357,6 +359,7 @@ SHOWN: dict[str, Show] = {
     "strokes-in-presliding": lambda s: ended_early(s * RISES),
     "friction-differs": lambda s: hysteresis(mismatch=-s * gms.LEVEL * 100.0),
     "lost-motion": lambda s: hysteresis(hollow=s * gms.HOLLOW * 100.0),
+    "begins-loaded": lambda s: hysteresis(loaded=is_so(s)),
     "one-cycle": lambda s: hysteresis(cycles=1 if is_so(s) else 2),
     "never-saturates": lambda s: hysteresis(saturates=not is_so(s)),
     "never-slides": lambda s: hysteresis(saturates=not is_so(s), static_given=False),

@@ -18,6 +18,8 @@ BLOCKS_INSEPARABLE = Flaw("blocks-inseparable", "note",
     "Blocks {n} and {m} slip at {slip} and {next}: one in their place changes the virgin curve by at most {gap:2}.")
 SINE_TOO_FAST = Flaw("sine-too-fast", "doubt", "Inertia is {share:.0%} of the force: the sine is too fast.",
     "Log it at a frequency lower by {slower:.2g} or more.")
+BEGINS_LOADED = Flaw("begins-loaded", "note",
+    "The contact was loaded where {records} begin: their first strokes are not compared.")
 C_ASSUMED = Flaw("C-assumed", "doubt", "C is assumed to be {C}: {why}.",
     "{logged:|Log a sine in sliding (fric simulate experiment --kind sliding-sine).}")
 C_WITHOUT_PLANT = Flaw("C-without-plant", "doubt", "C is identified without a plant: inertia was fitted beside the "

@@ -11,6 +11,12 @@ from fric.records.motion import Motion
 from fric.records.prepared import Prepared
 from fric.records.reversals import find_reversals
 
+PARTS = 16
+"""Parts of a stroke in which two of them are compared."""
+UNLIKE, LOADED = 3.0, 0.01
+"""By how much the first stroke is unlike the next where a record begins loaded: times as much as later strokes, and
+share of the range of the force."""
+
 
 @dataclass(frozen=True)
 class HysteresisCycles:
@@ -19,6 +25,7 @@ class HysteresisCycles:
     record: Prepared  # The record as it was prepared
     reversals: Indices  # Samples at which the motion reverses, shape (m,)
     cycles: tuple[int, int]  # Number of the first and last cycle (from 1) that the identification uses
+    loaded: bool = False  # Whether the contact was loaded where it begins: its first stroke is left out
 
     @property
     def name(self) -> str:
@@ -57,6 +64,31 @@ class HysteresisCycles:
         return replace(self.record, used=used, reversals=self.reversals)
 
 
+def _begins_loaded(record: Prepared, reversals: Indices) -> bool:
+    """Say whether the first stroke of a record is unlike the next in its direction, where later strokes repeat.
+
+    A contact that comes to rest loaded is so where a record begins. Until each block has slipped, or has not along a
+    whole stroke, the force depends on that; from the second reversal on it shows as a constant at most.
+    """
+    if len(reversals) < 5:
+        return False
+    z, F = record.motion.position, record.force
+    travel = float(np.min(np.abs(np.diff(z[reversals[:5]]))))
+    edges = np.linspace(0.0, travel * (1.0 + 1e-9), PARTS + 1)
+
+    def unlike(n: int) -> float:
+        """Return by how much two strokes of one direction differ, but for a constant [N]."""
+        along = []
+        for begin, end in ((reversals[m], reversals[m + 1]) for m in (n, n + 2)):
+            part = np.clip(np.digitize(np.abs(z[begin:end] - z[begin]), edges) - 1, 0, PARTS - 1)
+            count = np.bincount(part, minlength=PARTS)
+            along.append(np.bincount(part, F[begin:end], PARTS) / np.where(count, count, np.nan))
+        apart = along[1] - along[0]
+        return float(np.sqrt(np.nanmean((apart - np.nanmean(apart)) ** 2)))
+
+    return unlike(0) > max(UNLIKE * unlike(1), LOADED * float(np.ptp(F[reversals[1] : reversals[4]])))
+
+
 def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> HysteresisCycles:
     """Find the cycles of a record: from one reversal to the next but one.
 
@@ -75,6 +107,10 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
             where=where,
             hint="Log two cycles or more of a slow sine.",
         )
+    loaded = cycles is None and _begins_loaded(record, reversals)
+    if loaded:
+        reversals = reversals[1:]
+        count = (len(reversals) - 1) // 2
     first, last = cycles or (1, count)
     if first > count:
         raise FricError(
@@ -82,7 +118,7 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
             where=where,
             hint="Choose `cycles=` anew.",
         )
-    hysteresis = HysteresisCycles(record, reversals, (first, min(last, count)))
+    hysteresis = HysteresisCycles(record, reversals, (first, min(last, count)), loaded)
     if hysteresis.amplitude < STEPS * motion.step:
         raise FricError(
             f"the amplitude is {hysteresis.amplitude / motion.step:.1f} steps of the encoder, "

@@ -1,7 +1,7 @@
 """What pre-sliding data cannot tell, in the user's words."""
 
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise, permutations
 from typing import Any
 
 import numpy as np
@@ -56,6 +56,8 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
     fast = {name: share for name, share in shares.items() if share > INERTIA}
     for name, share in fast.items():
         yield blocks.SINE_TOO_FAST.found(f"record '{name}'", share=share, slower=float(np.sqrt(share / INERTIA)))
+    if loaded := [one.name for one in fit.hysteresis if one.loaded]:
+        yield blocks.BEGINS_LOADED.found(records=loaded)
     if fit.C.assumed:
         why = (
             "pre-sliding records do not determine it"
@@ -123,12 +125,12 @@ def changes(fit: GMSFit) -> Iterator[Notice]:
     """Yield what changed while the records of a fit were logged."""
     newton, F_s = si_unit("force", fit.motion), fit.static.F_s
     presliding = [one for one in fit.records if one.kind == "presliding"]
-    offsets, levels = [], []
+    offsets, levels = dict[str, float](), []
     for one in presliding:
         offset, level = _over_cycles(one)
         if not len(level):
             continue
-        offsets.append(float(offset.mean()))
+        offsets[one.name] = float(offset.mean())
         levels.append(float(level.mean()))
         where = f"record '{one.name}'"
         if (change := _drifts(level, CHANGES)) is not None:
@@ -143,11 +145,36 @@ def changes(fit: GMSFit) -> Iterator[Notice]:
             reversals = _seen_reversals(one)
             notices = energy_warnings(cycle_energies(one.position, one.measured, reversals), one.time[reversals[::2]])
             yield from (notice.at(where) for notice in notices if notice.code == flaws.ENERGY_IN_ONE_SEGMENT.code)
-    if len(offsets) > 1 and np.ptp(offsets) > CHANGES * F_s:
-        found = [Estimate(offset, newton) for offset in offsets]
-        yield flaws.OFFSET_DIFFERS.found(by=Estimate(float(np.ptp(offsets)), newton), **_between(presliding, found))
+    if differing := _beyond_load(fit, offsets):
+        by, (least, first), (most, second) = differing
+        values = {"least": Estimate(least, newton), "first": first, "most": Estimate(most, newton), "second": second}
+        yield flaws.OFFSET_DIFFERS.found(by=Estimate(by, newton), **values)
     if len(levels) > 1 and np.ptp(levels) > CHANGES:
         yield flaws.LEVEL_BETWEEN_RECORDS.found(by=float(np.ptp(levels)), **_between(presliding, levels))
+
+
+def _beyond_load(
+    fit: GMSFit, offsets: Mapping[str, float]
+) -> tuple[float, tuple[float, str], tuple[float, str]] | None:
+    """Return by how much the offsets of two records differ [N], and both, where more than their loads explain it.
+
+    What does not slip along a cycle of amplitude a bears what it bore where the record begins: up to ``V(inf) - V(a)``
+    on the virgin curve V, which shows as an offset. Where the end of the curve is not known, it may be any.
+    """
+    if len(offsets) < 2 or not (fit.static_given or fit.curve.saturates):
+        return None
+    ends = max(float(fit.curve.force[-1]), fit.static.F_s)
+    load = {one.name: max(ends - float(fit.curve(one.amplitude)), 0.0) for one in fit.hysteresis}
+    pairs = [
+        (offsets[b] - offsets[a] - load.get(a, 0.0) - load.get(b, 0.0), a, b)
+        for a, b in permutations(offsets, 2) if offsets[b] > offsets[a]
+    ]  # fmt: skip
+    beyond, a, b = max(pairs, default=(0.0, "", ""))
+    return (
+        (offsets[b] - offsets[a], (offsets[a], a), (offsets[b], b))
+        if beyond > CHANGES * fit.static.F_s + 2.0 * fit.rmse
+        else None
+    )
 
 
 def _between(records: Sequence[Replay], values: Sequence[Any]) -> dict[str, Any]:
