@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
 
 import grimp
+
+ROOT = Path(__file__).parents[1]
 
 
 def circle_in(graph: grimp.ImportGraph) -> list[str]:
@@ -28,3 +32,15 @@ def test_a_circle_is_seen() -> None:
     for importer, imported in (("a", "b"), ("b", "c"), ("c", "a"), ("a", "d")):
         graph.add_import(importer=importer, imported=imported)
     assert set(circle_in(graph)) == {"a", "b", "c"}
+
+
+def test_contributing_names_every_room() -> None:
+    """A room that is new has a row in CONTRIBUTING.md, and one that is gone has none."""
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    table = text.partition("| room | content |")[2].partition("\n\n")[0]
+    cells = " ".join(line.split("|")[1] for line in table.splitlines() if line.count("|") > 2)
+    rooms = {room.strip("/") for room in re.findall(r"`([a-z_/]+)`", cells)}
+    there = {
+        path.stem for path in (ROOT / "src/fric").iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()
+    }
+    assert rooms == there - {"__init__", "__main__"}
