@@ -99,6 +99,11 @@ class AxisTrace:
     input: Real | None = None
     force: Real | None = None
 
+    @property
+    def asked(self) -> Real:
+        """The position that was asked for [m], or else the measured one, shape (n,)."""
+        return self.position if self.reference is None else self.reference
+
     def channels(self) -> dict[str, Real]:
         """Return the channels that were recorded, by name."""
         found = {name: getattr(self, name) for name in CHANNELS}

@@ -382,10 +382,7 @@ def better_ahead(
 def measured_quadrants(test: MeasuredCircle) -> tuple[float, float, float, float]:
     """Return the glitch of a circle that was measured at +x, +y, -x and -y [m], around its own centre."""
     first, second = test.together()
-    a, b, _ = fit_circle(
-        first.position if first.reference is None else first.reference,
-        second.position if second.reference is None else second.reference,
-    )
+    a, b, _ = fit_circle(first.asked, second.asked)
     return circularity(first.position - a, second.position - b, test.radius).quadrants
 
 

@@ -141,7 +141,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     starts = [start + np.array([0.0, np.log(stiffness), np.log(C), 0.0]) for stiffness, C in STARTS]
     found = fit(Balance(records, few, nominal.K_f), starts)
     done()
-    found = _again(found, nominal.K_f)
+    found = _again(found)
     done()
     full = False
     if found.plant[0] > 0 and found.rms > SHAPE * explained(found):
@@ -149,7 +149,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
             richer = shape or found.balance.coordinates.sided()
             start = richer.moved(found.balance.coordinates, found.x)
             other = fit(replace(found.balance, coordinates=richer), [start], found.rms)
-            other = _again(other, nominal.K_f)
+            other = _again(other)
             compared = at(replace(found.balance, records=other.balance.records), found.x)
             if other.rms < GAIN * compared.rms:
                 found, full = other, full or shape is not None
@@ -206,7 +206,7 @@ def part_warning(why: str, names: Sequence[str]) -> Notice:
     return TUNED_IN_PART.found(why=why, kept=words)
 
 
-def _again(found: Fitted, K_f: float) -> Fitted:
+def _again(found: Fitted) -> Fitted:
     """Return the fit along the motion that the fit itself tells more finely.
 
     Each time the delay's error falls to a fifth: it is repeated until it rests.
@@ -214,22 +214,12 @@ def _again(found: Fitted, K_f: float) -> Fitted:
     for _ in range(AGAIN):
         if not found.plant[0] > 0:
             break
-        again = fit(_finer(found, K_f), [found.x], found.rms, 5)
+        finer = tuple(refined(record, *found.truth(n)) for n, record in enumerate(found.balance.records))
+        again = fit(replace(found.balance, records=finer), [found.x], found.rms, 5)
         moved, found = np.abs(again.x - found.x).max(), again
         if moved < RESTS:
             break
     return found
-
-
-def _finer(found: Fitted, K_f: float) -> Balance:
-    """Return the balance along the motion that a fit tells more finely."""
-    coordinates, (m, a) = found.balance.coordinates, (float(value) for value in found.plant[:2])
-    model, T_d = coordinates.directed(found.x), coordinates.delay(found.x)
-    records = tuple(
-        refined(record, model, T_d, (m, a, float(found.plant[2 + n])), K_f)
-        for n, record in enumerate(found.balance.records)
-    )
-    return replace(found.balance, records=records)
 
 
 @dataclass(frozen=True)

@@ -228,6 +228,11 @@ class Fitted:
         """Return what is left of each circle [V]."""
         return [self.residual[part] for part in self.balance.samples]
 
+    def truth(self, n: int) -> tuple[FrictionModel, float, tuple[float, float, float], float]:
+        """Return friction, delay, (m, a, offset) and K_f by which the n-th circle balances, as `refined` takes them."""
+        coordinates, (m, a, *offsets) = self.balance.coordinates, self.plant.tolist()
+        return coordinates.directed(self.x), coordinates.delay(self.x), (m, a, offsets[n]), self.balance.K_f
+
     def noise(self) -> float | None:
         """Return the root mean square of what does not repeat from turn to turn [V]; None where no circle tells it."""
         known = [
@@ -345,7 +350,7 @@ def recorded_again(found: Fitted, draws: int = DRAWS) -> list[Real]:
         records = []
         for n, record in enumerate(balance.records):
             again = voltage_record(_once_more(found, n, rng), record.axis, record)
-            records.append(refined(again, *_truth(found, n)))
+            records.append(refined(again, *found.truth(n)))
         once = replace(balance, records=tuple(records))
         rest = once.voltage(balance.coordinates.delay(x)) - once.friction(x) - once.columns() @ found.plant
         left.append(rest / balance.weights)
@@ -361,16 +366,10 @@ def explained(found: Fitted) -> float:
     return max(found.noise() or 0.0, float(np.sqrt(np.mean(np.square(again)))))
 
 
-def _truth(found: Fitted, n: int) -> tuple[FrictionModel, float, tuple[float, float, float], float]:
-    coordinates = found.balance.coordinates
-    plant = (float(found.plant[0]), float(found.plant[1]), float(found.plant[2 + n]))
-    return coordinates.directed(found.x), coordinates.delay(found.x), plant, found.balance.K_f
-
-
 def _once_more(found: Fitted, n: int, rng: np.random.Generator) -> MeasuredCircle:
     """Return a circle test as the machine that was found records it along the motion that was found."""
     record: VoltageRecord = found.balance.records[n]
-    model, T_d, (m, a, offset), K_f = _truth(found, n)
+    model, T_d, (m, a, offset), K_f = found.truth(n)
     t, r, z_m, _ = record.raw
     z, period = record.whole, record.sampled
     velocity = np.gradient(z, t)

@@ -240,8 +240,7 @@ def _seen(test: MeasuredCircle, t: Real, where: str) -> tuple[Real, Indices, Mas
 def _revolutions(test: MeasuredCircle, t: Real) -> tuple[Real, Indices, Mask]:
     """Return angle, revolution and whether the axis is on its circle, at some instants."""
     first, second = test.together()
-    x = first.position if first.reference is None else first.reference
-    y = second.position if second.reference is None else second.reference
+    x, y = first.asked, second.asked
     a, b, _ = fit_circle(x, y)
     whole = np.unwrap(np.arctan2(y - b, x - a))
     inside = steady(first.time, whole)
