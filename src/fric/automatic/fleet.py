@@ -305,17 +305,8 @@ class FleetResult(Result):
         return FleetDocument.made(
             {
                 "page": str(self.folder / "fleet.html"), "level": LEVEL, "tests": len(self.drifts),
-                "units": [
-                    {
-                        "machine": one.unit.machine, "date": one.unit.date, "notes": list(one.description),
-                        "axes": {
-                            name: {"done": axis.done, "missing": axis.missing} for name, axis in one.axes.items()
-                        },
-                    }
-                    for one in self.outcomes
-                ],
-                "changed": [list(one) for one in self.changed],
-                "changes": [_entry(one) for one in self.drifts if one.change.verdict == "moved"],
+                "units": self.outcomes, "changed": self.changed,
+                "changes": [one for one in self.drifts if one.change.verdict == "moved"],
             }
         ).tree()  # fmt: skip
 
@@ -372,15 +363,6 @@ def _shown(found: Estimate | None) -> str:
     low, high = limits_of(found.ci95) or (-inf, inf)
     half = f" ± {readable(0.5 * (high - low), found.unit, 2)}" if isfinite(high - low) else ""
     return readable(float(found), found.unit) + half
-
-
-def _entry(one: Drift) -> dict[str, Any]:
-    change = one.change
-    return {
-        "machine": one.machine, "axis": one.axis, "parameter": change.name, "unit": change.unit,
-        "dates": list(one.dates), "before": change.before, "after": change.after, "relative": change.relative,
-        "ci95": change.difference_ci95 or (inf, inf), "p": one.p, "adjusted": one.adjusted, "changed": one.changed,
-    }  # fmt: skip
 
 
 def fleet(

@@ -1,11 +1,12 @@
 """What there is and what was made, as `--json` prints it: formats, an example, an export, a report, a fleet."""
 
-from typing import Any, ClassVar, Literal
+from math import inf
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
 from fric.documents.base import AxisName, CodedWarning, Document
-from fric.documents.quantity import Known, Part
+from fric.documents.quantity import Known, Of, Part, Written
 from fric.units import Motion
 
 
@@ -132,27 +133,34 @@ class ReportDocument(Document):
     circles: list[dict[str, Any]] = Field(description="measured circles: file, and diagnosis/1 of each")
 
 
-class FleetUnit(Part):
+class FleetUnit(Written):
     """The logs of one machine at one date."""
 
-    machine: str
-    date: str
-    axes: dict[str, dict[str, list[str]]] = Field(description="by axis, which steps were done and what is missing")
-    notes: list[str] = Field(description="what was guessed, left out, or could not be read")
+    machine: Annotated[str, Of("unit.machine")]
+    date: Annotated[str, Of("unit.date")]
+    axes: Annotated[
+        dict[str, dict[str, list[str]]],
+        Of(lambda one: {name: {"done": axis.done, "missing": axis.missing} for name, axis in one.axes.items()}),
+    ] = Field(description="by axis, which steps were done and what is missing")
+    notes: Annotated[list[str], Of("description")] = Field(
+        description="what was guessed, left out, or could not be read"
+    )
 
 
-class FleetChange(Part):
+class FleetChange(Written):
     """A number whose interval at one date does not agree with that at the next."""
 
     machine: str
     axis: str
-    parameter: str
-    unit: str
+    parameter: Annotated[str, Of("change.name")]
+    unit: Annotated[str, Of("change.unit")]
     dates: list[str]
-    before: float
-    after: float
-    relative: float | None
-    ci95: list[Known] = Field(description="95 % interval of the difference, of this number alone")
+    before: Annotated[float, Of("change.before")]
+    after: Annotated[float, Of("change.after")]
+    relative: Annotated[float | None, Of("change.relative")]
+    ci95: Annotated[list[Known], Of(lambda one: one.change.difference_ci95 or (inf, inf))] = Field(
+        description="95 % interval of the difference, of this number alone"
+    )
     p: float = Field(description="probability of such a difference where nothing changed")
     adjusted: float = Field(description="the same with all numbers of the fleet in mind (Holm)")
     changed: bool
