@@ -81,57 +81,32 @@ class Replay:
 
 @dataclass(frozen=True)
 class GMSFit:
-    """An identified GMS model, and what it was seen in.
+    """An identified GMS model, and what it was seen in."""
 
-    Parameters
-    ----------
-    axis, motion
-        The axis.
-    static
-        The static map whose F_s is the unit of alpha; F_c = F_s at the plateau where none was given.
-    static_given
-        False where the plateau stands in for a static map.
-    alpha, k, C
-        The parameters, one value a block in the order of slip displacements.
-    alpha_sum
-        Σ alpha before it was normalised: the level of the records relative to the static map.
-    curve, hysteresis, blocks
-        The measured virgin curve, the records it is from, and the piecewise-linear fit.
-    choice
-        How the number of blocks was chosen; None where the user said it.
-    asked
-        Number of blocks that the user asked for; None where it was left to the criterion.
-    knots_given, refined
-        True where the user gave the knots; where the parameters are from replay.
-    records
-        Each record, measured against replayed.
-    covariance
-        How the parameters err together; None where they were not refined by replay.
-    between_records
-        Standard deviation of the ``level`` [1] and the ``offset`` [N] of records, where seen.
-    warnings
-        What the data cannot tell.
-    """
-
+    # axis, motion: the axis
     axis: str
     motion: Motion
-    static: StaticMap
-    static_given: bool
+    static: StaticMap  # The static map whose F_s is the unit of alpha; F_c = F_s at the plateau where none was given
+    static_given: bool  # False where the plateau stands in for a static map
+    # alpha, k, C: the parameters, one value a block in the order of slip displacements
     alpha: Estimate
     k: Estimate
     C: Estimate
-    alpha_sum: Estimate
+    alpha_sum: Estimate  # Σ alpha before it was normalised: the level of the records relative to the static map
+    # curve, hysteresis, blocks: the measured virgin curve, the records it is from, and the piecewise-linear fit
     curve: VirginCurve
     hysteresis: tuple[HysteresisCycles, ...]
     blocks: Blocks
-    choice: Choice | None
-    asked: int | None
+    choice: Choice | None  # How the number of blocks was chosen; None where the user said it
+    asked: int | None  # Number of blocks that the user asked for; None where it was left to the criterion
+    # knots_given, refined: true where the user gave the knots; where the parameters are from replay
     knots_given: bool
     refined: bool
-    records: tuple[Replay, ...]
-    covariance: Covariance | None
+    records: tuple[Replay, ...]  # Each record, measured against replayed
+    covariance: Covariance | None  # How the parameters err together; None where they were not refined by replay
+    # Standard deviation of the ``level`` [1] and the ``offset`` [N] of records, where seen
     between_records: Mapping[str, Estimate]
-    warnings: tuple[Notice, ...]
+    warnings: tuple[Notice, ...]  # What the data cannot tell
 
     @property
     def model(self) -> GMS:

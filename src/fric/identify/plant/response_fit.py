@@ -235,27 +235,13 @@ def _misfit(form: Form, x: Real, lines: Lines) -> float:
 
 @dataclass(frozen=True)
 class ResponseFit:
-    """One measured response and eq. (1) fitted to it alone.
+    """One measured response and eq. (1) fitted to it alone."""
 
-    Parameters
-    ----------
-    measured
-        The response.
-    used
-        Which of its lines were sure enough, shape (n,).
-    solution
-        A, ln B, T_d of this response alone.
-    hold
-        Sampling rate of the hold in front of the plant [Hz]; None for a continuous response.
-    stand_off
-        Frequencies of lines that stand off all others, and had no part in the fit [Hz].
-    """
-
-    measured: MeasuredResponse
-    used: Mask
-    solution: Solution
-    hold: float | None
-    stand_off: tuple[float, ...] = ()
+    measured: MeasuredResponse  # The response
+    used: Mask  # Which of its lines were sure enough, shape (n,)
+    solution: Solution  # A, ln B, T_d of this response alone
+    hold: float | None  # Sampling rate of the hold in front of the plant [Hz]; None for a continuous response
+    stand_off: tuple[float, ...] = ()  # Frequencies of lines that stand off all others, and had no part in the fit [Hz]
 
     def model(self, frequency: Real) -> Complex:
         """Return the fitted response [m/V] at frequencies [Hz], shape (n,)."""
@@ -271,68 +257,33 @@ class ResponseFit:
 
 @dataclass(frozen=True)
 class FrictionInfluence:
-    """What Coulomb friction adds to A: ``A_seen = A + F_c/M·gain``, its describing function along each motion.
+    """What Coulomb friction adds to A: ``A_seen = A + F_c/M·gain``, its describing function along each motion."""
 
-    Parameters
-    ----------
-    gains
-        Equivalent gain of a unit Coulomb friction along each motion [s/m], shape (r,); 0 where it never reverses.
-    seen
-        A fitted to each response alone [1/s], shape (r,).
-    half
-        Half the 95 % interval of each, shape (r,).
-    differs
-        Whether the responses tell of friction; False also where it could not be compared.
-    compared
-        Whether there were two amplitudes to compare.
-    coulomb
-        F_c/M [m/s²], where it was fitted.
-    """
-
+    # Equivalent gain of a unit Coulomb friction along each motion [s/m], shape (r,); 0 where it never reverses
     gains: Real
-    seen: Real
-    half: Real
-    differs: bool
-    compared: bool
-    coulomb: Estimate | None = None
+    seen: Real  # A fitted to each response alone [1/s], shape (r,)
+    half: Real  # Half the 95 % interval of each, shape (r,)
+    differs: bool  # Whether the responses tell of friction; False also where it could not be compared
+    compared: bool  # Whether there were two amplitudes to compare
+    coulomb: Estimate | None = None  # F_c/M [m/s²], where it was fitted
 
 
 @dataclass(frozen=True)
 class PlantFit:
-    """The plant of eq. (1), identified from frequency responses.
+    """The plant of eq. (1), identified from frequency responses."""
 
-    Parameters
-    ----------
-    axis, motion
-        Name and motion of the axis.
-    estimates
-        A, B, T_d, and K_f where it is known.
-    solution
-        The fit of all responses together.
-    responses
-        Each response with its own fit.
-    friction
-        What friction does to A.
-    hold
-        Sampling rate of the hold [Hz]; None for a continuous response.
-    transport
-        What is left of T_d without half a sample of hold [s].
-    second_mass
-        Frequency, ratio and damping of a table on a spring, see `fric.drive.resonance`; None where none is seen.
-    warnings
-        What the data cannot tell.
-    """
-
+    # axis, motion: name and motion of the axis
     axis: str
     motion: Motion
-    estimates: dict[str, Estimate]
-    solution: Solution
-    responses: tuple[ResponseFit, ...]
-    friction: FrictionInfluence
-    hold: float | None
-    transport: Estimate
+    estimates: dict[str, Estimate]  # A, B, T_d, and K_f where it is known
+    solution: Solution  # The fit of all responses together
+    responses: tuple[ResponseFit, ...]  # Each response with its own fit
+    friction: FrictionInfluence  # What friction does to A
+    hold: float | None  # Sampling rate of the hold [Hz]; None for a continuous response
+    transport: Estimate  # What is left of T_d without half a sample of hold [s]
+    # Frequency, ratio and damping of a table on a spring, see `fric.drive.resonance`; None where none is seen
     second_mass: dict[str, Estimate] | None = None
-    warnings: tuple[Notice, ...] = ()
+    warnings: tuple[Notice, ...] = ()  # What the data cannot tell
 
     @property
     def plant(self) -> LinearPlant:

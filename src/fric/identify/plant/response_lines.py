@@ -13,33 +13,16 @@ COARSEST = 0.3
 
 
 class Lines(NamedTuple):
-    """The lines of one response that a fit uses.
+    """The lines of one response that a fit uses."""
 
-    Parameters
-    ----------
-    frequency
-        Frequencies [Hz], shape (n,).
-    response
-        Z/U [m/V], shape (n,).
-    deviation
-        Relative standard deviation of real and imaginary part, shape (n,).
-    hold
-        Sampling rate of the hold in front of the plant [Hz]; None where the response is that of eq. (1) itself.
-    reversing
-        Equivalent gain of Coulomb friction [s/m], see `MeasuredResponse`.
-    correlation
-        Neighbouring lines that tell as much as one.
-    known
-        True where the deviation is known in full, false where only its shape is (a table).
-    """
-
-    frequency: Real
-    response: Complex
-    deviation: Real
+    frequency: Real  # Frequencies [Hz], shape (n,)
+    response: Complex  # Z/U [m/V], shape (n,)
+    deviation: Real  # Relative standard deviation of real and imaginary part, shape (n,)
+    # Sampling rate of the hold in front of the plant [Hz]; None where the response is that of eq. (1) itself.
     hold: float | None
-    reversing: float
-    correlation: float
-    known: bool
+    reversing: float  # Equivalent gain of Coulomb friction [s/m], see `MeasuredResponse`
+    correlation: float  # Neighbouring lines that tell as much as one
+    known: bool  # True where the deviation is known in full, false where only its shape is (a table)
 
 
 def select(

@@ -41,50 +41,30 @@ REST = 0.01
 
 @dataclass(frozen=True)
 class MotionFit:
-    """A rigid axis fitted to its motion: ``force = M·z̈ + F_v·ż + F_c·sign(ż) + offset``.
+    """A rigid axis fitted to its motion: ``force = M·z̈ + F_v·ż + F_c·sign(ż) + offset``."""
 
-    Parameters
-    ----------
-    axis, motion
-        Name and motion of the axis.
-    channel
-        ``force``, or ``input`` where no force was logged and no force constant given: then M, F_v, F_c and
-        offset are in volts (per m/s², per m/s).
-    estimates
-        M, F_v, F_c and offset; or M and F_v, F_c of either direction. Intervals allow for correlated residuals.
-    deviation
-        Standard deviation of each as ordinary least squares gives it, as if residuals were independent.
-    plant
-        A, B, T_d of eq. (1), and K_f where it is known.
-    relative_error
-        ``‖residual‖/‖force‖`` [1].
-    condition_number
-        Of the observation matrix.
-    autocorrelation
-        Of neighbouring residuals, after decimation.
-    sampling, conditioning
-        Sampling rate [Hz] and filters of the first record.
-    time, measured, fitted
-        Decimated samples: instants [s], and logged and fitted force, each of shape (n,).
-    warnings
-        What the data cannot tell.
-    """
-
+    # axis, motion: name and motion of the axis
     axis: str
     motion: Motion
+    # ``force``, or ``input`` where no force was logged and no force constant given: then M, F_v, F_c and offset are in
+    # volts (per m/s², per m/s)
     channel: Literal["force", "input"]
+    # M, F_v, F_c and offset; or M and F_v, F_c of either direction. Intervals allow for correlated residuals.
     estimates: dict[str, Estimate]
+    # Standard deviation of each as ordinary least squares gives it, as if residuals were independent
     deviation: dict[str, float]
-    plant: dict[str, Estimate]
-    relative_error: float
-    condition_number: float
-    autocorrelation: float
+    plant: dict[str, Estimate]  # A, B, T_d of eq. (1), and K_f where it is known.
+    relative_error: float  # ``‖residual‖/‖force‖`` [1]
+    condition_number: float  # Of the observation matrix
+    autocorrelation: float  # Of neighbouring residuals, after decimation
+    # sampling, conditioning: sampling rate [Hz] and filters of the first record
     sampling: float
     conditioning: Conditioning
+    # time, measured, fitted: decimated samples: instants [s], and logged and fitted force, each of shape (n,)
     time: Real
     measured: Real
     fitted: Real
-    warnings: tuple[Notice, ...] = ()
+    warnings: tuple[Notice, ...] = ()  # What the data cannot tell
 
 
 def identify_motion(

@@ -25,26 +25,15 @@ HANN_CORRELATION = 1 + 2 * ((2 / 3) ** 2 + (1 / 6) ** 2)
 
 
 class Spectra(NamedTuple):
-    """Spectra of driver, input and position at the lines k ≥ 1, one row a period or segment.
+    """Spectra of driver, input and position at the lines k ≥ 1, one row a period or segment."""
 
-    Parameters
-    ----------
-    frequency
-        Frequencies [Hz], shape (n,).
-    driver, input, position
-        Complex amplitudes, each of shape (p, n).
-    averages
-        Independent rows, p less what overlapping segments share.
-    correlation
-        Neighbouring lines that tell as much as one.
-    """
-
-    frequency: Real
+    frequency: Real  # Frequencies [Hz], shape (n,)
+    # driver, input, position: complex amplitudes, each of shape (p, n)
     driver: Complex
     input: Complex
     position: Complex
-    averages: float
-    correlation: float
+    averages: float  # Independent rows, p less what overlapping segments share
+    correlation: float  # Neighbouring lines that tell as much as one
 
     def at(self, lines: Mask) -> Spectra:
         """Return the chosen lines, shape (n,)."""

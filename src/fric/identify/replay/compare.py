@@ -157,37 +157,21 @@ class Baseline:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Friction models, the best first.
+    """Friction models, the best first."""
 
-    Parameters
-    ----------
-    scores
-        The models by their rms; of those that differ by rounding the one of fewer parameters is first.
-    records
-        The records.
-    near
-        Which samples are near reversals, one mask a record.
-    presliding
-        Pre-sliding length of each record [m]: the travel after a reversal until the force has changed by nine tenths.
-    baselines
-        What is left without a dynamic model.
-    winner
-        The best model; None where its lead over another, or over a baseline, does not exceed the error of that lead.
-    leads
-        For each other model and baseline by how much the best one's mean squared residual is lower, and half the
-        95 % interval of that [N²].
-    warnings
-        What the records cannot tell.
-    """
-
+    # The models by their rms; of those that differ by rounding the one of fewer parameters is first
     scores: tuple[Score, ...]
-    records: tuple[Prepared, ...]
-    near: Masks
+    records: tuple[Prepared, ...]  # The records
+    near: Masks  # Which samples are near reversals, one mask a record
+    # Pre-sliding length of each record [m]: the travel after a reversal until the force has changed by nine tenths
     presliding: tuple[float, ...]
-    baselines: tuple[Baseline, ...]
+    baselines: tuple[Baseline, ...]  # What is left without a dynamic model
+    # The best model; None where its lead over another, or over a baseline, does not exceed the error of that lead
     winner: str | None
+    # For each other model and baseline by how much the best one's mean squared residual is lower, and half the 95 %
+    # interval of that [N²]
     leads: dict[str, tuple[float, float]]
-    warnings: tuple[Notice, ...]
+    warnings: tuple[Notice, ...]  # What the records cannot tell
 
 
 @one_blas_thread()

@@ -43,55 +43,28 @@ from fric.units import Motion, readable, si_unit
 
 @dataclass(frozen=True)
 class ReplayFit:
-    """A model fitted by replay.
+    """A model fitted by replay."""
 
-    Parameters
-    ----------
-    model
-        The model with the values found.
-    axis, motion
-        Name and motion of the axis.
-    estimates
-        Its parameters with their 95 % intervals, by section of a friction file and name.
-    records
-        The records, and which of their samples were fitted.
-    level
-        Level of the records relative to a static map that was held, where it was fitted; else 1.
-    own
-        What each record adds of its own, in the order of its `Preparation.own`.
-    rmse
-        Root of the mean squared residual [N].
-    r2
-        Share of the force's variance that is explained.
-    independent
-        Number of independent residuals, by their first-order autocorrelation.
-    coordinates, x
-        The search coordinates that are free in the end, and their values.
-    covariance
-        How the parameters that were fitted err together.
-    late
-        By how much the force is logged later than the position [s], by record, see `lateness`.
-    warnings
-        What the records cannot tell.
-    between_records
-        Standard deviation of the ``level`` [1], the ``offset`` [N] and the ``mass`` [kg] of records, where seen.
-    """
-
-    model: FrictionModel
+    model: FrictionModel  # The model with the values found
+    # axis, motion: name and motion of the axis
     axis: str
     motion: Motion
+    # Its parameters with their 95 % intervals, by section of a friction file and name
     estimates: dict[str, dict[str, Estimate]]
-    records: tuple[Prepared, ...]
-    level: Estimate
-    own: tuple[tuple[float, ...], ...]
-    rmse: float
-    r2: float
-    independent: float
+    records: tuple[Prepared, ...]  # The records, and which of their samples were fitted
+    level: Estimate  # Level of the records relative to a static map that was held, where it was fitted; else 1
+    own: tuple[tuple[float, ...], ...]  # What each record adds of its own, in the order of its `Preparation.own`
+    rmse: float  # Root of the mean squared residual [N]
+    r2: float  # Share of the force's variance that is explained
+    independent: float  # Number of independent residuals, by their first-order autocorrelation
+    # coordinates, x: the search coordinates that are free in the end, and their values
     coordinates: Coordinates
     x: Real
-    covariance: Covariance
+    covariance: Covariance  # How the parameters that were fitted err together
+    # By how much the force is logged later than the position [s], by record, see `lateness`
     late: Mapping[str, Estimate]
-    warnings: tuple[Notice, ...] = ()
+    warnings: tuple[Notice, ...] = ()  # What the records cannot tell
+    # Standard deviation of the ``level`` [1], the ``offset`` [N] and the ``mass`` [kg] of records, where seen
     between_records: Mapping[str, Estimate] = field(default_factory=dict)
 
     @property
