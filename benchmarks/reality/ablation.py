@@ -26,7 +26,7 @@ from benchmarks.reality.session import Session, Sessions
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.errors import FricError
 from fric.identify.plant.identify import identify_plant
-from fric.identify.static_map import corrections, forms, scatter
+from fric.identify.static_map import corrections, map_fit, stribeck_fit
 from fric.output import staged
 
 MACHINES = ("base", "all", "backlash", "cogging", "direction", "drift", "dwell", "gravity", "step", "waves")
@@ -43,10 +43,10 @@ def _left_out(name: str) -> AbstractContextManager[Any]:
 
 OFF: Mapping[str, Callable[[], AbstractContextManager[Any]]] = {
     **{name: lambda name=name: _left_out(name) for name in (*corrections.AT_ANY_SPEED, *corrections.OF_A_MAP)},
-    "ageing": lambda: patch.object(forms, "_with_ageing", lambda plain, solution, held_out: held_out),
-    "other speeds": lambda: patch.object(forms, "at_other_speeds", lambda *_: True),
-    "left out": lambda: patch.object(scatter, "_outlying", lambda *_: None),
-    "standing off": lambda: patch.object(scatter, "_beyond", lambda problem, solution, own: 0.0 * own),
+    "ageing": lambda: patch.object(map_fit, "_with_ageing", lambda plain, solution, held_out: held_out),
+    "other speeds": lambda: patch.object(map_fit, "at_other_speeds", lambda *_: True),
+    "left out": lambda: patch.object(stribeck_fit, "_outlying", lambda *_: None),
+    "standing off": lambda: patch.object(stribeck_fit, "_beyond", lambda problem, solution, own: 0.0 * own),
 }
 """What is left out, by name: the corrections, and the looks for other forms and for strokes that stand off."""
 

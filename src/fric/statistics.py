@@ -1,11 +1,13 @@
-"""Statistics that several rooms share."""
+"""Statistics that several rooms share: robust and mixed models, and covariances where residuals hang together."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import eigh, solve_triangular
+from scipy.special import chdtrc, stdtrit
 
-from fric.arrays import Complex, Real
+from fric.arrays import Complex, Indices, Real
 
 FINEST = 1e-12
 """Least variance of what scatters in a mixed model, over that of all."""
@@ -42,8 +44,7 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
     error: Standard error of each, as far as it is known, shape (n,).
     kinds: The columns Z_k of each kind of effect, of shape (n, q_k).
     """
-    from scipy.linalg import solve_triangular  # which reading a log does without
-    from scipy.optimize import minimize
+    from scipy.optimize import minimize  # which reading a log does without
 
     Z, counts = np.hstack(kinds), [one.shape[1] for one in kinds]
     X = X / np.linalg.norm(X, axis=0)
@@ -86,3 +87,153 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
     return MixedModel(
         deviations, tau**2 * P[1:, 0], vectors * np.sqrt(np.maximum(values, 0.0)), max(without - likelihood, 0.0)
     )
+
+
+def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | None = None) -> Real:
+    """Return the covariance (p, p) of least-squares estimates, right where neighbouring residuals are alike.
+
+    Newey and West's estimator (Econometrica 55, 1987): ``(XᵀX)⁻¹·S·(XᵀX)⁻¹`` with S the long-run covariance of the
+    scores ``x_i·e_i`` under Bartlett's weights; the scores are prewhitened by first-order autoregressions and
+    the bandwidth is Andrews' (Econometrica 59, 1991).
+
+    regressors: The observation matrix X, shape (n, p).
+    residual: What the fit leaves, shape (n,).
+    lengths: Rows of each record, in order, where several are stacked: nothing is shared between records.
+    """
+    # Orthonormal regressors: the scores are then of one size, and the inverse is that of R alone.
+    q, r = np.linalg.qr(regressors)
+    back = np.linalg.inv(r)
+    covariance: Real = back @ score_covariance(q, residual, lengths) @ back.T
+    return covariance
+
+
+def score_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | None = None) -> Real:
+    """Return the long-run covariance (p, p) of the sum of the scores ``x_i·e_i``; arguments as `hac_covariance`."""
+    n, p = regressors.shape
+    scores = regressors * residual[:, None]
+    ends = np.cumsum(lengths if lengths is not None else [n])
+    parts = np.split(scores, ends[:-1])
+    rho = np.clip([_autoregression([part[:, j] for part in parts]) for j in range(p)], -0.97, 0.97)
+    whitened = [part[1:] - rho * part[:-1] for part in parts]
+    rest = np.array([_autoregression([part[:, j] for part in whitened]) for j in range(p)])
+    bandwidth = _andrews(rest, n)
+    middle = np.zeros((p, p))
+    for part in whitened:
+        middle += part.T @ part
+        for lag in range(1, min(int(bandwidth), len(part) - 1) + 1):
+            cross = (1 - lag / (bandwidth + 1)) * part[lag:].T @ part[:-lag]
+            middle += cross + cross.T
+    return np.asarray(middle / np.outer(1 - rho, 1 - rho) * n / (n - p))
+
+
+def _autoregression(parts: Sequence[Real]) -> float:
+    """Return the first-order autocorrelation of a series in parts."""
+    power = sum(float(part[:-1] @ part[:-1]) for part in parts)
+    return sum(float(part[1:] @ part[:-1]) for part in parts) / power if power > 0 else 0.0
+
+
+def _andrews(rho: Real, n: int) -> float:
+    """Return Andrews' bandwidth for Bartlett's weights, with the regressors weighed alike."""
+    rho = np.clip(rho, -0.97, 0.97)
+    alpha = np.sum(4 * rho**2 / ((1 - rho) ** 6 * (1 + rho) ** 2)) / np.sum(1 / (1 - rho) ** 4)
+    return float(1.1447 * (alpha * n) ** (1 / 3))
+
+
+def smoother_than_noise(residual: Real, quantile: float) -> bool:
+    """Test whether residuals in their order are smoother than noise, by von Neumann's ratio; never of fewer than 8.
+
+    residual: Residuals, shape (n,).
+    quantile: Quantile of the standard normal distribution, below which they are: -2.33 for a level of 1 %.
+    """
+    n = len(residual)
+    if n < 8:
+        return False
+    ratio = float(np.sum(np.diff(residual) ** 2) / max(float(np.sum((residual - residual.mean()) ** 2)), 1e-300))
+    return bool((ratio - 2.0) / np.sqrt(4.0 * (n - 2) / (n**2 - 1)) < quantile)
+
+
+def widened(covariance: Real, *others: Real) -> Real:
+    """Return a covariance (p, p) with each deviation as large as in the one of others that has it largest."""
+    own, *beside = (np.sqrt(np.maximum(np.diag(one), 0.0)) for one in (covariance, *others))
+    widest = np.max([own, *beside], axis=0)
+    widen = np.divide(widest, own, out=np.ones_like(own), where=own > 0)
+    return np.asarray(covariance * np.outer(widen, widen))
+
+
+def jackknife(gradient: Real, residual: Real, label: Indices) -> Real:
+    """Return the squared half widths (p, p) of 95 % intervals that leaving out each group of samples gives.
+
+    Each is one Gauss–Newton step from the solution, and counts by Student's t: a percentile bootstrap of five cycles
+    covers some 80 %, not 95.
+
+    gradient, residual: Derivatives (n, p) and residuals (n,).
+    label: The group that each sample belongs to, shape (n,).
+    """
+    normal, groups = gradient.T @ gradient, np.unique(label)
+    left_out = []
+    for group in groups:
+        J, r = gradient[label == group], residual[label == group]
+        left_out.append(np.linalg.lstsq(normal - J.T @ J, J.T @ r, rcond=1e-12)[0])
+    count, moved = len(groups), np.array(left_out)
+    moved = moved - moved.mean(axis=0)
+    t = float(stdtrit(max(count - 1, 1), 0.975))
+    return np.asarray(t**2 * (count - 1) / count * moved.T @ moved)
+
+
+def sandwich(gradient: Real, residual: Real, label: Indices) -> Real:
+    """Return the squared half widths (p, p) of 95 % intervals where residuals of one group belong together.
+
+    The infinitesimal jackknife, or sandwich (White, Econometrica 50, 1982); see `jackknife`.
+    """
+    groups = np.unique(label)
+    scores = np.array([gradient[label == group].T @ residual[label == group] for group in groups])
+    moved = np.linalg.lstsq(gradient.T @ gradient, scores.T, rcond=1e-12)[0]
+    t = float(stdtrit(max(len(groups) - 1, 1), 0.975))
+    return np.asarray(t**2 * moved @ moved.T)
+
+
+class Between(NamedTuple):
+    """How the parameters of records vary, beyond their own errors."""
+
+    covariance: Real  # What the covariance of the joint estimates gains by it, shape (p, p)
+    deviations: Real  # Standard deviation of each parameter from record to record, shape (p,)
+    off: Real  # What each record shows less the joint estimates, shape (R, p)
+    chance: float  # Probability with which records of the same parameters scatter so
+
+
+DIFFERENT = 1e-3
+"""Probability with which records of the same parameters scatter so, under which it is said that they differ."""
+OF_TWO = 0.05
+"""Chance over which nothing is widened by two records: a single difference hardly tells what the next will be."""
+
+
+def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: float) -> Between | None:
+    """Return how the parameters of records vary, by the moments of the records' own estimates; None where one has none.
+
+    With δ_r the estimate of record r less the joint one and S_r its covariance, ``T = Σ(δ_r - δ̄)(δ_r - δ̄)ᵀ/(R - 1) -
+    mean S_r``, as far as it is positive (DerSimonian and Laird 1986, in several variables). The joint estimate is
+    ``Σ W_r·θ_r``, ``W_r = (XᵀX)⁻¹X_rᵀX_r``, and gains ``Σ W_r·T·W_rᵀ``, with Student's t of R - 1 for its quantile.
+
+    parts, residuals: The observations X_r (n, p) of each record, and what the joint fit leaves there (n,).
+    quantile: By which the covariance is multiplied for an interval.
+    """
+    count, size = len(parts), parts[0].shape[1]
+    if count < 2 or any(len(X) < 4 * size or np.linalg.matrix_rank(X) < size for X in parts):
+        return None
+    off = np.array([np.linalg.lstsq(X, e, rcond=None)[0] for X, e in zip(parts, residuals, strict=True)])
+    own = np.array([hac_covariance(X, e - X @ d) for X, e, d in zip(parts, residuals, off, strict=True)])
+    weights = np.linalg.inv(own)
+    middle = np.linalg.solve(weights.sum(axis=0), np.einsum("rij,rj->i", weights, off))
+    distance = float(np.einsum("ri,rij,rj", off - middle, weights, off - middle))
+    chance = float(chdtrc(size * (count - 1), distance))
+    if count == 2 and chance > OF_TWO:
+        return None
+    within = own.mean(axis=0)
+    values, vectors = eigh(np.cov(off.T), within)
+    back = within @ vectors
+    T = (back * np.maximum(values - 1.0, 0.0)) @ back.T
+    normals = np.array([X.T @ X for X in parts])
+    shares = np.linalg.solve(normals.sum(axis=0), normals)
+    wider = float(stdtrit(count - 1, 0.975)) / quantile
+    gained = wider**2 * np.einsum("rij,jk,rlk->il", shares, T, shares)
+    return Between(gained, np.sqrt(np.diag(T)), off, chance)

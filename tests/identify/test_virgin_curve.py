@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from fric import FricError, Log
-from fric.identify.gms.cycles import find_cycles
-from fric.identify.gms.virgin_curve import virgin_curve
+from fric.identify.gms.virgin_curve import find_cycles, virgin_curve
 from fric.records.prepared import prepared
 from tests.identify.presliding import PAPER, TABLE_1, pair, record
 

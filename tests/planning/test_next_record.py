@@ -12,8 +12,8 @@ import pytest
 import fric
 from fric.documents.machine_files import read_machine
 from fric.documents.yaml import write_document
-from fric.identify.gms.cycles import find_cycles
 from fric.identify.gms.hunting import Hunting
+from fric.identify.gms.virgin_curve import find_cycles
 from fric.identify.replay.coordinates import search_ranges
 from fric.identify.replay.replay_fit import replay_information
 from fric.planning.choose import choose, prior_axis

@@ -23,11 +23,11 @@ from fric.drive.plant import Plant
 from fric.estimate import Covariance, Estimate, Interval
 from fric.flaws import circle
 from fric.friction.stribeck import STATIC_PARAMETERS
-from fric.identify.plant.covariance import hac_covariance, score_covariance
 from fric.notice import Notice
 from fric.records.judgement import CHANGES
 from fric.records.resolution import lattice_step
 from fric.simulate.machine import Axis
+from fric.statistics import hac_covariance, score_covariance
 
 APART = 3.0
 """Ratio of the feeds of two circles from which they tell different things."""

@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 from fric.arrays import Real
 from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, Band, look, new_figure, shade
 from fric.figures.views import view
-from fric.identify.gms.cycles import HysteresisCycles
 from fric.identify.gms.fit import GMSFit, Replay
-from fric.identify.gms.virgin_curve import VirginCurve
+from fric.identify.gms.virgin_curve import HysteresisCycles, VirginCurve
 from fric.units import Motion, prefixed, si_unit
 
 Scale = tuple[float, str]

@@ -16,8 +16,7 @@ from fric.figures.gms import ReplayedCycle
 from fric.figures.style import Band
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
-from fric.identify.gms.cycles import HysteresisCycles, find_cycles
-from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve
+from fric.identify.gms.virgin_curve import HysteresisCycles, VirginCurve, find_cycles, virgin_curve
 from fric.identify.static_map.identify import stroke_forces
 from fric.identify.static_map.points import SpeedPoint
 from fric.log import ForceVelocity, Log

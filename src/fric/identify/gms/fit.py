@@ -9,9 +9,8 @@ from fric.arrays import Mask, Real
 from fric.estimate import Covariance, Estimate
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
-from fric.identify.gms.cycles import HysteresisCycles
 from fric.identify.gms.knots import Blocks, Choice
-from fric.identify.gms.virgin_curve import VirginCurve
+from fric.identify.gms.virgin_curve import HysteresisCycles, VirginCurve
 from fric.notice import Notice
 from fric.records.judgement import cycle_energies, energy_per_cycle
 from fric.records.prepared import Prepared

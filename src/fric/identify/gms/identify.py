@@ -17,7 +17,6 @@ from fric.friction import FrictionModel
 from fric.friction.directed import directed, mean_map
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
-from fric.identify.gms.cycles import find_cycles
 from fric.identify.gms.fit import GMSFit, Replay
 from fric.identify.gms.hunting import PLACES, Hunting
 from fric.identify.gms.knots import (
@@ -30,7 +29,7 @@ from fric.identify.gms.knots import (
     fit_without_cycles,
 )
 from fric.identify.gms.notices import notices_of
-from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve, with_all_errors
+from fric.identify.gms.virgin_curve import VirginCurve, find_cycles, virgin_curve, with_all_errors
 from fric.identify.replay.lateness import CLEAR, credible, lateness_notice, moved_back, one_lag, suspected
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.log import Log

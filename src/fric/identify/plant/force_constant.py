@@ -27,12 +27,12 @@ from fric.flaws.channel import (
     K_F_DIFFERS,
     MASS_DIFFERS,
 )
-from fric.identify.plant.covariance import smoother_than_noise
 from fric.identify.plant.frequency_response import SEGMENTS, MeasuredResponse, measure_response
-from fric.identify.plant.response_lines import COARSEST
+from fric.identify.plant.response_fit import COARSEST
 from fric.log import Log
 from fric.notice import Notice
 from fric.records.segments import steady_segments
+from fric.statistics import smoother_than_noise
 from fric.units import Motion, si_unit
 
 LEAST_FILTER = 0.2

@@ -20,8 +20,17 @@ from fric.flaws.channel import K_F_MISSING
 from fric.flaws.response import A_HOLDS_FRICTION, A_OPEN
 from fric.identify.plant.force_constant import against_mass, force_constant
 from fric.identify.plant.frequency_response import MeasuredResponse, measure_response
-from fric.identify.plant.response_fit import UNDETERMINED, FrictionInfluence, PlantFit, ResponseFit, Solution, solve
-from fric.identify.plant.response_lines import Lines, near, select
+from fric.identify.plant.response_fit import (
+    UNDETERMINED,
+    FrictionInfluence,
+    Lines,
+    PlantFit,
+    ResponseFit,
+    Solution,
+    near,
+    select,
+    solve,
+)
 from fric.identify.plant.spectra import driven_alike
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice

@@ -21,7 +21,6 @@ from fric.flaws.response import (
     T_D_ASSUMED,
     VISCOUS_BY_DIRECTION,
 )
-from fric.identify.plant.covariance import DIFFERENT, Between, between_records, hac_covariance
 from fric.identify.plant.force_constant import against_mass
 from fric.identify.plant.force_constant import force_constant as slope_of_force
 from fric.log import Log
@@ -31,6 +30,7 @@ from fric.records.judgement import CONDITION
 from fric.records.motion import Conditioning, kept, thinned
 from fric.records.prepared import Drive, Prepared, prepared
 from fric.records.timing import even_sampling
+from fric.statistics import DIFFERENT, Between, between_records, hac_covariance
 from fric.units import Motion, readable, si_unit
 
 UNLIKE = 0.05

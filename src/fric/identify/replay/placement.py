@@ -2,7 +2,7 @@
 
 Where a model has fewer blocks than the machine, its knots can be placed in several ways, as those of any spline of free
 knots: which of them a start leads to is chance, and the interval of that one holds no other. But the force is linear in
-the shares of blocks whose k/alpha is given (`fric.identify.replay.block_slopes`). So one replay with a row of blocks
+the shares of blocks whose k/alpha is given (`fric.identify.replay.replay_search`). So one replay with a row of blocks
 tells what any few blocks would leave: all places on a grid are tried, and the best of them settled, with no further
 replay; and all that again with noise put on the force, which tells how far noise alone moves them.
 
@@ -20,9 +20,8 @@ from scipy.interpolate import CubicSpline
 from fric.arrays import Mask, Real
 from fric.friction.directed import Directed
 from fric.friction.gms import GMS
-from fric.identify.replay.block_slopes import side_by_side, times
 from fric.identify.replay.coordinates import LEVEL, coordinates_of
-from fric.identify.replay.replay_search import Search
+from fric.identify.replay.replay_search import Search, side_by_side, times
 from fric.records.judgement import RESOLVED, identifiability_of
 
 ROW, MOST = 160, 40_000

@@ -15,7 +15,6 @@ from fric.flaws.drift import RECORDS_VARY
 from fric.friction import FrictionModel, models
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
-from fric.identify.plant.covariance import DIFFERENT
 from fric.identify.replay.coordinates import LEVEL, Coordinates, Ranges, coordinates_of, search_ranges
 from fric.identify.replay.lateness import lateness, of_timing
 from fric.identify.replay.placement import Placement, placed
@@ -37,6 +36,7 @@ from fric.notice import Notice
 from fric.records.flaws import record_flaws
 from fric.records.judgement import identifiability_of, too_coarse
 from fric.records.prepared import DIMENSIONS, Own, Prepared
+from fric.statistics import DIFFERENT
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
 

@@ -10,12 +10,12 @@ from fric.arrays import Mask, Real
 from fric.estimate import Covariance, Scale
 from fric.flaws.blocks import PARAMETER_AT_BOUND, PARAMETER_AT_EDGE, PARAMETER_UNSEEN, PARAMETERS_CORRELATED
 from fric.friction import Parameter
-from fric.identify.plant.covariance import OF_TWO, hac_covariance, jackknife, sandwich, widened
 from fric.identify.replay.coordinates import LEVEL, Coordinates
 from fric.identify.replay.replay_search import STEP, Point, Search
 from fric.notice import Notice
 from fric.records.judgement import CONDITION
 from fric.records.prepared import Prepared
+from fric.statistics import OF_TWO, hac_covariance, jackknife, sandwich, widened
 
 ALIKE = 1.5
 """Ratio of the spans of two records up to which they make one motion."""

@@ -18,9 +18,7 @@ from fric.estimate import Estimate
 from fric.flaws.base import SMALL
 from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.static_map import FORCE_ALONG_AXIS, STICKS, STROKES_SETTLING, STROKES_SWING, STROKES_UNSETTLED
-from fric.identify.plant.covariance import DIFFERENT, OF_TWO, sandwich
-from fric.identify.static_map.forms import FEWEST, predicts_better, weighted_rms
-from fric.identify.static_map.map_fit import solved
+from fric.identify.static_map.map_fit import FEWEST, predicts_better, solved, weighted_rms
 from fric.identify.static_map.points import SpeedPoint, average, force_step, logs_of_strokes, rounded_by
 from fric.identify.static_map.stribeck_fit import Solution, StribeckProblem
 from fric.identify.static_map.strokes import Correction, Strokes
@@ -28,7 +26,7 @@ from fric.log import Log
 from fric.notice import Notice
 from fric.records.flaws import coarse_force
 from fric.records.over_strokes import PLACES, along_axis, over_place
-from fric.statistics import mixed_model
+from fric.statistics import DIFFERENT, OF_TWO, mixed_model, sandwich
 
 FEW_STROKES = 3
 """Strokes of a record, at two speeds or more, from which on its level is seen beside the map."""

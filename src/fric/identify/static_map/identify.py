@@ -18,16 +18,15 @@ from fric.flaws import static_map as flaws
 from fric.flaws.channel import FORCE_TURNED, ONE_DIRECTION
 from fric.flaws.drift import DIRECTIONS_DIFFER, FRICTION_AGES, OFFSET_SHARED
 from fric.flaws.static_map import ONE_SPEED
-from fric.identify.plant.covariance import smoother_than_noise
 from fric.identify.static_map.corrections import AT_ANY_SPEED, OF_A_MAP, corrected
-from fric.identify.static_map.forms import each_direction
-from fric.identify.static_map.map_fit import MapFit, fit_map, widened
+from fric.identify.static_map.map_fit import MapFit, each_direction, fit_map, widened
 from fric.identify.static_map.points import Average, SpeedPoint, rounded_by
-from fric.identify.static_map.scatter import REPEATED
+from fric.identify.static_map.stribeck_fit import REPEATED
 from fric.identify.static_map.strokes import Asked, Direction, Form, OverPosition, ShapeFactor, Strokes, Weights
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.records.flaws import record_flaws, stroke_flaws
+from fric.statistics import smoother_than_noise
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 
