@@ -1,6 +1,7 @@
 """The one exception that fric raises on purpose."""
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Mapping
 
 MOST = 400
 """Characters of each part of a message at most."""
@@ -22,6 +23,23 @@ def printable(text: str, most: int = MOST) -> str:
     """Return a text as `clean` does, on one line, and cut in its middle."""
     line = clean(text).replace("\n", " ")
     return line if len(line) <= most else f"{line[: 2 * most // 3]} … {line[-(most // 3) :]}"
+
+
+FLAGS = {"circles": "--circle", "controllers": "--controller", "mapping": "--map", "machines": "--monte-carlo"}
+"""Options that have another name than their argument, of most commands."""
+
+
+def as_options(text: str, flags: Mapping[str, str] = FLAGS) -> str:
+    """Return a text that names arguments, as ```load='5 N'```, with the options of the command line in their place."""
+
+    def option_of(found: re.Match[str]) -> str:
+        flag = flags.get(found[1], f"--{found[1].replace('_', '-')}")
+        flag = next(one for one in flag.split() if one.startswith("--"))
+        value = found[2].strip("'")
+        shown = "" if value in {"", "True"} else f" '{value}'" if " " in value else f" {value}"
+        return flag + shown
+
+    return re.sub(r"`([A-Za-z]\w*)=([^`]*)`", option_of, text)
 
 
 class FricError(Exception):

@@ -68,7 +68,7 @@ class Notice(str):
 
     def at(self, where: str, *, severity: Severity | None = None, carried: bool = False) -> Notice:
         """Return the same, found in a place (outermost place first)."""
-        where = f"{where}: {self.where}" if self.where else where
+        where = ": ".join(filter(None, (where, self.where)))
         return Notice(self.says, self.code, severity or self.severity, self.values, where, carried or self.carried)
 
     def __reduce__(self) -> tuple[Any, ...]:

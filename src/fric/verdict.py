@@ -507,7 +507,7 @@ def _recommended(chosen: Candidate, without: Candidate | None, evidence: Evidenc
 def nothing(evidence: Evidence) -> str:
     """Return why no scheme is recommended."""
     if evidence.disagreements and evidence.designed:
-        return "No scheme is recommended: the controller's gains are not known. Give them (--controller)."
+        return "No scheme is recommended: the controller's gains are not known. Give them (`controllers=`)."
     if evidence.disagreements:
         return "No scheme is recommended: the measured circle is not as predicted. Explain that first."
     if evidence.rotary:

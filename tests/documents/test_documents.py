@@ -103,6 +103,7 @@ def test_a_static_map_carries_plant_and_covariance_into_the_files_that_build_upo
                 assert np.log(limits[1] / limits[0]) / 2 == pytest.approx(2.0 * np.sqrt(row), rel=0.15)
         assert built.fit_of("static") == told
         assert set(document.notices()) <= set(built.notices())
+        assert all(one.carried for one in built.notices() if one in document.notices())  # and is not said again
         assert built.provenance.static["logs"][0]["record"] == "constant-velocity-01"
     assert lugre.fit_of("lugre").r2 is not None
     assert lugre.fit_of("lugre").rmse != told.rmse

@@ -88,9 +88,9 @@ def test_a_measured_circle_that_is_not_as_predicted_forbids_the_export(tmp_path:
 def test_what_the_verdict_doubts_is_told_and_kept(tmp_path: Path) -> None:
     found = fric.export_axis("csv", MACHINE, axis="x", scheme="c")
     assert {one.code for one in found.distrust} >= {"no-measured-circle"}
-    assert "not to be trusted yet" in repr(found)
+    assert "Not to be trusted yet" in repr(found)
     assert not found.document["verdict"]["trusted"]
-    with pytest.raises(FricError, match=r"not to be trusted yet: .*no machines around it were drawn"):
+    with pytest.raises(FricError, match=r"not to be trusted yet. .*no machines around it were drawn"):
         found.save(tmp_path / "out")
     with pytest.raises(FricError, match="not to be trusted yet"):  # before LinuxCNC is started
         fric.export_axis("linuxcnc", MACHINE, axis="x", scheme="c", trial=tmp_path / "trial")

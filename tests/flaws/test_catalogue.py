@@ -466,6 +466,9 @@ def test_sentences_name_their_values_and_read_as_sentences() -> None:
             assert [name for _, name, *_ in Formatter().parse(text) if name and not name.isidentifier()] == [], code
             plain = re.sub(r"{[^{}]*}", "", re.sub(r"{[^{}]*}", "", text))
             assert not re.search(r"\b(told|tells|stands|so-manieth)\b", plain), code
+            # an argument is named as Python has it, and the command line words it; but in a command to type
+            named = re.sub(r"`fric [^`]*`|\(fric [^()]*\)|--implausible", "", text)
+            assert "--" not in named, code
 
 
 def test_every_flaw_is_found_somewhere() -> None:

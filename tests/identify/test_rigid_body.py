@@ -172,8 +172,8 @@ def test_what_the_data_cannot_tell_is_refused_or_told() -> None:
         identify_motion([gap])
     fit = identify_motion([motion()])
     told = " ".join(fit.warnings)
-    assert "--delay" in told
-    assert "--force-constant" in told
+    assert "`delay=`" in told
+    assert "`force_constant=`" in told
     assert fit.plant["T_d"].assumed
 
 

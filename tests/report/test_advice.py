@@ -66,7 +66,7 @@ def test_the_axis_and_the_direction_of_uneven_glitches_are_named() -> None:
     assert not advice.uneven(circle(contour("a", 20)))
     (axis,) = advice.uneven(circle(contour("a", (20, 40, 20, 40))))
     assert axis.startswith("Axis y has the larger glitch")
-    assert any("--direction each" in text for text in advice.uneven(circle(contour("a", (20, 20, 10, 20)))))
+    assert any("`direction='each'`" in text for text in advice.uneven(circle(contour("a", (20, 20, 10, 20)))))
     alone = replace(circle(contour("a", (20, 0.2, 20, 0.4))), provenance={"axes": ["x"]})
     assert not advice.uneven(alone)  # of an axis that was not run nothing is said
 

@@ -221,9 +221,7 @@ def auto(
     if nothing and found.open.found:
         raise found.open.error()
     if nothing:
-        hint = (
-            "Give logs, or their folder; or say what their columns are: `fric ingest FILES --propose MAP.yaml`, --map."
-        )
+        hint = "Give logs, or their folder; or say what their columns are: `fric ingest FILES --propose MAP.yaml`."
         raise FricError("there is no log in these files", hint="\n".join([*found.description[:1], hint]))
     advance(0, total=_steps(found))
     session = Session(folder, run, say, advance)

@@ -111,7 +111,7 @@ FEWER = (
 speed, which shows where a circle is slow; all but the stiffness, which shows where it is fast; the level alone."""
 
 MISFIT = "what is left is not friction of this shape"
-GROWING = "errors grow by themselves in falling friction, which the loop does not hold (--loop designs one that does)"
+GROWING = "errors grow by themselves in falling friction, which the loop does not hold (`loop=True` designs another)"
 
 
 def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], object] = lambda: None) -> TunedAxis:

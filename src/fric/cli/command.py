@@ -1,6 +1,5 @@
 """A command, made from its verb: what a terminal adds to it, and what is done around it."""
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -11,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 from fric.cli.console import finish
 from fric.cli.signature import option, parameter, parameter_of, values_of
-from fric.errors import FricError
+from fric.errors import FLAGS, FricError, as_options
 from fric.verb import Form
 
 READ_MACHINE = "fric.documents.machine_files:read_machine"
@@ -199,16 +198,8 @@ class Command:
         return make
 
     def worded(self, text: str) -> str:
-        """Return a text that names arguments, as ```load='5 N'```, with the options that they are here."""
-
-        def option_of(found: re.Match[str]) -> str:
-            flag = self.flags.get(found[1], f"--{found[1].replace('_', '-')}")
-            flag = next(one for one in flag.split() if one.startswith("--"))
-            value = found[2].strip("'")
-            shown = "" if value in {"", "True"} else f" '{value}'" if " " in value else f" {value}"
-            return flag + shown
-
-        return re.sub(r"`([A-Za-z]\w*)=([^`]*)`", option_of, text)
+        """Return a text that names arguments with the options that they are here."""
+        return as_options(text, FLAGS | dict(self.flags))
 
     def end(self, make: Callable[[Any], Any], given: Mapping[str, Any], **beside: Any) -> Any:
         """Make the result, write, plot and print it, as `fric.cli.console.finish`; return the result."""

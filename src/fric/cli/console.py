@@ -144,7 +144,7 @@ def finish(
         print_json(warned(result.warnings) | result.document)
     else:
         for piece in result.report():
-            OUT.print(printable(piece, 10 * MOST) if isinstance(piece, str) else piece, markup=False)
+            OUT.print(printable(worded(piece), 10 * MOST) if isinstance(piece, str) else piece, markup=False)
         if written:
             OUT.print(f"wrote {' and '.join(map(str, written))}", markup=False)
     from fric.results.text import told_alone

@@ -5,7 +5,7 @@ from functools import cache
 from pathlib import Path
 
 import fric
-from fric.errors import FricError, near
+from fric.errors import FricError, as_options, near
 from fric.input import missing
 from fric.verb import verb
 
@@ -95,7 +95,7 @@ def page(name: str) -> str:
         from fric.flaws import CATALOGUE, entry
 
         if name in CATALOGUE:
-            return entry(CATALOGUE[name])
+            return as_options(entry(CATALOGUE[name]))
         hint = f"{near(name, [*known, *CATALOGUE])}There are {', '.join(known)}, and the codes of warnings."
         raise FricError(f"there is no page '{name}'", hint=hint)
     return known[name].read_text("utf-8")

@@ -302,8 +302,9 @@ def gms_tree(fit: GMSFit, logs: Sequence[Log], given: FrictionDocument | None = 
 def _built_upon(
     static: FrictionDocument | None, content: Mapping[str, Any], notices: Sequence[Notice], logs: Sequence[Log]
 ) -> dict[str, Any]:
-    """Return the document of a model that stands on the static map of another: what that one told is told again."""
-    before = () if static is None or static.model_names() else static.notices()  # else they are not of the map alone
+    """Return the document of a model that builds upon a static map: it carries over the warnings of that file."""
+    known = () if static is None or static.model_names() else static.notices()  # else they are not of the map alone
+    before = [one.at("", carried=True) for one in known]
     also = {"static": static.provenance.model_dump()} if static is not None and static.provenance else {}
     return FrictionDocument.made(content, notices=[*before, *notices], logs=logs, also=also).tree()
 

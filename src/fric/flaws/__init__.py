@@ -73,9 +73,9 @@ def page() -> str:
     head = """# Warnings by their codes
 
 Made from `fric.flaws` by `make docs`; `fric help CODE` shows one entry. A *note* is good to know, a *doubt* may put a
-number off by more than its interval, *wrong* does until it is mended. Values are in italics. Each warning in
-`warnings_coded` has `code`, `severity`, `text`, and where there are any `values`, `where` and `carried` (a file that
-was read said it first).
+number off by more than its interval, *wrong* does until it is mended. Values are in italics. `load=` is an argument,
+and `--load` the option of the command line. Each warning in `warnings_coded` has `code`, `severity`, `text`, and where
+there are any `values`, `where` and `carried` (a file that was read said it first).
 """
     chapters = (
         "\n".join([f"\n## {(family.__doc__ or '').partition(chr(10))[0]}\n", *(entry(one, "###") for one in flaws)])

@@ -12,7 +12,7 @@ PARAMETERS_CORRELATED = Flaw("parameters-correlated", "note",
     "{first} and {second} are correlated by {correlation:.3f}: these records hardly distinguish them.")
 EXPLAINS_LITTLE = Flaw("explains-little", "doubt", "{model} explains {share:.0%} of the variance of the force.")
 NO_STATIC_MAP = Flaw("no-static-map", "doubt", "There is no static map: F_c = F_s = {F_s} from the plateau.",
-    "Give --static for the Stribeck effect.")
+    "Give `static=` for the Stribeck effect.")
 FEWER_BLOCKS = Flaw("fewer-blocks", "note", "{why}")
 BLOCKS_INSEPARABLE = Flaw("blocks-inseparable", "note",
     "Blocks {n} and {m} slip at {slip} and {next}: one in their place changes the virgin curve by at most {gap:2}.")
@@ -23,7 +23,7 @@ BEGINS_LOADED = Flaw("begins-loaded", "note",
 C_ASSUMED = Flaw("C-assumed", "doubt", "C is assumed to be {C}: {why}.",
     "{logged:|Log a sine in sliding (fric simulate experiment --kind sliding-sine).}")
 C_WITHOUT_PLANT = Flaw("C-without-plant", "doubt", "C is identified without a plant: inertia was fitted beside the "
-    "frictional lag, and the drive's delay is not known.", "Give --plant.", widens={"C": 1.0})
+    "frictional lag, and the drive's delay is not known.", "Give `plant=`.", widens={"C": 1.0})
 LEVEL_DIFFERS = Flaw("level-differs", "doubt", "The friction level of the pre-sliding records is {level:.3f} of the "
     "static map's F_s; alpha is normalised to sum to 1.", widens={"B": 0.03}, circle_settles=True)
 LOST_MOTION = Flaw("lost-motion", "wrong", "After a reversal the force is flat about {slip:2} and rises again, "
@@ -34,4 +34,4 @@ NEVER_SATURATES = Flaw("never-saturates", "doubt", "The cycles never saturate: a
     "Add a record of {amplitude:2} amplitude or more.")
 NEVER_SLIDES = Flaw("never-slides", "wrong", "The records never slide: {force} is a lower bound of {names}{slope: "
     "(the force still rises at reversals, with {slope:.0%} of its mean slope)|}.",
-    "Log a larger amplitude{amplitude:, {amplitude} or more|}{static:, or give --static|}.")
+    "Log a larger amplitude{amplitude:, {amplitude} or more|}{static:, or give `static=`|}.")

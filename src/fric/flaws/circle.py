@@ -14,7 +14,7 @@ SQUARENESS_UNSEEN = Flaw("squareness-unseen", "note", "The axes' own encoders ca
     word=("squareness", "not told"))
 MISMATCH_OR_SQUARENESS = Flaw("mismatch-or-squareness", "doubt", "One direction does not distinguish mismatch of the "
     "loops from squareness: the ellipse at ±45° ({ellipse}) is their sum.", "Measure the other direction "
-    "too{ball_bar:|; or say --instrument encoders, if the position is of the axes' own encoders}.")
+    "too{ball_bar:|; or say `instrument='encoders'`, if the position is of the axes' own encoders}.")
 LOST_MOTION_CAUSE = Flaw("lost-motion-cause", "note", "A step stays after the reversal of {axes}: backlash or "
     "wind-up seen at the table, or an error that the loop keeps.",
     "{reference:|Record the reference and the axis' own position beside it.}")
@@ -45,7 +45,7 @@ LEARNING_DIVERGES = Flaw("learning-diverges", "doubt",
     "Stop earlier, or lower the share or the bandwidth.")
 LEARNING_GAINS_NOTHING = Flaw("learning-gains-nothing", "doubt", "Learning leaves {last} µm of {first}: noise and "
     "counts, or what grows where the loop does not hold falling friction.",
-    "`fric tune` says which, and --loop designs gains that hold it.")
+    "`fric tune` says which, and `loop=True` designs gains that hold it.")
 LEARNED_FOR_ONE_CIRCLE = Flaw("learned-for-one-circle", "note",
     "What was learned is for this circle alone: it leaves {best} there, and carried over {others}.")
 LEARNED_FROM_ONE_CIRCLE = Flaw("learned-from-one-circle", "note", "What is learned from a circle is for its radius, "
@@ -53,7 +53,7 @@ LEARNED_FROM_ONE_CIRCLE = Flaw("learned-from-one-circle", "note", "What is learn
     "`fric learn MACHINE.yaml --rounds N` shows by how much.")
 NOTHING_FED_BEFORE = Flaw("nothing-fed-before", "note",
     "A share of {share:g} is learned, and nothing is taken for what this round fed forward against friction.",
-    "From the second round on give the file that it was run with (--before).")
+    "From the second round on give the file that it was run with (`before=`).")
 MODEL_SHAPE = Flaw("model-shape", "doubt",
     "Learning leaves {learned} of the circle, and the best friction model {model}: the shape of the model is wrong.",
     "`fric compare` shows which model fits the friction of the logs best.")
@@ -82,7 +82,7 @@ LOOP_DESIGNED = Flaw("loop-designed", "note", "The loop was designed anew: it ho
     "observer {observer:.3g} Hz|}{fed:; {fed:.1%} of the friction is fed forward|}.")
 FALLING_FRICTION = Flaw("falling-friction", "note", "The loop does not hold falling friction ({margin:.2g} times the "
     "fall): errors grow behind slow reversals, and only {fed:.1%} of the friction is fed forward.",
-    "{design:--loop designs gains that hold it.|}")
+    "{design:`loop=True` designs gains that hold it.|}")
 TUNED_IN_PART = Flaw("tuned-in-part", "note", "With all that was found {why}: {kept}.")
 TUNING_REFUSED = Flaw("tuning-refused", "wrong", "{why}: the result is refused, and the nominal parameters are kept.")
 TUNING_NO_BETTER = Flaw("tuning-no-better", "wrong", "What was found leaves {after} of the recorded voltages, and "

@@ -47,8 +47,8 @@ FRICTION_AGES = Flaw("friction-ages", "wrong", "Static friction grows by {rise:2
     "Log strokes as slow as the axis moves at work, and look at break-away after rests.")
 DIRECTIONS_DIFFER = Flaw("directions-differ", "wrong",
     "The directions differ by more than an offset, by up to {by:2}: this map is that of neither.",
-    "Identify again with --direction each, and with --load where you know the weight.",
+    "Identify again with `direction='each'`, and with `load=` where you know the weight.",
     widens={"level": 0.05}, circle_settles=True)
 OFFSET_SHARED = Flaw("offset-shared", lambda f: "wrong" if f.differ else "note",
     "Both directions share {offset}: it is taken for an offset (gravity, bias of an amplifier), and may be friction.",
-    "Give --load where you know it.")
+    "Give `load=` where you know it.")

@@ -18,7 +18,7 @@ SCOPE_SCALE = Flaw("scope-scale", "doubt",
 THERE_ALREADY = Flaw("there-already", "note", "It is there already{record:, as record '{record}'|}: skipped.")
 RADIUS_ASSUMED = Flaw("radius-assumed", "doubt",
     "Without a reference the nominal radius is taken to be {radius}, the roundest within 0.2 % of that measured.",
-    "Say --radius if it is another: both scales depend on it.")
+    "Say `radius=` if it is another: both scales depend on it.")
 NO_REFERENCE = Flaw("no-reference", "note",
     "No reference was found: lag is not known, and a glitch is placed by the measured circle.")
 COLUMNS_BY_CONTENT = Flaw("columns-by-content", "doubt", "There is no header: {reference:columns {reference} are "
@@ -31,7 +31,7 @@ UNIT_FAILED = Flaw("unit-failed", "doubt", "{why}")
 NO_LOG = Flaw("no-log", "doubt", "There is no log.")
 FILE_COPIES = Flaw("file-copies", "note", "Left out, since other files hold the same samples: {files}.")
 FILE_LEFT_OUT = Flaw("file-left-out", "doubt", "Left out: {why}.",
-    "{propose:`{propose}` writes a mapping to look at and fill in, for --map.|}")
+    "{propose:`{propose}` writes a mapping to look at and fill in, for `mapping=`.|}")
 RECORD_LEFT_OUT = Flaw("record-left-out", "doubt", "Left out, since it does not suit: {why}.")
 FILE_UNUSED = Flaw("file-unused", "note", "It ({kinds}) is used by no step of axis {axis}: it adds nothing to its "
     "other records, or lacks what a step asks for.", "Logs of another machine go into a run of their own.")
@@ -42,13 +42,13 @@ MAPPING_PROPOSED = Flaw("mapping-proposed", "note",
 MAPPING_BESIDE = Flaw("mapping-beside", "note", "Read with the mapping beside it, {mapping}, of earlier answers.",
     "Change it there, or remove it to be asked again.")
 MAPPING_ASSUMED = Flaw("mapping-assumed", "doubt", "Assumed of {files}: {what}.",
-    "Look at {mapping:{mapping}, |}what it says, mend it, and give it with --map.")
+    "Look at {mapping:{mapping}, |}what it says, mend it, and give it with `mapping=`.")
 MAPPING_OPEN = Flaw("mapping-open", "doubt", "Left out, since it is open what they are: {files}: {what}.",
-    "Say --assume to take the likeliest, or give a mapping (fric ingest FILES --propose MAP.yaml) with --map.")
+    "Say `assume=True` to take the likeliest, or give a mapping (`fric ingest FILES --propose MAP.yaml`): `mapping=`.")
 MAPPING_AMBIGUOUS = Flaw("mapping-ambiguous", "doubt", "It is left out: {mappings} all fit.",
-    "Give one of them with --map.")
+    "Give one of them with `mapping=`.")
 STEP_FAILED = Flaw("step-failed", "doubt", "{why}")
 GAINS_DESIGNED = Flaw("gains-designed", "doubt",
     "fric designed the controller's gains: with others the glitch differs.",
-    "Give yours (--controller), or a circle with reference and voltage.")
+    "Give yours (`controllers=`), or a circle with reference and voltage.")
 CIRCLE_FAILED = Flaw("circle-failed", "doubt", "{why}")

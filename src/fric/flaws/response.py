@@ -30,16 +30,16 @@ A_HOLDS_VISCOUS = Flaw("A-holds-viscous", "note",
     word=("A", "viscous friction in it"))
 VISCOUS_BY_DIRECTION = Flaw("viscous-by-direction", "doubt",
     "The directions differ: F_v is {forward} forwards and {backward} backwards, and their mean holds for neither.",
-    "Identify again with --direction each.", widens={"A": 0.1})
+    "Identify again with `direction='each'`.", widens={"A": 0.1})
 T_D_AT_BOUND = Flaw("T_d-at-bound", "doubt", "T_d ends at its bound, {hold:the hold alone|zero}: input and position "
-    "are not logged at one instant, or the assumed hold is wrong.", "Check the log, and --hold.", widens={"T_d": 0.3})
+    "are not logged at one instant, or the assumed hold is wrong.", "Check the log, and `hold=`.", widens={"T_d": 0.3})
 T_D_ASSUMED = Flaw("T_d-assumed", "doubt", "T_d is not seen in a motion: half a sample, the hold alone, is assumed.",
-    "Give it with --delay.", widens={"T_d": 0.5}, no_response=True)
+    "Give it with `delay=`.", widens={"T_d": 0.5}, no_response=True)
 LINES_STAND_OFF = Flaw("lines-stand-off", "note",
     "{count} lines deviate from all others and are left out, as harmonics of friction do: {lines:.4g} Hz.")
 RESPONSE_MISFIT = Flaw("response-misfit", _misfit,
     "Eq. (1) leaves {misfit:.2g%} that noise does not explain, most at {worst:.4g} Hz; the intervals allow for it.",
-    "{wrong:Look at the figure, and keep to where it fits (--highest '{highest:.2g} Hz').|}")
+    "{wrong:Look at the figure, and keep to where it fits (`highest='{highest:.2g} Hz'`).|}")
 SECOND_MASS = Flaw("second-mass", "note", "A second mass is seen from the {encoder}: a resonance at "
     "{frequency}{share: with {share:.0%} of the moving mass|}. A and B are those below it.")
 SPRING_IN_SERIES = Flaw("spring-in-series", "wrong",
@@ -63,4 +63,4 @@ RESPONSE_WITHOUT_CONFIDENCE = Flaw("response-without-confidence", "doubt",
 CONTROLLER_BY_DEFAULT = Flaw("controller-by-default", "doubt",
     "No controller was given: it is the one that `fric design controller` gives by default.")
 OBSERVER_ASSUMED = Flaw("observer-assumed", "doubt", "No response was measured, or none given: {taken}.",
-    "Give the log of a response{given:|, or --first-mode '80 Hz'}.", no_response=True)
+    "Give the log of a response{given:|, or `first_mode='80 Hz'`}.", no_response=True)

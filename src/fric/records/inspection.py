@@ -358,7 +358,7 @@ def _gms_use(found: Inspection, seen: float) -> Use:
         f" of {2 * amplitude / step:.0f} steps of the encoder" if step else ""
     )
     if found.slope is not None and found.slope > RISES:
-        text += "; none of them slides: F_s takes --static, or a larger amplitude"
+        text += "; none of them slides: F_s takes `static=`, or a larger amplitude"
     return Use(purpose, True, text)
 
 

@@ -9,7 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 import fric
-from fric.errors import clean
+from fric.errors import as_options, clean
 from fric.io.recognise import REPORT_MARK
 from fric.report.collect import ReportInput, as_data
 from fric.report.view import View, view
@@ -49,7 +49,7 @@ def environment() -> Environment:
 def _shown(value: Any) -> Any:
     if isinstance(value, Markup):
         return Markup(clean(value))
-    return clean(value) if isinstance(value, str) else value
+    return clean(as_options(value)) if isinstance(value, str) else value
 
 
 def micrometres(length: float, *, sign: bool = False) -> str:

@@ -366,7 +366,7 @@ def uneven(test: ContourTest) -> list[str]:
         if max(one, other) > UNEVEN * min(one, other):
             said.append(
                 f"Axis {axis} shows {readable(one, 'm')} at +{axis} and {readable(other, 'm')} at -{axis}: its "
-                "friction depends on direction or place. Identify with --direction each."
+                "friction depends on direction or place. Identify with `direction='each'`."
             )
     return said
 

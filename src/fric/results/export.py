@@ -175,7 +175,7 @@ class ExportResult(Result):
         title = f"{self.part.machine}: {self.part.role} of axis {self.part.axis} for {self.target.name}"
         pieces: list[Piece] = [Table(["file", "bytes"], rows, title)]
         if self.distrust:
-            pieces.append(f"not to be trusted yet: {'; '.join(self.distrust)}")
+            pieces.append(f"Not to be trusted yet. {' '.join(self.distrust)}")
         if self.arcs:
             head = ["switched on", "feed", "turns", "LinuxCNC", "simulated", "largest difference of a quadrant"]
             title = "largest glitch of each circle in µm: in LinuxCNC, and simulated along its planner's reference"
@@ -326,9 +326,9 @@ def require_trust(part: Part, against: Sequence[Notice], distrust: Sequence[Noti
         )
     if distrust:
         raise FricError(
-            f"scheme {part.scheme} on axis {part.axis} is not to be trusted yet: {'; '.join(distrust)}",
-            hint="Give machines drawn around it (fric simulate circle --monte-carlo 20 -o RUN.h5) with `drawn=`, and a "
-            "measured circle with `circles=`; `force=True` exports it nevertheless.",
+            f"scheme {part.scheme} on axis {part.axis} is not to be trusted yet. {' '.join(distrust)}",
+            hint="Give a run with varied machines (`fric simulate circle --monte-carlo 20 -o RUN.h5`) with `drawn=`, "
+            "and a measured circle with `circles=`; `force=True` exports it nevertheless.",
         )
 
 

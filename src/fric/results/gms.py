@@ -64,7 +64,7 @@ class GMSResult(IdentifiedFriction):
 
 
 def _replayed(record: Replay, force: str) -> str:
-    text = f"{record.name}: rms of measured less replayed force {readable(record.rmse, force)}"
+    text = f"{record.name}: replayed force misses by {readable(record.rmse, force)}"
     if record.rmse_held_out is not None:
         text += f", {readable(record.rmse_held_out, force)} over the cycles held out"
     if record.energy is not None:

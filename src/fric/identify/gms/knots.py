@@ -142,7 +142,7 @@ class Choice:
         """Why there are not more, in one sentence."""
         chosen, count = self.chosen, self.chosen + 1
         if count == len(self.candidates):
-            return f"{count} blocks have the least criterion, and no more than {count} were tried"
+            return f"{count} blocks fit best (information criterion), the most that were tried"
         return (
             f"{count} blocks: another lowers the misfit from {self.rms[chosen]:.2g} to {self.rms[count]:.2g} "
             f"{self.unit} rms, less than it is worth where friction repeats to {self.spread:.2g} {self.unit}"

@@ -159,7 +159,7 @@ def _over_periods(record: Log, u: Real, z: Real, period: int, sampling: float, k
         as_table(record, spectra.frequency, G, deviation, coherence),
         "periods",
         f"quotient of averages over {count} periods of {period / sampling:.4g} s, {len(G)} lines; "
-        "what a closed loop feeds back averages out of both",
+        "what the loop feeds back averages out",
         spectra.averages,
         spectra.correlation,
         sampling,

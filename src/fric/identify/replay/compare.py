@@ -112,7 +112,7 @@ def near_reversals(record: Prepared, presliding: float) -> Mask:
     """Return which samples come within 0.3 s or ten pre-sliding lengths [m] after a reversal, shape (n,)."""
     near = np.zeros(len(record.force), bool)
     t, z = record.motion.time, record.motion.position
-    for begin, end in zip(record.reversals, [*record.reversals[1:], len(t)], strict=True):
+    for begin, end in zip(record.reversals, [*record.reversals, len(t)][1:], strict=True):
         part = slice(int(begin), int(end))
         near[part] = (t[part] - t[begin] < NEAR) | (np.abs(z[part] - z[begin]) < LENGTHS * presliding)
     return near
