@@ -1,14 +1,17 @@
 """Where the blocks of a GMS fit are placed, where the machine has more of them than the model."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fric.friction.gms import GMS
+from fric.identify.gms.identify import identify_gms
 from fric.identify.replay.coordinates import Coordinates, coordinates_of, search_ranges
 from fric.identify.replay.placement import placed
 from fric.identify.replay.replay_search import Search
 from fric.records.prepared import prepared
-from tests.identify.presliding import PAPER, pair
+from tests.identify.presliding import PAPER, pair, record
 
 SLIP, SHARE = np.geomspace(0.6e-6, 85e-6, 10), np.array([20, 16, 13, 11, 10, 9, 8, 6, 4, 3]) / 100
 TEN = GMS(PAPER, tuple(SHARE), tuple(SHARE * PAPER.F_s / SLIP), C=1e4)
@@ -46,3 +49,13 @@ def test_no_two_knots_are_nearer_than_four_steps_of_the_encoder(step: float) -> 
     gaps = np.diff(np.sort(PAPER.F_s * np.exp(-placed(search, x).places)), axis=1)
     assert len(gaps)
     assert (gaps.min() >= 4 * 0.5e-6) == bool(step)
+
+
+def test_shares_stay_shares_where_records_hardly_tell_blocks_apart() -> None:
+    """Kicks after reversals, as of a compensation left on: noise moved a share below zero, and the fit was refused."""
+    log = record(20e-6, cycles=3, dt=1e-2, step=1e-7)
+    half = np.floor(log.time / 5.0 + 0.5)  # of the sine, each with its reversal at the begin
+    kick = -50.0 * np.where(half % 2 == 1, -1, 1) * np.exp(-(log.time - 5.0 * half + 2.5) / 0.5) * (half > 0)
+    fit = identify_gms([replace(log, force=log.force + kick)], blocks=5)
+    assert min(fit.alpha.value) >= 0.0
+    assert sum(fit.alpha.value) == pytest.approx(1.0, abs=1e-5)

@@ -85,8 +85,10 @@ class Placement:
         noise[1::2] = -noise[::2]
         places, shares = self.places[0], self.shares[0]
         slopes = np.vstack([self.blocks(places), shares[:, None] * self.blocks(places, 1)])
-        steps = LEAST * np.linalg.lstsq(slopes.T, noise.T, rcond=1e-12)[0].T
-        linear = [self.point(places + one[count:], shares + one[:count]) for one in steps]
+        steps = np.linalg.lstsq(slopes.T, noise.T, rcond=1e-12)[0].T
+        room = np.concatenate([0.5 * shares, np.full(count, 0.5)])  # of blocks that the records hardly tell apart
+        least = np.minimum(LEAST, 1.0 / np.max(np.abs(steps) / room, axis=1, initial=1.0, keepdims=True))
+        linear = [self.point(places + one[count:], shares + one[:count]) for one in least * steps]
         found = settled(
             self.blocks, np.tile(self.target + noise, (len(self.places), 1)), np.repeat(self.places, DRAWS, axis=0),
             STEPS // 2, self.apart,
@@ -94,7 +96,7 @@ class Placement:
         first = np.argmin(found[2].reshape(-1, DRAWS), axis=0) * DRAWS + np.arange(DRAWS)
         moved = [self.point(found[0][n], found[1][n]) for n in first if np.isfinite(found[2][n])]
         best = self.point(places, shares)
-        values, vectors = np.linalg.eigh(_spread(np.array(moved) - best) - _spread((np.array(linear) - best) / LEAST))
+        values, vectors = np.linalg.eigh(_spread(np.array(moved) - best) - _spread((np.array(linear) - best) / least))
         return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
 
 
