@@ -1,4 +1,4 @@
-"""Python in a process of its own, which ends when the one that started it does, however that ends."""
+"""Python in a separate process, which ends with the process that started it, however that ends."""
 
 import os
 import subprocess
@@ -16,7 +16,7 @@ threading.Thread(target=end, daemon=True).start()
 
 
 def run_python(code: str, *words: str) -> subprocess.CompletedProcess[bytes]:
-    """Run code in a process of its own, which a polite kill reaches when this process is gone; return what came of it.
+    """Run code in a separate process, which is terminated when this process ends; return its result.
 
     code: Python. Its standard input is taken.
     words: Its ``sys.argv[1:]``.

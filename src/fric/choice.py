@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from math import hypot, isfinite
 
 ROUNDING = 1e-7
-"""Share of the best score within which scores are equal: two searches that end at one place differ by as much."""
+"""Share of the best score within which scores are equal: searches of one minimum differ by this much."""
 
 
 def simplest(scores: Iterable[float], scatter: float | Sequence[float] = 0.0) -> int:
@@ -15,10 +15,10 @@ def simplest(scores: Iterable[float], scatter: float | Sequence[float] = 0.0) ->
     Candidate n is as good as the best, b, where ``score_n - score_b <= scatter_n + 1e-7·|score_b|``. So a choice does
     not depend on the last bit, nor on noise, where candidates are equally good.
 
-    scores: What each candidate leaves, in any unit, the simplest candidate first; less is better. A score that is no
-        finite number is never as good as one that is.
-    scatter: By how much the difference from the best score varies from one repetition to the next, in the same unit: of
-        all candidates, or of each.
+    scores: What each candidate leaves, in any unit, the simplest candidate first; less is better. A score that is not
+        finite is never as good as a finite score.
+    scatter: Scatter of the difference from the best score between repetitions, in the same unit: one for all
+        candidates, or one a candidate.
     Raises ValueError: When there is no candidate.
     """
     found = [score if isfinite(score) else float("inf") for score in map(float, scores)]
@@ -32,7 +32,7 @@ def ranked(scores: Sequence[float], scatter: Sequence[float] | None = None) -> l
     """Return the indices of candidates, the best first; a simpler one is before those that are as good (`simplest`).
 
     scores: As in `simplest`.
-    scatter: By how much each score varies, independently of the others; not at all where not given.
+    scatter: Scatter of each score, independent of the others; 0 where not given.
     """
     each, left, found = scatter or [0.0] * len(scores), list(range(len(scores))), []
     while left:

@@ -35,7 +35,7 @@ CIRCLE = "circle"
 CIRCLE_CHANNELS = ("reference", "position", "input", "force")
 """What is recorded of each axis of a circle test, beside the time that they share."""
 BALL_BAR = {"angle": "rad", "deviation": "m"}
-"""What a ball bar tells: angle and radial deviation."""
+"""What a ball bar measures: angle and radial deviation."""
 
 
 def channel_dimension(channel: str) -> str:

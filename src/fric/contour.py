@@ -20,7 +20,7 @@ def of_axes(names: Sequence[str], known: Collection[str]) -> tuple[str, ...]:
 
 
 def beside(name: str) -> tuple[str, str]:
-    """Return the names of the two axes of a circle of which one alone is known: it is the second where it is y."""
+    """Return the names of both axes of a circle where only one is known: y is the second axis, any other the first."""
     return ("x", "y") if name == "y" else (name, "y")
 
 
@@ -82,7 +82,7 @@ class Circularity:
 
         There no axis reverses and friction is smooth: what swings is the encoder's steps, waves of the guideway, or a
         limit cycle of the loop. The curve is a polynomial of fifth degree over 40°. What swings less than `SWINGS`
-        times from half the distance on one side to half on the other is the tail of a reversal, and counts for nothing.
+        times from half the distance on one side to half on the other is the tail of a reversal, and is not counted.
         """
         found = 0.0
         for quarter in range(4):

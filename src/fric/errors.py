@@ -8,10 +8,10 @@ MOST = 400
 
 
 def clean(text: str) -> str:
-    """Return a text that a terminal, a page, a document and a name of a file show as it is.
+    """Return a text that is safe in a terminal, a page, a document and the name of a file.
 
-    Whatever comes from outside goes there through this: its lines stay, and nothing else that does not print, as
-    control characters, escape sequences and halves of a character (lone surrogates), which no encoding holds.
+    All text from outside passes through this function. It keeps line ends and removes every other character that does
+    not print: control characters, escape sequences and lone surrogates, which no encoding holds.
     """
     if text.replace("\n", "").isprintable():
         return str(text)
@@ -66,7 +66,7 @@ class FricError(Exception):
         super().__init__("\n".join([head, *([printable(hint)] if hint else []), *([clean(form)] if form else [])]))
 
     def at(self, where: str) -> "FricError":
-        """Return the same error, told with the place where it was found (outermost place first)."""
+        """Return the same error with the place where it was found (outermost place first)."""
         place = f"{where}: {self.where}" if self.where else where
         return FricError(self.what, where=place, hint=self.hint, form=self.form)
 

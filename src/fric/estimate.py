@@ -28,12 +28,12 @@ class Estimate:
     unit
         SI unit as written in files (``N``, ``m/s``, ``N*s/m``, ``1``).
     ci95
-        95 % interval ``(low, high)``; for a vector one per element. An infinite limit is one that the data do not
-        set, written as null. None where the value was not identified.
+        95 % interval ``(low, high)``; for a vector one per element. An infinite limit, written as null, is not
+        determined by the data. None where the value was not identified.
     fixed
         True where the value was set by the user and not fitted.
     assumed
-        True where the data could not tell the value and a default was taken.
+        True where the data do not determine the value and a default was taken.
     source
         Where a value given by hand comes from.
     """
@@ -71,7 +71,7 @@ class Estimate:
         return cls(value, entry["unit"], limits, bool(entry.get("fixed")), bool(entry.get("assumed")))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the mapping that stands in a YAML or JSON document; what is unset is left out."""
+        """Return the mapping for a YAML or JSON document, without unset fields."""
         entry: dict[str, Any] = {"value": self.value, "unit": self.unit}
         if self.ci95 is not None:
             entry["ci95"] = _open_ended(self.ci95)
@@ -123,7 +123,7 @@ class Covariance:
 
     @classmethod
     def of(cls, names: Iterable[str], matrix: Iterable[Iterable[float]], scale: Scale | Sequence[Scale]) -> Covariance:
-        """Return a covariance, of one scale or of one a parameter."""
+        """Return a covariance, with one scale for all parameters or one a parameter."""
         names = tuple(names)
         scales = (scale,) * len(names) if isinstance(scale, str) else tuple(scale)
         return cls(names, scales, tuple(tuple(float(entry) for entry in row) for row in matrix))
@@ -139,8 +139,8 @@ def _open_ended(limits: Any) -> Any:
 def estimate_rows(section: Mapping[str, Estimate | Mapping[str, Any]]) -> list[tuple[str, str, str, str]]:
     """Return estimates, or the parameters of a document's section, as rows for people: name, value, interval, unit.
 
-    Value and interval stand in the same unit, with the prefix that suits the larger of them, and with as many digits
-    as the interval can tell; a vector is one row an element, all in one unit.
+    Value and interval have the same unit, with the prefix that suits the larger of them, and as many digits as the
+    interval justifies. A vector has one row an element, all in one unit.
     """
     rows, sizes = [], dict[int, float]()
     entries = {name: one.as_dict() if isinstance(one, Estimate) else one for name, one in section.items()}

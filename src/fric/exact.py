@@ -27,7 +27,7 @@ def each(function: Callable[[float], float], x: NDArray[np.floating[Any]]) -> Re
 
 
 def geometric(first: float, last: float, n: int) -> Real:
-    """Return n numbers from the first to the last, each the same ratio above the one before, shape (n,)."""
+    """Return n numbers from the first to the last, at equal ratios, shape (n,)."""
     ratio = log(last / first) / (n - 1)
     return np.array([first, *(first * exp(k * ratio) for k in range(1, n - 1)), last])
 
@@ -110,7 +110,7 @@ def matrix_exponential(a: Matrix) -> Matrix:
 def riccati(a: Matrix, G: Matrix, H: Matrix) -> Matrix:
     """Return the stabilising solution X of ``X = aᵀ X (I + G X)⁻¹ a + H``, by doubling.
 
-    Every round takes twice the horizon of the one before: E. K. Chu, H. Y. Fan, W. W. Lin and C. S. Wang,
+    Every round doubles the horizon: E. K. Chu, H. Y. Fan, W. W. Lin and C. S. Wang,
     Structure-preserving algorithms for periodic discrete-time algebraic Riccati equations, 2004.
 
     a, G, H: State matrix, ``b r⁻¹ bᵀ`` and the weight of the state, shape (n, n) each.

@@ -1,4 +1,4 @@
-"""Inputs are regular files of a bounded size, and what a library meets in a damaged one is told as such."""
+"""Inputs are regular files of a bounded size; errors of a library in a damaged file become a `FricError`."""
 
 import shlex
 import stat
@@ -15,7 +15,7 @@ _OWN = str(Path(__file__).parent)
 
 
 def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a file in it.") -> Path:
-    """Return the path of a regular file, of so many bytes at most.
+    """Return the path of a regular file of a bounded size [byte].
 
     Raises FricError: When there is no such file, or it is a folder, a device or a pipe, or is larger.
     """
@@ -38,7 +38,7 @@ def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a fil
 
 
 def missing(path: Path, names: Sequence[str] = ()) -> FricError:
-    """Return the error of a file that is not there, with the name of one that is near, beside it or bundled."""
+    """Return the error of a missing file, with a similar name of a file in its folder or of a bundled file."""
     try:
         beside = near(path.name, [one.name for one in path.parent.iterdir()])
     except OSError:
@@ -51,10 +51,10 @@ def missing(path: Path, names: Sequence[str] = ()) -> FricError:
 
 @contextmanager
 def foreign(path: Path | str, hint: str = "Make it again.", *, lacking: bool = False) -> Iterator[None]:
-    """Tell what another library raises while it reads a file as damage of that file.
+    """Report what another library raises while it reads a file as damage of that file.
 
-    An exception that arises in fric itself is a bug, and stays what it is; but for a missing key or a value of the
-    wrong shape where ``lacking`` is set, in the few lines that take a file apart which fric itself wrote.
+    An exception that arises in fric itself is a bug and is not changed. The exceptions are a missing key and a value of
+    the wrong shape where ``lacking`` is set, for lines that read a file which fric wrote.
 
     Raises FricError: When the library gives up, or asks for more memory than there is.
     """
@@ -73,7 +73,7 @@ def foreign(path: Path | str, hint: str = "Make it again.", *, lacking: bool = F
 
 
 def _ours(error: Exception) -> bool:
-    """Say whether an exception arose in fric's own code, and not in a library that it calls."""
+    """Say whether an exception arose in fric's code, and not in a library that it calls."""
     place = error.__traceback__
     while place is not None and place.tb_next is not None:
         place = place.tb_next

@@ -29,10 +29,10 @@ _AXIS = re.compile(r"\w[\w .+-]{0,39}")
 
 
 def axis_name(name: str, where: str = "") -> str:
-    """Return the name of an axis, which stands in names of files, in shell scripts and in programs for controllers.
+    """Return the name of an axis, which is used in names of files, in shell scripts and in programs for controllers.
 
-    Raises FricError: When it holds more than letters, digits and a few signs: a log or a machine file of anyone could
-        write files elsewhere by it, or put lines into a program.
+    Raises FricError: When it holds more than letters, digits and a few signs: a name from a foreign file could
+        otherwise write files elsewhere, or add lines to a program.
     """
     if not _AXIS.fullmatch(name):
         raise FricError(
@@ -176,7 +176,7 @@ class Log(_FromFile):
         return values
 
     def slice(self, start: int, stop: int) -> Log:
-        """Return the samples from ``start`` up to ``stop`` as a record of its own."""
+        """Return the samples from ``start`` up to ``stop`` as a separate record."""
         cut: dict[str, Any] = {channel: values[start:stop] for channel, values in self.channels().items()}
         return replace(self, **cut)
 

@@ -1,4 +1,4 @@
-"""What a record cannot tell, or a result must not be trusted for: a flaw that was found, its values, its place."""
+"""Warnings: a flaw that was found in a record or limits the trust in a result, with its values and its place."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class Notice(str):
     values
         Numbers, texts and `Estimate` that the sentence names.
     where
-        Record, file or axis that it was found in; stands before the sentence.
+        Record, file or axis that it was found in; the prefix of the sentence.
     carried
-        Whether a document that was read said it first.
+        Whether the warning was read from a document.
 
     Raises
     ------

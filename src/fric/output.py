@@ -64,7 +64,7 @@ def refuse_existing(*paths: Path | None, force: bool = False) -> None:
 
 
 def _target(path: Path) -> Path:
-    """Return the file that a path stands for: of a link, what it points to, there or not."""
+    """Return the file that a path denotes: the target of a link, whether it exists or not."""
     if not os.path.islink(path):  # False also where the folder may not be looked into
         return path
     try:
@@ -77,8 +77,9 @@ def _target(path: Path) -> Path:
 def staged(path: Path, *, force: bool = False) -> Iterator[Path]:
     """Give a temporary path beside ``path``; move it there when the block ends well, remove it otherwise.
 
-    The temporary file is locked while this process lives, so that what killed ones left is known, and removed. Without
-    ``force`` the move fails where the output has come to be in the meantime: of two runs, the second to end.
+    The temporary file is locked while this process lives, so that files left by killed processes are recognised and
+    removed. Without ``force`` the move fails where the output has come to be in the meantime: of two runs, the second
+    to end.
 
     Raises FricError: When the output exists and ``force`` is not set, or the folder or the disk does not take it.
     """

@@ -1,10 +1,10 @@
-"""What no drive can be, by physics: what lies beyond these bounds is most often a unit that was taken for another.
+"""Bounds that physics sets on a drive: a value beyond them is most often in a wrong unit.
 
-Each bound is generous: from a micro-tribometer (µN, or rad) to an axis of 10 t nothing real comes near it. What lies
-beyond ends in an error, which `lifted` turns into a warning that a number is wrong until it is mended. Much passes that
-is wrong all the same: where mass, force and force constant are wrong by one factor, no law of physics tells.
-So force in kN that is taken for N passes where no plant, static map or frequency response stands beside it; but what
-few machines have is told, for most often it is a unit.
+Each bound is generous: from a micro-tribometer (µN, or rad) to an axis of 10 t nothing real comes near it. A value
+beyond a bound is an error, which `lifted` turns into a warning. Not every wrong unit is detected: where mass, force and
+force constant are wrong by the same factor, no law of physics is violated. So force in kN that is read as N passes
+where no plant, static map or frequency response is given. A value that few machines have gives a warning, for it is
+most often in a wrong unit.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from fric.friction.stribeck import StaticMap
 
 TOGETHER = 0.99
-"""Correlation of position and reference from which on one follows the other."""
+"""Correlation of position and reference above which the position follows the reference."""
 
 
 def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding]:
@@ -70,7 +70,7 @@ def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding
 
 
 def _speed(log: Log) -> float:
-    """Return the greatest speed of a record but for a hundredth of its samples; NaN where neither channel tells."""
+    """Return the greatest speed of a record but for a hundredth of its samples; NaN without velocity and position."""
     import numpy as np
 
     if log.velocity is not None:
@@ -126,7 +126,7 @@ def of_level(logs: Sequence[Log], F_s: float) -> Iterator[Finding]:
 
 
 def of_shares(shares: Iterable[tuple[Log, float | None, float | None]]) -> Iterator[Finding]:
-    """Yield how much of the force of each record inertia and damping are, where a plant tells: record and shares."""
+    """Yield each record with the shares of inertia and damping in its force, where a plant is given."""
     for log, *both in shares:
         for name, share in zip(("inertia", "damping"), both, strict=True):
             if share is not None:
@@ -143,13 +143,13 @@ _lifted: ContextVar[bool] = ContextVar("implausible", default=False)
 
 
 def lift(allowed: bool) -> None:
-    """Say whether what is implausible is taken as it is from here on."""
+    """Set whether implausible values are accepted from here on."""
     _lifted.set(allowed)
 
 
 @contextmanager
 def lifted() -> Iterator[None]:
-    """Take what is implausible as it is, with a warning, within the block."""
+    """Accept implausible values within the block, with a warning."""
     before = _lifted.set(True)
     try:
         yield
@@ -161,7 +161,7 @@ def lifted() -> Iterator[None]:
 class Finding:
     """A quantity that is to be held against its bound: the bound's name, the value in SI, and where it is from.
 
-    Below what is ``usual`` for a linear axis of a machine nothing is impossible, but told.
+    A value below what is ``usual`` for a linear axis of a machine is possible, but gives a warning.
     """
 
     name: str
@@ -178,7 +178,7 @@ class Finding:
 
     @property
     def _of_drive(self) -> bool:
-        """Whether it is in a unit of the drive's own, of which nothing is known."""
+        """Whether it is in a unit of the drive, whose size is not known."""
         return bool(drive_unit(self.motion)) and BOUNDS[self.name].dimension in OF_FORCE
 
     def unusual(self) -> bool:
@@ -186,7 +186,7 @@ class Finding:
         return not rotates(self.motion) and not self._of_drive and 0.0 < self.value < self.usual
 
     def notice(self) -> Notice:
-        """Return what is told of it."""
+        """Return the sentence of the error or warning."""
         unit = si_unit(BOUNDS[self.name].dimension, self.motion)
         flaw = UNUSUAL if self.unusual() else IMPLAUSIBLE
         return flaw[self.name].found(value=Estimate(self.value, unit), usual=Estimate(self.usual, unit))

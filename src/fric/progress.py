@@ -1,4 +1,4 @@
-"""How far a long fit is, for whoever waits for it: each replay of a model is told to the one who listens."""
+"""Progress of a long fit: each replay of a model calls the listener."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -8,7 +8,7 @@ _LISTENER: ContextVar[Callable[[], object] | None] = ContextVar("listener", defa
 
 
 def tried() -> None:
-    """Tell whoever listens that a fit tried one more set of parameters."""
+    """Report to the listener that a fit tried one more set of parameters."""
     if (listener := _LISTENER.get()) is not None:
         listener()
 

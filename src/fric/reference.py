@@ -22,7 +22,7 @@ MOST_LEAD = 1.0
 
 
 def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
-    """Return the instants of a motion [s], so many a second [Hz], shape (n,).
+    """Return the instants of a motion [s] at a sampling rate [Hz], shape (n,).
 
     Raises FricError: When the motion is longer than is simulated.
     """
@@ -31,7 +31,7 @@ def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
 
 
 def refuse_long(duration: float, sampling: float) -> None:
-    """Raise a `FricError` where a motion takes longer [s], so many samples a second [Hz], than is simulated."""
+    """Raise a `FricError` where a motion [s] has more samples, at a sampling rate [Hz], than a simulation takes."""
     if not duration * sampling < MOST_SAMPLES:
         raise FricError(
             f"the motion takes {duration:.3g} s, which are {duration * sampling:.3g} samples at {sampling:g} Hz, and "
@@ -72,7 +72,7 @@ class Reference:
         """Return the motion that is asked for a lead later, at the same instants.
 
         Between samples the position is the cubic of its values and velocities (Hermite), velocity and acceleration are
-        linear; beyond the end the acceleration stays as it is.
+        linear; beyond the end the acceleration is constant.
 
         lead: The lead [s], 0 or more.
         """
@@ -128,7 +128,7 @@ def cubic_spline(x: Real, y: Real, ends: Ends = "not-a-knot") -> Callable[..., R
 def strokes(speed: float, distance: float, sampling: float, *, ramp: float = 0.1, dwell: float = 0.1) -> Reference:
     """Return a stroke at constant velocity, a rest, and the same stroke back.
 
-    speed: Speed of each stroke [m/s]; a negative one starts the other way.
+    speed: Speed of each stroke [m/s]; a negative speed starts in negative direction.
     distance: Length that is travelled at that speed [m].
     sampling: Samples a second [Hz].
     ramp: Time in which the speed rises smoothly from 0, and falls to it [s].
@@ -247,7 +247,7 @@ def circle(
 def multisine(frequencies: Real, peak: float, samples: int, sampling: float, rng: np.random.Generator) -> Reference:
     """Return a motion that is a sum of sines of equal velocity amplitude and random phase.
 
-    Of 64 draws of phases the one with the lowest peak velocity is taken.
+    Of 64 draws of phases, that with the lowest peak velocity is taken.
 
     frequencies: Frequencies [Hz], shape (m,).
     peak: Largest velocity of the sum [m/s].
@@ -256,7 +256,7 @@ def multisine(frequencies: Real, peak: float, samples: int, sampling: float, rng
     """
     every = np.append(sampling, frequencies) / np.min(frequencies)
     repeats = every[0] <= samples and bool(np.all(np.abs(every - np.rint(every)) < 1e-9))
-    length = round(every[0]) if repeats else samples  # one period tells the others
+    length = round(every[0]) if repeats else samples  # one period determines the others
     t, omega = np.arange(length) / sampling, 2 * pi * np.asarray(frequencies, float)
     phases = 2 * pi * rng.uniform(size=(len(omega), 64))
     peaks = np.abs((np.exp(1j * np.outer(t, omega)) @ np.exp(1j * phases)).real).max(axis=0)

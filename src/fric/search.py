@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 def minimised(search: nlopt.opt, cost: Callable[[Real], float], start: Real) -> Real:
     """Return where a search of NLopt finds the least cost, shape (n,).
 
-    What the cost raises ends the search, and is raised. NLopt itself goes on with the error set, and what is told then
-    are SystemErrors in one another: so ended a polite kill that struck a search.
+    An exception of the cost ends the search and is raised. NLopt itself would go on with the error set and raise nested
+    SystemErrors, so that a SIGTERM during a search would end in one.
     """
     from nlopt import ForcedStop  # of which `design` does without until it searches
 

@@ -35,8 +35,8 @@ def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Moti
     where: File and record, for messages.
     motion: Of the axis.
     least: Values that a series has at least.
-    Raises FricError: Where one is no row of numbers, is shorter than ``least`` or not as long as the others, holds what
-        is no number or what no machine reaches, or ``time`` does not rise throughout.
+    Raises FricError: Where a series is no row of numbers, is shorter than ``least`` or not as long as the others, holds
+        a value that is no number or that no machine reaches, or ``time`` does not rise throughout.
     """
     import numpy as np  # which the help of a command does without
 
@@ -66,7 +66,7 @@ def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Moti
 
 
 def require_plausible(name: str, values: Real, dimension: str, where: str, *, motion: Motion = "linear") -> None:
-    """Raise a `FricError` where a value is no number, or one in SI that no machine reaches."""
+    """Raise a `FricError` where a value is no number, or no machine reaches it (in SI units)."""
     import numpy as np
 
     most = largest(dimension, motion)

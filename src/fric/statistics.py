@@ -41,7 +41,7 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
 
     y: What is described, shape (n,).
     X: Columns of what is fixed, shape (n, p).
-    error: Standard error of each, as far as it is known, shape (n,).
+    error: Known standard error of each, shape (n,).
     kinds: The columns Z_k of each kind of effect, of shape (n, q_k).
     """
     from scipy.optimize import minimize  # which reading a log does without
@@ -68,7 +68,7 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
         return tau, P, 2.0 * float(sum(map(np.sum, logs))) + float(P[0, 0])
 
     def least(start: Sequence[float], free: int) -> tuple[float, Real]:
-        """Return the least of the first so many variances, the others 0, and where it is."""
+        """Return the minimum over the first variances, the others 0, and its place."""
         rest = np.zeros(len(units) - free)
 
         def cost(some: Real) -> float:

@@ -1,9 +1,9 @@
 """Units, parsed at the edge: every number inside fric is a float in SI (rad and N·m for a rotary axis).
 
 A *dimension* is what a number measures (``force``, ``velocity``, …). Its SI unit depends on the motion of the
-axis: a force is in N on a linear axis and a torque in N·m on a rotary one. Where a drive tells it in a unit of its own
-(A, % of rated, V, counts), that is the unit of all forces of the axis, and nothing makes newtons of it: the mass is in
-A·s²/m, the force constant in A/V.
+axis: a force is in N on a linear axis and a torque in N·m on a rotary one. Where a drive logs it in another unit (A, %
+    of rated, V, counts), that is the unit of all forces of the axis, without conversion to newtons: the mass is in
+    A·s²/m, the force constant in A/V.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Motion = Literal[
     "linear", "rotary", "linear/A", "rotary/A", "linear/%", "rotary/%", "linear/V", "rotary/V", "linear/count",
     "rotary/count", "linear/N*m",
 ]  # fmt: skip
-"""What an axis does, and behind a slash the unit of its forces where that is the drive's own, or its motor's."""
+"""Motion of an axis, and behind a slash the unit of its forces where that is a unit of the drive or its motor."""
 MOTIONS: tuple[Motion, ...] = get_args(Motion)
 
 SI_UNITS: dict[str, tuple[str, str]] = {
@@ -53,7 +53,7 @@ PLAIN: tuple[Motion, ...] = ("linear", "rotary")
 """Motions with forces in SI."""
 OF_FORCE = {"force": "", "mass": "*s^2/{m}", "viscous": "*s/{m}", "stiffness": "/{m}", "force rate": "/s",
             "force per input": "/V"}  # fmt: skip
-"""Dimensions that a force is in: what stands behind its unit."""
+"""Dimensions that a force is in: the suffix of its unit."""
 
 
 def rotates(motion: str) -> bool:
@@ -62,17 +62,17 @@ def rotates(motion: str) -> bool:
 
 
 def drive_unit(motion: str) -> str:
-    """Return the unit of the drive's own in which forces are; empty where they are in N or N·m."""
+    """Return the unit of the drive in which forces are; empty where they are in N or N·m."""
     return motion.partition("/")[2]
 
 
 def kinds_of(motion: Motion | None) -> tuple[Motion, ...]:
-    """Return the motions that an axis may have of which one is said: those in the drive's units, where none is."""
+    """Return the motions that agree with a stated motion: those in the drive's units, where none is stated."""
     return tuple(one for one in MOTIONS if motion is None or one == motion or one.partition("/")[0] == motion)
 
 
 def in_units_of(motion: Motion, unit: str | None) -> Motion:
-    """Return a motion with forces in the drive's own unit, where a unit of a force is that."""
+    """Return a motion with forces in the drive's unit, where the unit of a force is such a unit."""
     return next((one for one in kinds_of(motion) if converts(unit, "force", one)), motion)
 
 
@@ -155,12 +155,12 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
         ) from None
     except FricError:
         raise
-    except Exception:  # as in `is_unit`: a bracket that is not closed is Python's own TokenError
+    except Exception:  # as in `is_unit`: a bracket that is not closed raises Python's TokenError
         raise FricError(f"'{unit}' is not a unit that is known", hint=f"Give a unit that converts to {si}.") from None
 
 
 def converts(unit: str | None, dimension: str, motion: Motion = "linear") -> bool:
-    """Say whether there is a unit, and it is one of a dimension."""
+    """Say whether there is a unit, and it is a unit of a dimension."""
     if not unit:
         return False
     try:
@@ -171,11 +171,11 @@ def converts(unit: str | None, dimension: str, motion: Motion = "linear") -> boo
 
 
 def is_unit(text: str) -> bool:
-    """Say whether a text is a unit that is known (of whatever kind)."""
+    """Say whether a text is a known unit of any dimension."""
     registry = _registry()
     try:
         registry.Unit(_spelled(text))
-    except Exception:  # Pint's parser raises whatever its tokenizer does on a text that is no unit
+    except Exception:  # Pint's parser passes on the exceptions of its tokenizer on a text that is no unit
         return False
     return bool(text.strip())
 
@@ -183,7 +183,7 @@ def is_unit(text: str) -> bool:
 MOST_LETTERS = 60
 """Letters of a unit at most."""
 _POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")
-"""A small exponent that has none of its own."""
+"""A small exponent that has no exponent itself."""
 _SIGNS = re.compile(r"[\w\s*/^().+\-·°%‰²³⁻¹⁺'\"]*")
 """Signs of a unit; Pint passes over others, and takes $mm for mm."""
 _GERMAN = {"U/min": "rpm", "Upm": "rpm", "RPM": "rpm", "Volt": "V", "Sek": "s", "Sek.": "s", "sek": "s"}
@@ -192,7 +192,7 @@ _NEWTON_METRE = re.compile(r"\b([kmuc]?N)([mcu]?m)\b")
 
 
 def _spelled(unit: str) -> str:
-    """Spell a unit as Pint does: ``Nm`` is ``N*m``, ``U/min`` is ``rpm``; Pint works out powers whatever they cost."""
+    """Spell a unit as Pint does: ``Nm`` is ``N*m``, ``U/min`` is ``rpm``; Pint evaluates powers of any size."""
     if len(unit) > MOST_LETTERS or not _SIGNS.fullmatch(unit) or re.search(r"\*\*|\^", _POWER.sub("", unit)):
         raise FricError(f"'{printable(unit, 40)}' is not a unit that is known", hint="Write it as in N*s/m or m/s^2.")
     plain = unit.strip().replace("·", "*").replace("²", "**2").replace("µ", "u").replace("μ", "u").replace("⁻¹", "**-1")
@@ -324,7 +324,7 @@ def prefixed(value: float, unit: str) -> tuple[float, str]:
     shown = unit.replace("*", "·").replace("^2", "²")
     if unit not in _PREFIXED or not value or not isfinite(value):
         return 1.0, "" if unit == "1" else shown
-    if unit == "N/m":  # contacts are told in N/µm
+    if unit == "N/m":  # contacts are given in N/µm
         return 1e-6, "N/µm"
     if unit == "m":  # machine tools are drawn in mm and µm
         scale, prefix = (1e-3, "m") if abs(value) >= 0.9995e-3 else (1e-6, "µ")
@@ -334,7 +334,7 @@ def prefixed(value: float, unit: str) -> tuple[float, str]:
 
 
 def readable(value: float, unit: str, digits: int = 3) -> str:
-    """Return a value for people: ``readable(2.2e-5, "m") == "22 µm"``; a dash for one that is no number."""
+    """Return a value for people: ``readable(2.2e-5, "m") == "22 µm"``; a dash for a value that is no number."""
     if not isfinite(value):
         return "–"
     scale, shown = prefixed(float(f"{value:.{digits}g}"), unit)
@@ -342,7 +342,7 @@ def readable(value: float, unit: str, digits: int = 3) -> str:
 
 
 def significant(value: float, digits: int = 3) -> str:
-    """Return a number with so many significant digits, without an exponent where that reads better."""
+    """Return a number with a given count of significant digits, without an exponent where that reads better."""
     if not isfinite(value):
         return "–"
     text = f"{value:.{digits}g}"

@@ -32,7 +32,7 @@ class Kind:
     read
         What a command reads it as, where the type leaves that open.
     metavar
-        What stands for it in a help text.
+        Its placeholder in a help text.
     complete
         What the shell completes it from: the name of a function of `fric.cli.completion`.
     least, most
@@ -130,7 +130,7 @@ _signature = cache(signature)
 
 @cache
 def _hints(function: Callable[..., Any]) -> dict[str, Any]:
-    """Return what the annotations say; anything where one waits for an import of type checkers alone."""
+    """Return the annotations as types; Any where an annotation needs an import that only type checkers make."""
     found = {}
     for name, one in _signature(function).parameters.items():
         hint = one.annotation
@@ -168,7 +168,7 @@ def _within(given: Any, hint: Any) -> bool:
 
 
 def kinds_of(hint: Any) -> list[Kind]:
-    """Return what an annotation says beside the type, outermost first; what it is or None, too."""
+    """Return the metadata of an annotation besides the type, outermost first; of an optional type, too."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return [*(one for one in inner[:0:-1] if isinstance(one, Kind)), *kinds_of(inner[0])]
@@ -197,7 +197,7 @@ def _words(hint: Any) -> str:
 
 @dataclass(frozen=True)
 class Argument:
-    """One argument of a verb, as its source says it.
+    """One argument of a verb, as its source states it.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ class Argument:
     positional
         Whether it may be given by its place.
     several
-        Whether it stands for all that are given by their place.
+        Whether it collects all positional arguments.
     help
         The first sentence of its description.
     """
@@ -303,7 +303,7 @@ class Form:
 
     @cached_property
     def _sentences(self) -> dict[str, str]:
-        """The first sentence of what is said of each argument."""
+        """The first sentence of the description of each argument."""
         if "Parameters" not in self._doc:
             return {}
         found: dict[str, str] = {}
@@ -331,7 +331,7 @@ class Form:
 
     @cached_property
     def _homes(self) -> dict[str, str]:
-        """The module of each name that the source imports from one."""
+        """The module of each name that the source imports from a module."""
         lines = _IMPORT.findall(self._source)
         return {name: module for module, *names in lines for name in re.findall(r"\w+", "".join(names))}
 

@@ -1,12 +1,12 @@
-"""A friction feedforward whose level and stiffness follow what an observer finds that it leaves.
+"""A friction feedforward whose level and stiffness adapt to the error that an observer finds.
 
 ::
 
     u = level·(F_1 + F_2)/(2·K_f) + shift·(F_2 - F_1)/K_f,   both along the reference a lead ahead
 
 F_1 and F_2 are the nominal friction, once with softer and once with stiffer slip blocks: two models run
-beside each other, so that what adapts stands linearly. An observer's estimate d̂ is what is left, -d̂ = (what it
-should be) - u behind the observer's filter Q. Each regressor goes through the same Q, and both parameters follow the
+beside each other, so that u is linear in what adapts. An observer's estimate d̂ is the remaining error, -d̂ = (required
+voltage) - u behind the observer's filter Q. Each regressor goes through the same Q, and both parameters follow the
 gradient, normalised, within bounds (projection), which are the intervals of what was identified where it is known::
 
     d(level)/dt = rate·(-d̂)·φ_l/F̂²,   d(shift)/dt = rate·(-d̂)·φ_s/mean(φ_s²)
@@ -30,7 +30,7 @@ from fric.kernels.block import Sample, compiled_block
 from fric.kernels.elementary import exp
 
 SOFT, STIFF = 0.6, 1.6
-"""The stiffness of both models, of the nominal one."""
+"""Stiffness of both models over the nominal stiffness."""
 HEAD = 7
 
 
@@ -65,9 +65,9 @@ class Adaptive(ControlBlock):
     cutoff
         Cutoff of the observer's Q that the regressors go through [Hz].
     lowest, highest
-        Bounds of the level, of that which is nominal and fed forward [1].
+        Bounds of the level over the nominal level that is fed forward [1].
     softest, stiffest
-        Bounds of the stiffness, of the nominal one [1].
+        Bounds of the stiffness over the nominal stiffness [1].
     """
 
     name = "adaptive"

@@ -71,7 +71,7 @@ class Setting:
     position, velocity
         Where the axis begins, and how fast it is there [m], [m/s].
     seen
-        What the encoder told one sample before [m].
+        Reading of the encoder one sample before [m].
     resolution
         One step of the encoder [m]; 0 for none.
     spans
@@ -126,10 +126,10 @@ class ControlBlock(ABC):
     """What it asks of a controller, in a few words: signals, memory, look-ahead."""
     step: ClassVar[BlockStep]
     feeds_back: ClassVar[bool] = False
-    """True for a feedforward that goes by what the axis does, and so matters to stability as the other kinds do."""
+    """True for a feedforward that depends on the measured motion, and so affects stability as the other kinds do."""
     repeats: ClassVar[bool] = False
-    """True where it gives what it saw one period of the motion before, and nothing of what it sees now. It has no few
-    poles; its loop is judged by whether what it gives shrinks from period to period (`fric.design.loop`)."""
+    """True where its output depends on the previous period of the motion alone. It has too many poles to list; its loop
+    is judged by whether its output shrinks from period to period (`fric.design.loop`)."""
     tuned: ClassVar[str] = ""
     """Name of the parameter that is made as large as the margins of the whole loop allow (`fric.design.blocks`)."""
 

@@ -92,7 +92,7 @@ class Cascade(ControlBlock):
 
     @classmethod
     def designed(cls, setting: Setting) -> Self:
-        """Return the axis' own cascade."""
+        """Return the cascade of the axis."""
         return cls(**vars(setting.cascade))
 
     def packed(self, setting: Setting) -> Real:

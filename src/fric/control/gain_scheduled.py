@@ -1,6 +1,6 @@
 """A cascade whose gains, and whose integral, follow the stiffness of the friction since the last reversal.
 
-After a reversal of the reference every slip block of the nominal friction sticks: the drive stands against a spring.
+After a reversal of the reference every slip block of the nominal friction sticks: the drive works against a spring.
 Block i slips after a travel of ``2·alpha_i·F_s/k_i`` (Masing's rule). A distance x from the reversal::
 
     K(x)   = Σ k_i  over the blocks with  x/4 < 2·alpha_i·F_s/k_i,      share(x) = min(1, sqrt(K(x)/M)/corner)
@@ -14,14 +14,14 @@ is where the phase is needed. Where the blocks have slipped the gains are those 
 counts a quarter: the friction may be softer than nominal. T. Tjahjowidodo, F. Al-Bender, H. Van Brussel, W. Symens,
 Friction characterization and compensation in electro-mechanical systems, J. Sound and Vibration 308 (2007) 632-646.
 
-Integral: what it holds at the end of a stroke, I_turned, is the sliding friction that nobody feeds forward, and the
-load. The load stays, the friction changes its sign as the share phi of it has turned. Towards what is known: the
-integral ended the stroke before, in the direction that begins now, at I_before. A reset of the integral, as that of
-J. C. Clegg, A nonlinear integrator for servomechanisms, Trans. AIEE 77 (1958) 41-42, takes the load with it. Handed
-over is after strokes that are longer than the whole schedule. Of a shorter one, back what it was handed.
+Integral: its value at the end of a stroke, I_turned, is the sliding friction that is not fed forward, and the load. The
+load stays, the share phi of the friction has changed its sign. The target is known: the stroke before, in the direction
+that begins now, ended at the integral I_before. A reset of the integral, as that of J. C. Clegg, A nonlinear integrator
+for servomechanisms, Trans. AIEE 77 (1958) 41-42, takes the load with it. The integral is carried over after strokes
+that are longer than the whole schedule. After a shorter stroke, what was carried over is taken back.
 
-Gains and phi go by the reference alone: along a given one the loop is linear and periodic, and its multipliers over a
-period tell whether it is stable (tests/control/test_gain_scheduled.py). As a block it is not linear.
+Gains and phi depend on the reference alone: along a given reference the loop is linear and periodic, and its
+multipliers over a period show whether it is stable (tests/control/test_gain_scheduled.py). As a block it is not linear.
 """
 
 from dataclasses import dataclass

@@ -9,9 +9,9 @@
                     ↑                              │
                     └──── Q·G_n⁻¹(z) ←─────────────┘
 
-The observer does not see the friction feedforward: one that does takes the compensated friction for a disturbance
-that it has to undo, and compensates it twice. It sees the voltage as limited: while the drive saturates, d̂ follows
-what the drive was given and not what was asked of it, so it does not wind up.
+The observer does not see the friction feedforward: otherwise it would take the compensated friction for a disturbance
+and compensate it twice. It sees the limited voltage: while the drive saturates, d̂ follows the voltage that the drive
+receives and not the requested voltage, so it does not wind up.
 """
 
 from collections.abc import Sequence

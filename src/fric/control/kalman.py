@@ -7,7 +7,7 @@
 with the plant sampled exactly, the delay of the voltage included (`fric.drive.sampled`). The gains are those of the
 steady state (discrete algebraic Riccati equation). With white w and e, and A small beside the cutoff, the filter's
 poles are those of a third-order Butterworth filter of angular frequency ``ω = (B·sqrt(q/r))^(1/3)``, q and r the
-intensities of w and e: so the cutoff stands for q/r, and is what is designed. Lampaert, Swevers, Al-Bender,
+intensities of w and e: so the cutoff determines q/r, and is the design parameter. Lampaert, Swevers, Al-Bender,
 Comparison of model and non-model based friction compensation techniques in the neighbourhood of pre-sliding friction,
 Proc. ACC 2004.
 """
@@ -25,7 +25,7 @@ from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
 
 OWN = 3
-"""Position, velocity and disturbance stand before the voltages on their way."""
+"""States before those of the delayed voltages: position, velocity and disturbance."""
 
 
 @compiled_block
@@ -66,7 +66,7 @@ class Kalman(ControlBlock):
     cutoff: float
 
     def sampled(self, setting: Setting) -> tuple[SampledPlant, Real]:
-        """Return the sampled plant, and what a disturbance of 1 V does to position and velocity in one sample."""
+        """Return the sampled plant, and the change of position and velocity in one sample by a disturbance of 1 V."""
         return SampledPlant.of(setting.plant, setting.sampling), setting.plant.held(setting.T_s)[1]
 
     def gains(self, setting: Setting) -> Real:

@@ -63,8 +63,8 @@ class Probed:
 def probed(block: ControlBlock, setting: Setting) -> Probed:
     """Return the matrices of a block: what its step makes of each unit state and each unit input.
 
-    Of a linear block that is all there is to know, exactly. A block that is not linear is what it is around rest, where
-    an axis waits: the same from states and inputs of 1e-6.
+    They describe a linear block completely and exactly. A block that is not linear is linearised around rest, from
+    states and inputs of 1e-6.
 
     Raises ValueError: When the block repeats, or is linear and gives something from nothing.
     """
@@ -76,7 +76,7 @@ def probed(block: ControlBlock, setting: Setting) -> Probed:
 
 
 def impulses(block: ControlBlock, setting: Setting, inputs: Sequence[str], wait: int, samples: int) -> Real:
-    """Return the volts of a linear block in so many samples after 1 in some of its inputs, shape (samples,).
+    """Return the output of a linear block [V] over ``samples`` samples after 1 in some of its inputs, shape (samples,).
 
     ``wait`` are the samples of rest before, in which a block that repeats gets what it looks back at.
     """

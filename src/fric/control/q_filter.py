@@ -97,7 +97,7 @@ class QFilter:
 
 
 def _scaled(roots: Roots, cutoff: float) -> Complex:
-    """Return the roots of a filter with a cutoff [Hz]; by Python's own product, which is the same everywhere."""
+    """Return the roots of a filter with a cutoff [Hz]; by Python's product, which is the same on every processor."""
     return np.array([root * (2 * pi * cutoff) for root in roots], np.complex128)
 
 

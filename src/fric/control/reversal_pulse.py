@@ -1,4 +1,4 @@
-"""What commercial controls have against friction: a table over velocity, and a pulse where the reference reverses.
+"""Friction compensation of commercial controls: a table over velocity, and a pulse where the reference reverses.
 
 ::
 
@@ -8,8 +8,8 @@ The table gives a voltage for twenty velocities, straight lines between, as Twin
 reversal it goes from one sign to the other over its first entry. The pulse is that of SINUMERIK's friction
 compensation (Siemens, Function manual monitoring and compensating, K3): its amplitude rises with the acceleration a
 at the reversal, a share of it for each of three accelerations, and dies out with the decay. Both are fitted to a
-friction model that was identified: the table to its steady state, the pulse to what its replay along circles has more
-or less than the table.
+friction model that was identified: the table to its steady state, the pulse to the difference between its replay along
+circles and the table.
 """
 
 from dataclasses import dataclass
@@ -170,7 +170,7 @@ def fitted(model: FrictionModel, sampling: float) -> tuple[float, float, float, 
     def misfit(x: Real) -> Real:
         return np.asarray(x[0] * np.exp(-t / exp(x[1])) - parts[-1] / scale)
 
-    # one decay must do for all: that of the fast reversal, where the spike is
+    # a single decay serves all reversals: that of the fast reversal, where the spike is
     from scipy.optimize import least_squares
 
     found = least_squares(misfit, [-1.0, log(0.01)], bounds=([-5.0, -8.0], [5.0, 1.0]))

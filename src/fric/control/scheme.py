@@ -29,7 +29,7 @@ def require_feedforward(gain: float | None, lead: Lead | None) -> None:
 
 
 OBSERVER = "inverse-model"
-"""The block that ``observer: true`` stands for."""
+"""The block that ``observer: true`` denotes."""
 
 
 @typed
@@ -40,9 +40,9 @@ class Scheme:
     Parameters
     ----------
     name
-        What it is called for, as ``a`` to ``f`` of the paper.
+        Its short name, as ``a`` to ``f`` of the paper.
     title
-        What it is, in a few words.
+        Its description in a few words.
     friction
         Name of the friction model that is fed forward (``static``, ``gms``, …); None for no feedforward.
     gain
@@ -120,12 +120,12 @@ class Scheme:
 
     @property
     def bare(self) -> bool:
-        """True where nothing stands against friction but the cascade."""
+        """True where the cascade alone counteracts friction."""
         return self.friction is None and not self.blocks and self.controller == "cascade"
 
     @property
     def not_linear(self) -> list[str]:
-        """Names of its blocks in the loop that are not linear: with one of them no loop is judged by its poles."""
+        """Names of its blocks in the loop that are not linear: such a loop cannot be judged by its poles."""
         blocks = (block_type(self.controller), *self.block_types)
         return [block.name for block in blocks if block.in_loop() and not block.linear]
 
@@ -136,7 +136,7 @@ class Scheme:
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Scheme:
-        """Return the scheme of plain values; ``observer`` true, of files before there were blocks, is one of them."""
+        """Return the scheme from plain values; ``observer: true`` is from files before there were blocks."""
         values = dict(given)
         blocks = tuple(str(name) for name in values.pop("blocks", ()))
         if values.pop("observer", False) and OBSERVER not in blocks:

@@ -5,11 +5,11 @@
     s = ė + 2·slope·e + slope²·∫e,   e = r - z
     u = (2·slope·ė + slope²·e)/B + reach·sat(s/layer)
 
-On the surface s = 0 the error dies out as (D + slope)²·∫e = 0, whatever the disturbance; outside the layer the
+On the surface s = 0 the error dies out as (D + slope)²·∫e = 0, for any disturbance; outside the layer the
 voltage ``reach`` drives it there, inside the sign is a straight line, against chattering. What the inverse model
 gives along the reference, (r̈ + A·ṙ)/B, is added by the loop: with both u is the equivalent control and the reaching
 law. The velocity is the first difference behind the cascade's low-pass, and the integral waits while the voltage is
-limited. Not linear: inside the layer it is, which is what its design looks at. J.-J. Slotine, W. Li, Applied
+limited. It is linear inside the layer only, and is designed there. J.-J. Slotine, W. Li, Applied
 Nonlinear Control, 1991, section 7; Z. Jamaludin, H. Van Brussel, J. Swevers, Design and comparison of cascade and
 sliding mode control, 2007.
 """

@@ -5,11 +5,11 @@
     d̂ = Q·(G_n⁻¹·z - e^(-s·(T_d - T_s/2))·u_t),   Q = (3·τ·s + 1)/(τ·s + 1)³,   τ = 1/(2π·cutoff)
 
 Q is the Q_31 of Umeno and Hori: 1 - Q is of second order at rest, so that a ramp of disturbance leaves no error. The
-voltage is delayed by the drive's own delay before it is compared with what the position tells, between two samples in
-proportion: without that, the difference of both is an error of phase that limits Q. The other degree of freedom, the
-inverse model along the reference, is the feedforward that every scheme has. T. Umeno, Y. Hori, Robust speed control
-of DC servomotors using modern two degrees-of-freedom controller design, IEEE Trans. Ind. Electron. 38 (1991) 363-368;
-J. Yi, M. Tomizuka, ACC 1999.
+voltage is delayed as in the drive before it is compared with that from the position, interpolated between samples:
+without that, the difference of both is an error of phase that limits Q. The other degree of freedom, the inverse model
+along the reference, is the feedforward that every scheme has. T. Umeno, Y. Hori, Robust speed control of DC servomotors
+using modern two degrees-of-freedom controller design, IEEE Trans. Ind. Electron. 38 (1991) 363-368; J. Yi, M. Tomizuka,
+ACC 1999.
 """
 
 from dataclasses import dataclass

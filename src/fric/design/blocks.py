@@ -1,4 +1,4 @@
-"""Design of a control block, alone or with the cascade: as much as the peak sensitivity of the whole loop allows."""
+"""Design of a control block, alone or with the cascade, up to the limit of the peak sensitivity of the whole loop."""
 
 from dataclasses import dataclass, replace
 from math import inf, log
@@ -24,7 +24,7 @@ class BlockDesign:
     block: ControlBlock  # The block
     # Margins with it, around rest where it is not linear; None where it does not feed back, or has no margins
     margins: Margins | None
-    reason: str  # Why its parameters are as they are
+    reason: str  # Reason for its parameters
     response: OpenLoop | None = None  # The open loop as a function of the frequencies [Hz], where it has margins
 
     def loops(self) -> dict[str, Loop]:
@@ -45,8 +45,8 @@ def design_block(
     """Return a control block for an axis as its controller knows it.
 
     The tuned parameter of a controller or an observer is the largest up to which every smaller one keeps the peak
-    sensitivity. A block that is not linear is judged around rest, where its gains are largest. Other blocks are as they
-    design themselves from plant and friction.
+    sensitivity. A block that is not linear is judged around rest, where its gains are largest. Other blocks design
+    themselves from plant and friction.
 
     kind: The block.
     setting: The axis: plant, cascade, nominal friction.
@@ -92,7 +92,7 @@ def loop_with(
 GAINS = (0.25, 6.0)
 """How much K_p and K_i together, and K_v, may differ from those of the cascade that is there, as factors."""
 FILTER = 1.0
-"""Largest corner of the velocity filter, of the sampling rate: there it is the first difference as it is."""
+"""Largest corner of the velocity filter over the sampling rate: there the filter is the plain first difference."""
 STEPS = 160
 """Loops that are tried; with twice as many J falls by less than 1 % on the axes of the paper."""
 PERIOD = 2.0

@@ -91,7 +91,7 @@ def design_cascade(
 ) -> CascadeDesign:
     """Return the fastest cascade whose velocity loop and position loop have the margins asked for.
 
-    The rule: the corner of the PI, K_i/(2π K_p), stands at ``1/corner_ratio`` of the velocity loop's crossover f_c; f_c
+    The rule: the corner of the PI, K_i/(2π K_p), is ``1/corner_ratio`` of the velocity loop's crossover f_c; f_c
     is the highest at which the velocity loop has the margins; K_v = 2π f_c/``separation``, or the largest below it
     with which the position loop has them too. For both axes of the paper the gain margin decides; f_c is 60 Hz.
 
@@ -102,8 +102,8 @@ def design_cascade(
     corner_ratio: Crossover of the velocity loop over corner of its PI.
     separation: Crossover of the velocity loop over K_v/2π.
     crossover: Crossover of the velocity loop [Hz], where it is given instead of sought.
-    Raises FricError: When no cascade of this form has the margins, or the one with the given crossover has not: with
-        the nearest.
+    Raises FricError: When no cascade of this form has the margins, or that with the given crossover has not: with the
+        nearest.
     """
     asked = requirement or Requirement()
     for name, value in (("corner ratio", corner_ratio), ("separation", separation)):
@@ -215,7 +215,7 @@ def _largest(holds: Callable[[float], bool], tried: np.ndarray) -> float | None:
 
 
 def _nearest(holds: Callable[[float], bool], tried: np.ndarray, wanted: float) -> float | None:
-    """Return the value that holds with the smallest ratio to the wanted one, which does not hold or stands for one."""
+    """Return the value that holds nearest to the wanted value, by their ratio; None where none holds."""
     if holds(wanted):
         return wanted
     for value in sorted(tried, key=lambda value: abs(np.log(value / wanted))):

@@ -6,8 +6,9 @@ force with the speed ``H = jω·G/(K_f·(1 + L))``. Both feed each other: the er
 
     W(jω) = -s'(v)/(1 + jω·s(v)/C)·jω·G/(K_f·(1 + L))
 
-goes around 1 (Nyquist). It grows from what an encoder does not show, whatever is fed forward: at 10 mm/s by e⁵ and more
-on the machines that leave most. One over the largest real W is by what factor friction may fall more steeply.
+goes around 1 (Nyquist). An oscillation grows from below the encoder's resolution, for any feedforward: at 10 mm/s by e⁵
+and more on the machines with the largest errors. The inverse of the largest real W is the factor by which friction may
+fall more steeply.
 """
 
 from dataclasses import replace
@@ -61,7 +62,7 @@ def hold_falling(
 ) -> tuple[Cascade, DisturbanceObserver | None]:
     """Return cascade and observer with the smallest change of their gains that holds the falling branch by `MARGIN`.
 
-    The peak sensitivity of the whole loop stays within its limit. As they are, where they hold the branch already;
+    The peak sensitivity of the whole loop stays within its limit. Unchanged where they hold the branch already;
     where none of `GAINS` does, those with the largest margin.
 
     plant, cascade, friction: As `falling_margin`.

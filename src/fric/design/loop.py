@@ -8,10 +8,10 @@
              └───────────────────────────┘
 
 with z = e^{jωT_s} throughout. G is eq. (1) behind a zero-order hold, exact, with the transport delay T_d − T_s/2 (the
-hold is the other half sample). Controller and observers are what probing their compiled steps gives
-(`fric.control.probe`): the loop that is judged here is the one that runs, with friction and limits, in
-`fric.kernels.loop`. With the cascade (`fric.control.cascade`) the response from reference to voltage is K_v·C, that
-from position to voltage -C·(K_v + D), C being the velocity controller and D the velocity's filter.
+hold is the other half sample). Controller and observers are probed from their compiled steps (`fric.control.probe`):
+the loop that is judged here is the loop that runs, with friction and limits, in `fric.kernels.loop`. With the cascade
+(`fric.control.cascade`) the response from reference to voltage is K_v·C, that from position to voltage -C·(K_v + D), C
+being the velocity controller and D the velocity's filter.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ from fric.drive.sampled import SampledPlant
 from fric.reference import Reference
 
 LAST_VOLTAGE = ("input", "control")
-"""What a block sees of the voltage one sample ago; without friction feedforward both are one."""
+"""Inputs of a block for the voltage one sample ago; without friction feedforward both are equal."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,12 @@ class SampledLoop:
     Raises
     ------
     FricError
-        When the plant's delay is shorter than the hold of the controller, or a block does not fit the sampling.
+        When the plant's delay is shorter than the hold of the controller, or a block is not suited to the sampling.
     """
 
     plant: LinearPlant  # Eq. (1) of the axis.
     cascade: Cascade  # Its controller, and the sampling
-    blocks: tuple[ControlBlock, ...] = ()  # Its further blocks; of one that is not linear what it is around rest
+    blocks: tuple[ControlBlock, ...] = ()  # Its further blocks; a block that is not linear is linearised around rest
     controller: ControlBlock | None = None  # The block in place of the cascade, where there is one
     setting: Setting | None = None  # What the blocks are packed for; the plant of the axis where not given
 
@@ -173,7 +173,7 @@ def learned_share(block: ControlBlock, loop: SampledLoop, setting: Setting) -> t
     Raises FricError: When the motion does not repeat.
     """
     if setting.reference is None or not setting.reference.period:
-        block.packed(setting)  # which tells what is missing
+        block.packed(setting)  # which raises the error of what is missing
         raise ValueError("a block that repeats did without a period")
     sampling = setting.sampling
     period = (SHORT + setting.reference.period * sampling % 1.0) / sampling

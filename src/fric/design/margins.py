@@ -48,7 +48,7 @@ class Margins:
 
 @dataclass(frozen=True)
 class Loop:
-    """An open loop that is looked at: what it is, its response, its margins."""
+    """An open loop: its description, its response, its margins."""
 
     title: str  # What figures and tables call it
     response: OpenLoop  # L at frequencies [Hz], shape (n,)
@@ -67,7 +67,7 @@ def rounded_down(value: float) -> str:
 
 
 def border(holds: Callable[[float], bool], inside: float, outside: float, precision: float = 1e-8) -> float:
-    """Return the last value that holds on the way from one that does to one that does not, to a relative precision."""
+    """Return the last admissible value between one that is admissible and one that is not, to a relative precision."""
     while abs(outside / inside - 1.0) > precision:
         middle = float(np.sqrt(inside * outside))
         inside, outside = (middle, outside) if holds(middle) else (inside, middle)

@@ -41,9 +41,9 @@ class ObserverDesign:
     # input, without: margins of the whole loop, opened at the plant's input, with the observer and without
     input: Margins
     without: Margins
-    reason: str  # Why Q is as it is
-    warnings: tuple[Notice, ...] = ()  # What the response cannot tell
-    assumed: bool = False  # True where Q stands on a mode that nobody measured
+    reason: str  # What limits Q
+    warnings: tuple[Notice, ...] = ()  # Warnings: what the response does not determine
+    assumed: bool = False  # True where Q relies on a mode that was not measured
 
     def loops(self) -> dict[str, Loop]:
         """Return the whole loop with its margins, with and without the observer, by name."""

@@ -31,8 +31,8 @@ class Resonance:
 
     frequency: float  # ω/2π [Hz]
     damping: float  # ζ, below 1
-    # Mobility of the mode over that of the rigid body, at the encoder: positive where encoder and motor move alike,
-    # negative where the mode moves them against each other
+    # Mobility of the mode over that of the rigid body, at the encoder: positive where encoder and motor move in phase,
+    # negative where they move in antiphase
     share: float = 1.0
 
     def __post_init__(self) -> None:
@@ -55,7 +55,7 @@ class Perturbation:
     frequency: Real  # Frequencies [Hz], increasing, shape (n,)
     Delta: Complex  # The perturbation of G_n = B/(s(s + A)), shape (n,)
     radius: Real  # Radius of the 95 % confidence circle of Delta, shape (n,); 0 for a model
-    ratio: Complex  # G_m over eq. (1) with its delay, shape (n,): what is unmodelled besides delay and hold.
+    ratio: Complex  # G_m over eq. (1) with its delay, shape (n,): dynamics not modelled, without delay and hold.
     measured: bool  # True where it comes from a measured response
 
     @property
@@ -104,7 +104,7 @@ def measured_perturbation(
 ) -> Perturbation:
     """Return Delta from a measured response.
 
-    Where the response tells no deviation, it follows from the coherence γ²: the relative deviation of the real and of
+    Where the response has no deviation, it follows from the coherence γ²: the relative deviation of the real and of
     the imaginary part of a response averaged over n records is √((1 − γ²)/(2 n γ²)) (Bendat and Piersol, Random Data).
 
     response: The measured response Z/U, hold of the controller's output included.
@@ -112,8 +112,8 @@ def measured_perturbation(
     averages: Records that the coherence was averaged over.
     sampling: Sampling rate [Hz] of a response that was measured from sample to sample of the controller, hold and
         images in it; None for a response in continuous time.
-    lowest: Lowest frequency that tells of the plant [Hz]: lines below, and those below the first that is sure, are left
-        out.
+    lowest: Lowest frequency at which the response shows the plant [Hz]: lines below it, and those below the first
+        reliable line, are left out.
     Raises FricError: When a frequency is not positive, or a coherence not between 0 and 1.
     """
     f = np.asarray(response.frequency, float)
@@ -136,7 +136,7 @@ def measured_perturbation(
             deviation = np.sqrt((1 - coherence) / (2 * averages * coherence))
     radius = CIRCLE_95 * deviation * np.abs(G_m / G_n)
     sure = np.flatnonzero((radius < SURE) & (f >= lowest * (1 - 1e-9)))
-    if sure.size:  # below the first sure line, where friction hides the response, it tells nothing of the plant
+    if sure.size:  # below the first reliable line, where friction hides the response, it does not show the plant
         f, G_m, G_n, radius = (values[sure[0] :] for values in (f, G_m, G_n, radius))
     expected = plant.response(f) if sampling is None else SampledPlant.of(plant, sampling).response(f, sampling)
     return Perturbation(f, G_m / G_n - 1.0, radius, G_m / expected, measured=True)
@@ -154,7 +154,7 @@ class RobustLimit:
 def robust_limit(perturbation: Perturbation, filter: str = "binomial2") -> RobustLimit:
     """Return the largest Q for which |T·Delta| ≤ 1 at every frequency, eq. (8), and no smaller Q exceeds it either.
 
-    For the nominal plant T = Q: the inner loop L = Q/(1 − Q) gives T = L/(1 + L) = Q, whatever its shape. At a
+    For the nominal plant T = Q: the inner loop L = Q/(1 − Q) gives T = L/(1 + L) = Q, for any shape. At a
     frequency f with |Delta| = D > 1/max|Q| the condition is f ≥ r·cutoff, where r is the last place, in units of the
     cutoff, with |Q(r)| = 1/D; the limit is the smallest f/r of all.
 

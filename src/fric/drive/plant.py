@@ -16,7 +16,7 @@ MOST_SAMPLES = 10_000
 
 
 def hold_delay(sampling: float) -> float:
-    """Return the delay [s] of a zero-order hold at a rate [Hz], half a sample: what T_d is at least where one is."""
+    """Return the delay [s] of a zero-order hold at a rate [Hz], half a sample: a lower bound of T_d."""
     return 0.5 / sampling
 
 

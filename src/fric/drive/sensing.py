@@ -40,7 +40,7 @@ class Encoder:
         return self.place * self.resolution
 
     def read(self, position: Real) -> Real:
-        """Return the position as the encoder tells it [m], of the same shape."""
+        """Return the position as the encoder measures it [m], of the same shape."""
         if self.resolution == 0.0:
             return position
         return np.asarray(np.rint((position + self.shift) / self.resolution) * self.resolution - self.shift)

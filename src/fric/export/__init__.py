@@ -1,4 +1,4 @@
-"""What a controller runs: compensation and machines in the languages of controllers, one target a file."""
+"""Export of compensation and machines to the languages of controllers, one target a file."""
 
 from functools import cache
 from importlib import import_module

@@ -18,7 +18,7 @@ from fric.units import Motion
 LARGEST = {
     "position": 1e4, "velocity": 1e3, "acceleration": 1e6, "time": 1.0, "force": 1e9, "voltage": 1e6, "gain": 1e3,
 }  # fmt: skip
-"""Beyond these [m, m/s, m/s², s, N, V; rad and N·m alike] a value is absurd, and an exported step reports a fault."""
+"""Beyond these [m, m/s, m/s², s, N, V; rad, N·m] a value is absurd, and an exported step reports a fault."""
 
 
 Role = Literal["compensation", "machine"]
@@ -26,7 +26,7 @@ Role = Literal["compensation", "machine"]
 
 @dataclass(frozen=True)
 class Part:
-    """What of one axis is exported: what its controller does under one scheme, or the axis as it is.
+    """The exported part of one axis: its controller under one scheme, or the machine itself.
 
     ::
 
@@ -160,8 +160,8 @@ Files = Mapping[str, str | bytes]
 class Target:
     """A language or a controller that a part can be exported to."""
 
-    name: str  # What it is called on the command line
+    name: str  # Its name on the command line
     doc: str  # One line on what it writes
     files: Callable[..., Files]  # Returns the files of a part by name; takes the options that the target knows
     options: frozenset[str] = field(default_factory=frozenset)  # Names of the options that it knows
-    parts: tuple[str, ...] = ("compensation",)  # What of an axis it exports: ``compensation``, ``machine``
+    parts: tuple[str, ...] = ("compensation",)  # The part of an axis that it exports: ``compensation``, ``machine``

@@ -103,7 +103,7 @@ def _zipped(version: int, name: str, sources: dict[str, str], values: dict[str, 
 
 
 def _compiled(name: str, sources: dict[str, str], version: int) -> tuple[str, bytes] | None:
-    """Return a shared library for this computer and where it stands in a unit; None where there is no compiler."""
+    """Return a shared library for this computer and its path in a unit; None where there is no compiler."""
     compiler = shutil.which("cc")
     if compiler is None or not sys.platform.startswith("linux"):
         return None

@@ -8,7 +8,7 @@ from fric.export.rendering import identifier, render
 from fric.units import rotates
 
 COMPONENTS = {"compensation": "ff", "machine": "plant"}
-"""Ends of the components' names; halcompile makes a C file of that name, which must not be the part's own."""
+"""Ends of the components' names; halcompile makes a C file of that name, which must differ from the part's C file."""
 JOINTS = {"x": 0, "y": 1, "z": 2, "a": 3, "b": 4, "c": 5}
 
 

@@ -1,4 +1,4 @@
-"""What stands beside exported files for programs: what they are, from what they were made, and what is doubtful."""
+"""The manifest beside exported files, for programs: their content, their inputs, and warnings."""
 
 import hashlib
 import json

@@ -65,7 +65,7 @@ class Arc:
 class Dialect:
     """A language that controllers take motions in."""
 
-    # name, doc: its name, and one line on what it is
+    # name, doc: its name, and its description in one line
     name: str
     doc: str
     move: Callable[[Move], Mapping[str, str]]  # Returns the files of a move by name
@@ -113,7 +113,7 @@ def rounded_down(value: float) -> str:
 
 
 def letter(axis: str) -> str:
-    """Return the letter that an axis has in G-code: its own, or X."""
+    """Return the letter of an axis in G-code: its name, or X."""
     return axis.upper() if axis.upper() in LETTERS and len(axis) == 1 else "X"
 
 
@@ -233,11 +233,11 @@ TABLE = Dialect("table", "function blocks for TwinCAT and CODESYS that run throu
 
 
 ROWS = 2048
-"""Rows of a motion at most; of a longer one, one sample in so many is taken."""
+"""Rows of a motion at most; of a longer motion every n-th sample is taken."""
 
 
 def csv_files(move: Move) -> Mapping[str, str]:
-    """Return the motion in SI, from 0 on as the plan has it; and the voltage at the controller's own rate."""
+    """Return the motion of a plan in SI, with time from 0 on, and the voltage at the controller's rate."""
     m, unit = move.reference, "m" if not rotates(move.motion) else "rad"
     every = -(-len(m) // ROWS)
     head = f"time [s],position [{unit}],velocity [{unit}/s],acceleration [{unit}/s^2]"

@@ -25,7 +25,7 @@ def render(template: str, **values: Any) -> str:
 
 
 def wrapped(items: list[str], indent: int = 4, width: int = 110) -> str:
-    """Return texts separated by commas, in lines of at most so many characters."""
+    """Return texts separated by commas, in lines of bounded length."""
     margin = " " * indent
     return textwrap.fill(", ".join(items), width, initial_indent=margin, subsequent_indent=margin).strip()
 

@@ -1,4 +1,4 @@
-"""What of a machine is exported: one axis under one scheme, as a `Part`."""
+"""Selection of the exported part of a machine: one axis under one scheme, as a `Part`."""
 
 from dataclasses import replace
 

@@ -35,7 +35,7 @@ RADIUS = 0.03
 FEEDS = (0.1, 0.03, 0.01)
 """Their feeds [m/s]: accelerations at the reversal from 0.0033 to 0.33 m/s²."""
 WINDOW = 0.05
-"""Time behind the fastest reversal over which friction's rise tells where to begin [s]."""
+"""Time after the fastest reversal over which the rise of friction gives the start of the search [s]."""
 DECAYS = np.geomspace(0.004, 0.2, 12)
 """Decays that are tried [s]."""
 SHARES = np.arange(0.4, 1.35, 0.1)
@@ -109,7 +109,7 @@ def fitted(axis: Axis, part: Part) -> tuple[Pulse, list[float]]:
         return [at(one, feed) for feed in FEEDS]
 
     def least(pulses: Iterable[Pulse]) -> Pulse:
-        """Return the pulse of the least sum; slow circles take longest, and are left out where fast ones leave more."""
+        """Return the pulse of the least sum; slow circles are skipped where fast circles alone leave more."""
         best, bound = flat(0.0, 1.0), inf
         for one in pulses:
             total = 0.0
@@ -125,7 +125,7 @@ def fitted(axis: Axis, part: Part) -> tuple[Pulse, list[float]]:
         pulse = through_controller(part, decay, t)
         return flat(as_filed(max(float(pulse @ rise / (pulse @ pulse)), 0.0)), decay)
 
-    best = least(map(begun, map(float, DECAYS[::-1])))  # long ones are usual: they leave little early
+    best = least(map(begun, map(float, DECAYS[::-1])))  # long pulses are usual: they leave little early
     tried = [flat(float(share) * best.largest, best.decay) for share in SHARES]
     table = np.array([left(one) for one in tried])
     alone = [tried[n].largest for n in np.argmin(table, axis=0)]

@@ -1,8 +1,8 @@
 """The target ``twincat``: the velocity → current list of TF5200's friction compensation, and what 20 points leave.
 
-The compensation interpolates linearly between at most 20 points of velocity and current. The points are placed where
-they leave least of the steady friction: each next one as far as the interpolation error stays within a bound, and the
-bound is bisected until 20 points reach the largest velocity.
+The compensation interpolates linearly between at most 20 points of velocity and current. The points are placed so that
+the interpolation error of the steady friction is least: each next point as far as the error stays within a bound, and
+the bound is bisected until 20 points reach the largest velocity.
 """
 
 import numpy as np

@@ -26,7 +26,7 @@ class SchemeContour:
     scheme: Scheme
     place: Real  # angle on the circle [rad], or station along the path [m], shape (n,)
     error: Real  # contour error there [m], outwards positive, shape (n,)
-    look: Mapping[str, Any] = field(default_factory=dict)  # what of its look, and its label, differs from `look_of`
+    look: Mapping[str, Any] = field(default_factory=dict)  # its label, and changes to `look_of`
 
 
 def look_of(n: int, one: SchemeContour) -> dict[str, Any]:

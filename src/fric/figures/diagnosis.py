@@ -26,9 +26,9 @@ PARTS = 1440
 def draw_diagnosis(found: Diagnosis, agreement: Agreement | None = None) -> Figure:
     """Return the radial deviation of a measured circle on a polar plot, and over time at each reversal.
 
-    On the polar plot the mean of the revolutions, a colour for each direction, and thin what geometry and pitch
-    explain of it. Beside it the deviation around each reversal less that: the glitch, with the prediction where there
-    is one.
+    On the polar plot the mean of the revolutions, a colour for each direction, and as a thin line the part that
+    geometry and pitch explain. Beside it the deviation around each reversal less that part: the glitch, with the
+    prediction where there is one.
 
     found: What the circle shows.
     agreement: What was predicted of it.
@@ -68,7 +68,7 @@ def _polar(axes: PolarAxes, found: Diagnosis) -> float:
         angle, mean, _ = one.averaged(min(PARTS, len(one.angle) // one.count))
         there = np.isfinite(mean)
         angle, mean = angle[there], mean[there]
-        # the centre is where the test was set up: it is told, and not drawn
+        # the centre depends on the set-up of the test: it is reported, and not drawn
         shift = [float(found.geometry[f"centre.{name}"]) for name in one.test.names]
         mean = mean - shift[0] * np.cos(angle) - shift[1] * np.sin(angle)
         order = np.argsort(one.angle % (2 * pi))
@@ -94,7 +94,7 @@ def _reversal(axes: Axes, found: Diagnosis, agreement: Agreement | None, name: s
         near = np.abs(phi) <= np.radians(25)
         sense = "counter-clockwise" if test.direction > 0 else "clockwise"
         scale = 1e3 * test.radius / test.feed
-        wide = 2.8 if n == 0 and len(found.tests) > 1 else 1.2  # where both show the same, the one beneath is seen
+        wide = 2.8 if n == 0 and len(found.tests) > 1 else 1.2  # where both coincide, the line beneath remains visible
         axes.plot(phi[near] * scale, mean[near] * 1e6, color=COLOURS[test.direction], label=sense, linewidth=wide)
         if n == 0:
             glitch = found.glitches[name]

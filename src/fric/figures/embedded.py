@@ -16,7 +16,7 @@ from matplotlib.projections.polar import PolarAxes
 from fric.figures.style import STYLE
 
 STROKE = 1.4
-"""Pixels for a point of a line's width, whatever size a figure has on the page and however it is zoomed."""
+"""Pixels for a point of a line's width, for every size and zoom of a figure on the page."""
 _NOTHING = dict.fromkeys(("Creator", "Date", "Format", "Type"))
 _LINES = re.compile(r"(stroke-width|stroke-dasharray|stroke-dashoffset): ([^;\"]+)")
 
@@ -25,9 +25,9 @@ def embedded(figure: Figure, key: str, alt: str) -> str:
     """Return a figure as an element of a page, the same text each time.
 
     Text stays text. An artist's ``gid`` that has a colon becomes ``data-name``, for the page's script; other ids are
-    those of the drawing, made unique by the key, or left out. ``data-panels`` tells what is where: for each panel its
-    frame in the drawing, its labels, and its limits, from which the script reads the numbers under the pointer.
-    Curves and their entries in a legend get the same number in ``curve:N`` and ``legend:N``, unless they have a name.
+    those of the drawing, made unique by the key, or left out. ``data-panels`` holds for each panel its frame in the
+    drawing, its labels, and its limits, from which the script reads the numbers under the pointer. Curves and their
+    entries in a legend get the same number in ``curve:N`` and ``legend:N``, unless they have a name.
 
     figure: The figure.
     key: What its ids begin with; no other figure of the page has it.

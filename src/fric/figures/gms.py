@@ -142,7 +142,7 @@ class ReplayedCycle:
 
 
 def cycles_figure(cycles: Sequence[ReplayedCycle], motion: Motion) -> Figure:
-    """Draw pre-sliding cycles in one panel: one with the model replayed along it, or some of the model alone."""
+    """Draw pre-sliding cycles in one panel: a measured cycle with its replay, or several of the model alone."""
     length = prefixed(max(float(np.ptp(one.position)) / 2 for one in cycles), si_unit("position", motion))
     force = prefixed(max(float(np.abs(one.model).max()) for one in cycles), si_unit("force", motion))
     with new_figure(4.8, 3.3) as figure:

@@ -14,7 +14,7 @@ from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, look, new_f
 from fric.figures.views import view
 
 LOWEST = 0.5
-"""Frequency from which on loops are drawn [Hz]."""
+"""Lowest frequency at which loops are drawn [Hz]."""
 
 
 def bode_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
@@ -127,7 +127,7 @@ def nichols_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
 
 
 def _front(found: Margins) -> float:
-    """Return the place in the drawing's depth: a short margin before a long one, which it would vanish behind."""
+    """Return the drawing order: a short margin is drawn above a long margin, which would hide it."""
     return 3.0 - found.phase_margin / np.pi
 
 

@@ -12,7 +12,7 @@ from fric.units import prefixed, si_unit
 
 @view("plan", of="Plan", usual=True)
 def draw_plan(plan: Plan) -> Figure:
-    """Draw the speeds of a plan on the map that is known, its sines on the virgin curve, and what they will tell.
+    """Draw the speeds of a plan on the known map, its sines on the virgin curve, and the expected intervals.
 
     plan: The plan.
     """

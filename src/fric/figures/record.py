@@ -17,7 +17,7 @@ from fric.units import prefixed, si_unit
 POINTS = 4000
 """Columns that a curve is drawn in: more samples than twice that are drawn as their least and greatest."""
 MOST = 6
-"""Records that each get a row of panels of their own; more are drawn over one another."""
+"""Largest number of records that each get a separate row of panels; more records are overlaid."""
 
 
 def draw_record(records: Sequence[Record], found: Sequence[Inspected]) -> Figure:
@@ -156,7 +156,7 @@ def _draw_table(axes: NDArray[np.object_], table: ForceVelocity) -> None:
 
 
 def _overview(pairs: list[tuple[Record, Inspected]]) -> Figure:
-    """Draw many records: the median force of each segment over its velocity, and each record over its own duration."""
+    """Draw many records: the median force of each segment over its velocity, and each record over its duration."""
     logs = [(log, found) for log, found in pairs if isinstance(log, Log)]
     with new_figure(7.4, 3.8) as figure:
         left, right = figure.subplots(1, 2)

@@ -18,9 +18,9 @@ _VELOCITY_SCALES = ((1e3, "mm/s"), (1.0, "rad/s"))
 
 @dataclass(frozen=True, eq=False)
 class MapBranches:
-    """A map as it was fitted, for both directions or for one, and its offset [N]."""
+    """A fitted map for both directions or for one direction, and its offset [N]."""
 
-    sign: int  # 1 for both directions or the positive one, -1 for the negative one
+    sign: int  # 1 for both directions or the positive direction, -1 for the negative direction
     branches: Sequence[Band]  # force as it was logged over velocity [N over m/s], a curve a direction
     size: Band  # force in the direction of motion, the offset taken off, over speed [N over m/s]
     left_out: Sequence[tuple[float, float]] = ()  # velocity [m/s] and force [N] of strokes that were not fitted
@@ -32,7 +32,7 @@ class FrictionMap:
     """What is drawn of a friction-velocity map: of a fit, or of a document with the logs that are there."""
 
     motion: Motion
-    maps: Sequence[MapBranches]  # one, or one a direction
+    maps: Sequence[MapBranches]  # a single map, or one a direction
     velocity: Real  # of measured strokes [m/s], shape (n,)
     force: Real  # [N], shape (n,)
     half: Real  # half of their 95 % intervals [N], shape (n,)
@@ -48,8 +48,8 @@ class FrictionMap:
 def draw_static_map(fit: StaticFit) -> Figure:
     """Draw the measured forces with error bars, the fitted map of eq. (2) and its 95 % band.
 
-    The left panel shows the whole range as the paper's Fig. 2, the right one speed on a logarithmic axis, where the
-    Stribeck effect is; there both directions lie on one another, the offset taken off.
+    The left panel shows the whole range as the paper's Fig. 2, the right panel the range of the Stribeck effect over a
+    logarithmic speed, with both directions overlaid and the offset subtracted.
 
     fit: What `fric.identify.static_map.identify.identify_static` found.
     """

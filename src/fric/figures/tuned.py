@@ -23,7 +23,7 @@ def draw_tuned(one: TunedAxis) -> Figure:
     Above for each circle the voltage as it acts, less what inertia and the drive's damping need by the plant that was
     found: what friction takes. Below what nominal and tuned parameters leave of it.
 
-    one: A tuned axis.
+    one: The tuned axis.
     """
     circles = len(one.after.balance.records)
     with new_figure(2.4 + 2.6 * circles, 4.6) as figure:

@@ -1,4 +1,4 @@
-"""The figures by name: each is a function in a file of this room, entered by `view`; a new one is one new file."""
+"""The figures by name: each is a function in a file of this room, entered by `view`; a new figure is one new file."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _FOUND: dict[tuple[str, str], View] = {}
 def view(name: str, of: str, *, usual: bool = False) -> Callable[[Draw], Draw]:
     """Enter a function as a figure of a type.
 
-    name: What it is called in ``--plot NAME=FILE``.
+    name: Its name in ``--plot NAME=FILE``.
     of: Name of the type that it draws: a figure imports none of what it draws.
     usual: Whether it is what ``--plot FILE`` draws of that type; one figure is.
     """

@@ -19,7 +19,7 @@ def models() -> dict[str, type[FrictionModel]]:
 
 @cache
 def model_type(name: str) -> type[FrictionModel] | None:
-    """Return one friction model by its name, None where there is none: of its own file, without the steps of others."""
+    """Return a friction model by its name, None where there is none; only its file is imported."""
     if name in {module.name for module in iter_modules(__path__)}:
         import_module(f"{__name__}.{name}")
     return _imported().get(name) or models().get(name)

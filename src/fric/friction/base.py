@@ -30,7 +30,7 @@ class Parameter:
     # Value for a linear feed drive, in SI: where a fit may start, and what the tests that all models share use
     typical: float | tuple[float, ...] = float("nan")
     held: bool = False  # True where a fit leaves it at its typical value unless it is asked to free it
-    at_least: str = ""  # Name of the parameter that this one is never below, in a fit
+    at_least: str = ""  # Name of the parameter that is a lower bound of this parameter in a fit
     shares: bool = False  # True where the values of the blocks sum to 1
 
 
@@ -40,7 +40,7 @@ Property = Literal["bounded", "passive", "pre-sliding", "non-local memory", "no 
 bounded
     Without its viscous part, the force is never above F_s, at any motion and any time step.
 passive
-    Whatever the motion, fast or slow, with waits, no more energy can be drawn from it than went in.
+    Over any motion, fast or slow, with waits, no more energy can be drawn from it than went in.
 pre-sliding
     From rest it gives way like a spring, and breaks away at F_s.
 non-local memory
@@ -74,7 +74,7 @@ class FrictionModel(ABC):
 
     @classmethod
     def declared(cls) -> dict[str, tuple[Parameter, ...]]:
-        """Return the parameters that determine this model, by the section of a friction file that they stand in."""
+        """Return the parameters that determine this model, by their section of a friction file."""
         return {cls.name: cls.parameters}
 
     @classmethod
@@ -90,7 +90,7 @@ class FrictionModel(ABC):
 
     @classmethod
     def fields_from(cls, sections: Mapping[str, Mapping[str, Estimate]]) -> dict[str, Any]:
-        """Return the fields of this model that the section of its own name gives."""
+        """Return the fields of this model from the section with its name."""
         section = sections.get(cls.name, {})
         optional = {field.name for field in fields(cls) if field.default is not MISSING}  # type: ignore[arg-type]
         wanted = {parameter.name for parameter in cls.parameters}

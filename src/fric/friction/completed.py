@@ -20,7 +20,7 @@ KNEE, RATIO, APART = 28, 0.25, 3e-4
 
 
 def travels(longest: float) -> Real:
-    """Return the travels since a reversal at which a force is told [m], up to the longest."""
+    """Return the travels since a reversal at which the force is given [m], up to the longest."""
     near = PLAY * each(exp, RATIO * np.arange(KNEE + 1.0))
     return np.append(near, near[-1] + APART * np.arange(1, max(int((longest - near[-1]) / APART), 0) + 2))
 
@@ -34,17 +34,17 @@ def since_reversal(position: Real) -> tuple[Real, Real]:
 
 @dataclass(frozen=True)
 class Completed(FrictionModel):
-    """A friction model, and a force ``r(s, direction)`` besides, over the travel s since the last reversal.
+    """A friction model, and an added force ``r(s, direction)`` over the travel s since the last reversal.
 
-    Whatever the parameters of the model, with what is left over of a measured motion it explains that motion; and since
-    pre-sliding, cogging and a level that varies over place all go with the travel, it tells what another one meets.
+    With the residual of a measured motion it explains that motion for any parameters of the model. Since pre-sliding,
+    cogging and a level that varies with position all depend on the travel, it also predicts another motion.
 
     Parameters
     ----------
     model
         The model.
     forwards, backwards
-        The force besides [N], at the first of `travels`.
+        The added force [N], at the first of `travels`.
     """
 
     model: FrictionModel

@@ -48,7 +48,7 @@ def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> floa
 
 @dataclass(frozen=True)
 class Dahl(FrictionModel):
-    """The model of P. R. Dahl: the stiffness falls to zero as the force nears the Coulomb level, whatever the speed.
+    """The model of P. R. Dahl: the stiffness falls to zero as the force nears the Coulomb level, at any speed.
 
     ``dF_0/dz = sigma_0·(1 - F_0·sign(v)/F_c)^n`` and ``F = F_0 + sigma·v``; integrated exactly.
 

@@ -17,7 +17,7 @@ def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> floa
     """Advance the inner model with the parameters of this direction.
 
     ``parameters`` is the address of the inner step, its parameters for the positive direction, and as many for the
-    negative one; ``state`` is the inner model's.
+    negative direction; ``state`` is the inner model's.
     """
     own = (parameters.size - 1) // 2
     inner = step_at(parameters[0])
@@ -38,7 +38,7 @@ class Directed(FrictionModel):
     Parameters
     ----------
     model
-        The model with the static map of the positive direction: a `StaticMap`, or a model that stands on one.
+        The model with the static map of the positive direction: a `StaticMap`, or a model built on one.
     negative
         Static map of the negative direction.
     """

@@ -51,7 +51,7 @@ def _advance(dx: float, s: float, state: Real, parameters: Real) -> float:
         if abs(1.0 - r) < 1e-12:
             break
         towards = direction * copysign(1.0, rate)
-        K, slips = 0.0, np.inf  # the stiffness of the blocks that stick, and the travel until the next one slips
+        K, slips = 0.0, np.inf  # the stiffness of the blocks that stick, and the travel until the next block slips
         for i in range(blocks):
             k, room = parameters[7 + blocks + i], parameters[7 + i] * F_s - towards * state[2 + i]
             if room > 1e-12 * F_s:
@@ -100,7 +100,7 @@ class Leuven(OnBlocks):
 
     where s(v) is the Stribeck curve of eq. (2) with the sign of v. These are the two changes of Lampaert, Swevers and
     Al-Bender (IEEE TAC 47, 2002) to the model of Swevers, Al-Bender, Ganseman and Prajogo (IEEE TAC 45, 2000): the
-    hysteresis force itself stands in r, so that F is continuous, and it is made of slip blocks instead of a stack of
+    hysteresis force itself is in r, so that F is continuous, and it is made of slip blocks instead of a stack of
     reversals.
 
     F_h has non-local memory in z exactly, and in x as far as z follows x: below break-away the two part by the share

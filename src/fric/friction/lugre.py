@@ -38,11 +38,11 @@ class LuGre(OnStaticMap):
 
     In the path z the first equation is linear, ``d(sigma_0·ζ)/d|z| = sigma_0·(1 - sigma_0·ζ·sign(v)/|s(v)|)``, and is
     solved in closed form over each increment (see `fric.kernels.increments.relax`). So a stiffness of 1e8 N/m at
-    100 mm/s, where one step of 0.1 ms is eight relaxation lengths, is as safe and as cheap as a soft one.
+    100 mm/s, where one step of 0.1 ms is eight relaxation lengths, is as stable and as cheap as a low stiffness.
 
-    What it lacks: it has one state only, so a minor loop does not close and a branch remembers nothing but its start;
+    What it lacks: it has one state only, so a minor loop does not close and a branch depends on its start alone;
     and under a load that vibrates below break-away it creeps. Only without sigma_1 is it passive: with
-    much of it, a load that stands above a level that has fallen makes the damping push along the motion (Barabanov and
+    much of it, a load above a level that has fallen makes the damping push along the motion (Barabanov and
     Ortega, IEEE TAC 45, 2000).
 
     Parameters

@@ -38,13 +38,13 @@ def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> floa
 
 @dataclass(frozen=True)
 class Rolling(GMS):
-    """A GMS model whose Stribeck level depends on the place along the stroke.
+    """A GMS model whose Stribeck level depends on the position.
 
     ``s(v, z) = {1 + Σ_j amplitude_j·sin(2π·z/pitch_j + phase_j)}·s(v)``, with z from where the run begins; what
     follows from s(v) is eqs. (3) to (5). Rolling elements that enter and leave the loaded zone vary the friction of a
     guideway with the pitch of the elements, by some per cent.
 
-    It stands in a friction file as ``rolling`` beside ``static`` and ``gms``.
+    In a friction file it is the section ``rolling`` beside ``static`` and ``gms``.
 
     Parameters
     ----------

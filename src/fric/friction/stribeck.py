@@ -113,7 +113,8 @@ STATIC_PARAMETERS = tuple(one.name for one in StaticMap.parameters)
 
 @dataclass(frozen=True)
 class OnStaticMap(FrictionModel):
-    """A dynamic model whose steady state is a static map; its file has a ``static`` section beside its own.
+    """A dynamic model whose steady state is a static map; its file has a ``static`` section besides the section of the
+    model.
 
     Parameters
     ----------

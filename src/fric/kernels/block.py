@@ -21,7 +21,7 @@ class Sample(NamedTuple):
     reference: float  # m
     velocity: float  # m/s, of the reference
     acceleration: float  # m/s², of the reference
-    measured: float  # m, position as the encoder tells it
+    measured: float  # m, position as the encoder measures it
     input: float  # V, of the last sample, as limited
     control: float  # V, of the last sample: the input less the friction feedforward
     excess: float  # V, by how much the limit cut the voltage of the last sample; 0 where it did not
@@ -68,5 +68,5 @@ def compiled_block(function: Function) -> Function:
 
 @compiled_block
 def absent(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
-    """Give nothing: what stands in the loop where there is no block."""
+    """Return 0: the step of the loop where there is no block."""
     return 0.0

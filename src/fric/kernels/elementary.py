@@ -4,7 +4,7 @@ A C library takes other roundings where a processor multiplies and adds in one s
 some six differ in the last bit. In a closed loop that reads its position in whole encoder counts this is enough for a
 count to fall to the other side. These functions are within four units in the last place, as `tests/kernels` holds them.
 
-Reductions and series are the classical ones: J.-M. Muller, Elementary Functions, chapters 4 and 11.
+Reductions and series are the classical: J.-M. Muller, Elementary Functions, chapters 4 and 11.
 """
 
 import math

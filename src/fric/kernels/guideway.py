@@ -21,7 +21,7 @@ class Guideway(NamedTuple):
     maps: float  # static maps among the inner model's parameters
     first: float  # where the first of them begins
     second: float  # and the second
-    level: float  # F_c and F_s of the negative direction over those of the positive one
+    level: float  # F_c and F_s of the negative direction over those of the positive direction
     viscous: float  # and sigma
     growth: float  # of F_s for each factor e of the age
     ageing: float  # s, age from which it counts

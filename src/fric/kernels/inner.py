@@ -1,4 +1,4 @@
-"""A friction step that calls another one: the address of the inner step travels in the outer one's parameters.
+"""A friction step that calls another step: the address of the inner step travels in the outer one's parameters.
 
 A first-class function cannot lie in an array, but its address can: below 2^53 a float holds it exactly. So one wrapper
 is compiled once for all models, as a loop is.
@@ -21,7 +21,7 @@ _PLAIN: dict[float, Step] = {}
 
 
 def address_of(step: Step) -> float:
-    """Return what stands for a compiled step in the parameters of another; good in this process alone."""
+    """Return the number that represents a compiled step in the parameters of another; valid in this process alone."""
     if _PLAINLY:
         _PLAIN[float(id(step))] = step
         return float(id(step))

@@ -1,4 +1,4 @@
-"""Friction, and what a measured circle shows besides: a step around another model's, and a force over the travel."""
+"""Friction with the residual of a measured circle: a step around another model's step, and a force over the travel."""
 
 from typing import NamedTuple
 
@@ -21,7 +21,7 @@ class Grid(NamedTuple):
     inner: float  # address of the inner model's step
     points: float  # of the travel, for either direction
     play: float  # m, travel back that makes a reversal; the first point
-    knee: float  # points up to which they are as far apart as they are from 0
+    knee: float  # index up to which the distance of the points equals their distance from 0
     ratio: float  # logarithm of the ratio of two of these
     step: float  # m, distance of those behind
 

@@ -7,8 +7,8 @@
              inverse model ────┘     ├──── friction feedforward                      │
                                      └──(-)── observers <──── encoder <──────────────┘
 
-Controller, feedforward and observers are control blocks (`fric.kernels.block`), and every one of them may see all that
-a sample holds.
+Controller, feedforward and observers are control blocks (`fric.kernels.block`), and every block sees all signals of a
+sample.
 """
 
 from collections.abc import Sequence
@@ -42,7 +42,7 @@ CONTROLLER, FEEDFORWARD, OBSERVER = range(3)
 
 
 class Board(NamedTuple):
-    """What stands between the blocks and the drive."""
+    """What lies between the blocks and the drive."""
 
     T_s: float  # s, sampling of the controller
     limit: float  # V, of the control voltage
@@ -197,7 +197,7 @@ def closed_loop(  # noqa: PLR0913 - what the compiled loop takes
     """Return the traces of a run, and the number of samples in saturation.
 
     step, state, parameters: The true friction: its compiled step, its state (changed in place), its parameters.
-    plant, board: The axis, and what stands before its drive.
+    plant, board: The axis, and what lies before its drive.
     blocks: The controller, and up to three more blocks.
     command: What is asked of the axis.
     halvings: How often every step of the plant is halved, to see that this changes nothing.

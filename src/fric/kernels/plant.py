@@ -1,13 +1,13 @@
 """The plant under a constant input: carriage, linear damping and true friction, integrated until nothing changes.
 
-An encoder makes a closed loop sensitive. Where the position comes within an error of the edge of a count, the count
-falls to the other side, and every later one with it. So the error of the integration is kept to the last digits of the
+An encoder makes a closed loop sensitive. Where an error moves the position across the edge of a count, that count
+changes, and with it every later count. So the error of the integration is kept to the last digits of the
 position: a step of second order is taken in one part, in two, in three … and extrapolated. Where more parts go on
 changing the result, the motion has a corner (a block breaks away, the motion reverses, friction stops it), and the step
 is halved down to it.
 
-Where no more than an accuracy is asked for (`velocity_tolerance`), a step in one part is taken as it is where the
-change of its force moves the velocity by less than that: almost everywhere.
+With a tolerance (`velocity_tolerance`), a step in one part is accepted where the change of its force moves the velocity
+by less than the tolerance: almost everywhere.
 
 Extrapolation: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, section II.9.
 """
@@ -56,7 +56,7 @@ class PlantConstants(NamedTuple):
 
 
 class Instant(NamedTuple):
-    """Where the plant is, besides the friction's own state."""
+    """State of the plant without the state of the friction."""
 
     z: float  # m, since the input changed
     v: float  # m/s
@@ -212,7 +212,7 @@ def advance(  # noqa: PLR0913 - compiled: Numba takes numbers, not objects
             continue
         now = best if smooth else last
         for i in range(state.size):
-            if k == 0:  # one part alone
+            if k == 0:  # a single part
                 state[i] = states[0, i]
                 continue
             # what differs by half between two numbers of parts is no magnitude: a flag, or a load that changes sign

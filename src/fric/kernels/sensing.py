@@ -1,4 +1,4 @@
-"""What an encoder tells: the position of what it is on, with a sub-divisional error, in whole steps."""
+"""Reading of an encoder: the position of the body that it is on, with a sub-divisional error, in whole steps."""
 
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ class Sensing(NamedTuple):
     error: float = 0.0  # m, amplitude of the sub-divisional error
     wave: float = 0.0  # rad/m, 2π over the pitch of the scale
     phase: float = 0.0  # rad, at position 0
-    spring: float = 0.0  # 0 for one rigid mass; with a second one 1 where the encoder is on the motor, 2 on the table
+    spring: float = 0.0  # 0 for one rigid mass; with two masses 1 where the encoder is on the motor, 2 on the table
     shift: float = 0.0  # m, by how much its counts lie below whole steps of the position
 
 
@@ -27,7 +27,7 @@ SENSING = numba_type(Sensing, types.float64)
 
 @compiled(types.float64(types.float64, types.float64, SENSING), makes_arrays=False)
 def reading(z: float, resolution: float, sensing: Sensing) -> float:
-    """Return what an encoder of some resolution [m] (0 for none) tells of a position [m]."""
+    """Return the reading of a position [m] by an encoder of a resolution [m] (0 for none)."""
     if sensing.error != 0.0:
         z += sensing.error * sin(sensing.wave * z + sensing.phase)
     if resolution > 0.0:
@@ -37,6 +37,6 @@ def reading(z: float, resolution: float, sensing: Sensing) -> float:
 
 @compiled(types.void(ARRAY, types.float64, SENSING), makes_arrays=False)
 def read(z: Real, resolution: float, sensing: Sensing) -> None:
-    """Turn positions [m], shape (n,), into what an encoder tells of them: `reading` of each."""
+    """Replace positions [m], shape (n,), by the `reading` of each."""
     for n in range(z.size):
         z[n] = reading(z[n], resolution, sensing)

@@ -36,7 +36,7 @@ _HERE = {entry.path for entry in os.scandir(os.path.dirname(__file__)) if entry.
 
 
 def _sources(function: FunctionType) -> set[str]:
-    """Return the files that a compiled function is made of: its own, those of this room, and those of what it calls."""
+    """Return the files that a compiled function depends on: its file, this room, and the files of what it calls."""
     called = (function.__globals__.get(name) for name in function.__code__.co_names)
     callees = [callee.py_func for callee in called if isinstance(callee, Dispatcher)]
     return {*_HERE, function.__code__.co_filename}.union(*map(_sources, callees))
@@ -55,9 +55,9 @@ def _link_runtime() -> None:
 def _load(dispatcher: Any, signature: object) -> bool:
     """Load a function from the cache alone, as Numba does but for what it takes to compile another.
 
-    Numba readies its compiler first (`refresh`: 0.3 s, and SciPy's linear algebra), which cached code never asks.
-    Whatever is compiled later readies it then. This reaches into Numba: where another version has it otherwise, False
-    is returned, and Numba takes its own, longer way.
+    Numba prepares its compiler first (`refresh`: 0.3 s, and SciPy's linear algebra), which cached code does not need; a
+    later compilation prepares it then. This uses private names of Numba: where another version lacks them, False is
+    returned, and Numba loads the function in its usual, slower way.
     """
     try:
         from numba.core.compiler_lock import global_compiler_lock
@@ -84,9 +84,9 @@ def compiled(signature: object, *, makes_arrays: bool = True) -> Callable[[Funct
 
     Division by zero gives inf or nan, as in NumPy. There is no fast-math: same input, same output.
 
-    Numba alone looks at the file of the function to tell whether its cache is stale. But the machine code also
-    holds the functions that it calls, so that an edit of ``stribeck.py`` would not be seen by ``gms.py``. Here the
-    stamp is that of all the files.
+    Numba checks only the file of the function to find whether its cache is stale. But the machine code also holds the
+    functions that it calls, so that ``gms.py`` would miss an edit of ``stribeck.py``. Here the stamp covers all the
+    files.
 
     signature: The types of the result and of the arguments, as Numba writes them.
     makes_arrays: False where the function makes no arrays, and views only of its arguments. Then they are not counted,

@@ -35,8 +35,8 @@ def spline_slopes(x: Real, y: Real, ends: Ends = "not-a-knot") -> Real:
 
     x: Strictly increasing, shape (n,), n at least 4.
     y: Values, shape (n,); the last is the first where the spline is periodic.
-    ends: No curvature at the ends, a spline that goes on from its end as from its start, or a third derivative that is
-        continuous at the second and at the last but one point.
+    ends: No curvature at the ends, a periodic spline, or a third derivative that is continuous at the second and at the
+        second-last point.
     """
     h, d = np.diff(x), np.diff(y) / np.diff(x)
     if ends == "periodic":

@@ -19,7 +19,7 @@ from fric.results.static import identify_static
 from fric.simulate.experiment import EXPERIMENTS, experiment
 
 REPEATS = {"constant-velocity": 3}
-"""How often an experiment is made, each with noise of its own: sigma is a small part of what a stroke shows."""
+"""Number of repetitions of an experiment, each with its noise: sigma is a small part of the force in a stroke."""
 
 SAMPLES = {"constant-velocity": 16_384, "presliding-sine": 4096, "sliding-sine": 4096, "frequency-response": 16_000}
 
@@ -61,8 +61,8 @@ def learn_axis(
     axis: Name of the axis.
     folder: Where the files of this axis go.
     seed: Seed of all noise.
-    published_plant: True where the drive's own linear damping is taken from the machine file, which prints eq. (1), and
-        not from the response: the response's A holds the guideway's sigma too, and the two could not be told apart.
+    published_plant: True where the linear damping of the drive is taken from the machine file, which gives eq. (1), and
+        not from the response: A of the response includes the guideway's sigma, and the two could not be separated.
     """
     shop, files = StepCache(folder), AxisFiles(folder)
 

@@ -23,7 +23,7 @@ from fric.simulate.circle import CircleRun
 from fric.units import Motion, prefixed
 
 FAR = 0.05
-"""Relative difference from which on a row says why."""
+"""Relative difference above which a row gives the reason."""
 
 CURVE = 100e-6
 """Length of the virgin curve that is compared [m]."""
@@ -31,9 +31,9 @@ CURVE = 100e-6
 
 @dataclass(frozen=True)
 class Row:
-    """One number beside the one it is compared with."""
+    """A number beside the number it is compared with."""
 
-    name: str  # What it is
+    name: str  # Its name
     # given, found: what the machine file says, and what came out, in ``unit``
     given: str
     found: str
@@ -120,12 +120,12 @@ class SchemeRow:
     """What a scheme left of a circle, beside what was published."""
 
     run: CircleRun  # The run
-    published: float | None  # The published glitch [m], where there is one
+    published: float | None  # The published glitch [m], where given
     reduction: float | None  # Share of the glitch without compensation that is gone; None for that one itself
 
     @property
     def difference(self) -> float | None:
-        """Glitch less the published one [m]."""
+        """Glitch less the published glitch [m]."""
         return None if self.published is None else self.run.circularity.glitch - self.published
 
 

@@ -56,7 +56,7 @@ class Dialect:
 
     prefix: str  # What every name of the file begins with
     single: bool = False  # True for ``float``
-    avoid: frozenset[str] = frozenset()  # Names that mean something else where the C will stand
+    avoid: frozenset[str] = frozenset()  # Names with another meaning in the environment of the C code
 
     @property
     def real(self) -> str:
@@ -149,7 +149,7 @@ class _Routine:
         return "\n".join([*head, *self.lines, *last, "}"])
 
     def name(self, name: str) -> str:
-        """Return a variable as C may have it; checkers take a name that ends as a number's suffix does for one."""
+        """Return a variable name that is valid in C; checkers take a name that ends in ``ull`` for a number."""
         taken = name in _RESERVED or name in self.dialect.avoid or name.endswith("ull")
         return f"{name}_" if taken else name
 

@@ -2,7 +2,7 @@
 
 Types are real, integer, boolean, records of them, and two arrays: the state and the parameters, which have their names
 in every routine. There are assignments, branches, and loops whose number of turns is known before the program runs; no
-recursion, and nothing is allocated. A routine that is called on several parts of an array stands once for each.
+recursion, and nothing is allocated. A routine that is called on several parts of an array is written once for each.
 """
 
 from __future__ import annotations
@@ -161,7 +161,7 @@ class Routine:
     name: str  # Its name, unique in the program
     arguments: tuple[Name, ...]  # What it takes
     body: tuple[Statement, ...]  # What it does
-    result: Expression | None  # What it returns at its end; None for nothing
+    result: Expression | None  # Its return value; None for none
     note: str  # The first line of its docstring
 
 
@@ -215,7 +215,7 @@ def inside(expression: Expression) -> Iterator[Expression]:
 
 
 def of_statement(statement: Statement) -> tuple[Expression, ...]:
-    """Return the expressions that stand in a statement itself, its target among them."""
+    """Return the expressions of a statement itself, its target among them."""
     match statement:
         case Assign(target, value):
             return target, value

@@ -1,4 +1,4 @@
-"""Reads a compiled step from its own definition: Python, with the types that it was compiled for."""
+"""Reads a compiled step from its definition: Python, with the types that it was compiled for."""
 
 import ast
 import builtins
@@ -35,7 +35,7 @@ class Routines(Protocol):
     """What a body asks of the reader of the whole program: other routines, and types."""
 
     inner: Any
-    """The step that stands behind an address in the parameters; None where there is none."""
+    """The step at an address in the parameters; None where there is none."""
 
     def routine(self, function: Any, given: tuple[ir.Array | None, ...]) -> ir.Routine:
         """Return a function that is called as a routine."""
@@ -55,7 +55,7 @@ class Expressions:
         self.fixed: dict[str, ir.Constant] = {}  # whole numbers that are known: sizes of arrays, and what follows
         self.before: list[ir.Statement] = []  # what must be done before the expression that is being read
         self.temporaries = 0
-        self.steps: dict[str, Any] = {}  # names that stand for a step of which the parameters hold the address
+        self.steps: dict[str, Any] = {}  # names that denote a step whose address is in the parameters
 
     def refuse(self, what: str, node: ast.AST) -> FricError:
         """Return the error of a step that cannot be exported, with the line that is why."""
@@ -101,7 +101,7 @@ class Expressions:
         return ir.Array(of.symbol, limits[1] - limits[0], of.first + limits[0], of.whole)
 
     def known(self, node: ast.expr) -> Any:
-        """Return what a name or a dotted name stands for outside the function; None for a variable."""
+        """Return the object of a name or a dotted name outside the function; None for a variable."""
         if isinstance(node, ast.Name) and node.id in self.steps:
             return self.steps[node.id]
         if isinstance(node, ast.Name) and node.id not in self.variables:
@@ -112,7 +112,7 @@ class Expressions:
         return None
 
     def as_type(self, value: ir.Expression, of: ir.Type) -> ir.Expression:
-        """Return a whole number as a real one where that is asked for."""
+        """Return a whole number as a real number where requested."""
         if of == ir.REAL and value.type == ir.INTEGER:
             if isinstance(value, ir.Constant):
                 return ir.Constant(float(value.value), ir.REAL)
@@ -194,7 +194,7 @@ class Expressions:
         return ir.Operation("negate", (value,), value.type)
 
     def alike(self, first: ir.Expression, second: ir.Expression) -> tuple[ir.Expression, ir.Expression]:
-        """Return two values of one type: both real where one is."""
+        """Return two values of the same type: both real where either is."""
         if ir.REAL in (first.type, second.type):
             return self.as_type(first, ir.REAL), self.as_type(second, ir.REAL)
         return first, second
@@ -261,7 +261,7 @@ class Body(Expressions):
     """Reads the body of one function."""
 
     def whole(self, body: list[ast.stmt], result: Any) -> tuple[tuple[ir.Statement, ...], ir.Expression | None]:
-        """Return the statements of a function with one way out, and what it returns."""
+        """Return the statements of a function with a single exit, and its return value."""
         if isinstance(body[0], ast.Expr) and isinstance(body[0].value, ast.Constant):
             body = body[1:]  # the docstring
         if result is None:
@@ -279,7 +279,7 @@ class Body(Expressions):
         return tuple(self.block(body)), self.result
 
     def block(self, body: list[ast.stmt]) -> list[ir.Statement]:
-        """Return the statements of a block; behind a branch that returns, what follows stands in its other arm."""
+        """Return the statements of a block; the statements after a branch that returns move to its other arm."""
         statements: list[ir.Statement] = []
         for n, node in enumerate(body):
             if isinstance(node, ast.If) and _returns(node):
@@ -386,7 +386,7 @@ class Body(Expressions):
         return [*self.flush(), ir.Assign(place, self.as_type(read_value, place.type))]
 
     def several(self, targets: ast.Tuple, values: ast.Tuple) -> list[ir.Statement]:
-        """Assign several values at once: each is kept aside where an earlier target stands in a later value."""
+        """Assign several values at once: each is kept aside where a later value contains an earlier target."""
         statements: list[ir.Statement] = []
         written: set[str] = set()
         aside = False
@@ -451,7 +451,7 @@ INTERFACE = ("init", "reset", "step")
 class Entry:
     """A compiled step to read."""
 
-    name: str  # What it is called in the program
+    name: str  # Its name in the program
     step: Any  # The step as `fric.kernels.signatures` compiles it
     # states, parameters: sizes of its two arrays
     states: int
@@ -496,7 +496,7 @@ class _Reader:
     inner: Any = None
 
     def routine(self, function: Any, given: tuple[ir.Array | None, ...]) -> ir.Routine:
-        """Return a function as a routine on the arrays, or parts of them, that it is given, in place of its own."""
+        """Return a function as a routine on the given arrays, or parts of them, in place of its parameters."""
         key = function, given
         if key not in self.routines:
             python = function.py_func

@@ -179,7 +179,7 @@ class _Routine:
     def selected(
         self, value: ir.Operation, condition: ir.Expression, first: ir.Expression, second: ir.Expression
     ) -> str:
-        """Return a new variable that holds one of two values: only that one is computed, which SEL does not promise."""
+        """Return a new variable with one of two values: only that value is computed (SEL may compute both)."""
         self.chosen += 1
         name = f"chosen_{self.chosen}"
         self.names[name], self.types[name] = name, value.type
