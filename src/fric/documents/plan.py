@@ -1,13 +1,13 @@
 """A plan, ``fric: plan/1``: the records to take of an axis, and the intervals to be expected from them."""
 
 from collections.abc import Iterable
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
 from fric.documents.base import OfAxis
 from fric.documents.generated import FilePart
-from fric.documents.quantity import Known, Part, Quantity, in_units, known, refused
+from fric.documents.quantity import Known, Of, Part, Quantity, in_units, known, read_off, refused
 from fric.estimate import Estimate
 from fric.notice import Notice
 from fric.simulate.experiment import EXPERIMENTS
@@ -67,9 +67,11 @@ class NarrowingPart(Part):
     """Which one more record would narrow a predicted glitch most."""
 
     scheme: str
-    radius: Quantity
-    feed: Quantity
-    half_width: Quantity = Field(description="half the 95 % interval of the predicted glitch as it is")
+    radius: Annotated[Quantity, Of("test.radius", "m")]
+    feed: Annotated[Quantity, Of("test.feed", "m/s")]
+    half_width: Annotated[Quantity, Of("half_width", "m")] = Field(
+        description="half the 95 % interval of the predicted glitch as it is"
+    )
     shares: dict[str, float] = Field(description="share of its variance due to each parameter")
     records: list[CandidatePart]
 
@@ -97,12 +99,6 @@ class PlanDocument(OfAxis):
         return tuple(one.planned(self.motion) for one in self.experiments)
 
 
-def experiment_entry(one: Planned, motion: Motion, axis: str, duration: float) -> dict[str, Any]:
-    """Return an experiment as it stands in a document."""
-    settings = in_units(one.settings, {name: SETTINGS[name] for name in one.settings}, motion)
-    return {"kind": one.kind, "axis": axis, "duration": Estimate(duration, "s"), "why": one.why, "settings": settings}
-
-
 def plan_tree(
     plan: Plan, *, prior: str, blocks: int | None, notices: Iterable[Notice], narrowing: Narrowing | None = None
 ) -> dict[str, Any]:
@@ -115,23 +111,19 @@ def plan_tree(
     narrowing: What one more record would do.
     """
     axis, motion = plan.axis.name, plan.axis.motion
+
+    def entry(one: Planned, lasting: float, **also: Estimate) -> dict[str, Any]:
+        settings = in_units(one.settings, {name: SETTINGS[name] for name in one.settings}, motion)
+        lasts = Estimate(lasting, "s")
+        return {"kind": one.kind, "axis": axis, "duration": lasts, "why": one.why, "settings": settings, **also}
+
     content = {
         "axis": axis, "motion": motion, "limits": FilePart[Limits].of(plan.limits, motion), "prior": prior,
-        "experiments": [
-            experiment_entry(one, motion, axis, lasting)
-            for one, lasting in zip(plan.planned, plan.lasting, strict=True)
-        ],
-        "expected": plan.expected,
+        "experiments": list(map(entry, plan.planned, plan.lasting)), "expected": plan.expected,
     }  # fmt: skip
     if narrowing is not None:
-        content["narrowing"] = {
-            "scheme": narrowing.scheme, "radius": Estimate(narrowing.test.radius, "m"),
-            "feed": Estimate(narrowing.test.feed, "m/s"), "half_width": Estimate(narrowing.half_width, "m"),
-            "shares": narrowing.shares,
-            "records": [
-                experiment_entry(one.planned, motion, axis, one.lasting)
-                | {"half_width": Estimate(one.half_width, "m")}
-                for one in narrowing.candidates
-            ],
-        }  # fmt: skip
+        records = [
+            entry(one.planned, one.lasting, half_width=Estimate(one.half_width, "m")) for one in narrowing.candidates
+        ]
+        content["narrowing"] = read_off(NarrowingPart, narrowing, {"records"}) | {"records": records}
     return PlanDocument.made(content | known(blocks=blocks), notices=notices).tree()
