@@ -164,11 +164,11 @@ def identifiability_warnings(
     behind: Per test and quadrant, up to what angle behind the reversal a glitch was seen [rad].
     largest: Up to what angle it was looked for [rad].
     """
-    test, warnings = tests[0], []
-    if not both:
-        warnings.append(_one_direction(test, float(geometry["mismatch"])))
-    elif test.instrument == "encoders":
-        warnings.append(circle.SQUARENESS_UNSEEN.found(ellipse=None))
+    test, warnings, ellipse = tests[0], [], Estimate(abs(float(geometry["mismatch"])), "m")
+    if test.instrument == "encoders":
+        warnings.append(circle.SQUARENESS_UNSEEN.found(ellipse=None if both else ellipse))
+    elif not both:
+        warnings.append(circle.MISMATCH_OR_SQUARENESS.found(ellipse=ellipse, ball_bar=test.is_ball_bar))
     moved = [name for name in test.names if not _holds_zero(geometry[f"backlash.{name}"])]
     if moved:
         warnings.append(circle.LOST_MOTION_CAUSE.found(axes=" and ".join(moved), reference=bool(circles[0].errors)))
@@ -185,13 +185,6 @@ def identifiability_warnings(
 def _holds_zero(estimate: Estimate) -> bool:
     limits = np.ravel(estimate.ci95 if estimate.ci95 is not None else (-np.inf, np.inf))
     return bool(limits.min() <= 0.0 <= limits.max())
-
-
-def _one_direction(test: MeasuredCircle, ellipse: float) -> Notice:
-    size = Estimate(abs(ellipse), "m")
-    if test.instrument == "encoders":
-        return circle.SQUARENESS_UNSEEN.found(ellipse=size)
-    return circle.MISMATCH_OR_SQUARENESS.found(ellipse=size, ball_bar=test.is_ball_bar)
 
 
 ROUNDS = 4

@@ -114,13 +114,15 @@ MOST = 10_000
 class Geometry:
     """Geometry and pitch, fitted."""
 
-    names: tuple[str, ...]
+    # values, covariance: by the columns of `columns_of`, shape (p,), (p, p)
     values: Real
     covariance: Real
-    freedom: int
-    lines: tuple[Periodic, ...]
+    freedom: int  # Degrees of freedom of the covariance
+    lines: tuple[Periodic, ...]  # What repeats along an axis
+    # many, both: how many tests there are, and whether in both directions
     many: int
     both: bool
+    # fade, bend: λ [rad] and κ of the glitches' tails
     fade: float
     bend: float
 
@@ -134,33 +136,27 @@ class Geometry:
         row = columns_of(at, n, self.many, self.both, self.lines)[0]
         return float(np.sqrt(max(row @ self.covariance @ row, 0.0)))
 
-    def _quantity(self, name: str, unit: str, scale: float = 1.0, offset: float = 0.0) -> Estimate:
-        n = self.names.index(name)
+    def _quantity(self, n: int, unit: str, scale: float = 1.0, offset: float = 0.0) -> Estimate:
         half_width = float(stdtrit(max(self.freedom, 1), 0.975)) * float(np.sqrt(self.covariance[n, n])) * abs(scale)
         value = offset + scale * float(self.values[n])
         return Estimate.around(value, unit, half_width)
 
     def estimates(self, tests: Sequence[MeasuredCircle], both: bool) -> dict[str, Estimate]:
         """Return the geometry with its intervals."""
-        first, second = tests[0].names
-        radius = tests[0].radius
-        found = {f"centre.{first}": self._quantity("centre.x.0", "m")}
-        found |= {f"centre.{second}": self._quantity("centre.y.0", "m")}
-        found |= {f"scale.{first}": self._quantity("scale.x", "1", 1 / radius, 1.0)}
-        found |= {f"scale.{second}": self._quantity("scale.y", "1", 1 / radius, 1.0)}
-        found |= {f"backlash.{first}": self._quantity("backlash.x", "m")}
-        found |= {f"backlash.{second}": self._quantity("backlash.y", "m")}
-        ellipse = self._quantity("mismatch", "m")
+        names, radius, shared = tests[0].names, tests[0].radius, 2 * self.many
+        found = {f"centre.{name}": self._quantity(n, "m") for n, name in enumerate(names)}
+        found |= {f"scale.{name}": self._quantity(shared + n, "1", 1 / radius, 1.0) for n, name in enumerate(names)}
+        found |= {f"backlash.{name}": self._quantity(shared + 2 + n, "m") for n, name in enumerate(names)}
+        ellipse = self._quantity(shared + 4, "m")
         if both:
-            return found | {"mismatch": ellipse, "squareness": self._quantity("square", "rad", -2 / radius)}
-        if tests[0].instrument == "encoders":
-            return found | {"mismatch": ellipse, "squareness": Estimate(0.0, "rad", (-inf, inf), assumed=True)}
-        unknown = Estimate(float(ellipse), "m", (-inf, inf))
-        return found | {"mismatch": unknown, "squareness": Estimate(0.0, "rad", (-inf, inf), assumed=True)}
+            return found | {"mismatch": ellipse, "squareness": self._quantity(shared + 5, "rad", -2 / radius)}
+        if tests[0].instrument != "encoders":
+            ellipse = Estimate(float(ellipse), "m", (-inf, inf))
+        return found | {"mismatch": ellipse, "squareness": Estimate(0.0, "rad", (-inf, inf), assumed=True)}
 
     def amplitude(self, n: int) -> Estimate:
         """Return the amplitude of what repeats along an axis [m]."""
-        i = len(self.names) - 2 * len(self.lines) + 2 * n
+        i = len(self.values) - 2 * len(self.lines) + 2 * n
         part, C = self.values[i : i + 2], self.covariance[i : i + 2, i : i + 2]
         size = float(np.hypot(*part))
         along = part / size if size > 0 else np.array([1.0, 0.0])
@@ -169,22 +165,13 @@ class Geometry:
 
 
 def columns_of(tested: Revolutions, n: int, many: int, both: bool, lines: Sequence[Periodic] = ()) -> Real:
-    """Return the columns of `diagnose`'s table for one of its tests, shape (samples, parameters)."""
+    """Return the columns of `diagnose`'s table for one of its tests, shape (samples, parameters): pitch comes last."""
     angle, s = tested.angle, float(tested.test.direction)
     cos, sin = np.cos(angle), np.sin(angle)
     centres = [column if k == n else np.zeros_like(angle) for k in range(many) for column in (cos, sin)]
-    shared = [
-        cos**2, sin**2, s / 2 * np.sign(sin) * cos, -s / 2 * np.sign(cos) * sin, s * np.sin(2 * angle),
-        *([np.sin(2 * angle)] if both else []),
-    ]  # fmt: skip
+    shared = [cos**2, sin**2, s / 2 * np.sign(sin) * cos, -s / 2 * np.sign(cos) * sin, s * np.sin(2 * angle)]
     pitch = [line.columns(angle, tested.test.radius) for line in lines]
-    return np.column_stack([*centres, *shared, *pitch])
-
-
-def _names(many: int, both: bool, lines: int) -> tuple[str, ...]:
-    centres = [f"centre.{axis}.{k}" for k in range(many) for axis in ("x", "y")]
-    shared = ["scale.x", "scale.y", "backlash.x", "backlash.y", "mismatch", *(["square"] if both else [])]
-    return (*centres, *shared, *(f"pitch.{k}.{part}" for k in range(lines) for part in ("cos", "sin")))
+    return np.column_stack([*centres, *shared, *([np.sin(2 * angle)] if both else []), *pitch])
 
 
 def quiet(tested: Revolutions, behind: Mapping[str, float]) -> Mask:
@@ -255,19 +242,10 @@ def fit_geometry(
             alone = own @ mode
             information = 1.0 / covariance_of(alone[:, None], residual, lengths)[0, 0] if alone.any() else 0.0
             covariance += np.outer(moved @ mode, moved @ mode) / (information + 1.0)
-    fade = float(np.exp(shape[0]))
     # what a tail's shape misses is alike from one reversal to the next: as many segments as that are independent
     freedom = min(len(d) - p, sum(len(pieces) for _, pieces in parts) - 1)
     return Geometry(
-        _names(many, both, len(lines)),
-        values[:p],
-        covariance[:p, :p],
-        freedom,
-        tuple(lines),
-        many,
-        both,
-        fade,
-        float(shape[1]),
+        values[:p], covariance[:p, :p], freedom, tuple(lines), many, both, float(np.exp(shape[0])), float(shape[1])
     )
 
 
@@ -276,13 +254,8 @@ def _means(tested: Revolutions, used: Indices, every: int) -> tuple[Revolutions,
     segments = [part[: len(part) // every * every] for part in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]
     segments = [part for part in segments if len(part)]
     index = np.concatenate(segments).reshape(-1, every)
-    means = Revolutions(
-        tested.test,
-        tested.angle[index].mean(axis=1),
-        tested.deviation[index].mean(axis=1),
-        tested.revolution[index[:, 0]],
-        {},
-    )
+    angle, deviation = tested.angle[index].mean(axis=1), tested.deviation[index].mean(axis=1)
+    means = Revolutions(tested.test, angle, deviation, tested.revolution[index[:, 0]], {})
     return means, [len(part) // every for part in segments]
 
 

@@ -36,15 +36,13 @@ def fit_circle(x: Real, y: Real) -> tuple[float, float, float]:
     """
     shift_x, shift_y = float(x.mean()), float(y.mean())
     u, w = x - shift_x, y - shift_y
-    solution = np.linalg.lstsq(np.column_stack([2 * u, 2 * w, np.ones_like(u)]), u * u + w * w, rcond=None)[0]
-    a, b = float(solution[0]), float(solution[1])
-    r = float(np.sqrt(max(solution[2] + a * a + b * b, 0.0)))
+    a, b, c = np.linalg.lstsq(np.column_stack([2 * u, 2 * w, np.ones_like(u)]), u * u + w * w, rcond=None)[0].tolist()
+    r = float(np.sqrt(max(c + a * a + b * b, 0.0)))
     for _ in range(6):
         rho = np.hypot(u - a, w - b)
         safe = np.where(rho > 0, rho, 1.0)
-        step = np.linalg.lstsq(np.column_stack([(u - a) / safe, (w - b) / safe, np.ones_like(u)]), rho - r, rcond=None)[
-            0
-        ]
+        slope = np.column_stack([(u - a) / safe, (w - b) / safe, np.ones_like(u)])
+        step = np.linalg.lstsq(slope, rho - r, rcond=None)[0]
         a, b, r = a + float(step[0]), b + float(step[1]), r + float(step[2])
         if np.abs(step).max() < 1e-12 * max(r, 1e-12):
             break
@@ -58,11 +56,9 @@ def find_circles(time: Real, x: Real, y: Real, least: float = 1.0) -> list[Found
     x, y: Position asked for, or measured [m], shape (n,).
     least: Revolutions at steady feed that are needed.
     """
-    found = []
-    for start, stop in _moving(time, x, y):
-        if circle := _circle_in(time, x, y, start, stop, least):
-            found.append(circle)
-    return found
+    parts = (slice(*ends) for ends in _moving(time, x, y))
+    circles = (_circle_in(part, time[part], x[part], y[part], least) for part in parts)
+    return [circle for circle in circles if circle]
 
 
 def _moving(time: Real, x: Real, y: Real) -> list[tuple[int, int]]:
@@ -84,33 +80,25 @@ def _moving(time: Real, x: Real, y: Real) -> list[tuple[int, int]]:
     moved = np.hypot(x[span:] - x[:-span], y[span:] - y[:-span])
     still = np.concatenate([moved <= max(5 * noise, 1e-9 * size), np.zeros(span, bool)])
     gaps = np.concatenate([[False], np.diff(time) > 20 * period]) | np.concatenate([[False], step > 0.2 * size])
-    edges = [0, n]
-    edges += [int(k) for k in np.flatnonzero(np.diff(still.astype(int))) + 1]
-    edges += [int(k) for k in np.flatnonzero(gaps)]
-    edges = sorted(set(edges))
-    return [(a, b) for a, b in pairwise(edges) if b - a > 16 and not still[a:b].all()]
+    edges = {0, n, *(np.flatnonzero(np.diff(still)) + 1).tolist(), *np.flatnonzero(gaps).tolist()}
+    return [(a, b) for a, b in pairwise(sorted(edges)) if b - a > 16 and not still[a:b].all()]
 
 
-def _circle_in(time: Real, x: Real, y: Real, start: int, stop: int, least: float) -> FoundCircle | None:
-    a, b, r = fit_circle(x[start:stop], y[start:stop])
+def _circle_in(part: slice, time: Real, x: Real, y: Real, least: float) -> FoundCircle | None:
+    a, b, r = fit_circle(x, y)
     if not (np.isfinite([a, b, r]).all() and r > 0):
         return None
-    off = np.abs(np.hypot(x[start:stop] - a, y[start:stop] - b) - r)
-    if np.quantile(off, 0.95) > 0.02 * r:
+    if np.quantile(np.abs(np.hypot(x - a, y - b) - r), 0.95) > 0.02 * r:
         return None
-    angle = np.unwrap(np.arctan2(y[start:stop] - b, x[start:stop] - a))
+    angle = np.unwrap(np.arctan2(y - b, x - a))
     turned = float(angle[-1] - angle[0])
     if abs(turned) < 2 * pi * least - 1e-3:
         return None
-    inside = steady(time[start:stop], angle)
-    rate = (angle[inside.stop - 1] - angle[inside.start]) / (
-        time[start:stop][inside.stop - 1] - time[start:stop][inside.start]
-    )
+    inside = steady(time, angle)
+    rate = np.ptp(angle[[inside.start, inside.stop - 1]]) / np.ptp(time[[inside.start, inside.stop - 1]])
     # centre and radius of the steady part alone: the run-in may swing
-    a, b, r = fit_circle(x[start:stop][inside], y[start:stop][inside])
-    return FoundCircle(
-        slice(start, stop), (a, b), r, abs(float(rate)) * r, 1 if turned > 0 else -1, abs(turned) / (2 * pi)
-    )
+    a, b, r = fit_circle(x[inside], y[inside])
+    return FoundCircle(part, (a, b), r, float(rate) * r, 1 if turned > 0 else -1, abs(turned) / (2 * pi))
 
 
 def steady(time: Real, angle: Real) -> slice:

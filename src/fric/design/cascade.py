@@ -19,10 +19,7 @@ TRIED = 40  # crossovers or gains tried across the range, before the border is r
 class Requirement:
     """The margins that velocity loop and position loop must have.
 
-    Raises
-    ------
-    FricError
-        When they leave no room for stability.
+    Raises FricError: When they leave no room for stability.
     """
 
     phase_margin: float = radians(60.0)  # Phase margin [rad]

@@ -36,10 +36,8 @@ LAST_VOLTAGE = ("input", "control")
 class SampledLoop:
     """The loop of one axis.
 
-    Raises
-    ------
-    FricError
-        When the plant's delay is shorter than the hold of the controller, or a block is not suited to the sampling.
+    Raises FricError: When the plant's delay is shorter than the hold of the controller, or a block is not suited to the
+        sampling.
     """
 
     plant: LinearPlant  # Eq. (1) of the axis.
