@@ -11,4 +11,3 @@ run "fric identify static demo/strokes.h5 --plant demo/plant.yaml -o demo/static
 run "fric identify gms data/presliding-sine.h5 data/sliding-sine.h5 --static demo/static.yaml \
 --plant demo/plant.yaml -o demo/friction.yaml --plot demo/gms.png --force"
 run "fric reproduce -o demo/paper"
-printf '\nOpen %s/demo/paper/index.html\n' "$PWD"

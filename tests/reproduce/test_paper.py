@@ -135,3 +135,8 @@ def test_the_command_prints_both_circles_beside_the_paper(paper):
             assert re.search(rf" {glitch:.1f}[ ±]", row)  # at 10 mm/s with the range of further runs
     assert "paper" in fast
     assert "paper" not in slow.split("steps were run")[0]
+    fast, slow = told.stdout.splitlines()[-2:]  # the conclusion, not a path
+    assert re.fullmatch(
+        r"At 100 mm/s: \(f\) .* leaves \S+ µm of 2\d µm; within \S+ µm of the published glitches\.", fast
+    )
+    assert re.fullmatch(r"At 10 mm/s: \([ef]\) .* leaves \S+ \S+ of \d+ µm\.", slow)

@@ -36,6 +36,7 @@ from fric.simulate.circle import Circle, CircleRun, run_circle
 from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine
 from fric.simulate.processes import end_with_parent
+from fric.units import readable
 from fric.verb import Kind, verb
 from fric.verdict import facts
 
@@ -81,10 +82,20 @@ class Reproduction(Result):
         return [CircleResult(self.machine, runs) for runs in self.runs.values()]
 
     def report(self) -> list[Piece]:
-        """Return the circles beside the paper's, and where the page is."""
+        """Return the circles beside the paper's, where the page is, and the conclusion."""
         tables = [piece for circle in self.circles() for piece in circle.report()]
         made = f"{self.made} of {self.steps} steps were run, the rest was up to date"
-        return [*tables, made, str(self.page)]
+        return [*tables, made, str(self.page), *map(self._conclusion, self.runs)]
+
+    def _conclusion(self, feed: float) -> str:
+        """Return what the best scheme leaves at a feed, and how near that is to what was published."""
+        runs, published = self.runs[feed], self.machine.published_glitches(self.runs[feed][0].circle.radius, feed)
+        glitches = {run.scheme.name: run.chance().median for run in runs}
+        best, bare = min(runs, key=lambda run: glitches[run.scheme.name]), next(run for run in runs if run.scheme.bare)
+        before, after = (readable(glitches[run.scheme.name], "m", 2) for run in (bare, best))
+        text = f"At {readable(feed, 'm/s')}: ({best.scheme.name}) {best.scheme.title} leaves {after} of {before}"
+        off = [abs(glitches[name] - glitch) for name, glitch in published.items() if name in glitches]
+        return f"{text}; within {readable(max(off), 'm', 2)} of the published glitches." if off else f"{text}."
 
     def figure(self) -> Figure:
         """Return the circles at the first feed."""
