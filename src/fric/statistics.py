@@ -90,7 +90,7 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
 
 
 def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | None = None) -> Real:
-    """Return the covariance (p, p) of least-squares estimates, right where neighbouring residuals are alike.
+    """Return the covariance (p, p) of least-squares estimates, valid where neighbouring residuals are correlated.
 
     Newey and West's estimator (Econometrica 55, 1987): ``(XᵀX)⁻¹·S·(XᵀX)⁻¹`` with S the long-run covariance of the
     scores ``x_i·e_i`` under Bartlett's weights; the scores are prewhitened by first-order autoregressions and
@@ -133,7 +133,7 @@ def _autoregression(parts: Sequence[Real]) -> float:
 
 
 def _andrews(rho: Real, n: int) -> float:
-    """Return Andrews' bandwidth for Bartlett's weights, with the regressors weighed alike."""
+    """Return Andrews' bandwidth for Bartlett's weights, with equal weights of the regressors."""
     rho = np.clip(rho, -0.97, 0.97)
     alpha = np.sum(4 * rho**2 / ((1 - rho) ** 6 * (1 + rho) ** 2)) / np.sum(1 / (1 - rho) ** 4)
     return float(1.1447 * (alpha * n) ** (1 / 3))
@@ -153,7 +153,7 @@ def smoother_than_noise(residual: Real, quantile: float) -> bool:
 
 
 def widened(covariance: Real, *others: Real) -> Real:
-    """Return a covariance (p, p) with each deviation as large as in the one of others that has it largest."""
+    """Return a covariance (p, p) with each deviation the largest of several covariances."""
     own, *beside = (np.sqrt(np.maximum(np.diag(one), 0.0)) for one in (covariance, *others))
     widest = np.max([own, *beside], axis=0)
     widen = np.divide(widest, own, out=np.ones_like(own), where=own > 0)
@@ -163,8 +163,8 @@ def widened(covariance: Real, *others: Real) -> Real:
 def jackknife(gradient: Real, residual: Real, label: Indices) -> Real:
     """Return the squared half widths (p, p) of 95 % intervals that leaving out each group of samples gives.
 
-    Each is one Gauss–Newton step from the solution, and counts by Student's t: a percentile bootstrap of five cycles
-    covers some 80 %, not 95.
+    Each is one Gauss–Newton step from the solution, with Student's t: a percentile bootstrap of five cycles covers some
+    80 %, not 95.
 
     gradient, residual: Derivatives (n, p) and residuals (n,).
     label: The group that each sample belongs to, shape (n,).
@@ -193,7 +193,7 @@ def sandwich(gradient: Real, residual: Real, label: Indices) -> Real:
 
 
 class Between(NamedTuple):
-    """How the parameters of records vary, beyond their own errors."""
+    """Variation of the parameters between records, beyond their errors."""
 
     covariance: Real  # What the covariance of the joint estimates gains by it, shape (p, p)
     deviations: Real  # Standard deviation of each parameter from record to record, shape (p,)
@@ -204,14 +204,14 @@ class Between(NamedTuple):
 DIFFERENT = 1e-3
 """Probability with which records of the same parameters scatter so, under which it is said that they differ."""
 OF_TWO = 0.05
-"""Chance over which nothing is widened by two records: a single difference hardly tells what the next will be."""
+"""Probability above which two records widen no interval: a single difference hardly predicts the next."""
 
 
 def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: float) -> Between | None:
-    """Return how the parameters of records vary, by the moments of the records' own estimates; None where one has none.
+    """Return the variation between records, by the moments of their estimates; None where a record has no estimate.
 
-    With δ_r the estimate of record r less the joint one and S_r its covariance, ``T = Σ(δ_r - δ̄)(δ_r - δ̄)ᵀ/(R - 1) -
-    mean S_r``, as far as it is positive (DerSimonian and Laird 1986, in several variables). The joint estimate is
+    With δ_r the estimate of record r less the joint estimate and S_r its covariance, ``T = Σ(δ_r - δ̄)(δ_r - δ̄)ᵀ/(R -
+    1) - mean S_r``, as far as it is positive (DerSimonian and Laird 1986, in several variables). The joint estimate is
     ``Σ W_r·θ_r``, ``W_r = (XᵀX)⁻¹X_rᵀX_r``, and gains ``Σ W_r·T·W_rᵀ``, with Student's t of R - 1 for its quantile.
 
     parts, residuals: The observations X_r (n, p) of each record, and what the joint fit leaves there (n,).

@@ -17,7 +17,7 @@ from fric.log import ForceVelocity, Log
 from fric.records.recognition import kind_of
 
 ALIKE = 6.0
-"""Ratio of the slowest, and of the fastest strokes of two halves, up to which they tell the same map."""
+"""Ratio of the slowest, and of the fastest strokes of two halves, up to which the halves determine the same map."""
 LEAST = 200
 """Samples of half a motion at least."""
 
@@ -43,7 +43,7 @@ class Halves:
 
     axis: str  # Name of the axis
     found: tuple[Halved, ...]  # Each parameter of each halving
-    untold: Mapping[str, str]  # Why a halving tells nothing, by what it is
+    untold: Mapping[str, str]  # Reasons why a halving shows nothing, by its name
 
     @property
     def within(self) -> float:
@@ -57,7 +57,7 @@ def halves(logs: Sequence[Log], plant: Plant | None = None) -> Halves:
     Of strokes it is the static map, each stroke with the error of its mean; of motions mass and friction of the rigid
     axis.
 
-    Raises FricError: When the records hold neither strokes nor motions, or no half tells anything.
+    Raises FricError: When the records hold neither strokes nor motions, or no half can be identified.
     """
     kinds = [kind_of(log) for log in logs]
     strokes = [log for log, kind in zip(logs, kinds, strict=True) if kind == "constant-velocity"]

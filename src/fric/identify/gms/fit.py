@@ -22,9 +22,9 @@ class Replay:
     """One record, measured against replayed."""
 
     record: Prepared  # The record as it was prepared; its ``used`` are the samples that the fit used
-    replayed: Real  # The model's force along the motion, with what the record adds of its own [N], shape (n,)
+    replayed: Real  # The model's force along the motion, with the terms of the record [N], shape (n,)
     held_out: Mask  # Samples after the chosen cycles, which the fit did not see, shape (n,)
-    own: Real  # What the record adds of its own, in the order of its `Preparation.own`, shape (m,)
+    own: Real  # Coefficients of the terms of the record, in the order of `Preparation.own`, shape (m,)
 
     @property
     def name(self) -> str:
@@ -48,7 +48,7 @@ class Replay:
 
     @property
     def measured(self) -> Real:
-        """Friction force: what is left of the logged one [N], shape (n,)."""
+        """Friction force: the rest of the logged force [N], shape (n,)."""
         return self.record.force
 
     @property
@@ -80,13 +80,13 @@ class Replay:
 
 @dataclass(frozen=True)
 class GMSFit:
-    """An identified GMS model, and what it was seen in."""
+    """An identified GMS model, and the records that it was identified from."""
 
     # axis, motion: the axis
     axis: str
     motion: Motion
     static: StaticMap  # The static map whose F_s is the unit of alpha; F_c = F_s at the plateau where none was given
-    static_given: bool  # False where the plateau stands in for a static map
+    static_given: bool  # False where the plateau replaces a static map
     # alpha, k, C: the parameters, one value a block in the order of slip displacements
     alpha: Estimate
     k: Estimate
@@ -105,11 +105,11 @@ class GMSFit:
     covariance: Covariance | None  # How the parameters err together; None where they were not refined by replay
     # Standard deviation of the ``level`` [1] and the ``offset`` [N] of records, where seen
     between_records: Mapping[str, Estimate]
-    warnings: tuple[Notice, ...]  # What the data cannot tell
+    warnings: tuple[Notice, ...]  # Warnings: what the data do not determine
 
     @property
     def model(self) -> GMS:
-        """The model as it is written: alpha sums to 1, and F_s is that of the static map."""
+        """The model for output: alpha sums to 1, and F_s is that of the static map."""
         assert isinstance(self.alpha.value, tuple)
         assert isinstance(self.k.value, tuple)
         return GMS(self.static, self.alpha.value, self.k.value, float(self.C))

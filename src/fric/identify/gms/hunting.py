@@ -1,14 +1,14 @@
-"""How far a GMS model is off where the axis hunts from one encoder count to the next: its records, made once more.
+"""Error of a GMS model where the axis hunts from one encoder count to the next, from simulated records.
 
 A slow sine in closed loop goes from count to count: at each the drive is pushed back, and creeps on. The friction goes
 through minor cycles, below the virgin curve, that a log shows neither between its samples nor between two counts. They
-come again in every cycle, so that no scatter of the residuals tells of them. But the motion, the friction and the plant
-that were found can be run again in closed loop, with the encoder elsewhere between two counts: what the fit makes of
-those records, whose truth is known, is what its intervals must hold.
+recur in every cycle, so that no scatter of the residuals shows them. But the motion, the friction and the plant that
+were found can be simulated in closed loop, with other offsets of the encoder between two counts: the intervals must
+cover the errors of a fit to those records, whose truth is known.
 
-The log does not tell the controller. So the records are made once with a soft and once with a stiff cascade, both with
-margins that are usual for this plant. Where they leave more over than the measured records, which hunt less then, their
-error counts for as much less.
+The log does not show the controller. So the records are simulated once with a soft and once with a stiff cascade, both
+with usual margins for this plant. Where their residuals exceed those of the measured records, which then hunt less,
+their error is scaled down by the ratio.
 """
 
 from collections.abc import Sequence
@@ -78,9 +78,9 @@ class Hunting:
     _known: dict[int, Real] = field(default_factory=dict)
 
     def __call__(self, search: Search, x: Real, seen: Real) -> Real:
-        """Return what the covariance (s, s) gains in the directions that the records see.
+        """Return the increase of the covariance (s, s) in the directions that the records determine.
 
-        The same blocks of the same records hunt alike, and are simulated once.
+        The same blocks of the same records hunt in the same way, and are simulated once.
 
         search: The search.
         x: Where it ended, shape (p,).
@@ -106,8 +106,8 @@ def _counts(record: Prepared) -> bool:
 def _error(search: Search, x: Real, seen: Real, plant: Plant, lags: float, rng: np.random.Generator) -> Real:
     """Return by how much the fit is off in records that are made again, in the directions that are seen, shape (s,).
 
-    It is one Gauss–Newton step from the truth. What these few records scatter by would be taken for an error that all
-    have alike: the step is shrunk by James and Stein's rule, to nothing where it is within its covariance.
+    It is one Gauss–Newton step from the truth. The scatter of these few records would be taken for a common error: the
+    step is shrunk by James and Stein's rule, to 0 where it is within its covariance.
     """
     model = as_filed(search.coordinates.build(x))
     again = [_made_again(record, model, plant, lags, rng) for record in search.records if _counts(record)]
@@ -116,7 +116,7 @@ def _error(search: Search, x: Real, seen: Real, plant: Plant, lags: float, rng: 
     residual, gradient = made.residual(x), made.gradient(x) @ seen
     of_again = sum(int(record.used.sum()) for record in again)
     whole = sum(int(record.used.sum()) for record in search.records if _counts(record))
-    residual[of_again:] = 0.0  # what the others tell is as it is, and weighs as much beside these as beside the records
+    residual[of_again:] = 0.0  # the weight of the other records is kept
     gradient[of_again:] *= np.sqrt(of_again / whole)
     step = -np.linalg.lstsq(gradient, residual, rcond=None)[0]
     quantile = float(stdtrit(max(of_again - len(step), 1), 0.975))

@@ -44,9 +44,9 @@ from fric.units import Motion, si_unit
 T = TypeVar("T")
 
 ASSUMED_C = 1e4
-"""Attraction parameter [N/s] where no record in sliding tells it: a lag s/C of 10 to 16 ms for Table 1."""
+"""Attraction parameter [N/s] where no record in sliding determines it: a lag s/C of 10 to 16 ms for Table 1."""
 UNDETERMINED = float(np.log(10.0))
-"""Half width of the interval of log C from which on the sliding record does not tell it: a factor of ten."""
+"""Half width of the interval of log C above which the sliding record does not determine it: a factor of ten."""
 
 
 @one_blas_thread()
@@ -69,8 +69,8 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     GMS step along the measured motion refines them. C is fitted where a ``sliding-sine`` record is among the logs.
 
     The arguments are those of `fric.identify_gms`, in SI; ``negative`` is the static map of the negative direction,
-    where each has its own; ``places`` are those of `Hunting`. Without a log of kind ``presliding-sine``, those of kind
-    ``motion`` or of no kind are used.
+    where each direction has a map; ``places`` are those of `Hunting`. Without a log of kind ``presliding-sine``, those
+    of kind ``motion`` or of no kind are used.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def _is_slow(record: Prepared) -> bool:
 def _without_one(
     records: Sequence[Prepared], identified: Callable[[Sequence[Prepared]], T]
 ) -> tuple[T, Prepared] | None:
-    """Return what is identified without one of three pre-sliding records or more, and that one; None where none is."""
+    """Return what is identified without one of at least three pre-sliding records, and that record; else None."""
     slow = [*filter(_is_slow, records)]
     for one in slow if len(slow) > 2 else ():
         try:
@@ -146,7 +146,7 @@ def _on_time(
 ) -> tuple[GMSFit, list[Notice]]:
     """Return the fit, the force moved back by how late all records log it where that is better, and what to say of it.
 
-    A lag is one step from a fit (`lateness`), and estimated again where the force was moved by the first one: a step
+    A lag is one step from a fit (`lateness`), and is estimated again with the force moved by the first estimate: a step
     from records that are 3.5 samples late finds 2.4 of them, and one more 3.6.
     """
     fit, late = identified(ready)
@@ -179,7 +179,7 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     cycles: tuple[int, int] | None,
     hunting: Hunting,
 ) -> tuple[GMSFit, Mapping[str, Estimate]]:
-    """Return the fit to prepared records, the first so many of them in pre-sliding, and how late their forces are."""
+    """Return the fit to prepared records, of which the first are in pre-sliding, and the lags of their forces."""
     hysteresis = [find_cycles(record, cycles) for record in ready[:count]]
     curve = virgin_curve(hysteresis, static, negative)
     between = mean_map(static, negative) if static is not None else None
@@ -254,7 +254,7 @@ def _refined(
     with_level: bool,
     with_C: bool,
 ) -> ReplayFit:
-    """Return the fit by replay from the blocks of the virgin curve; C is assumed where the records do not tell it."""
+    """Return the fit by replay from the blocks of the virgin curve; C is assumed where no record determines it."""
     given = {p.name: Estimate(getattr(maps[0], p.name), "") for p in StaticMap.parameters}
     level = start.static.F_s / mean_map(*maps).F_s
     start = replace(start, static=replace(start.static, F_s=level * maps[0].F_s))

@@ -153,9 +153,9 @@ def choose_blocks(curve: VirginCurve, most: int = MOST_BLOCKS, seed: int = 0, un
     """Choose the number of blocks by Schwarz's information criterion, ``BIC(N) = Σ r²/σ² + 2·N·ln n``.
 
     σ holds the scatter of the cycles, the blur of the encoder, and a floor of 0.5 % of the level (`REPEATABLE`).
-    Without the floor, noise-free simulated cycles would tell two blocks apart that no drive repeats well enough to
-    show. Points of the curve within one step of the encoder count as one: n is their number. The search ends when the
-    criterion has risen twice.
+    Without the floor, noise-free simulated cycles would separate two blocks that no drive repeats well enough to show.
+    Points of the curve within one step of the encoder count as a single point: n is their number. The search ends when
+    the criterion has risen twice.
 
     curve, seed: See `fit_blocks`.
     most: Number of blocks to try up to.

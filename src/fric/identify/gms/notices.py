@@ -1,4 +1,4 @@
-"""What pre-sliding data cannot tell, in the user's words."""
+"""Warnings about what pre-sliding data do not determine."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise, permutations
@@ -19,16 +19,16 @@ from fric.records.judgement import RESOLVED, cycle_energies, drift, energy_warni
 from fric.units import si_unit
 
 INERTIA = 0.1
-"""Share of the force from which on the inertia makes a sine too fast."""
+"""Share of inertia in the force above which a sine is too fast."""
 
 INSEPARABLE = 0.01
-"""Two blocks are not told apart when one in their place changes the curve by less than this share of F_s."""
+"""Two blocks are not separable when a single block in their place changes the curve by less than this share of F_s."""
 
 HOLLOW = 0.02
-"""Share of F_s by which a virgin curve is below a concave one, beyond its error, from which on it is told."""
+"""Share of F_s by which a virgin curve is below a concave curve, beyond its error, that gives a warning."""
 
 LEVEL = 0.03
-"""Deviation of Σ alpha from 1 that is told."""
+"""Deviation of Σ alpha from 1 that gives a warning."""
 
 
 def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[Notice]:
@@ -101,9 +101,9 @@ def _saturation(fit: GMSFit, metre: str, newton: str) -> Iterator[Notice]:
 
 
 def pair_gaps(pairs: Blocks) -> Real:
-    """Return by how much the virgin curve changes at most when two neighbours are made one [N], shape (N - 1,).
+    """Return the largest change of the virgin curve when two neighbours are merged [N], shape (N - 1,).
 
-    The one has their stiffness and their limit; the greatest change is where it slips.
+    The merged block has their total stiffness and limit; the greatest change is where it slips.
     """
     k, limit = pairs.k, pairs.limit
     merged = (limit[:-1] + limit[1:]) / (k[:-1] + k[1:])
@@ -112,13 +112,13 @@ def pair_gaps(pairs: Blocks) -> Real:
 
 
 CHANGES = 0.03
-"""Share of F_s by which friction or offset must change to be told."""
+"""Share of F_s by which friction or offset must change to give a warning."""
 
 PIECES = 30
 """Pieces of a record in which its misfit is looked at."""
 
 STANDS_OFF = 3.0
-"""Times the usual misfit from which on that of a piece stands off."""
+"""Ratio to the usual misfit above which the misfit of a segment is an outlier."""
 
 
 def changes(fit: GMSFit) -> Iterator[Notice]:
@@ -141,7 +141,7 @@ def changes(fit: GMSFit) -> Iterator[Notice]:
             begin, end, there, elsewhere = segment
             rms = {"there": Estimate(there, newton), "elsewhere": Estimate(elsewhere, newton)}
             yield flaws.MISFIT_IN_ONE_STRETCH.found(where, begin=begin, end=end, **rms)
-        else:  # a cycle and a half hardly stand out of the misfit, but do of the energies, as `inspect` tells
+        else:  # a cycle and a half hardly raise the misfit, but clearly the energies, as `inspect` shows
             reversals = _seen_reversals(one)
             notices = energy_warnings(cycle_energies(one.position, one.measured, reversals), one.time[reversals[::2]])
             yield from (notice.at(where) for notice in notices if notice.code == flaws.ENERGY_IN_ONE_SEGMENT.code)
@@ -211,7 +211,7 @@ def _drifts(values: Real, least: float) -> float | None:
 def segment_of_misfit(one: Replay) -> tuple[float, float, float, float] | None:
     """Return begin and end [s] of the segment that a replay's misfit sits in, its rms there and elsewhere [N].
 
-    None where the misfit is spread over the record. Pieces stand off the lower quartile of all.
+    None where the misfit is spread over the record. Segments are compared with the lower quartile of all.
     """
     seen = np.flatnonzero(one.used | one.held_out)
     if len(seen) < 10 * PIECES:

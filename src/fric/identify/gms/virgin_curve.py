@@ -32,8 +32,8 @@ from fric.records.reversals import find_reversals
 PARTS = 16
 """Parts of a stroke in which two of them are compared."""
 UNLIKE, LOADED = 3.0, 0.01
-"""By how much the first stroke is unlike the next where a record begins loaded: times as much as later strokes, and
-share of the range of the force."""
+"""Bounds on the difference of the first stroke from the next where a record begins loaded: ratio to the difference of
+later strokes, and share of the range of the force."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class HysteresisCycles:
         return [(int(a), int(b), int(c)) for a, b, c in whole[self.cycles[0] - 1 : self.cycles[1]]]
 
     def for_replay(self) -> Prepared:
-        """Return the record as it is compared: from the first reversal of the chosen cycles to their last."""
+        """Return the part of the record that is compared: from first to last reversal of the chosen cycles."""
         n, (first, last) = len(self.force), self.cycles
         whole = (len(self.reversals) - 1) // 2
         used = np.zeros(n, dtype=bool)
@@ -108,7 +108,7 @@ def _begins_loaded(record: Prepared, reversals: Indices) -> bool:
 
 
 def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> HysteresisCycles:
-    """Find the cycles of a record: from one reversal to the next but one.
+    """Find the cycles of a record, each of two half cycles between reversals.
 
     record: The record.
     cycles: The first and the last cycle to use, counted from 1; all where not given.
@@ -151,7 +151,7 @@ CLOSING = 0.03
 """Share of a branch, at its end, that the force at the reversal is read from."""
 
 SLIDING = 0.85
-"""Share of the highest force from which on a hollow is that of the Stribeck fall along a fast stroke, and no play."""
+"""Share of the highest force above which a dip is the Stribeck fall along a fast stroke, and no play."""
 
 SAME_AMPLITUDE = 1.15
 """Records whose amplitudes are within this ratio are averaged; beyond it the larger continues the smaller."""
@@ -169,7 +169,8 @@ class VirginCurve:
     # Name of the record that gives each part, with the displacement up to which it does [m]
     record: tuple[tuple[str, float], ...]
     level: float  # Friction force at the reversals of the largest cycles [N]: the plateau, where these slide
-    # Largest step between two records where one continues the other [N]; positive where the smaller one ends higher
+    # Largest step between two records where the larger continues the smaller [N]; positive where the smaller ends
+    # higher
     mismatch: float = 0.0
     # Least slope of the curve's outer half relative to its mean slope: 0 where all blocks slip
     final_slope: float = 0.0
@@ -202,9 +203,9 @@ class VirginCurve:
     def hollow(self) -> tuple[float, float]:
         """Where the curve is furthest below its least concave majorant [m], and by how much, beyond its error [N].
 
-        Friction that slips block by block is concave; a play between motor and table is flat, and rises again. A step
-        between two records is none, nor that all behind it is lower by as much (friction that grew with the time of
-        rest in the slower one), nor is what falls with speed once all slides.
+        Friction that slips block by block is concave; a play between motor and table is flat, and rises again. No play
+        is: a step between two records, with all forces behind it lower by that step (friction that grew with the time
+        of rest in the slower record); and a fall with speed once all blocks slide.
         """
         z, F = np.append(0.0, self.displacement), np.append(0.0, self.force)
         above = [0]
@@ -237,7 +238,7 @@ class VirginCurve:
 
 
 def with_all_errors(curve: VirginCurve, model: Real) -> VirginCurve:
-    """Return a curve whose band holds, besides the scatter of its cycles, what all cycles have alike.
+    """Return a curve whose band includes, besides the scatter of its cycles, the error common to all cycles.
 
     That is the blur of the encoder, the step where one record continues another, and how far the curve is from that of
     the model that was refined by replay: while the controller hunts between two counts, the contact goes through minor
@@ -262,7 +263,7 @@ class _Branches:
 def virgin_curve(
     hysteresis: Sequence[HysteresisCycles], static: StaticMap | None = None, negative: StaticMap | None = None
 ) -> VirginCurve:
-    """Return the virgin curve of one or more records: the small cycle up to its amplitude, the larger one beyond.
+    """Return the virgin curve of one or more records: the small cycle up to its amplitude, the larger cycle beyond.
 
     In a fast cycle the level is below F_s. All limits alpha_i·s(v) scale together, so that with
     ``q = (|s(v)| + F_s)/(2·F_s)`` (slipping at v after a reversal at rest) the halved branch is ``q·V(z/q)``: both
@@ -271,7 +272,7 @@ def virgin_curve(
 
     hysteresis: Pre-sliding records.
     static: The static map; without it no correction is made, and nothing viscous is taken off.
-    negative: That of the negative direction, where each has its own.
+    negative: That of the negative direction, where each direction has a map.
     """
     ordered = sorted(hysteresis, key=lambda one: one.amplitude)
     groups: list[list[HysteresisCycles]] = []

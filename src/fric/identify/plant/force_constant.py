@@ -1,4 +1,4 @@
-"""The force constant, and by how much the logged force is late: what force one volt makes, line by line.
+"""The force constant (force per volt) and the lag of the logged force, from the response line by line.
 
 A force that is logged late is not proportional to the voltage of the same sample, and a regression of one on the other
 gives too small a K_f with a narrow interval. In frequency the two come apart:
@@ -36,29 +36,29 @@ from fric.statistics import smoother_than_noise
 from fric.units import Motion, si_unit
 
 LEAST_FILTER = 0.2
-"""Samples of T_f from which on it is taken for a filter."""
+"""T_f [samples] above which the lag is taken for a filter."""
 
 FORM = 0.01
-"""Samples by which the lag of a filter is off where it is taken for a continuous one."""
+"""Error of the lag of a filter [samples] where the filter is taken for a continuous one."""
 
 DESCRIBED = 0.1
-"""Samples from which on a lag is told."""
+"""Lag [samples] above which there is a warning."""
 
 DEAD = 0.01
-"""Share of the input (rms) from which on a dead zone is told."""
+"""Share of the input (rms) above which a dead zone gives a warning."""
 
 PARTS, SURE = 8, 6.0
-"""Parts of a record that a dead zone is told from, and standard errors from which on they do."""
+"""Parts of a record that determine a dead zone, and standard errors above which they do."""
 
 DIFFERS = 0.05
-"""Share by which a force constant or a mass that the user states may differ from the one that is found."""
+"""Share by which a force constant or a mass that the user states may differ from the identified value."""
 
 
 @dataclass(frozen=True)
 class ForceScale:
     """K_f, and how late the logged force is."""
 
-    K_f: Estimate | None  # Force constant [N/V]; None where nothing tells it
+    K_f: Estimate | None  # Force constant [N/V]; None where it is not known
     # By how much the logged force is later than the logged input at low frequency, filter included [s]; None where no
     # record has both
     lag: Estimate | None = None
@@ -69,7 +69,7 @@ class ForceScale:
 
     @property
     def shift(self) -> float:
-        """Return the lag where it is more than its own error and `DESCRIBED` samples, else 0 [s]."""
+        """Return the lag where it exceeds its error and `DESCRIBED` samples, else 0 [s]."""
         return float(self.lag) if self.lag is not None and _matters(self.lag, self.sampling) else 0.0
 
     def estimates(self) -> dict[str, Estimate]:
@@ -89,10 +89,10 @@ def force_constant(
 ) -> ForceScale:
     """Return K_f [N/V] and the lag of the force, from the response of force to input where records have both.
 
-    Where none has, and K_f is not given, strokes tell it, and not the lag.
+    Where no record has both, and K_f is not given, strokes determine it, and not the lag.
 
     logs: Records of one axis.
-    given: K_f [N/V], where the user knows it; the records then tell the lag, and whether it can be so.
+    given: K_f [N/V], where the user knows it; the records then determine the lag, and check K_f.
     motion: Motion of the axis.
     period, segment: As in `measure_response` [s].
     strokes: Records at constant velocity.
@@ -124,7 +124,7 @@ def force_constant(
     half_width_lag = quantile * float(
         np.sqrt(max(np.array([0.0, 1.0, 1.0]) @ covariance @ np.array([0.0, 1.0, 1.0]), 0.0))
     )
-    if filtered:  # of a filter, continuous or of samples, and of which rate, is not told: the lag bears a little of it
+    if filtered:  # the unknown form and rate of the filter add an error of the lag
         half_width_lag = float(np.hypot(half_width_lag, FORM / sampling))
     late = Estimate.around(lag, si_unit("time", motion), half_width_lag)
     corner = None
@@ -162,7 +162,7 @@ def _dead_zone(log: Log, delay: float, corner: float) -> Notice | None:
     s = 2j * np.pi * np.fft.rfftfreq(n, interval)
     late = np.fft.irfft(np.fft.rfft([log.input, np.sign(log.input)]) * np.exp(-s * delay) / (1 + s * corner), n)
     X = np.column_stack([*late, np.ones(n)])
-    parts = np.array_split(np.arange(n), PARTS + 2)[1:-1]  # at the ends the one runs into the other
+    parts = np.array_split(np.arange(n), PARTS + 2)[1:-1]  # at the ends both overlap
     found = np.array([np.linalg.lstsq(X[part], log.force[part], rcond=None)[0] for part in parts])
     slope, jump = found[:, :2].mean(axis=0)
     error = float(found[:, 1].std(ddof=1)) / np.sqrt(PARTS)
@@ -180,7 +180,7 @@ def _matters(lag: Estimate, sampling: float) -> bool:
 
 
 def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Motion) -> list[Notice]:
-    """Hold K_f/B against the moving mass that the user states, or take K_f from it where nothing else tells it.
+    """Hold K_f/B against the moving mass that the user states, or take K_f from it where it is not known otherwise.
 
     estimates: B, and K_f where it is known; K_f is added where it is not.
     mass: Stated moving mass [kg or kg·m²]; None where the user does not know it.
@@ -221,7 +221,7 @@ FEWEST = 8
 
 
 class ForceLines(NamedTuple):
-    """The lines of one record: frequency [Hz], F/U [N/V], its relative deviation, lines that tell as much as one."""
+    """The lines of one record: frequency [Hz], F/U [N/V], its relative deviation, lines per independent line."""
 
     frequency: Real
     response: Complex

@@ -34,10 +34,10 @@ SEGMENTS = 8
 
 
 DISTORTED = 1.5
-"""Noise of a line from which on what repeats itself at its neighbours is more than noise."""
+"""Ratio to the noise of a line above which the periodic part at its neighbours is more than noise."""
 
 COHERENT = 0.5
-"""Coherence from which on one signal counts as driven by the other."""
+"""Coherence above which a signal counts as driven by another."""
 
 
 UNKNOWN = 1e9
@@ -53,7 +53,7 @@ class MeasuredResponse:
     method: Literal["periods", "segments", "table"]
     description: str  # How it was estimated, in words
     averages: float  # Independent averages; 0 where a table does not say
-    correlation: float = 1.0  # Neighbouring lines that tell as much as one (1 where they are independent)
+    correlation: float = 1.0  # Neighbouring lines per independent line (1 where they are independent)
     sampling: float | None = None  # Sampling rate of the record [Hz]; None for a table
     # Equivalent gain of Coulomb friction along the motion, ``mean(v'·sign(v))/mean(v'²)`` [s/m] with v' = v - mean(v):
     # a friction of F_c N damps the small motion like F_c times as much N·s/m. 0 where the motion never reverses; None
@@ -61,7 +61,7 @@ class MeasuredResponse:
     reversing: float | None = None
     speed: float | None = None  # Root mean square of v' [m/s]; None for a table
     lines: MeanLines | None = None  # All lines of the excitation's period; None where it has none
-    warnings: tuple[Notice, ...] = ()  # What the record cannot tell
+    warnings: tuple[Notice, ...] = ()  # Warnings: what the record does not determine
 
     @property
     def response(self) -> Complex:
@@ -80,8 +80,8 @@ def measure_response(
     """Return the frequency response from control voltage to position (or to force) of one record.
 
     A periodic excitation (multisine, repeated sweep) is averaged over its periods, anything else over Welch's
-    segments, with the reference as driver where it was logged and moves the axis. A table is taken as it is, with
-    its phase unwrapped.
+    segments, with the reference as driver where it was logged and moves the axis. A table is used directly, with its
+    phase unwrapped.
 
     record: A record in time with input and position, or a measured response.
     period: Period of the excitation [s]; found in the record where not given.
@@ -132,7 +132,7 @@ def _period(record: Log, u: Real) -> int | None:
 
 
 def _accelerates(reference: Real) -> bool:
-    """Tell whether a reference does more than move evenly, its rounding left aside."""
+    """Return whether a reference does more than move evenly, apart from its rounding."""
     return bool(np.ptp(np.diff(reference, 2)) > 1e-9 * np.max(np.abs(reference)))
 
 
@@ -170,7 +170,7 @@ def _over_periods(record: Log, u: Real, z: Real, period: int, sampling: float, k
 
 
 def _driven(reference: Real, period: int) -> Mask | None:
-    """Return the lines that the reference drives; None where it drives none, but moves slowly besides."""
+    """Return the lines that the reference drives; None where it drives none, but adds a slow motion."""
     if not _accelerates(reference):
         return None
     lines = np.abs(periods(reference, period))
@@ -191,7 +191,7 @@ def _over_segments(record: Log, u: Real, z: Real, segment: float | None, samplin
     if record.reference is not None and _accelerates(record.reference):
         joint = segment_spectra(u, z, record.reference, length, sampling)
         moved = joint.frequency[coherence_of(joint.driver, joint.input) > COHERENT]
-        if moved.size >= 20 and moved.max() > 10 * moved.min():  # more than a slow motion besides the excitation
+        if moved.size >= 20 and moved.max() > 10 * moved.min():  # more than a slow motion added to the excitation
             spectra, driver = joint, record.reference
             text = "the reference as driver, so that what a closed loop feeds back averages out"
     manner = f"{len(spectra.input)} Welch segments of {length / sampling:.4g} s"

@@ -44,7 +44,7 @@ APART = 0.05
 """Share by which the friction's gain must differ between two records for their amplitudes to be compared."""
 
 SURE = 0.99
-"""Probability from which on two responses count as different."""
+"""Probability below which two responses count as different."""
 
 
 Method = Literal["response", "motion"]
@@ -68,7 +68,7 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
 
     A record in time is behind the hold of a controller that puts out one voltage a sample; a table is continuous. Where
     two records differ in amplitude, A is what is left without the describing function of Coulomb friction; where
-    friction is in A and not told from it, A is assumed to be 0.
+    friction is in A and cannot be separated from it, A is assumed to be 0.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     mass
         Moving mass [kg], where the user knows it: K_f/B is held against it, or K_f taken from it.
     strokes
-        Records at constant velocity, which tell K_f where no record of a response has a force.
+        Records at constant velocity, which determine K_f where no record of a response has a force.
 
     Raises
     ------
@@ -183,7 +183,7 @@ def _second_mass(solution: Solution) -> dict[str, Estimate] | None:
 
 
 def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solution, FrictionInfluence]:
-    """Return the fit of all responses, with Coulomb friction where two amplitudes tell of it."""
+    """Return the fit of all responses, with Coulomb friction where two amplitudes show it."""
     gains = np.array([np.nan if fit.measured.reversing is None else fit.measured.reversing for fit in fits])
     seen = np.array([fit.solution.values[0] for fit in fits])
     half = np.array([fit.solution.half_widths()[0] for fit in fits])
@@ -215,10 +215,10 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solutio
 
 
 def _alike(solution: Solution, lines: Lines, misfit: float) -> float:
-    """Return how many neighbouring lines tell as much as one, where a solution is off by the like at all of them.
+    """Return how many neighbouring lines equal one independent line, where neighbouring residuals are correlated.
 
-    Friction around rest is not its describing function alone: what it adds besides is no noise, and is the same at
-    line after line. This is the sum of the residuals' correlation over the lines, as of a correlated series.
+    Friction around rest is more than its describing function: the rest is no noise, and is similar from line to line.
+    The number is the sum of the residuals' correlation over the lines, as of a correlated series.
     """
     model = solution.form.response(solution.values, lines.frequency, lines.hold, lines.reversing)
     off = np.log(lines.response / model) / np.hypot(lines.deviation, misfit)
@@ -261,16 +261,16 @@ def plant_records(
 
 
 UNLIKE = 0.02
-"""Misfit of eq. (1) from which on a second mass is looked for [1]."""
+"""Misfit of eq. (1) above which a second mass is searched for [1]."""
 
 OFF = 6.0
-"""Usual residuals from which on a line stands off all others."""
+"""Ratio to the usual residual above which a line is an outlier."""
 
 VISIBLE = 0.01
-"""Relative residual that a line which stands off has at least."""
+"""Least relative residual of an outlying line."""
 
 MOST = 0.35
-"""Share of the lines that may stand off: where more do, it is the model that is wrong."""
+"""Share of the lines that may be outliers: where more are, the model is wrong."""
 
 ROUGH = 0.03
 """Misfit that is allowed for while the best start is looked for [1]."""
@@ -290,11 +290,11 @@ class Found(NamedTuple):
 
 
 def solve_with_modes(lines: Lines) -> Found:
-    """Fit eq. (1), and with a second mass where the response shows one, without the lines that stand off.
+    """Fit eq. (1), with a second mass where the response shows it, without outlying lines.
 
-    A line that is not driven, but moved by friction's harmonics, answers like the controller's inverse: it stands off
-    what all others lie on. Such lines are left out one form at a time; a second mass is taken where it explains the
-    lines better by far, each residual counted up to a bound.
+    A line that is not driven, but moved by friction's harmonics, shows the inverse of the controller, and is an
+    outlier. Such lines are left out one form at a time; a second mass is taken where it explains the lines better by
+    far, each residual counted up to a bound.
 
     lines: Lines of one response.
     Raises FricError: When the sign of input or position is turned.
@@ -311,10 +311,10 @@ def solve_with_modes(lines: Lines) -> Found:
 
 
 def _is_determined(solution: Solution, lines: Lines) -> bool:
-    """Say whether frequency and ratio of a second mass are told by the lines, and the rigid axis below it as well.
+    """Return whether the lines determine frequency and ratio of a second mass, and the rigid axis below it as well.
 
-    Friction around rest is a spring, too: of its lowest lines a small motion makes a resonance, at or below them. A
-    resonance above all lines is none that was seen: a filter, or a delay that is not whole, bends them alike.
+    Friction around rest is a spring, too: in a small motion it makes a resonance at or below the lowest lines. A
+    resonance above all lines was not measured: a filter, or a delay of a fraction of a sample, has the same effect.
     """
     half, values = solution.half_widths()[3:], solution.values[3:]
     ratio = len(values) < 3 or bool(half[2] < values[2] < 0.99)
@@ -342,7 +342,7 @@ def _best_mode(lines: Lines) -> Found | None:
 
 
 def _score(lines: Lines, solution: Solution) -> float:
-    """Return the mean of log residuals, which no line that stands off can draw."""
+    """Return the mean of log residuals, which is robust to outlying lines."""
     return float(np.mean(np.log(np.abs(_off(lines, solution)) + 1e-3)))
 
 
@@ -402,7 +402,7 @@ def described(
 ) -> Iterator[Notice]:  # fmt: skip
     """Yield the warnings of a fit.
 
-    fits: Each response with its own fit.
+    fits: Each response with its separate fit.
     solution: The fit of all.
     friction: What friction does to A.
     estimates: A, B, T_d, and K_f where it is known.
@@ -476,7 +476,7 @@ def _friction_seen(fit: ResponseFit) -> float | None:
 
     Along a motion that is about normally distributed, sign(v) is 2/π in power like v, which is in A; the rest of
     1 - 2/π is at all lines, and what it takes in voltage at those that are not driven, ``Z/G - U``, tells its level.
-    It reaches to about three times the highest line that is looked at; the factor of 2 is for caution.
+    It reaches to about three times the highest line that is used; the factor of 2 is for caution.
     """
     lines, gain = fit.measured.lines, fit.measured.reversing
     if lines is None or gain is None:

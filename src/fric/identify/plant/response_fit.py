@@ -33,7 +33,7 @@ class Lines(NamedTuple):
     # Sampling rate of the hold in front of the plant [Hz]; None where the response is that of eq. (1) itself.
     hold: float | None
     reversing: float  # Equivalent gain of Coulomb friction [s/m], see `MeasuredResponse`
-    correlation: float  # Neighbouring lines that tell as much as one
+    correlation: float  # Neighbouring lines per independent line
     known: bool  # True where the deviation is known in full, false where only its shape is (a table)
 
 
@@ -111,7 +111,7 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float
 
 
 UNDETERMINED = 0.5
-"""Share of the table in the moving mass, where it is not told."""
+"""Share of the table in the moving mass, where it is not determined."""
 
 BLOCKS, FEWEST = 10, 5
 """Blocks of neighbouring lines that are left out in turn, and how many there are at least."""
@@ -120,16 +120,17 @@ ALIKE = float(chdtri(BLOCKS - 1, 0.1)) / (BLOCKS - 1)
 """Ratio of the variance by blocks to that by the scatter up to which chance makes it, nine times of ten."""
 
 OTHER_RATIOS = (0.2, 0.8)
-"""Shares of the table that it may as well have, where it is not told."""
+"""Other possible shares of the table, where it is not determined."""
 
 MISFIT = 0.99
-"""Quantile of chi-squared from which on the residuals are more than noise."""
+"""Quantile of chi-squared above which the residuals are more than noise."""
 
 
 class Form(NamedTuple):
     """Which parameters there are: A, ln B, T_d; F_c/M of Coulomb friction; ln f, ln ζ and the ratio of a second mass.
 
-    Where the encoder is at the table the ratio is not told, and not fitted: the response depends on it by A/ω alone.
+    Where the encoder is at the table the ratio is not determined, and not fitted: the response depends on it by A/ω
+    alone.
     """
 
     friction: bool = False
@@ -141,7 +142,7 @@ class Form(NamedTuple):
         return LinearPlant(max(A, 0.0), float(np.exp(x[1])), max(float(x[2]), 0.0))
 
     def resonance(self, x: Real, share: float = UNDETERMINED) -> Resonance | None:
-        """Return the second mass, where there is one, with this share of the table where it is not told."""
+        """Return the second mass, if any, with this share of the table where the share is not determined."""
         if self.encoder is None:
             return None
         tail = [float(value) for value in x[3 + self.friction :]]
@@ -168,7 +169,7 @@ class Solution:
     values: Real
     covariance: Real  # Covariance of these, shape (p, p)
     chi2: float  # Chi-squared over its freedom, for the deviations as they were measured [1]
-    # Relative deviation that has to be added to the measured ones to explain the residuals; 0 where noise does
+    # Relative deviation that must be added to the measured deviations to explain the residuals; 0 where noise does
     misfit: float
     freedom: float  # Degrees of freedom, correlated lines counted once
     form: Form = EQUATION_1  # Which parameters there are
@@ -200,8 +201,8 @@ class Solution:
 def modelled(plant: LinearPlant, frequency: Real, hold: float | None, resonance: Resonance | None = None) -> Complex:
     """Return Z/U [m/V]: eq. (1), or from sample to sample behind a zero-order hold, exactly.
 
-    The hold's half sample is in T_d, and only the rest of it is transport; what the hold and the sampling do besides
-    (2.6 % of magnitude at an eighth of the sampling rate) is in the response.
+    The hold's half sample is in T_d, and only the rest of it is transport; the other effects of hold and sampling (2.6
+    % of magnitude at an eighth of the sampling rate) are in the response.
 
     plant: Eq. (1).
     frequency: Frequencies [Hz], shape (n,).
@@ -229,7 +230,7 @@ def solve(
     deviation of the line. With friction, A of each response is ``A + F_c/M·reversing``.
 
     sets: Lines of each response.
-    friction: Fit F_c/M besides.
+    friction: Fit F_c/M, too.
     misfits: Relative deviation to be added for each response; found where not given.
     resonance: Where the search for a second mass begins; eq. (1) alone where there is none.
     start: A, ln B, T_d, and F_c/M where it is fitted, where the search begins; from a grid and 0 where not given.
@@ -286,8 +287,8 @@ def solve(
 def _left_out(found: optimize.OptimizeResult, sets: Sequence[Lines], covariance: Real) -> Real:
     """Return the squared half widths (p, p) that leaving out blocks of neighbouring lines gives, 0 of few lines.
 
-    What a model misses, and what friction and an encoder's steps do to a response, is alike from line to line, and no
-    scatter over periods shows it. Where blocks differ by no more than chance lets them, that scatter tells all.
+    The errors of a model, of friction and of an encoder's steps are similar from line to line, and no scatter over
+    periods shows them. Where blocks differ by no more than chance, that scatter is sufficient.
     """
     label, first = [], 0
     for lines in sets:
@@ -331,7 +332,7 @@ class ResponseFit:
     used: Mask  # Which of its lines were sure enough, shape (n,)
     solution: Solution  # A, ln B, T_d of this response alone
     hold: float | None  # Sampling rate of the hold in front of the plant [Hz]; None for a continuous response
-    stand_off: tuple[float, ...] = ()  # Frequencies of lines that stand off all others, and had no part in the fit [Hz]
+    stand_off: tuple[float, ...] = ()  # Frequencies of outlying lines, which were not fitted [Hz]
 
     def model(self, frequency: Real) -> Complex:
         """Return the fitted response [m/V] at frequencies [Hz], shape (n,)."""
@@ -353,7 +354,7 @@ class FrictionInfluence:
     gains: Real
     seen: Real  # A fitted to each response alone [1/s], shape (r,)
     half: Real  # Half the 95 % interval of each, shape (r,)
-    differs: bool  # Whether the responses tell of friction; False also where it could not be compared
+    differs: bool  # Whether the responses show friction; False also where it could not be compared
     compared: bool  # Whether there were two amplitudes to compare
     coulomb: Estimate | None = None  # F_c/M [m/s²], where it was fitted
 
@@ -367,13 +368,13 @@ class PlantFit:
     motion: Motion
     estimates: dict[str, Estimate]  # A, B, T_d, and K_f where it is known
     solution: Solution  # The fit of all responses together
-    responses: tuple[ResponseFit, ...]  # Each response with its own fit
+    responses: tuple[ResponseFit, ...]  # Each response with its separate fit
     friction: FrictionInfluence  # What friction does to A
     hold: float | None  # Sampling rate of the hold [Hz]; None for a continuous response
     transport: Estimate  # What is left of T_d without half a sample of hold [s]
     # Frequency, ratio and damping of a table on a spring, see `fric.drive.resonance`; None where none is seen
     second_mass: dict[str, Estimate] | None = None
-    warnings: tuple[Notice, ...] = ()  # What the data cannot tell
+    warnings: tuple[Notice, ...] = ()  # Warnings: what the data do not determine
 
     @property
     def plant(self) -> LinearPlant:

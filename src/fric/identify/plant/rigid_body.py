@@ -34,7 +34,7 @@ from fric.statistics import DIFFERENT, Between, between_records, hac_covariance
 from fric.units import Motion, readable, si_unit
 
 UNLIKE = 0.05
-"""Share of the viscous friction by which the directions differ from their mean, from which on it is said."""
+"""Share of the viscous friction by which the directions differ from their mean, above which there is a warning."""
 REST = 0.01
 """Share of the largest speed below which the axis counts as resting."""
 
@@ -64,7 +64,7 @@ class MotionFit:
     time: Real
     measured: Real
     fitted: Real
-    warnings: tuple[Notice, ...] = ()  # What the data cannot tell
+    warnings: tuple[Notice, ...] = ()  # Warnings: what the data do not determine
 
 
 def identify_motion(
@@ -91,7 +91,7 @@ def identify_motion(
     delay: T_d [s], which a motion does not show; half a sample where it is not given. Where it is given, the force acts
         by so much later than the voltage that makes it.
     cutoff, decimation, border: See `Conditioning`; chosen from the sampling rate where not given.
-    mass: Moving mass [kg], where the user knows it; the one that is found is held against it.
+    mass: Moving mass [kg], where the user knows it; the identified mass is checked against it.
     Raises FricError: When neither force nor input was logged, the sampling is uneven, or the motion does not separate
         the terms.
     """
@@ -163,7 +163,7 @@ def _observations(record: Prepared, settings: Conditioning, direction: str) -> R
 
 
 def _refuse_rank(X: Real, names: Sequence[str], log: Log) -> None:
-    """Refuse a motion along which two terms look alike, whatever the units of the columns."""
+    """Refuse a motion along which two terms are collinear, for any units of the columns."""
     size = np.linalg.norm(X, axis=0)
     dead = [name for name, norm in zip(names, size, strict=True) if norm == 0]
     if dead:

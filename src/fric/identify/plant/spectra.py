@@ -15,13 +15,13 @@ from fric.errors import FricError
 SHORTEST = 8
 """Samples of a period at least."""
 ALIKE = 0.5
-"""Autocorrelation from which on a signal counts as periodic; noise in the loop takes from it."""
+"""Autocorrelation above which a signal counts as periodic; noise in the loop reduces it."""
 
 ALONE = 0.9
-"""Share of the driver's power from which on a segment stands alone at a line, as at a step in the reference."""
+"""Share of the driver's power above which a single segment dominates a line, as at a step in the reference."""
 
 HANN_CORRELATION = 1 + 2 * ((2 / 3) ** 2 + (1 / 6) ** 2)
-"""Lines of Hann's window that tell as much as one: errors and driver of neighbouring lines correlate by 2/3, 1/6."""
+"""Lines of Hann's window per independent line: errors and driver of neighbouring lines correlate by 2/3, 1/6."""
 
 
 class Spectra(NamedTuple):
@@ -33,7 +33,7 @@ class Spectra(NamedTuple):
     input: Complex
     position: Complex
     averages: float  # Independent rows, p less what overlapping segments share
-    correlation: float  # Neighbouring lines that tell as much as one
+    correlation: float  # Neighbouring lines that equal one independent line
 
     def at(self, lines: Mask) -> Spectra:
         """Return the chosen lines, shape (n,)."""
@@ -48,12 +48,12 @@ def coherence_of(X: Complex, Y: Complex) -> Real:
 
 
 def find_period(values: Real) -> int | None:
-    """Return the period of a signal in samples, None where there are not two that are alike.
+    """Return the period of a signal in samples, None where there are not two equal periods.
 
     The smallest lag at which the autocorrelation has a peak about as high as the highest, once it has been
-    below zero, and the signal differs from itself about as little as at any: sparse lines are all but alike at a lag
-    at which the highest of them are. Where a signal differs from itself beside its lines alone, as an encoder's
-    rounding does, which may be alike again after some periods, the period is the shorter lag.
+    below zero, and the signal differs from itself about as little as at any: sparse lines almost repeat at a lag at
+    which the highest of them do. Where only the part between the lines differs, as the rounding of an encoder, which
+    may repeat after some periods, the period is the shorter lag.
     """
     n = len(values)
     along = np.arange(n) - 0.5 * (n - 1)
@@ -67,7 +67,7 @@ def find_period(values: Real) -> int | None:
     if below.size == 0:
         return None
     r[: below[0]] = 0.0
-    best = float(r.max())  # a few high lines alone are almost alike at a shorter lag, but for noise only almost
+    best = float(r.max())  # a few high lines almost repeat at a shorter lag, and only almost beyond the noise
     high, after = r[1:] >= max(ALIKE, best - 0.005 - 0.2 * max(1 - best, 0.0)), np.append(r[2:], 0.0)
     peaks = 1 + np.flatnonzero(high & (r[1:] > r[:-1]) & (r[1:] >= after))
     if not peaks.size:
@@ -128,7 +128,7 @@ def drift(values: Real, period: int) -> float:
 
 
 def _swings_in(U: Complex, Z: Complex) -> bool:
-    """Tell whether the first period is still unlike those that follow it: ten times their variance."""
+    """Return whether the first period differs from the later ones by more than ten times their variance."""
     first, others = 0.0, 0.0
     for X in (U, Z):
         rest = X[1:]
@@ -169,9 +169,9 @@ def segment_spectra(input: Real, position: Real, driver: Real, segment: int, sam
 def neighbour_spectra(input: Real, position: Real, driver: Real, sampling: float, count: int = 16) -> Spectra:
     """Return the lines of a whole record, ``count`` neighbours each as the rows of one frequency.
 
-    For a single sweep, which is at each frequency but once: segments of it would stand alone there. The position is
-    differenced twice, after which an integrating plant is smooth over neighbouring lines, and the result divided
-    by what that does to it. The first and last fortieth of the record are faded in and out.
+    For a single sweep, which is at each frequency only once: single segments of it would dominate there. The position
+    is differenced twice, after which an integrating plant is smooth over neighbouring lines, and the result divided by
+    what that does to it. The first and last fortieth of the record are faded in and out.
 
     input, position, driver: As in `segment_spectra`, each shape (n,).
     sampling: Samples a second [Hz].
@@ -190,13 +190,13 @@ def neighbour_spectra(input: Real, position: Real, driver: Real, sampling: float
 
 
 def swept(spectra: Spectra, share: float = 0.4) -> bool:
-    """Tell whether single segments hold most of the driver's power at its lines, as those of a sweep do."""
+    """Return whether single segments hold most of the driver's power at its lines, as those of a sweep do."""
     power = np.abs(spectra.driver) ** 2
     return bool(np.median(power.max(axis=0) / power.sum(axis=0)) > share)
 
 
 def moved_at(spectra: Spectra, *, is_input: bool) -> Mask:
-    """Return the lines at which the driver has power of its own, and not what the window smears from lower lines.
+    """Return the lines at which the driver has power, apart from what the window leaks from lower lines.
 
     spectra: Spectra of segments or neighbouring lines.
     is_input: Whether the driver is the input; a reference, which falls with frequency, is looked at by its speed.
@@ -213,8 +213,8 @@ def estimate(spectra: Spectra) -> tuple[Complex, Real, Real]:
     Pintelon and Schoukens, System Identification, 2nd ed., section 2.5). What noise the loop feeds back is in
     both regressions and averages out; with the input itself as driver this is the ordinary quotient of spectra.
 
-    The deviation is that of real and imaginary part over |Z/U|, smoothed over neighbouring lines; the coherence
-    is the one at which an ordinary response of as many averages has that deviation.
+    The deviation is that of real and imaginary part over |Z/U|, smoothed over neighbouring lines; the coherence is that
+    at which an ordinary response of as many averages has that deviation.
     """
     R, p = spectra.driver, len(spectra.driver)
     power = np.sum(np.abs(R) ** 2, axis=0)
@@ -247,7 +247,7 @@ def _smoothed(variance: Real, freedom: int, half_width: int = 4) -> Real:
 
 
 APART = 1.5
-"""Ratio of two amplitudes from which on they tell lines apart that are driven and that are not."""
+"""Ratio of two amplitudes above which they separate driven lines from the others."""
 
 LESS = 0.75
 """Power of that ratio by which a driven line grows at least."""
@@ -256,7 +256,7 @@ LESS = 0.75
 class MeanLines(NamedTuple):
     """Lines of a period: frequency [Hz], mean complex amplitude of input [V] and position [m], which are driven; (n,).
 
-    The reference may have told which are driven.
+    The driven lines may be known from the reference.
     """
 
     frequency: Real
@@ -276,7 +276,8 @@ def excited(spectra: Spectra, driven: Mask | None = None, tall: float = 0.05, su
 
     spectra: Spectra of whole periods.
     driven: The lines that the reference drives, shape (n,), where it is known: it settles the question.
-    tall, surely: Share of the tallest that a driven line has at least, and from which on it is taken for one as it is.
+    tall, surely: Least share of the tallest line for a driven line, and the share above which it is driven without
+        further test.
     """
     U, Z = (np.abs(np.mean(x, axis=0)) for x in (spectra.input, spectra.position))
     variance = np.var(spectra.input, axis=0, ddof=1) / len(spectra.input)
@@ -295,9 +296,9 @@ def driven_alike(records: Sequence[MeanLines | None]) -> list[Mask | None]:
     """Return which lines of each record are driven by what two amplitudes of one excitation show, None where nothing.
 
     What is driven grows with the excitation, in input or in position (a loop that holds one leaves the other to
-    friction); friction's harmonics do not. So a line is driven that one of two records shows as such, and that grows
-    from the one to the other about as much as those do that both show and that grow at all, by their median: a loop
-    that friction all but stops grows by more than its excitation.
+    friction); friction's harmonics do not. So a line is driven where one of two records shows it as driven, and where
+    it grows between them about as much as the median of the lines that both show and that grow: with much friction, a
+    loop grows by more than its excitation.
 
     records: The lines of each record, None for one without periods.
     """
@@ -327,11 +328,11 @@ def distortion(spectra: Spectra, driven: Mask, neighbours: int = 12) -> Real:
     Friction's harmonics and an encoder's steps repeat themselves from period to period, and no scatter over periods
     shows them. The lines between the driven ones do (Pintelon and Schoukens, System Identification, 2nd ed., section
     4.3): they show the voltage ``|Z_j/G - U_j|``, with G between the driven lines; its median over the nearest lines j
-    that are not driven, over U_k, is what line k is off by.
+    that are not driven, over U_k, is the error of line k.
 
     spectra: Spectra of whole periods.
     driven: Which lines are driven, shape (n,).
-    neighbours: Lines that are looked at; with fewer than four of them there is no telling: 0.
+    neighbours: Number of lines that are used; with fewer than four the deviation is not known: 0.
     """
     U, Z = np.mean(spectra.input, axis=0), np.mean(spectra.position, axis=0)
     at = np.flatnonzero(driven)
