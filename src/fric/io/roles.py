@@ -99,9 +99,12 @@ class Samples:
             self.x[:, n] = self.x[rows[np.maximum(np.searchsorted(rows, np.arange(len(self.x)), "right") - 1, 0)], n]
         self.x[:, ~self.numeric] = 0.0
         self.moving = self.numeric & (np.ptp(self.x, axis=0) > 0 if len(self.x) else False)
-        self.turn = np.array([_turn(self.x[:, n]) if self.moving[n] else 0.0 for n in range(len(self.columns))])
+        pieces = np.split(self.x, self.starts[1:])  # what jumps from record to record is no turn
+        turns = [[_turn(piece[:, n]) for piece in pieces] if self.moving[n] else [0.0] for n in range(self.x.shape[1])]
+        self.turn = np.array([max(of_column) for of_column in turns])
         for n in np.flatnonzero(self.turn):
-            self.x[:, n] = np.unwrap(self.x[:, n], period=self.turn[n])
+            for piece in pieces:
+                piece[:, n] = np.unwrap(piece[:, n], period=self.turn[n])
         self.levels = np.array([len(np.unique(self.x[:2000:3, n])) for n in range(len(self.columns))])
 
     def rows(self, window: int) -> np.ndarray:
@@ -161,12 +164,15 @@ def axes_of(tables: Sequence[Table]) -> list[Axis]:
     if clock.column is None and clock.unit:
         t = t * parse(clock.unit, "time")
     pairs = Pairs(data, t, clock)
-    movements = [_movement(data, t, pairs, members) for members in _clusters(data, pairs)]
-    movements = movements or _by_velocity(data)
+    movements = [_movement(data, t, pairs, members) for members in _clusters(data, pairs)] or _by_velocity(data)
     if not movements:
         return [Axis("1", "linear", 0.5, {"time": clock} if clock.column is not None else {})]
     used = {n for one in movements for n in one.columns} | {clock.column}
     drives = _drives(data, t, pairs, movements, used)
+    if not pairs.edge.any() and not any("force" in one for one in drives):
+        speeds = [_as_velocity(one) for one in movements]  # what is smooth may be a velocity, if a force goes with it
+        others = _drives(data, t, pairs, speeds, used)
+        movements, drives = (speeds, others) if any("force" in one for one in others) else (movements, drives)
     whole = [(one, one.roles | pushed) for one, pushed in zip(movements, drives, strict=True)]
     found = [_in_units(data, t, one, roles, clock) for one, roles in whole]
     turning = [rotates(axis.motion) for axis in found if axis]
@@ -418,6 +424,12 @@ def _movement(data: Samples, t: Real, pairs: Pairs, members: list[int]) -> _Move
             f"the derivative of the position (R² {share:.3f})", -1 if factor < 0 else 1,
         )  # fmt: skip
     return _Movement(roles, frozenset({*members, *speeds}), factor)
+
+
+def _as_velocity(one: _Movement) -> _Movement:
+    """Return a movement whose columns are velocities, in place of positions."""
+    moved = one.roles.get("position")
+    return _Movement({"velocity": replace(moved, channel="velocity")}, one.columns) if moved else one
 
 
 def _is_difference(data: Samples, n: int, reference: int, position: int) -> bool:
