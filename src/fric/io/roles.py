@@ -314,8 +314,9 @@ _NO_VELOCITY = {"position", "acceleration", "force", "input", "mode", "time", "r
 
 def tag(column: Column) -> str | None:
     """Return what tells the axis in a name: a letter of an axis, or a number."""
-    name = axis_of(bare(column))
-    numbers = re.findall(r"(?<!\d)\d{1,2}(?!\d)", re.sub(r"\[[^]]*\]|\([^)]*\)$", "", bare(column)))
+    plain = re.sub(r"\(:,(\d+)\)$", r" \1", bare(column))  # a column of a matrix
+    name = axis_of(plain)
+    numbers = re.findall(r"(?<!\d)\d{1,2}(?!\d)", re.sub(r"\[[^]]*\]|\([^)]*\)$", "", plain))
     unnamed = column.name.startswith("column ")
     return name or (numbers[-1] if numbers and not unnamed else None)
 

@@ -38,6 +38,8 @@ pickle.dump(found, out, protocol=5)
 """
 
 FORMAT = Format("MATLAB", (".mat",))
+MOST_COLUMNS = 200
+"""Columns that a matrix has at most, where it is longer than wide."""
 SHORT = 30
 """Samples that a record has at least, where lengths part records."""
 _PARTED = re.compile(r"(?P<struct>.+)\.(?P<field>[^.()]+)|(?P<matrix>.+)\(:,(?P<line>\d+)\)")
@@ -127,7 +129,15 @@ def _tree(node: Any, file: h5py.File, depth: int = 0) -> Any:
         return float(node[()].item())
     if node.ndim == 2 and node.shape[1] == 1:
         return _Line(node, 0, along=0)
-    return [_Line(node, n) for n in range(node.shape[0])] if node.ndim == 2 else None
+    if node.ndim != 2:
+        return None
+    flat = _lies(*node.shape)
+    return [_Line(node, n, along=int(not flat)) for n in range(node.shape[flat])]
+
+
+def _lies(columns: int, rows: int) -> bool:
+    """Say whether the rows of a matrix are signals: no log has so many columns and so few rows."""
+    return columns > max(MOST_COLUMNS, 4 * rows)
 
 
 def _tables(path: Path, variables: Mapping[str, Any]) -> Iterator[Table]:
@@ -154,14 +164,20 @@ def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     them with their length, as a time, belongs to each. Else columns of one length are a record.
     """
     groups: dict[str, dict[str, Any]] = {}
+    matrices = set[str]()
     for name, values in columns.items():
         found = _PARTED.fullmatch(name)
         prefix, leaf = (found["struct"] or found["matrix"], found["field"]) if found else ("", name)
         leaf = leaf if found is None or leaf else f"column {int(found['line']) - 1}"
         groups.setdefault(prefix, {})[leaf] = values
+        matrices |= {prefix} if found and found["matrix"] else set()
     fields = Counter(frozenset(group) for name, group in groups.items() if name and len(group) > 1)
     common, count = fields.most_common(1)[0] if fields else (frozenset(), 0)
-    if count > 1:
+    alike = {name for name, group in groups.items() if name and group.keys() == common}
+    of_alike = {len(values) for name in alike for values in groups[name].values()}
+    beside = {len(values) for name in groups.keys() - alike for values in groups[name].values()}
+    joints = matrices >= alike and len(of_alike) == 1 and of_alike <= beside
+    if count > 1 and not joints:  # matrices of one length on one time are channels of several axes
         records = {}
         for name, group in groups.items():
             if name and group.keys() == common:
@@ -192,6 +208,7 @@ def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[
         if len(value) > 1:
             columns[name] = value
     elif isinstance(value, np.ndarray) and value.ndim == 2 and value.dtype.kind in "fiub":
+        value = value.T if _lies(*value.shape[::-1]) else value
         for n in range(value.shape[1]):
             _take_apart(f"{name}(:,{n + 1})", value[:, n], columns, constants)
     elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object):
