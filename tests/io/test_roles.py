@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 import fric
 from fric.automatic.sources import find_sources
@@ -164,12 +165,12 @@ def test_what_is_open_is_said_once_for_all_files_with_one_mapping_to_fill_in(tmp
 
 def test_ingest_assumes_the_likeliest_and_says_so(tmp_path: Path) -> None:
     *files, _ = without_units(tmp_path / "logs")
-    with pytest.raises(FricError, match="are open"):
+    with pytest.raises(FricError, match="1 question is open"):
         fric.ingest(*files, output=tmp_path / "log.h5")
     done = fric.ingest(*files, output=tmp_path / "log.h5", assume=True)
     assert len(done.done.records) == 3
     (told,) = [one for one in done.document["warnings_coded"] if one["code"] == "mapping-assumed"]
-    assert "'strom' (force) is in A" in told["text"]
+    assert "'lage' (position) is in rad" in told["text"]
     (first, *_) = read_logs(tmp_path / "log.h5")
     assert first.motion.endswith("/A")
     assert set(first.channels()) >= {"time", "position", "force"}
@@ -260,3 +261,44 @@ def test_what_is_open_of_an_axis_is_as_the_others_of_its_table(tmp_path: Path) -
     assert len(axes) == 5
     assert len({rotates(axis.motion) for axis in axes}) == 1
     assert all(axis.roles["position"].unit_likelihood < SURE for axis in axes)
+
+
+def test_a_force_that_jumps_from_record_to_record_is_no_angle(tmp_path: Path) -> None:
+    """Strokes there and back, a file each: their currents were unwrapped from file to file, and friction drove."""
+    rng = np.random.default_rng(1)
+    files = []
+    for n, speed in enumerate((4.0, -8.0, 12.0, -16.0)):
+        t = np.arange(1000) * 1e-3
+        i = np.sign(speed) * 2.0 + rng.normal(0.0, 0.06, len(t))
+        files.append(
+            write(tmp_path / f"stroke{n}.csv", "t;x;v;i", t, speed * t, speed + rng.normal(0.0, 0.02, 1000), i)
+        )
+    (axis,) = axes_of([next(tables(file)) for file in files])
+    force = axis.roles["force"]
+    assert (force.column, force.sign, force.turn) == (3, 1, 0.0)
+
+
+def test_smooth_columns_that_a_force_goes_with_are_velocities(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    (axis,) = told(write(tmp_path / "log.csv", "", a["t"], a["velocity"], a["current"]))
+    assert {channel: role.column for channel, role in axis.roles.items()} == {"time": 0, "velocity": 1, "force": 2}
+
+
+@pytest.mark.parametrize("lying", [False, True])
+def test_joints_of_an_arm_in_matrices_are_axes_of_a_record(tmp_path: Path, lying: bool) -> None:
+    """One time, and a matrix each of positions, velocities and currents; a matrix may have a row a joint."""
+    axes = [axis_of_a_drive(seed=n) for n in range(3)]
+    t = axes[0]["t"]
+    moved = [
+        np.array([np.interp(t * (0.6 + 0.1 * n), t, a[name]) for n, a in enumerate(axes)])
+        for name in ("position", "velocity", "current")
+    ]
+    q, dq, current = moved[0], moved[1] * np.array([[0.6], [0.7], [0.8]]), moved[2]
+    matrices = {"Q": q, "dQ": dq, "I": current}
+    savemat(tmp_path / "run.mat", {"T": t} | {name: one if lying else one.T for name, one in matrices.items()})
+    found = told(tmp_path / "run.mat")
+    names = [column.name for column in next(tables(tmp_path / "run.mat")).columns]
+    for n in (1, 2, 3):
+        (axis,) = (one for one in found if names[one.roles["position"].column or 0] == f"Q(:,{n})")
+        assert names[axis.roles["velocity"].column or 0] == f"dQ(:,{n})"
+        assert names[axis.roles["force"].column or 0] == f"I(:,{n})"

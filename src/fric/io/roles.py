@@ -39,8 +39,8 @@ BRAKED = 0.1
 """Share that the sign of the velocity explains of a force at least; an acceleration has less."""
 REPEATED = 0.01
 """Share of stamps that are repeated, from which on they are rounded."""
-UNUSUAL = 0.01
-"""Weight of units that are none of the usual, beside that of usual ones."""
+UNUSUAL, BY_CHANCE = 0.01, 0.1
+"""Weight of units that are none of the usual, beside that of usual ones; how often such have a usual factor."""
 MODES = 4
 """Values that a mode has at most."""
 
@@ -168,11 +168,15 @@ def axes_of(tables: Sequence[Table]) -> list[Axis]:
     if not movements:
         return [Axis("1", "linear", 0.5, {"time": clock} if clock.column is not None else {})]
     used = {n for one in movements for n in one.columns} | {clock.column}
-    drives = _drives(data, t, pairs, movements, used)
-    if not pairs.edge.any() and not any("force" in one for one in drives):
+    scores = _drives(data, t, pairs, movements, used)
+    if not pairs.edge.any() and not any(says.quantity == "position" for says in data.said):
         speeds = [_as_velocity(one) for one in movements]  # what is smooth may be a velocity, if a force goes with it
         others = _drives(data, t, pairs, speeds, used)
-        movements, drives = (speeds, others) if any("force" in one for one in others) else (movements, drives)
+        best = [
+            max((score for of_axis in one for score, _ in of_axis.values()), default=0.0) for one in (scores, others)
+        ]
+        movements, scores = (speeds, others) if best[1] > 2.0 * best[0] else (movements, scores)
+    drives = [_driven(data, one) for one in scores]
     whole = [(one, one.roles | pushed) for one, pushed in zip(movements, drives, strict=True)]
     found = [_in_units(data, t, one, roles, clock) for one, roles in whole]
     turning = [rotates(axis.motion) for axis in found if axis]
@@ -491,8 +495,8 @@ def _velocity(data: Samples, pairs: Pairs, speeds: list[int], position: int, ref
 
 def _drives(
     data: Samples, t: Real, pairs: Pairs, movements: Sequence[_Movement], used: set[int | None]
-) -> list[dict[str, Role]]:
-    """Return force and input of each axis: what goes with the sign of its velocity and with its acceleration."""
+) -> list[dict[int, tuple[float, int]]]:
+    """Return how much each column goes with sign(v) and acceleration of each axis, and the sign by which it brakes."""
     motions = [_Motion(data, t, one.position, one.velocity) for one in movements]
     scores: list[dict[int, tuple[float, int]]] = [{} for _ in movements]
     for n in np.flatnonzero(data.moving):
@@ -510,7 +514,7 @@ def _drives(
         for of_axis, (score, sign) in zip(scores, of_axes, strict=True):
             if score >= 0.5 * best and (score > 0.02 or says.quantity == "force"):
                 of_axis[int(n)] = score if score == best else 0.3 * score, sign
-    return [_driven(data, one) for one in scores]
+    return scores
 
 
 def _weighed(data: Samples, pairs: Pairs, n: int, one: _Movement, motion: _Motion) -> tuple[float, int]:
@@ -633,6 +637,7 @@ def _in_units(
     if not total:
         return None
     other = 0.0 if first.unit or second.unit else UNUSUAL * max(clocks.values())  # counts, a pitch, a gear
+    other *= BY_CHANCE if factor else 1.0
     if factor and other > total:  # the velocity may be an acceleration, and the position its velocity
         roles = {name: replace(role, likelihood=min(role.likelihood, 0.8)) for name, role in roles.items()}
     total += other

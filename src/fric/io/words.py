@@ -33,7 +33,7 @@ VELOCITY = ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehz
             "velocidad")  # fmt: skip
 FORCE = ("force", "torque", "trq", "frc", "friction", "kraft", "moment", "drehmoment", "reibung", "forza", "coppia",
          "attrito", "fuerza")  # fmt: skip
-CURRENT = ("current", "curr", "iq", "i q", "amp", "amps", "ampere", "strom", "corrente", "courant", "corriente",
+CURRENT = ("current", "curr", "cur", "iq", "i q", "amp", "amps", "ampere", "strom", "corrente", "courant", "corriente",
            "intensidad")  # fmt: skip
 LOAD = ("load", "last", "auslastung", "carico", "charge", "carga")
 ACCELERATION = ("acceleration", "accel", "acc", "beschleunigung", "accelerazione", "accélération", "aceleración",
@@ -301,6 +301,8 @@ TOLERANCE = 0.02
 """Deviation of a factor from that of its units, from counts and noise."""
 SIZE = log(12.0)
 """Spread of usual travels and speeds."""
+SMALL_CURRENT, LARGE_CURRENT = 5.0, 400.0
+"""Currents of drives: below the first value it is in A, above the second in mA; % of the rated one is between them."""
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
@@ -403,7 +405,9 @@ def usual_units(channel: str, says: Spoken, motion: str, values: Real) -> tuple[
     size = float(np.quantile(np.abs(values), 0.98)) if len(values) else 0.0
     newtons = "N*m" if motion == "rotary" else "N"
     if says.told == "current":
-        return ("A", 0.9, ("mA", "%")) if size < 200 else ("mA", 0.7, ("A", "%"))
+        if size < SMALL_CURRENT or size > LARGE_CURRENT:
+            return ("A", 0.96, ("%",)) if size < SMALL_CURRENT else ("mA", 0.96, ("A",))
+        return ("A", 0.7, ("%", "mA")) if size < 100 else ("mA", 0.6, ("A", "%"))
     if says.told in {"force", "load"}:
         return (newtons, 0.6, ("A", "%")) if says.told == "force" else ("%", 0.7, ("A", newtons))
     return ("A", 0.5, (newtons, "%")) if size < 50 else ("%", 0.4, (newtons, "A"))
