@@ -15,7 +15,7 @@ from fric.results.given import machine_of
 from fric.simulate.circle import Circle, run_circle
 
 for name in ("xy-table", "virtual-rig"):
-    machine = machine_of("circle", name)
+    machine = machine_of(name)
     for feed in (0.1, 0.01):
         for scheme in PAPER_SCHEMES.values():
             run = run_circle(machine, scheme, Circle(feed=feed, revolutions=1))

@@ -8,7 +8,8 @@ cover the errors of a fit to those records, whose truth is known.
 
 The log does not show the controller. So the records are simulated once with a soft and once with a stiff cascade, both
 with usual margins for this plant. Where their residuals exceed those of the measured records, which then hunt less,
-their error is scaled down by the ratio.
+their error is scaled down by the ratio. Where no plant is known, a usual plant with a heavy mass drives the axis, and
+the error is scaled up as well.
 """
 
 from collections.abc import Sequence
@@ -53,6 +54,12 @@ Their phase margins are 66° and 54°, their gain margins 14 and 10 dB.
 ACCURACY = 1e-10
 """By how much the integration may move the position [m]."""
 
+RESONANCE = 50.0
+"""Frequency at which a heavy mass swings on its contact before it slides, where no plant tells the mass [Hz]."""
+
+DELAY = 2 / RATE
+"""Delay of a drive where no plant tells it [s]."""
+
 MOST = 1_000_000
 """Samples of the controller that a record is made again for at most."""
 
@@ -69,11 +76,19 @@ def usual_cascade(plant: Plant, sampling: float, lags: float) -> Cascade:
     return Cascade(crossover / 3, K_p, K_p * crossover / 10, FILTER, sampling, inf)
 
 
+def usual_plant(stiffness: float) -> Plant:
+    """Return the plant of a usual drive: a mass that swings on its contact with `RESONANCE`, and a `DELAY`.
+
+    stiffness: Of all blocks together, before one slips.
+    """
+    return Plant(0.0, (2 * pi * RESONANCE) ** 2, DELAY, stiffness)
+
+
 @dataclass(frozen=True)
 class Hunting:
     """What hunting between two counts adds to the covariance of a fit by replay."""
 
-    plant: Plant | None  # The plant that drives the axis; None where it is not known, and nothing is added
+    plant: Plant | None  # The plant that drives the axis; None where it is not known, and a usual one does
     places: int = PLACES  # Places between two counts with each cascade
     _known: dict[int, Real] = field(default_factory=dict)
 
@@ -87,15 +102,61 @@ class Hunting:
         seen: The directions that the records see, shape (p, s).
         """
         size = seen.shape[1]
-        if self.plant is None or not any(map(_counts, search.records)):
+        if not any(map(_counts, search.records)):
             return np.zeros((size, size))
         if size not in self._known:
             rng = np.random.default_rng(0)
-            errors = np.array(
-                [_error(search, x, seen, self.plant, lags, rng) for lags in LAGS for _ in range(self.places)]
-            )
+            errors = np.array([self._error(search, x, seen, lags, rng) for lags in LAGS for _ in range(self.places)])
             self._known[size] = errors.T @ errors / len(errors)
         return self._known[size]
+
+    def _error(self, search: Search, x: Real, seen: Real, lags: float, rng: np.random.Generator) -> Real:
+        """Return by how much the fit is off in records made again, in the directions that are seen, shape (s,).
+
+        It is one Gauss–Newton step from the truth. The scatter of these few records would be taken for a common
+        error: the step is shrunk by James and Stein's rule, to 0 where it is within its covariance.
+        """
+        model = as_filed(search.coordinates.build(x))
+        plant = as_filed(self.plant or usual_plant(float(np.sum(search.coordinates.values(x)["gms"]["k"]))))
+        again = [self._made_again(record, model, plant, lags, rng) for record in search.records if _counts(record)]
+        rest = [record for record in search.records if not _counts(record)]
+        made = Search(search.coordinates, [*again, *rest]).weighed(x)
+        residual, gradient = made.residual(x), made.gradient(x) @ seen
+        of_again = sum(int(record.used.sum()) for record in again)
+        whole = sum(int(record.used.sum()) for record in search.records if _counts(record))
+        residual[of_again:] = 0.0  # the weight of the other records is kept
+        gradient[of_again:] *= np.sqrt(of_again / whole)
+        step = -np.linalg.lstsq(gradient, residual, rcond=None)[0]
+        quantile = float(stdtrit(max(of_again - len(step), 1), 0.975))
+        covariance = replay_covariance(gradient, residual, made.records, quantile)
+        distance = float(step @ np.linalg.pinv(covariance, hermitian=True) @ step)
+        sure = max(1.0 - len(step) / distance, 0.0) if distance > 0.0 else 0.0
+        left = [_left_over(model, records) for records in (search.records, again)]
+        hunts = left[0] / max(left[1], 1e-300)
+        return np.asarray(sure * (min(hunts, 1.0) if self.plant else hunts) * step)
+
+    def _made_again(
+        self, record: Prepared, model: FrictionModel, plant: Plant, lags: float, rng: np.random.Generator
+    ) -> Prepared:
+        """Return some cycles of a record as the axis that was found makes them again, in closed loop."""
+        m, first = record.motion, int(np.argmax(record.used))
+        before = record.reversals[record.reversals < first]
+        begin = int(before[-1]) if len(before) else 0
+        ends = record.reversals[record.reversals >= first][: 2 * CYCLES + 1]
+        end = min(int(ends[-1]) + max((int(ends[-1]) - first) // 50, 2), len(m.time))
+        interval = float(np.median(np.diff(m.time)))
+        divider = max(round(RATE * interval), 1)
+        sampling = divider / interval
+        plant = replace(plant, T_d=max(plant.T_d, hold_delay(sampling)), force_lag=0.0)
+        count = min(int((m.time[end - 1] - m.time[begin]) * sampling), MOST)
+        path = cubic_spline(m.time, np.round(m.position / (FINEST * m.step)) * (FINEST * m.step))
+        t = m.time[begin] + np.arange(count) / sampling
+        reference = Reference(sampling, path(t) + rng.uniform(0.0, m.step), path(t, 1), path(t, 2))
+        cascade = usual_cascade(plant, sampling, lags)
+        axis = Axis(record.log.axis, plant, cascade, model, encoder=Encoder(m.step), motion=record.log.motion)
+        run = run_axis(axis, reference, accuracy=ACCURACY)
+        log = logged(axis, run, (0, count), -(-count // divider), record.name, "presliding-sine", 0)
+        return prepared([log], self.plant and plant)[0].trimmed()
 
 
 def _counts(record: Prepared) -> bool:
@@ -103,56 +164,7 @@ def _counts(record: Prepared) -> bool:
     return not record.slides and record.motion.step > 0 and len(record.reversals) > 2
 
 
-def _error(search: Search, x: Real, seen: Real, plant: Plant, lags: float, rng: np.random.Generator) -> Real:
-    """Return by how much the fit is off in records that are made again, in the directions that are seen, shape (s,).
-
-    It is one Gauss–Newton step from the truth. The scatter of these few records would be taken for a common error: the
-    step is shrunk by James and Stein's rule, to 0 where it is within its covariance.
-    """
-    model = as_filed(search.coordinates.build(x))
-    again = [_made_again(record, model, plant, lags, rng) for record in search.records if _counts(record)]
-    rest = [record for record in search.records if not _counts(record)]
-    made = Search(search.coordinates, [*again, *rest]).weighed(x)
-    residual, gradient = made.residual(x), made.gradient(x) @ seen
-    of_again = sum(int(record.used.sum()) for record in again)
-    whole = sum(int(record.used.sum()) for record in search.records if _counts(record))
-    residual[of_again:] = 0.0  # the weight of the other records is kept
-    gradient[of_again:] *= np.sqrt(of_again / whole)
-    step = -np.linalg.lstsq(gradient, residual, rcond=None)[0]
-    quantile = float(stdtrit(max(of_again - len(step), 1), 0.975))
-    covariance = replay_covariance(gradient, residual, made.records, quantile)
-    distance = float(step @ np.linalg.pinv(covariance, hermitian=True) @ step)
-    sure = max(1.0 - len(step) / distance, 0.0) if distance > 0.0 else 0.0
-    left = [_left_over(model, records) for records in (search.records, again)]
-    return np.asarray(sure * min(left[0] / max(left[1], 1e-300), 1.0) * step)
-
-
 def _left_over(model: FrictionModel, records: Sequence[Prepared]) -> float:
     """Return what a model leaves of the force of records that hunt, root mean square [N]."""
     rest = [(record.force - record.fitted(model))[record.used] for record in records if _counts(record)]
     return float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
-
-
-def _made_again(
-    record: Prepared, model: FrictionModel, plant: Plant, lags: float, rng: np.random.Generator
-) -> Prepared:
-    """Return some cycles of a record as the axis that was found makes them again, in closed loop."""
-    m, first = record.motion, int(np.argmax(record.used))
-    before = record.reversals[record.reversals < first]
-    begin = int(before[-1]) if len(before) else 0
-    ends = record.reversals[record.reversals >= first][: 2 * CYCLES + 1]
-    end = min(int(ends[-1]) + max((int(ends[-1]) - first) // 50, 2), len(m.time))
-    interval = float(np.median(np.diff(m.time)))
-    divider = max(round(RATE * interval), 1)
-    sampling = divider / interval
-    plant = as_filed(plant)
-    plant = replace(plant, T_d=max(plant.T_d, hold_delay(sampling)), force_lag=0.0)
-    count = min(int((m.time[end - 1] - m.time[begin]) * sampling), MOST)
-    path = cubic_spline(m.time, np.round(m.position / (FINEST * m.step)) * (FINEST * m.step))
-    t = m.time[begin] + np.arange(count) / sampling
-    reference = Reference(sampling, path(t) + rng.uniform(0.0, m.step), path(t, 1), path(t, 2))
-    cascade = usual_cascade(plant, sampling, lags)
-    axis = Axis(record.log.axis, plant, cascade, model, encoder=Encoder(m.step), motion=record.log.motion)
-    run = run_axis(axis, reference, accuracy=ACCURACY)
-    log = logged(axis, run, (0, count), -(-count // divider), record.name, "presliding-sine", 0)
-    return prepared([log], plant)[0].trimmed()
