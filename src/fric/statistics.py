@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import eigh, solve_triangular
+from scipy.linalg import eigh
 from scipy.special import chdtrc, stdtrit
 
 from fric.arrays import Complex, Indices, Real
@@ -55,16 +55,12 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
         """Return the root of D, the products of y and Z over P, and the likelihood."""
         tau = np.sqrt(np.repeat((variances * units)[1:], counts))
         weight = 1.0 / np.sqrt(error**2 + max(variances[0], FINEST) * size)
-        columns = weight[:, np.newaxis] * np.column_stack([y, Z, X])
-        A = columns[:, 1 : 1 + len(tau)] * tau
-        root = np.linalg.cholesky(np.eye(len(tau)) + A.T @ A)
-        inner = solve_triangular(root, A.T @ columns, lower=True)
-        over_V = columns.T @ columns - inner.T @ inner
-        first = 1 + len(tau)
-        fixed = np.linalg.cholesky(over_V[first:, first:])
-        taken = solve_triangular(fixed, over_V[first:, :first], lower=True)
-        P = over_V[:first, :first] - taken.T @ taken
-        logs = [np.log(np.diag(root)), np.log(np.diag(fixed)), -np.log(weight)]
+        columns = weight[:, np.newaxis] * np.column_stack([Z * tau, X, y, Z])
+        prior = np.eye(len(tau), columns.shape[1])  # no products: they leave nothing where effects are large
+        R = np.asarray(np.linalg.qr(np.vstack([prior, columns]), mode="r"))
+        first = len(tau) + X.shape[1]
+        P = R[first:, first:].T @ R[first:, first:]
+        logs = [np.log(np.abs(np.diag(R)[:first])), -np.log(weight)]
         return tau, P, 2.0 * float(sum(map(np.sum, logs))) + float(P[0, 0])
 
     def least(start: Sequence[float], free: int) -> tuple[float, Real]:

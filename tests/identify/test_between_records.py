@@ -64,6 +64,18 @@ def test_the_scatter_of_records_is_in_the_fit_and_widens_what_five_alone_would_w
     assert session(3, 5, 0.0, 0.0).static.estimates["F_c"].half_width < 0.01 * TRUTH["F_c"]
 
 
+def test_effects_that_are_a_million_times_the_error_are_found() -> None:
+    """Products over the variance left nothing of what is fixed there, and the search ended in a traceback."""
+    rng = np.random.default_rng(6)
+    levels, n = 1e6 * rng.standard_normal(8), 12
+    kinds = [np.repeat(np.eye(8), n, axis=0)]
+    found = mixed_model(
+        kinds[0] @ levels + 1e-3 * rng.standard_normal(8 * n), np.ones((8 * n, 1)), np.zeros(8 * n), kinds
+    )
+    np.testing.assert_allclose(found.deviations, np.std(levels, ddof=1), rtol=0.01)
+    np.testing.assert_allclose(found.predicted, levels - levels.mean(), rtol=0, atol=1e-2)
+
+
 def test_effects_are_those_of_a_balanced_analysis_of_variance() -> None:
     """Of as many values in each group REML's variance is (MS between - MS within)/n, its prediction a shrunk mean."""
     rng = np.random.default_rng(2)
@@ -122,7 +134,7 @@ def test_the_interval_of_a_model_by_replay_holds_the_mean_and_with_the_scatter_t
 
 def test_levels_of_cycles_are_in_the_interval_of_a_gms_and_of_records_that_agree_they_are_not() -> None:
     rng = np.random.default_rng(4)
-    same = [replace(record(150e-6, APART, cycles=3, dt=2e-2, seed=n), name=f"run {n}") for n in range(4)]
+    same = [replace(record(150e-6, APART, cycles=3, dt=2e-2, step=0.0, seed=n), name=f"run {n}") for n in range(4)]
     apart = [replace(one, force=one.force * (1.0 + 0.05 * rng.standard_normal())) for one in same]
     wide, narrow = (identify_gms(logs, static=PAPER, blocks=2) for logs in (apart, same))
     assert 0.02 < float(wide.between_records["level"]) < 0.12
