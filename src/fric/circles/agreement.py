@@ -141,9 +141,8 @@ def _cause(found: Glitch, said: Glitch, own: Pulse, other: Pulse) -> str:
     The measured pulse is written as ``g·p((φ - d)/w)`` of the predicted p, and the largest of |ln g|, |ln w| and the
     shift in half widths is named.
     """
-    if found.value * said.value < 0 and min(abs(found.value), abs(said.value)) > 0.25 * max(
-        abs(found.value), abs(said.value)
-    ):
+    small, large = sorted(map(abs, (found.value, said.value)))
+    if found.value * said.value < 0 and small > 0.25 * large:
         return "sign"
     width = np.radians(0.5)
     grid = np.radians(np.arange(-10.0, 30.0, 0.25))
@@ -166,10 +165,6 @@ def _cause(found: Glitch, said: Glitch, own: Pulse, other: Pulse) -> str:
 def _fwhm_angle(curve: tuple[Real, Real]) -> float:
     phi, mean = curve
     top = int(np.argmax(np.abs(mean)))
-    above = np.abs(mean) > np.abs(mean[top]) / 2
-    left, right = top, top
-    while left and above[left - 1]:
-        left -= 1
-    while right + 1 < len(mean) and above[right + 1]:
-        right += 1
+    below = np.flatnonzero(np.abs(mean) <= np.abs(mean[top]) / 2)
+    left, right = below[below < top].max(initial=-1) + 1, below[below > top].min(initial=len(mean)) - 1
     return float(phi[right] - phi[left])

@@ -210,7 +210,7 @@ def learn(
     learned: list[list[Round]] = [[] for _ in places]
     for n in range(rounds + 1):
         for own, placed, fed in zip(learned, places, feedforwards, strict=True):
-            run = _run({name: placed[name] for name in names}, references, scheme, test, fed)
+            run = _run({name: placed[name] for name in names}, scheme, test, fed)
             own.append(Round(replace(run, scheme=_named(scheme, n, modelled)), dict(fed)))
         done()
         if n < rounds:
@@ -271,16 +271,10 @@ def _references(test: Circle, axes: Mapping[str, Axis]) -> dict[str, Reference]:
     return dict(zip(axes, test.references(next(iter(axes.values())).cascade.sampling), strict=True))
 
 
-def _run(
-    axes: Mapping[str, Axis],
-    references: Mapping[str, Reference],
-    scheme: Scheme,
-    test: Circle,
-    feedforward: Mapping[str, Real],
-) -> CircleRun:
+def _run(axes: Mapping[str, Axis], scheme: Scheme, test: Circle, feedforward: Mapping[str, Real]) -> CircleRun:
     traces = {
-        name: run_axis(axis, references[name], scheme, against=feedforward[name], accuracy=ACCURACY)
-        for name, axis in axes.items()
+        name: run_axis(axes[name], reference, scheme, against=feedforward[name], accuracy=ACCURACY)
+        for name, reference in _references(test, axes).items()
     }
     x, y = (trace.position for trace in traces.values())
     return CircleRun(scheme, test, traces, circularity(x, y, test.radius))
@@ -325,6 +319,6 @@ def _carried(
         known, values = (old_angle[latest] % (2 * pi))[order], voltage[latest][order]
         carried[name] = np.interp(new_angle % (2 * pi), known, values, period=2 * pi)
     try:
-        return _run(axes, new, scheme, other, carried).circularity.glitch
+        return _run(axes, scheme, other, carried).circularity.glitch
     except FricError:
         return float("nan")

@@ -85,7 +85,7 @@ class Coordinates:
 
     def delay(self, x: Real) -> float:
         """Return the delay at a point [s]."""
-        return self.T_d * float(np.exp(self._value(x, "T_d")))
+        return self.T_d * self._factor(x, "T_d")
 
     def sides(self, x: Real) -> float:
         """Return the logarithm of the positive direction's level over that of the negative one, at a point."""
@@ -102,22 +102,15 @@ class Coordinates:
     def friction(self, x: Real) -> GMS:
         """Return the friction at a point, the mean of both directions."""
         m = self.model
-        level = float(np.exp(self._value(x, "level")))
-        static = m.static
-        F_c = static.F_c * level
+        static, level = m.static, self._factor(x, "level")
+        F_c, F_s = static.F_c * level, static.F_s * level
         if "ratio" in self.names:  # of what F_s exceeds F_c by
-            F_s = F_c * (1 + (static.F_s / static.F_c - 1) * float(np.exp(self._value(x, "ratio"))))
-        else:
-            F_s = static.F_s * level
-        changed = replace(
-            static, F_c=F_c, F_s=F_s, v_s=static.v_s * float(np.exp(self._value(x, "v_s"))),
-            delta=static.delta * float(np.exp(self._value(x, "delta"))),
-        )  # fmt: skip
-        stiffness = self._value(x, "stiffness")
-        k = tuple(value * float(np.exp(stiffness + self._value(x, f"k_{n}"))) for n, value in enumerate(m.k, start=1))
-        alpha = [value * float(np.exp(self._value(x, f"alpha_{n}"))) for n, value in enumerate(m.alpha, start=1)]
-        C = m.C * level * float(np.exp(self._value(x, "C")))
-        return GMS(static=changed, alpha=tuple(value / sum(alpha) for value in alpha), k=k, C=C)
+            F_s = F_c * (1 + (static.F_s / static.F_c - 1) * self._factor(x, "ratio"))
+        v_s, delta = static.v_s * self._factor(x, "v_s"), static.delta * self._factor(x, "delta")
+        k = tuple(value * self._factor(x, "stiffness", f"k_{n}") for n, value in enumerate(m.k, start=1))
+        alpha = [value * self._factor(x, f"alpha_{n}") for n, value in enumerate(m.alpha, start=1)]
+        shares, C = tuple(value / sum(alpha) for value in alpha), m.C * level * self._factor(x, "C")
+        return GMS(static=replace(static, F_c=F_c, F_s=F_s, v_s=v_s, delta=delta), alpha=shares, k=k, C=C)
 
     def moved(self, other: Coordinates, x: Real) -> Real:
         """Return the point of these coordinates that is at a point of others about the same nominal model."""
@@ -130,6 +123,9 @@ class Coordinates:
 
     def _value(self, x: Real, name: str) -> float:
         return float(x[self.names.index(name)]) if name in self.names else 0.0
+
+    def _factor(self, x: Real, *names: str) -> float:
+        return float(np.exp(sum(self._value(x, name) for name in names)))
 
 
 def gms_of(friction: FrictionModel) -> GMS:

@@ -90,7 +90,8 @@ def validate_closed_loop(
     recorded = log.input if log.input is not None else force / plant.K_f
     ahead, added, warnings = controller_behind(log, plant, cascade, reference, recorded, rate)
     position, voltage = _run(log, rate, plant, cascade, friction, load, reference, added, ahead=ahead)
-    found = _compared("closed", log, friction, rate, cutoff, position, (force, plant.K_f * voltage))
+    pairs, corner = _motions(log, rate, cutoff, position)
+    found = _scored("closed", log, friction, pairs | {"force": (force, plant.K_f * voltage)}, corner, rate)
     return replace(found, warnings=warnings)
 
 
@@ -111,11 +112,7 @@ def validate_inverse(
     (record,) = prepared([log], plant, filters=[settings])
     asked = record.replay(friction) + record.taken_off + load
     measured, simulated = (thinned(force[record.used], settings.decimation) for force in (record.drive, asked))
-    signals = {"force": _difference(measured, simulated)}
-    first, stop = _worst_second(signals["force"], rate / settings.decimation)
-    whole_of = settings.border + settings.decimation * np.array([first, stop])
-    worst = int(whole_of[0]), min(int(whole_of[1]), len(log))
-    return Validation("inverse", log, friction, signals, settings.cutoff, worst)
+    return _scored("inverse", log, friction, {"force": (measured, simulated)}, settings.cutoff, rate, settings)
 
 
 def validate_open_loop(
@@ -130,7 +127,7 @@ def validate_open_loop(
     rate = even_sampling(log)
     voltage = log.input if log.input is not None else _driven(log, plant) / plant.K_f
     position, _ = _run(log, rate, plant, None, friction, load, log.require("position", "a validation"), voltage)
-    return _compared("open", log, friction, rate, cutoff, position, None)
+    return _scored("open", log, friction, *_motions(log, rate, cutoff, position), rate)
 
 
 def _driven(log: Log, plant: Plant) -> Real:
@@ -187,23 +184,32 @@ def _run(  # noqa: PLR0913 - one closed loop for three ways of validation
     return traces.position, traces.input
 
 
-def _compared(
-    loop: Loop,
-    log: Log,
-    friction: FrictionModel,
-    rate: float,
-    cutoff: float | None,
-    position: Real,
-    force: tuple[Real, Real] | None,
-) -> Validation:
+Pairs = dict[str, tuple[Real, Real]]
+"""Signals, measured and simulated, by name."""
+
+
+def _motions(log: Log, rate: float, cutoff: float | None, position: Real) -> tuple[Pairs, float]:
+    """Return position, velocity and acceleration, and the corner of the filter behind the last two [Hz]."""
     z = log.require("position", "a validation"), position
     settings = replace(Conditioning.of(rate, cutoff), border=0, decimation=0)
     measured, simulated = (filtered_motion(replace(log, position=one), settings) for one in z)
     v, a = (measured.velocity, simulated.velocity), (measured.acceleration, simulated.acceleration)
-    pairs = {"position": z, "velocity": v, "acceleration": a} | ({} if force is None else {"force": force})
+    return {"position": z, "velocity": v, "acceleration": a}, settings.cutoff
+
+
+def _scored(
+    loop: Loop, log: Log, friction: FrictionModel, pairs: Pairs, cutoff: float, rate: float,
+    thinned_by: Conditioning | None = None,
+) -> Validation:  # fmt: skip
+    """Return how far signals are apart, and the second in which the force is most, or else the velocity."""
     signals = {name: _difference(*pair) for name, pair in pairs.items()}
-    decisive = signals["force" if force is not None else "velocity"]
-    return Validation(loop, log, friction, signals, settings.cutoff, _worst_second(decisive, rate))
+    decisive = signals["force" if "force" in signals else "velocity"]
+    begin, every = (thinned_by.border, thinned_by.decimation) if thinned_by else (0, 1)
+    squares = np.cumsum(np.append(0.0, (decisive.measured - decisive.simulated) ** 2))
+    width = min(round(rate / every), len(squares) - 1)
+    first = int(np.argmax(squares[width:] - squares[:-width]))
+    worst = begin + every * first, min(begin + every * (first + width), len(log))
+    return Validation(loop, log, friction, signals, cutoff, worst)
 
 
 def _difference(measured: Real, simulated: Real) -> Compared:
@@ -211,10 +217,3 @@ def _difference(measured: Real, simulated: Real) -> Compared:
     size = float(np.linalg.norm(measured))
     relative = float(np.linalg.norm(error)) / size if size > 0 else float("inf")
     return Compared(measured, simulated, relative, float(np.sqrt(np.mean(error**2))))
-
-
-def _worst_second(compared: Compared, rate: float) -> tuple[int, int]:
-    squares = np.cumsum(np.append(0.0, (compared.measured - compared.simulated) ** 2))
-    width = min(round(rate), len(squares) - 1)
-    first = int(np.argmax(squares[width:] - squares[:-width]))
-    return first, first + width
