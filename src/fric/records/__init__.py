@@ -1,1 +1,1 @@
-"""How a record is read: its resolution, reversals, steady segments, and what it is good for."""
+"""How a record is read: its resolution, reversals, steady segments, and its uses."""

@@ -15,7 +15,7 @@ STUCK = 5
 """Consecutive samples at its very extreme after which a force or input counts as clipped."""
 
 OFF = 0.05
-"""Time for which the force is exactly 0 and nothing moves, from which on the drive is off [s]."""
+"""Time without motion and with a force of exactly 0 after which the drive is off [s]."""
 
 LEVELS = 40
 """Steps that a channel's range has at least, for being flat at its end to mean anything."""
@@ -30,8 +30,9 @@ def counts(values: Real) -> float | None:
 def clipped(values: Real) -> Mask:
     """Say at which samples a channel is flat at its extreme, more than coarse counts alone bring about, shape (n,).
 
-    Of a channel with few levels nothing is said: friction that slides stays within one, as a clipped force does. Of
-    one that is held from value to value, as it comes at a slower rate than the log, values count and not samples.
+    A channel with few levels is not judged: sliding friction stays within a level, as a clipped force does. In a
+    channel that holds each value for several samples, since its rate is lower than that of the log, values count and
+    not samples.
     """
     found = np.zeros(len(values), bool)
     span, step = float(np.ptp(values)) if len(values) else 0.0, counts(values) if len(values) else None
@@ -39,7 +40,7 @@ def clipped(values: Real) -> Mask:
         return found
     lasting = np.diff(np.flatnonzero(np.diff(values)))
     held = int(np.quantile(lasting, 0.05, method="lower")) if len(lasting) else 1
-    rounding = 1e-9 * float(np.ptp(np.quantile(values, [0.005, 0.995])))  # one absurd sample aside
+    rounding = 1e-9 * float(np.ptp(np.quantile(values, [0.005, 0.995])))  # apart from a single absurd sample
     for side in (values, -values):
         top = side >= side.max() - rounding
         edges = np.flatnonzero(np.diff(np.concatenate([[False], top, [False]]).astype(int)))
@@ -56,7 +57,7 @@ def clipped(values: Real) -> Mask:
 def drive_off(log: Log) -> Mask:
     """Say at which samples the drive is off, shape (n,): no force at all while the axis rests is no friction.
 
-    Of a force that is mostly 0 at rest, as a coarse one is, nothing is said: there are none of its levels beside.
+    A force that is mostly 0 at rest, as a coarse force is, is not judged: other levels are missing beside it.
     """
     if log.force is None or log.position is None:
         return np.zeros(len(log), bool)
@@ -78,7 +79,7 @@ def clipped_samples(values: Real) -> int:
 
 
 def clipped_among(records: Sequence[Real]) -> list[int]:
-    """Count the samples of each record at which a channel is clipped, as all records of it tell.
+    """Count the samples of each record at which a channel is clipped, judged from all its records.
 
     A record that stays at the very extreme of all is flat for its range, or for coarse counts; it is clipped where the
     others show that the channel is finer than that, and none goes beyond.
@@ -94,7 +95,7 @@ def clipped_among(records: Sequence[Real]) -> list[int]:
 
 
 def _fine(values: Real) -> bool:
-    """Tell whether a record shows that its channel is finer than its range."""
+    """Return whether a record shows that its channel is finer than its range."""
     span, step = float(np.ptp(values)), counts(values)
     return span > 0.0 and (step is None or span > LEVELS * step)
 

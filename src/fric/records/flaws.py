@@ -40,14 +40,14 @@ AROUND = 40
 PEAKS = 3
 """Lines of a segment that are looked at: its highest."""
 SEGMENTS = 3
-"""Segments that show one pitch, at least."""
+"""Least number of segments that show a pitch."""
 SPREAD = 1.4
 """Ratio of the greatest to the least of their speeds, at least."""
 
 LONGEST = (0.5e-3, 0.02)
-"""Pitch of a scale [m, rad] at most; what ripples with a longer one is a screw or a motor, and moves."""
+"""Largest pitch of a scale [m, rad]; a ripple of a longer pitch is a screw or a motor, and real motion."""
 SMALLEST = 0.5
-"""Amplitude, in steps of the encoder, from which on it is told."""
+"""Amplitude, in steps of the encoder, above which there is a warning."""
 
 
 @dataclass(frozen=True)
@@ -139,13 +139,13 @@ Purpose = Literal["static", "gms", "plant", "inspect"]
 Strokes = Sequence[tuple["Log", "Segment"]]
 
 FASTER = 1.2
-"""Ratio of speeds from which on a record shows the jitter that a slower one does."""
+"""Ratio of speeds above which a record shows the jitter that a slower record does."""
 COARSE = 12
 """Steps of the force's range up to which means over strokes and hysteresis cycles are off by the steps."""
 
 
 def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
-    """Return what is amiss with records whatever moves in them: forces and inputs that are clipped, and their clock.
+    """Return the warnings of records with any motion: forces and inputs that are clipped, and their clock.
 
     logs: The records.
     purpose: What they are wanted for, as in `clock_flaws`.
@@ -180,7 +180,8 @@ def coarse_force(step: float, log: Log) -> list[Notice]:
 
 
 def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
-    """Return what the positions of records tell of their clock: samples lost unsaid, instants that jitter.
+    """Return the warnings about the clock of records from their positions: samples lost without notice, instants that
+    jitter.
 
     logs: The records.
     purpose: What they are wanted for: the mean of a stroke bears jitter, a response and an acceleration do not.
@@ -202,7 +203,7 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
 def stroke_flaws(
     strokes: Strokes, place: OverPlace | None, *, force: float = inf, half_width: float = 0.0, taken_off: bool = False
 ) -> list[Notice]:
-    """Return what strokes at constant velocity tell of the encoder, and of what the force does over place and time.
+    """Return the warnings from strokes at constant velocity about the encoder, and about the force over place and time.
 
     strokes: Constant-velocity segments, each with its record.
     place: What `over_place` gives of them.

@@ -1,4 +1,4 @@
-"""What a record holds, and what it is good for."""
+"""The content of a record, and its uses."""
 
 from dataclasses import dataclass, replace
 from typing import Any, Literal, Self
@@ -32,7 +32,7 @@ from fric.records.segments import Segment, segments_and_rests
 from fric.units import Motion
 
 SPEEDS = 5
-"""Speeds that a map takes at least: as many as it has parameters, and one more."""
+"""Least number of speeds for a map: the number of its parameters plus one."""
 
 
 @dataclass(frozen=True)
@@ -75,11 +75,11 @@ class Gap:
 
 @dataclass(frozen=True, kw_only=True)
 class InspectedRecord:
-    """What every record tells.
+    """What every record shows.
 
     kind: the experiment that it is
     stated: whether the record says so, else it is recognised
-    uses: what it is good for, and what not
+    uses: its possible uses, and others with the reason why not
     warnings: what is amiss with its clock, its encoder, its strokes
     """
 
@@ -100,7 +100,7 @@ class InspectedRecord:
 
 @dataclass(frozen=True, kw_only=True)
 class Inspection(InspectedRecord):
-    """What a record in time holds.
+    """Content of a record in time.
 
     duration: from the first sample to the last [s]
     sampling: by the median interval [Hz]
@@ -112,7 +112,7 @@ class Inspection(InspectedRecord):
     sine: that the motion follows, where it does
     reversals: samples at which the motion reverses
     rise: share of the stroke that the force takes to come up after a reversal
-    excites: whether the motion tells mass, viscous and Coulomb friction apart
+    excites: whether the motion separates mass, viscous and Coulomb friction
     slope: least slope of the branches between reversals, over their mean; null without force
     energy: lost per cycle of the logged force; null without cycles
     dropped: samples that were left out when the record was ingested
@@ -211,7 +211,7 @@ def inspect_table(record: ForceVelocity) -> TableInspection:
 
 
 GAP = 1.5
-"""Sampling intervals from which on samples are missing."""
+"""Sampling intervals above which samples are missing."""
 ALIKE = 0.03
 """Relative difference up to which two segments have one speed."""
 
@@ -224,7 +224,7 @@ BRANCH = 20
 
 
 def inspect(record: Record) -> Inspected:
-    """Return what a record holds and what it is good for.
+    """Return the content of a record and its uses.
 
     Parameters
     ----------

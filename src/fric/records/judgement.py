@@ -1,4 +1,4 @@
-"""What a record can tell of friction: one judgement, for `inspect`, every `identify` and `compare`."""
+"""What a record can show of friction: a common judgement for `inspect`, every `identify` and `compare`."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ SATURATED = 0.05
 """Least slope of a branch, relative to its mean slope, under which it has reached its plateau."""
 
 RISES = 0.2
-"""The same of the branches as they were logged, from which on they surely have none: the viscous part is in them."""
+"""The same for the logged branches, above which they surely have no plateau: the viscous part is included."""
 
 CONDITION = 1e3
-"""Condition number up to which a motion tells mass, viscous and Coulomb friction apart."""
+"""Condition number up to which a motion separates mass, viscous and Coulomb friction."""
 
 
 @dataclass(frozen=True)
 class Identifiability:
-    """What records can tell of friction, all taken together."""
+    """What records can show of friction, all taken together."""
 
     slides: bool  # False where the force rises up to every reversal, so that no branch ever slides
     slope: float  # Least slope of the branches that come nearest to a plateau, relative to their mean slope
@@ -50,7 +50,7 @@ class Identifiability:
 
 
 def identifiability_of(records: Sequence[Prepared]) -> Identifiability:
-    """Return what prepared records can tell of friction."""
+    """Return what prepared records can show of friction."""
     slopes, peaks, resolved = [], [], []
     for record in records:
         reversals = record.reversals[record.reversals < len(record.force)]
@@ -66,7 +66,7 @@ def identifiability_of(records: Sequence[Prepared]) -> Identifiability:
 
 
 def too_coarse(records: Sequence[Prepared]) -> list[Notice]:
-    """Return the records whose encoder is too coarse for their motion, as `inspect` judges them, each told."""
+    """Return the records whose encoder is too coarse for their motion, judged as by `inspect`, with warnings."""
     found = []
     for record in records:
         z = record.motion.position
@@ -83,8 +83,8 @@ def too_coarse(records: Sequence[Prepared]) -> list[Notice]:
 def branch_slope(position: Real, force: Real, reversals: Indices) -> float:
     """Return the least slope of the branches between reversals, relative to their mean slope; see `least_slope`.
 
-    The branches are averaged over the share of their travel, in fiftieths. A branch starts with the force that the one
-    before it ends with: its own first samples may have risen already.
+    The branches are averaged over the share of their travel, in fiftieths. A branch starts with the force at the end of
+    the branch before: its first samples may have risen already.
     """
     grid = (np.arange(50) + 0.5) / 50
     branches, before = [], None
@@ -119,7 +119,7 @@ def resolved_travel(position: Real, reversals: Indices) -> float:
 
 
 def excites(time: Real, position: Real) -> bool:
-    """Say whether a motion tells mass, viscous and Coulomb friction and an offset apart.
+    """Return whether a motion separates mass, viscous and Coulomb friction and an offset.
 
     Position is averaged over pieces of 10 ms or five samples, so that the encoder's steps make no acceleration.
     """
@@ -137,7 +137,7 @@ def excites(time: Real, position: Real) -> bool:
 
 
 def cycle_energies(position: Real, force: Real, reversals: Indices) -> Real:
-    """Return the energy lost in each whole cycle, ``∮F·dz`` from one reversal to the next but one [J], shape (cycles,).
+    """Return the energy lost in each whole cycle of two strokes, ``∮F·dz`` [J], shape (cycles,).
 
     position, force: The motion [m] and the force along it [N], each of shape (n,).
     reversals: Samples at which the motion reverses.
@@ -170,16 +170,16 @@ def drift(values: Real) -> tuple[float, float]:
 
 
 CHANGES = 0.03
-"""Share of the energy per cycle by which it must change over a record to be told."""
+"""Least change of the energy per cycle over a record that gives a warning, as a share."""
 STANDS_OFF = 0.1
-"""Share by which the energy of cycles stands off the others' to be told apart."""
+"""Least deviation of the energy of cycles from the others that gives a warning, as a share."""
 
 
 def energy_warnings(energies: Real, ends: Real) -> list[Notice]:
-    """Return what the energies of equal cycles tell of a record: cycles that stand off in one segment, or a drift.
+    """Return the warnings from the energies of equal cycles of a record: outlying cycles in one segment, or a drift.
 
     energies: Energy lost in each cycle [J], shape (n,).
-    ends: Instants at which the cycles begin, and the last one ends [s], shape (n + 1,).
+    ends: Instants at which the cycles begin, and the last cycle ends [s], shape (n + 1,).
     """
     if len(energies) < 4:
         return []

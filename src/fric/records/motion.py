@@ -25,10 +25,10 @@ REST = 4
 """Samples without a count after which the level itself is read, again and again."""
 
 REFINED = 8
-"""Times that a spline is solved for at most: of a stiff one rounding leaves more than its spread, until refined."""
+"""Largest number of solutions of a spline: the rounding error of a stiff spline exceeds its spread until refined."""
 
 CONVERGED = 1e-3
-"""Correction, over the usual spread, from which on nothing is left to refine."""
+"""Correction, over the usual spread, below which refinement ends."""
 
 FINE = 0.01
 """Share of the travel of a sample under which the encoder's step does not matter."""
@@ -63,7 +63,7 @@ def smooth_motion(time: Real, position: Real) -> Motion:
     they are known (the discrepancy principle of Morozov: reduced chi² of 1) has no phase lag and no bias towards the
     levels. Friction needs it: with k_1 = 1e8 N/m one count of 0.25 µm is a step of 25 N.
 
-    A position without a lattice is smoothed to its noise instead, and one without noise is left as it is.
+    A position without a lattice is smoothed to its noise instead, and a position without noise is not changed.
 
     time, position: The record [s], [m], each of shape (n,).
     Raises FricError: When the position moves by fewer than eight counts.
@@ -126,7 +126,7 @@ def slope(t: Real, z: Real) -> Real:
 
 
 def _flickers(counts: Real) -> Mask:
-    """Return which counts belong to a flicker: one that goes against both of its neighbours, and these."""
+    """Return which counts belong to a flicker: a count against the direction of both neighbours, and these."""
     turned = np.diff(np.sign(counts)) != 0
     alone = np.zeros(len(counts), dtype=bool)
     alone[1:-1] = turned[1:] & turned[:-1]
@@ -206,14 +206,14 @@ class Conditioning:
     """How a record is filtered and thinned out before the fit."""
 
     cutoff: float  # Corner of the fourth-order Butterworth filter, run forwards and backwards over the position [Hz]
-    decimation: int  # One sample of so many is kept, after a zero-phase Chebyshev filter over each column of the fit
+    decimation: int  # Every n-th sample is kept, after a zero-phase Chebyshev filter over each column of the fit
     border: int  # Samples left out at the start of a record, where filter and differences see its edge
 
     @classmethod
     def of(
         cls, sampling: float, cutoff: float | None = None, decimation: int | None = None, border: int | None = None
     ) -> Conditioning:
-        """Return what suits a sampling rate [Hz], as far as it is not given.
+        """Return the settings for a sampling rate [Hz], where not given.
 
         The corner is five times the bandwidth of the motion, so that the filter leaves its acceleration alone; the
         decimated signals reach to twice that bandwidth, and 4.9 periods of the corner are left out at the start.
@@ -263,7 +263,7 @@ def butterworth(corner: float, sampling: float) -> Real:
 
 
 def thinned(values: Real, decimation: int) -> Real:
-    """Return one sample of so many, the last one among them, after a zero-phase Chebyshev filter.
+    """Return every n-th sample, the last among them, after a zero-phase Chebyshev filter.
 
     Eighth order, 0.05 dB, 0.8 of the new half rate, as in MATLAB's ``decimate``, from which the published figures
     come; `scipy.signal.decimate` counts from the first sample and extends the edges otherwise.

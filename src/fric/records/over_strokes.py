@@ -1,4 +1,4 @@
-"""What the force does within strokes at constant velocity, where a map has one number: it varies over place and time.
+"""The force within strokes at constant velocity, where a map has a single number: it varies over place and time.
 
 Along the stroke, what the force shows in both directions with one sign is a force over position (cogging, a cable, a
 balance); what turns its sign with the direction is friction over position. Both come again at every speed, which noise
@@ -23,13 +23,13 @@ PLACES = 64
 SHORTEST = 12
 """Places that a stroke spans at least, to be compared."""
 SURE = 4.0
-"""Standard errors from which on strokes agree about the place."""
+"""Standard errors above which strokes agree about the place."""
 ALIKE = 0.5
-"""Correlation of two strokes of one direction, from which on they agree."""
+"""Correlation of two strokes of one direction, above which they agree."""
 MINOR = 0.1
-"""Share of the variance below which one of two causes is not told."""
+"""Share of the variance below which one of two causes is not reported."""
 LASTING = 0.7
-"""Time that a stroke lasts at least, to tell a rate [s]."""
+"""Least duration of a stroke that shows a rate [s]."""
 FASTEST = 0.02
 """Rate [1/s] beyond which no drive warms up: there the force still settles."""
 SETTLING = 3.0
@@ -39,7 +39,7 @@ STUCK = 1e-9
 REPEATED, FEWEST = 0.05, 4
 """Ratio of speeds, less one, up to which strokes repeat each other, and speeds beyond which each is left out."""
 LIKELY_RATE, SURE_RATE = 0.99, 0.999
-"""Probabilities from which on a rate is likely, and surely, not zero."""
+"""Probabilities above which a rate is likely, and surely, not zero."""
 
 
 @dataclass(frozen=True)
@@ -54,14 +54,14 @@ class OverPlace:
 
 @dataclass(frozen=True)
 class OverTime:
-    """How the size of the force changes in time, whatever the speed."""
+    """Change of the size of the force in time, at all speeds."""
 
     # rate, half: relative rate and half of its 95 % interval [1/s]
     rate: float
     half: float
-    # Time from the first record to the last, where one clock tells it, else that of all records together [s]
+    # Time from the first record to the last with a common clock, else that of all records together [s]
     duration: float
-    # clocked, sure: whether one clock tells it, and whether the rate is no chance
+    # clocked, sure: whether the records have a common clock, and whether the rate is no chance
     clocked: bool
     sure: bool
 
@@ -89,7 +89,7 @@ def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
     opposite = _common([(a, b) for (a, s, _), (b, r, _) in combinations(profiles, 2) if s != r])
     if same is None or opposite is None or not same.sure or same.correlation < ALIKE:
         return None
-    # F = ±F_r + c ± w: strokes of one direction share c + w, and two opposite ones c² - w² on average
+    # F = ±F_r + c ± w: strokes of one direction share c + w, and opposite strokes c² - w² on average
     across = opposite.covariance if opposite.sure else 0.0
     cogging, friction = (max(0.5 * (same.covariance + sign * across), 0.0) for sign in (1.0, -1.0))
     whole = cogging + friction
@@ -153,8 +153,8 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
     """Return the rate at which the size of the force changes, where it is not zero; None where it is, or is not known.
 
     The slope of the force in each stroke is regressed on the size of the force (the rate), on the speed (a force over
-    position) and on the velocity (friction over position), so that neither place is taken for time. Strokes of either
-    direction alone show it, or it is none; it is sure where slow and fast ones do.
+    position) and on the velocity (friction over position), so that neither place is taken for time. The rate is
+    accepted where the strokes of each direction alone show it; it is sure where slow and fast strokes do.
 
     strokes: Constant-velocity segments, each with its record.
     """
@@ -183,7 +183,7 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
 def along_axis(strokes: Sequence[tuple[Log, Segment]]) -> tuple[float, float] | None:
     """Return by how much the force rises along the axis [N/m], and half its 95 % interval; None where it does not.
 
-    It is told by the later halves of strokes, settled or not: what rises along a stroke looks like settling.
+    It is estimated from the later halves of strokes, settled or not: a rise along a stroke looks like settling.
 
     strokes: Stretches at constant velocity, each with its record.
     """
@@ -229,7 +229,7 @@ def _trends(strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bo
     if len(rows) < 8:
         return None
     X, y, (rest, noise) = np.array(rows), np.array(slopes), np.array(errors).T
-    # what ripples over encoder counts averages out sooner than noise: all strokes together tell by how much
+    # a ripple over encoder counts averages out sooner than noise: all strokes together show how much
     w = 1.0 / np.maximum(rest, noise * min(float(np.median(rest / np.maximum(noise, 1e-9 * rest))), 1.0))
     A, b = X * w[:, np.newaxis], y * w
     if np.linalg.matrix_rank(A / np.linalg.norm(A, axis=0), tol=1e-6) < 3:
@@ -243,7 +243,7 @@ def _trends(strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bo
     speed = np.empty(len(y), int)
     speed[order] = np.cumsum(apart_by)
     if (count := int(speed.max()) + 1) > FEWEST:
-        # both directions show alike what a law or a place does to strokes of one speed: each speed is left out
+        # a law or a place affects the strokes of one speed equally in both directions: each speed is left out
         without = np.array([np.linalg.lstsq(A[speed != n], b[speed != n], rcond=None)[0] for n in range(count)])
         scatter = np.sqrt((count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0))
         deviations, freedom = np.maximum(deviations, scatter), min(freedom, count - 1)
@@ -257,7 +257,7 @@ def _trends(strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bo
 def _slope(t: Real, F: Real) -> tuple[float, float, float]:
     """Return the slope of a force in time [N/s] by the means of eight parts, and its standard error twice.
 
-    It is that by which the parts stand off a line, and that of samples which are independent.
+    The error includes the deviation of the parts from a line, and the noise of independent samples.
     """
     parts = np.array_split(np.arange(len(t)), 8)
     at, mean = (np.array([values[part].mean() for part in parts]) for values in (t, F))

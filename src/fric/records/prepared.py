@@ -1,7 +1,7 @@
 """One record, made ready for a replay: the motion behind the encoder's counts, and the friction force along it.
 
-Whatever replays a friction model – `identify gms`, the replay fits, `compare`, `validate`, the report – takes its
-records from here, and so does the fit of a rigid axis to its motion: all see the same force at the same instant.
+All replays of a friction model – `identify gms`, the replay fits, `compare`, `validate`, the report – take their
+records from here, and so does the fit of a rigid axis to its motion: all use the same force at the same instant.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def acting_force(time: Real, force: Real, delay: float) -> Real:
 
 
 class Drive(NamedTuple):
-    """How what was logged comes to act on the axis, where no plant is known that tells it.
+    """Force constant and delay of a record, where no plant is known.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", 
 
 
 Own = Literal["offset", "damping", "mass"]
-"""What a record adds of its own: a constant force, a force over the velocity, and one over the acceleration."""
+"""Terms of a record: a constant force, a force over the velocity, and a force over the acceleration."""
 
 DIMENSIONS: dict[Own, str] = {"offset": "force", "damping": "viscous", "mass": "mass"}
 """The dimension of the coefficient of each (see `fric.units`)."""
@@ -82,18 +82,18 @@ DIMENSIONS: dict[Own, str] = {"offset": "force", "damping": "viscous", "mass": "
 
 @dataclass(frozen=True)
 class Preparation:
-    """What was made of a record before the replay, as data.
+    """How a record was prepared for the replay, as data.
 
     source: the channel that the force is from; input times the force constant
     delay: by how much later the force acts than it is logged; negative where it is logged late [s]
-    timing: how surely force and position belong to one instant, standard deviation [s]
+    timing: standard deviation of the lag between force and position [s]
     encoder: the encoder's step; 0 where none is visible [m]
     mass: mass whose inertia was taken off [kg]
-    damping: the drive's own linear damping, taken off [N·s/m]
+    damping: linear damping of the drive, subtracted [N·s/m]
     inertia_share: size of the inertia (99 % quantile) relative to the logged force
     damping_share: size of the drive's damping (99 % quantile) relative to the logged force
-    own: what the record adds of its own, fitted beside the model
-    every: one sample of so many was taken
+    own: terms of the record, fitted beside the model
+    every: every n-th sample was taken
     plant: that was used; None where none is known
     """
 
@@ -111,13 +111,13 @@ class Preparation:
 
 
 MOST = 400_000
-"""Samples of all records together that a fit replays; of more, one in so many is taken."""
+"""Largest number of samples of all records that a fit replays; of more, every n-th is taken."""
 
 PARTS = 16
-"""Parts of a stroke, in either sense, in which what a model misses is taken for one."""
+"""Parts of a stroke, in either direction, within which the error of a model counts as common."""
 
 CYCLES = 3
-"""Whole cycles from which on they are what is resampled; of fewer, pieces of equal length are."""
+"""Number of whole cycles above which cycles are resampled; with fewer, pieces of equal length are."""
 
 PIECES = 10
 """Pieces of equal length that are resampled where there are no cycles."""
@@ -146,7 +146,7 @@ class Prepared:
 
     @property
     def slides(self) -> bool:
-        """True for a record in sliding, which tells the frictional lag alone; see `in_sliding`."""
+        """True for a record in sliding, which shows only the frictional lag; see `in_sliding`."""
         return "damping" in self.done.own
 
     @property
@@ -161,7 +161,7 @@ class Prepared:
 
     @cached_property
     def own(self) -> Real:
-        """What the record adds of its own, a column each, shape (n, m)."""
+        """Terms of the record, a column each, shape (n, m)."""
         m = self.motion
         columns = {"offset": np.ones_like(m.time), "damping": m.velocity, "mass": m.acceleration}
         return np.column_stack([columns[name] for name in self.done.own])
@@ -176,7 +176,7 @@ class Prepared:
         return np.asarray(np.linalg.lstsq(self.own[self.used] / size, rest[self.used], rcond=None)[0] / size)
 
     def fitted(self, model: FrictionModel) -> Real:
-        """Return the replayed force with what the record adds of its own [N], shape (n,)."""
+        """Return the replayed force with the terms of the record [N], shape (n,)."""
         replayed = self.replay(model)
         return np.asarray(replayed + self.own @ self.record_part(self.force - replayed))
 
@@ -222,7 +222,7 @@ class Prepared:
         return self._cut(slice(None, int(np.flatnonzero(self.used)[-1]) + 1))
 
     def thinned(self, every: int) -> Prepared:
-        """Return the record with one sample in so many: increments of position add up, so nothing is lost of them."""
+        """Return the record with every n-th sample: increments of position add up, so none is lost."""
         return self if every <= 1 else self._cut(slice(None, None, every))
 
     def _cut(self, cut: slice) -> Prepared:
@@ -235,11 +235,11 @@ class Prepared:
         )  # fmt: skip
 
     def in_sliding(self) -> Prepared:
-        """Return a record in sliding as it tells the frictional lag, where the static map is known.
+        """Return a record in sliding with the terms for the frictional lag, where the static map is known.
 
-        The lag is out of phase with the velocity. What the map may be off by, and damping that no plant took off, is
-        in phase: the record adds a slope over velocity of its own, and without a plant the inertia too. Its cycles
-        are those of the velocity.
+        The lag is out of phase with the velocity. The error of the map, and damping that no plant removed, is in phase:
+        the record gets a slope over velocity, and without a plant the inertia, too. Its cycles are those of the
+        velocity.
 
         Raises FricError: When the velocity changes over fewer than two cycles, or the motion reverses.
         """
@@ -270,7 +270,7 @@ def prepared(
     plant: The plant, after whose delay the force acts, and whose inertia and linear damping are taken off.
     drive: Force constant and delays, where a plant is yet to be found.
     filters: The published filter for each record, behind which the motion is taken; its border is not used. Without it
-        the motion is the one behind the encoder's counts (`smooth_motion`).
+        the motion is that behind the encoder's counts (`smooth_motion`).
     Raises FricError: When a record has no force, or does not move.
     """
     if not logs:
@@ -297,7 +297,7 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
         motion = smooth_motion(log.time, position) if filters is None else filtered_motion(log, filters)
     except FricError as error:
         raise error.at(log.where) from None
-    # force and position of a sample are evenly spread about one instant; without a plant the delay is not known either
+    # the lag of force and position is uniform within a sample; without a plant the delay is not known either
     timing = float(np.median(np.diff(log.time))) / np.sqrt(12.0) * (1.0 if plant else 2.0)
     done = Preparation(source, given.T_d - lag, float(timing), motion.step)
     force = acting_force(log.time, force, done.delay)

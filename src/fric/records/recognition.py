@@ -1,4 +1,4 @@
-"""What experiment a record is, where it does not say: told from the motion alone, and the force where there is one."""
+"""The experiment of a record that does not name it: recognised from the motion, and from the force if logged."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -13,27 +13,27 @@ from fric.records.reversals import find_reversals
 from fric.records.segments import Segment, segments_and_rests
 
 STEADY_SHARE = 0.75
-"""Share of the time in motion at constant velocity, from which on a record is one of constant velocity."""
+"""Share of the time in motion above which a record is of constant velocity."""
 STROKE_SHARE = 0.3
 """The same where the axis reverses or stops between any two speeds: then there are strokes, and their ramps."""
 SINE_FIT = 0.99
 """Share of the variance that one sine explains in a record of a sine; a triangle has 0.986."""
 AROUND = 0.9
-"""Share of a motion's spectrum about its strongest line, from which on a sine is fitted to it."""
+"""Share of a motion's spectrum about its strongest line, above which a sine is fitted to it."""
 SWINGS = 0.25
-"""Swing of the velocity over its mean from which on a sine in sliding is none of the ripples that strokes have."""
+"""Swing of the velocity over its mean above which a sine in sliding is no ripple of a stroke."""
 REPEATS = 1.5
 """Cycles, but for those at the ends, that it has at least."""
 LINES = 9.0
 """Spectral lines among which the power of a broad-band excitation is spread at least; strokes have five at most."""
 RISING_SHARE = 0.01
-"""Share of the stroke that the force takes to come up after a reversal, from which on a sine is in pre-sliding."""
+"""Share of the stroke in which the force rises after a reversal, above which a sine is in pre-sliding."""
 LOOP_SHARE = 0.03
-"""The same of a motion of any other shape: a hand's, or one that friction bends, is no sine."""
+"""The same for a motion of any other shape: a motion by hand, or bent by friction, is no sine."""
 LOOP_OF_STROKES = 0.1
-"""The same where it goes there and back at constant velocity: so short strokes tell pre-sliding rather than a map."""
+"""The same for a motion back and forth at constant velocity: such short strokes show pre-sliding rather than a map."""
 SWAY = 0.1
-"""Share of the longest stroke under which one is what a control loop overshoots and swings, and is no branch."""
+"""Share of the longest stroke below which a stroke is an overshoot of the control loop, and no branch."""
 LEAST_REVERSALS = 4
 """Reversals that such a motion has at least."""
 
@@ -126,7 +126,7 @@ def recognised_kind(
     rise: float | None,
     reversals: int,
 ) -> Kind:
-    """Return the kind of a record by what it does.
+    """Return the kind of a record by its motion.
 
     A sine; a broad-band excitation; a motion back and forth before sliding, of any shape; strokes at constant
     velocity, if that is most of the time in motion; else a motion.
@@ -134,7 +134,7 @@ def recognised_kind(
     log: The record.
     segments, rests: What `fric.records.segments.segments_and_rests` found in it.
     sine: What `fitted_sine` found.
-    rise: What `force_rise` found: it tells pre-sliding from sliding. Without a force, pre-sliding is supposed.
+    rise: What `force_rise` found: it separates pre-sliding from sliding. Without a force, pre-sliding is assumed.
     reversals: How many reversals it has.
     """
     steady = sum(segment.stop - segment.onset for segment in segments)
@@ -156,7 +156,7 @@ def recognised_kind(
 
 
 def kind_of(log: Log) -> Kind:
-    """Return the kind of a record: as it says, else as its motion tells."""
+    """Return the kind of a record: as stated in it, else recognised from its motion."""
     if log.kind is not None:
         return log.kind
     segments, rests = segments_and_rests(log)
@@ -170,7 +170,7 @@ def force_rise(log: Log, reversals: Indices) -> float | None:
     """Return the share of the stroke that the force takes after a reversal until it has come up by nine tenths.
 
     It is the median over the branches between reversals, the force of the later half of a branch counting as come up.
-    Where it goes against the motion, as the inertia of a fast one does, it does not rise. None where there is no force,
+    Where it is against the motion, as the inertia of a fast motion is, it does not rise. None where there is no force,
     no position or no branch.
     """
     if log.force is None or log.position is None or len(reversals) < 2:

@@ -8,15 +8,15 @@ import numpy as np
 from fric.arrays import Real
 
 _EVIDENCE = 16
-"""Neighbouring values that must lie on the lattice before it is taken for one, unless each value came up often."""
+"""Least number of neighbouring values on a lattice, unless each value occurs often."""
 FINEST = 1e-3
 """Step, as a share of the usual gap between neighbouring values, below which any gap is near a multiple of it."""
 _GAPS = 400
 """Gaps that are looked at, of many."""
 _ORDER = 6
-"""Highest order of the differences that noise is told from."""
+"""Highest order of the differences that noise is estimated from."""
 _FALLS = 0.64
-"""Ratio of the variances from two orders of differences below which the lower one still held the motion."""
+"""Ratio of the variances from two orders of differences below which the lower order still held the motion."""
 
 
 _KEPT = 4096
@@ -55,7 +55,7 @@ def _lattice_step(values: Real) -> float | None:
     gaps = np.sort(gaps)
     usual = float(np.median(gaps))
     step = _rounded_step(gaps[:_GAPS], needed, rounding, often=len(values) > 2 * len(levels))
-    if step is None or step < 10.0 * FINEST * usual:  # the small gaps alone tell it: so does the crest of a sine
+    if step is None or step < 10.0 * FINEST * usual:  # the small gaps alone show it: so does the crest of a sine
         step = _common_divisor(gaps[:: len(gaps) // _GAPS + 1], max(64.0 * rounding, 1e-4 * float(gaps[0])))
     return None if step is None or step < FINEST * usual else step
 
@@ -106,7 +106,7 @@ def _rounded_step(gaps: Real, needed: int, rounding: float, *, often: bool) -> f
 def noise_level(values: Real) -> float:
     """Return the standard deviation of white noise on a smooth channel, its quantisation included.
 
-    It is taken from differences of such an order that the next one tells no less (the variate difference method,
+    It is taken from differences of such an order that the next order gives no less (the variate difference method,
     Anderson, Biometrika 10, 1914): a motion's curvature is left in second differences, and would be taken for noise.
     They are taken in blocks. Blocks of exact rest are left out, and the lower quartile of the others, away from ramps,
     steps and glitches, is given.

@@ -13,9 +13,8 @@ def find_reversals(position: Real, threshold: float | None = None) -> Indices:
     none. Where the extreme lasts (a dwell, a flat crest of counts), its middle is given.
 
     position: Position [m], shape (n,).
-    threshold: Travel back [m] that makes a reversal; where it is not given, two counts of the encoder, or what white
-        noise swings over so many samples, 2·√(2·ln n) standard deviations (Leadbetter et al., Extremes, 1983), and a
-        tenth.
+    threshold: Travel back [m] that makes a reversal; where it is not given, two counts of the encoder, or the swing of
+        white noise over n samples, 2·√(2·ln n) standard deviations (Leadbetter et al., Extremes, 1983), and a tenth.
     """
     z = np.asarray(position, float)
     if len(z) < 3:

@@ -52,7 +52,7 @@ class Path:
         return distance
 
     def tolerance(self, start: int, stop: int) -> float:
-        """Return the distance from the chord [m] at which a piece is no more one of constant velocity."""
+        """Return the distance from the chord [m] above which a piece has no constant velocity."""
         return max(self.explained(stop - start), RELATIVE * abs(self.travel(start, stop)))
 
     def travel(self, start: int, stop: int) -> float:
@@ -91,7 +91,7 @@ def path_of(log: Log) -> Path:
 
 
 def straight_pieces(path: Path) -> list[tuple[int, int]]:
-    """Return first sample, and one past the last, of the pieces that each keep to a chord of their own."""
+    """Return first sample, and one past the last, of the pieces that each keep to a chord."""
     return [piece for piece in _joined(path, _split(path)) if piece[1] - piece[0] >= SHORTEST]
 
 
@@ -171,7 +171,7 @@ def _kept(outward: Real, allowed: float, blind: int, most: int, edge: int) -> in
 
 
 MOMENT = 0.1
-"""Share of the segment beside it, in time and travel, under which one is no stroke."""
+"""Share of the neighbouring segment, in time and travel, below which a segment is no stroke."""
 TREND = 0.01
 """Change of velocity over a segment, as a share of it, that is not taken for an acceleration."""
 
@@ -318,7 +318,7 @@ def _lasts(
         if travel <= max(rest, 0.02 * abs(segment.velocity) * duration)
     ]
     rests = [start for start, _, travel, rest, _ in pieces if travel <= rest]
-    for other in found:  # what goes over into one far longer, in time and travel, is its ramp, or how it catches up
+    for other in found:  # a segment before one far longer, in time and travel, is its ramp, or how it catches up
         low, high = sorted((segment.start, other.start))
         travels = segment.velocity * len(segment), other.velocity * len(other)
         short = len(segment) < MOMENT * len(other) and 0.0 < travels[0] / travels[1] < MOMENT
@@ -330,7 +330,7 @@ def _lasts(
 
 
 def _leads_into(path: Path, force: Real, segment: Segment, after: list[Segment]) -> bool:
-    """Say whether a segment goes on at its speed in the next, longer one, where its force has yet to settle.
+    """Return whether a segment continues at its speed in a longer one, where its force has yet to settle.
 
     Friction that builds up along a slow stroke makes the axis lag by part of a count, which parts the stroke in two.
     """
@@ -355,7 +355,7 @@ def _settled(path: Path, force: Real, segment: Segment) -> Segment:
 
 
 def settled_from(force: Real) -> tuple[int, bool]:
-    """Return the sample from which on a force has settled, and False where half of it is not enough.
+    """Return the sample after which a force has settled, and False where half of it is not enough.
 
     The cut minimises the marginal standard error of what is left, ``S(k)/(n - k)²`` with S the sum of squares about
     the mean of the batches k to n (White, Simulation 69(6), 1997: MSER), and is made only where what it takes off is a

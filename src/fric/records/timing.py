@@ -1,4 +1,4 @@
-"""Whether the samples of a record were taken when its time says: jitter and lost samples, told from the position.
+"""Whether the samples of a record were taken at its instants: jitter and lost samples, seen in the position.
 
 A position that is sampled ``τ`` too late is off by ``v·τ``. So jitter is noise of the position that grows with the
 speed, which no encoder makes; and a sample that is lost, with the time counted on, is one step of the position as long
@@ -22,29 +22,29 @@ from fric.records.resolution import lattice_step
 from fric.statistics import robust_deviation
 
 ORDERS = (6, 8)
-"""Orders of the differences that noise is told by: a motion of f Hz comes out by that power of f over the rate."""
+"""Orders of the differences that noise is estimated from: motion of f Hz scales with that power of f over rate."""
 WHITE = 0.8
-"""Power by the higher order over that by the lower one, of white noise 1; what moves has less."""
+"""Power by the higher order over that by the lower one, of white noise 1; a motion has less."""
 GAP = 1.5
-"""Sampling intervals from which on samples are missing, and the time tells it."""
+"""Sampling intervals above which samples are missing, as the time shows."""
 WINDOW = 32
 """Samples over which noise is compared with speed."""
 ABOVE = 7.0
-"""Noise by jitter, over that of the encoder's step, from which on it is told: an encoder that errs makes less."""
+"""Noise by jitter, over that of the encoder's step, above which there is a warning: encoder errors make less."""
 SMALL = 1e-3
 """Jitter in sampling intervals that spoils nothing: the digits that a position was printed with do as much."""
 SURE = 5.0
-"""Standard errors from which on noise grows with speed."""
+"""Standard errors above which noise grows with speed."""
 COUNTS = 8.0
-"""Steps of the encoder in a sample, from which on one twice as long is told."""
+"""Steps of the encoder in a sample, above which a step of twice that size is seen."""
 LOST = 3
-"""Steps twice as long that make a case; one may be a jerk of the drive."""
+"""Least number of double steps for a warning; one may be a jerk of the drive."""
 
 MISSING = 0.05
 """Share of the samples that may be missing in an uneven record that is made even."""
 
 JITTER = 0.1
-"""Share of a sample by which an interval may differ from the mean one."""
+"""Share of a sample by which an interval may differ from the mean interval."""
 
 
 @dataclass(frozen=True)
@@ -54,13 +54,13 @@ class Timing:
     jitter: float = 0.0  # Standard deviation of the sampling instants [s]; 0 where none is seen
     displaced: float = 0.0  # What that does to the position: root mean square [m]
     lost: float = 0.0  # Share of the samples that were lost while the time was counted on [1]; 0 where none is seen
-    speed: float = 0.0  # Usual speed while it moves [m/s]; 0 where the position tells nothing of the clock
+    speed: float = 0.0  # Usual speed while it moves [m/s]; 0 where the position shows nothing of the clock
 
 
 def timing(log: Log) -> Timing:
-    """Return what the position of a record tells of its clock.
+    """Return what the position of a record shows of its clock.
 
-    log: A record; one without a position, or with fewer than 256 samples, tells nothing.
+    log: A record; without a position, or with fewer than 256 samples, it shows nothing.
     """
     z, t = log.position, log.time
     if z is None or len(z) < 8 * WINDOW:
@@ -135,7 +135,8 @@ def _power(z: Real, order: int, count: int) -> Real:
 def even_sampling(log: Log) -> float:
     """Return the sampling rate [Hz] of an evenly sampled record: the samples over the time that they took.
 
-    Raises FricError: When the record has fewer than 16 samples, or an interval between samples is not the mean one.
+    Raises FricError: When the record has fewer than 16 samples, or an interval between samples is not the mean
+        interval.
     """
     if len(log) < 16:
         raise FricError(f"the record has {len(log)} samples", where=log.where, hint="Log a longer motion.")
@@ -153,9 +154,9 @@ def even_sampling(log: Log) -> float:
 
 
 def evened(log: Log) -> tuple[Log, list[Notice]]:
-    """Return a record as if it had been sampled evenly, with what is to be said of it; an even one as it is.
+    """Return a record resampled evenly, with warnings; an even record is not changed.
 
-    Instants that jitter, and samples that are missing here and there, are made up for along a cubic through the others.
+    Instants that jitter, and single missing samples, are interpolated by a cubic through the others.
 
     Raises FricError: When more than `MISSING` of the samples are missing, or more than 8 at one place.
     """
@@ -180,6 +181,6 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
 
 
 def _phase(time: Real, period: float) -> Real:
-    """Return by how many samples each instant is off the even one that is next to it."""
+    """Return the difference of each instant from the nearest even instant [samples]."""
     at = (time - time[0]) / period
     return np.asarray(at - np.rint(at))

@@ -77,7 +77,7 @@ def _block(name: str, values: Mapping[str, float], setting: Setting, scheme: Sch
 
 
 def jointly_designed(axis: Axis, scheme: Scheme, reference: Reference) -> Axis:
-    """Return the axis with the cascade and the block of a scheme that designs them together; else as it is.
+    """Return the axis with the cascade and the block of a scheme that designs them together; else unchanged.
 
     Raises FricError: When the axis' files give already what is to be designed.
     """
@@ -137,7 +137,7 @@ class Trace:
     """What a run of one axis recorded, one value a controller sample."""
 
     time: Real  # Sample instants [s], shape (n,)
-    # reference, position, measured: position asked for, true, and as the encoder tells it [m], shape (n,)
+    # reference, position, measured: position requested, true, and measured by the encoder [m], shape (n,)
     reference: Real
     position: Real
     measured: Real

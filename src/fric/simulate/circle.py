@@ -29,7 +29,7 @@ class Circle:
 
     radius: float = 0.03  # Radius [m]
     feed: float = 0.1  # Speed along the circle [m/s]
-    revolutions: int = 2  # Revolutions at full feed; the last one is looked at
+    revolutions: int = 2  # Revolutions at full feed; the last is evaluated
     direction: int = 1  # 1 counter-clockwise, -1 clockwise
 
     def __post_init__(self) -> None:
@@ -100,7 +100,7 @@ class Grid:
 
     machine: Machine  # The machine
     schemes: tuple[Scheme, ...]  # The compensation schemes
-    # feeds, radii: feeds [m/s] and radii [m] of the circles, every one with every other
+    # feeds, radii: feeds [m/s] and radii [m] of the circles, in all combinations
     feeds: tuple[float, ...]
     radii: tuple[float, ...]
     accuracy: float  # By how much the integration may move a glitch [m]
@@ -122,7 +122,7 @@ class Grid:
         return Cell(self.circle(index), np.full(len(self.schemes), np.nan), {})
 
     def __call__(self, index: int) -> Cell:
-        """Run all schemes on one circle; one that cannot run leaves no glitch, and says why."""
+        """Run all schemes on one circle; a scheme that cannot run has no glitch, but a reason."""
         circle, glitches, why = self.circle(index), np.full(len(self.schemes), np.nan), {}
         for n, scheme in enumerate(self.schemes):
             try:
@@ -134,7 +134,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Cell:
-    """What schemes leave of one circle: glitch by scheme [m], nan with the reason where one could not run."""
+    """Result of schemes on one circle: glitch by scheme [m], nan with the reason where a scheme could not run."""
 
     circle: Circle
     glitches: Real
@@ -143,7 +143,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class CircleMap:
-    """What schemes leave of all circles.
+    """Results of schemes on all circles.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ class CircleMap:
         return self.glitches[names.index(scheme)] if scheme in names else None
 
     def pairs(self) -> dict[str, tuple[Scheme, Scheme]]:
-        """Return which schemes tell what blocks gain on a static map, and what an observer does to a feedforward."""
+        """Return the schemes that show the gain of blocks over a static map, and of an observer over feedforward."""
         found = {}
         for one in self.grid.schemes:
             for other in self.grid.schemes:

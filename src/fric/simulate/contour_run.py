@@ -44,10 +44,10 @@ class Chance:
     The median ± 4.2 standard deviations: around five normal values this holds 95 % of further ones with a confidence of
     90 %, and 98 % of them in the mean. It is a tolerance interval (Hahn and Meeker, Statistical Intervals, chapter 4),
     with the median as its centre.
-    Least and largest of the five hold two of three.
+    The range of the five holds two of three.
     """
 
-    values: tuple[float, ...]  # The figure at each place; one alone where it does not hang on counts
+    values: tuple[float, ...]  # The figure at each place; a single figure where it does not depend on counts
     least: float = -inf  # What it cannot be less than: 0 for a magnitude
 
     @property
@@ -80,7 +80,7 @@ class Chance:
         return f"{self.median * scale:.{digits}f}{more}"
 
     def shown(self, scale: float = 1e6, digits: int = 1) -> bool:
-        """Tell whether half of the interval is more than the last digit that is written."""
+        """Return whether half of the interval is more than the last digit that is written."""
         return self.half * scale >= 0.5 * 10**-digits
 
 
@@ -107,7 +107,7 @@ class ContourRun(Generic[Followed, Left]):
     traces: Mapping[str, Trace]
     contour: Left  # What the scheme leaves of it
     warnings: tuple[Notice, ...] = ()  # What the user should know
-    # What it leaves at each place between two counts (`fric.simulate.contour_run`); empty where one run tells it
+    # Its errors at each place between two counts (`fric.simulate.contour_run`); empty where one run is enough
     places: tuple[Figures, ...] = ()
 
     def chance(self, name: Literal["glitch", "rms", "range", "oscillation"] = "glitch") -> Chance:
@@ -121,7 +121,7 @@ class ContourRun(Generic[Followed, Left]):
 
 
 def figures(contour: Circularity | ContourError) -> Figures:
-    """Return what is told of a contour in numbers."""
+    """Return the reported numbers of a contour."""
     return Figures(*(getattr(contour, name) for name in Figures._fields))
 
 
@@ -137,15 +137,16 @@ def at_places(
     places: int,
     only: str | None = None,
 ) -> Run:
-    """Return a run; where it hangs on the counts of encoders, that of the median glitch of several, and all they leave.
+    """Return a run; where it depends on the counts of encoders, that of the median glitch of several, with the errors
+    of all.
 
     It does so below `SLOW`, and where its glitch is less than a count.
 
     machine: The machine.
     feed: Speed along the contour [m/s].
-    once: Makes one run, of a machine with counts that lie somewhere, with an accuracy.
-    accuracy: As in `follow`; what hangs on counts is integrated to `ACCURACY` at best.
-    places: At how many places a run that hangs on counts is made; 1 for the machine as it is.
+    once: Makes one run of a machine with given places between counts, with an accuracy.
+    accuracy: As in `follow`; a run that depends on counts is integrated to `ACCURACY` at best.
+    places: Number of places for a run that depends on counts; 1 for the machine as given.
     only: As in `follow`.
     """
     moved = [machine.axes[name] for name in ([only] if only else pair(machine)) if name in machine.axes]

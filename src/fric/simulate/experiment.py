@@ -35,14 +35,15 @@ class Trial:
 
     @property
     def window(self) -> tuple[int, int]:
-        """The first sample that is logged, and the one behind the last."""
+        """The first sample that is logged, and one past the last."""
         sampling, end = self.reference.sampling, self.end
         return round(self.begin * sampling), len(self.reference) if end is None else round(end * sampling)
 
     def run(self, axis: Axis, began: float = 0.0, accuracy: float = 0.0) -> Trace:
         """Run it on an axis, ``began`` seconds after the session did.
 
-        ``accuracy`` is that of `run_axis`; an excitation is integrated to the last digits: its lines tell A by less.
+        ``accuracy`` is that of `run_axis`; an excitation is integrated to the last digits: small errors in its lines
+        change A.
         """
         accuracy = accuracy if self.excitation is None else 0.0
         return run_axis(axis, self.reference, excitation=self.excitation, began=began, accuracy=accuracy)
@@ -70,7 +71,7 @@ def logs_of(axis: Axis, trials: Iterable[Trial], seed: int = 0) -> Iterator[Log]
 class Experiment:
     """An experiment: called with an axis, a seed and its settings it returns the records; `trials` plans them alone."""
 
-    trials: Callable[..., list[Trial]]  # What is asked of the axis, one trial a record, by the settings
+    trials: Callable[..., list[Trial]]  # The requested motion, one trial a record, by the settings
 
     def __call__(self, axis: Axis, *, seed: int = 0, **settings: object) -> list[Log]:
         """Return the records of the axis, which begins at rest."""
@@ -200,14 +201,13 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
 ) -> list[Trial]:
     """Return one record a peak of a periodic multisine on the control voltage, while the axis slides or rests.
 
-    Sliding one way keeps Coulomb friction constant, so that it stays out of the response; around rest, two peaks tell
-    what friction adds. The voltage is what the inverse model asks for a multisine of equal velocity amplitudes, the
-    same for every peak but for its size. One period is left to run in; then whole periods are logged, at the
-    controller's rate.
+    Sliding one way keeps Coulomb friction constant, so that it stays out of the response; around rest, two peaks show
+    what friction adds. The voltage is that of the inverse model for a multisine of equal velocity amplitudes, the same
+    for every peak except its size. The first period runs in; then whole periods are logged, at the controller's rate.
 
     axis: The axis.
     mean: Mean speed [m/s], 30 mm/s where neither it nor the axis says; 0 for an axis at rest.
-    peaks: Peak velocity of each multisine [m/s]; one of half the mean speed where not given.
+    peaks: Peak velocity of each multisine [m/s]; a single peak of half the mean speed where not given.
     lowest, highest: First and last frequency [Hz]; all are multiples of the lowest. 2 and 500 where neither they nor
         the axis say.
     lines: Frequencies, spaced evenly on a logarithmic scale as far as multiples allow; 60 where nothing else is said.
@@ -273,12 +273,12 @@ def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> I
     seed
         Seed of all that is random.
     settings
-        Settings of that experiment's own function, such as ``speeds``; of all, each takes those it knows.
+        Settings of the function of that experiment, such as ``speeds``; of ``all``, each takes those it knows.
 
     Raises
     ------
     FricError
-        When there is no such experiment, or a setting is none of its own.
+        When there is no such experiment, or it has no such setting.
     """
     if kind != "all" and kind not in EXPERIMENTS:
         raise FricError(f"there is no experiment '{kind}'", hint=f"There are {', '.join(EXPERIMENTS)}, and all.")

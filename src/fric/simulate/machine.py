@@ -64,8 +64,8 @@ class Axis:
     nominal_friction
         The friction that its controller believes.
     nominal
-        The plant that its controller believes: in the inverse model, and from friction to voltage. The true one where
-        it is not given.
+        The plant that its controller believes: in the inverse model, and from friction to voltage. The true plant where
+        not given.
     observer
         Its disturbance observer, for the schemes that use one.
     blocks
@@ -121,7 +121,7 @@ class Axis:
         )
 
     def lead(self, asked: Lead | None = None) -> float:
-        """Return how far its controller feeds forward ahead of the reference [s], as asked or as it is set."""
+        """Return the lead of the feedforward of its controller [s], as requested or as it is set."""
         lead = self.nominal_friction.lead if asked is None else asked
         return (self.nominal or self.plant).T_d if lead == "auto" else lead
 
@@ -181,7 +181,7 @@ class Machine:
         return "\n".join([self.name, *(f"  {axis}" for axis in self.axes.values())])
 
     def is_nominal(self, models: Iterable[str | None], axes: Iterable[str]) -> bool:
-        """Tell whether what controllers know of axes is exactly true: the plant, and friction but for its gain.
+        """Return whether controllers know the axes exactly: the plant, and friction but for its gain.
 
         Parameters
         ----------
@@ -209,7 +209,7 @@ class Machine:
         return self.axes[name]
 
     def with_belief(self, **beliefs: Any) -> Machine:
-        """Return the machine with controllers that believe something else; what its axes truly are stays as it is.
+        """Return the machine with other models in its controllers; its true axes do not change.
 
         Parameters
         ----------
@@ -231,10 +231,10 @@ class Machine:
         return replace(self, axes=axes)
 
     def placed(self, place: float) -> Machine:
-        """Return the machine with position 0 elsewhere between two counts of its encoders, from 0 to 1.
+        """Return the machine with another place of position 0 between two counts of its encoders, from 0 to 1.
 
         The n-th axis lies at n times the place, less whole counts: multiples of 1/5 put every axis on each of five
-        places once, and no two axes on the same ones together.
+        places once, and no two axes on the same places together.
         """
         axes = {name: axis.placed(n * place % 1.0) for n, (name, axis) in enumerate(self.axes.items(), 1)}
         return replace(self, axes=axes)

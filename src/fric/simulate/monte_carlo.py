@@ -23,7 +23,7 @@ from fric.simulate.processes import outcomes
 from fric.simulate.spread import DEFAULT_SPREADS, Intervals, Spread, check_spreads, draw_machine
 
 QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}
-"""Quantiles of the glitch that are told, by their keys in JSON and run files."""
+"""Quantiles of the glitch that are reported, by their keys in JSON and run files."""
 
 ACCURACY = 5e-9
 """By how much the integration of the plant may move a glitch [m], where machines differ by micrometres."""
@@ -73,7 +73,7 @@ class Study:
         return (machine if self.completion is None else self.completion(machine, index)), drawn
 
     def __call__(self, index: int) -> Outcome:
-        """Run all schemes on machine number ``index``; one that cannot run leaves no glitch, and says why."""
+        """Run all schemes on machine number ``index``; a scheme that cannot run has no glitch, but a reason."""
         quadrants = np.full((len(self.schemes), 4), np.nan)
         saturated = np.zeros(len(self.schemes), bool)
         swings = np.full(len(self.schemes), np.nan)
@@ -98,7 +98,7 @@ class Study:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the schemes left on one of the machines."""
+    """Results of the schemes on one of the machines."""
 
     index: int  # Number of the machine
     # What was drawn for it, by ``AXIS.NAME``: factors of spreads [1], values drawn from intervals [SI]
@@ -200,7 +200,7 @@ def _unused(found: MonteCarlo) -> Iterator[Notice]:
 
 
 def monte_carlo(study: Study, machines: int, *, workers: int | None = None) -> MonteCarlo:
-    """Run a study on so many machines.
+    """Run a study on a number of machines.
 
     study: What is run on each machine.
     machines: How many.

@@ -113,7 +113,7 @@ class PointPath:
 
 @dataclass(frozen=True, eq=False)
 class RecordedPath:
-    """A reference that was recorded: it is followed as it was asked for, in its own time.
+    """A recorded reference: it is followed as it was commanded, with its instants.
 
     Between its samples it is a cubic spline, whose derivatives are velocity and acceleration.
 

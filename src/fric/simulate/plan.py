@@ -1,4 +1,4 @@
-"""A plan: limits of an axis, the experiments that are to be made inside them, and what they will tell."""
+"""A plan: limits of an axis, the experiments that are to be made inside them, and their expected intervals."""
 
 from __future__ import annotations
 
@@ -59,9 +59,9 @@ class Planned:
     kind
         A kind of record, or ``circle``.
     settings
-        What it is made with, as `fric.simulate.experiment` takes it, in SI.
+        Its settings, as `fric.simulate.experiment` takes them, in SI.
     why
-        What it is for.
+        Its purpose.
     """
 
     kind: str
@@ -69,7 +69,7 @@ class Planned:
     why: str
 
     def trials(self, axis: Axis) -> list[Trial]:
-        """Return what is asked of the axis, one trial a record; a circle asks two axes, and has none."""
+        """Return the motion of the axis, one trial a record; a circle has two axes, and no trial."""
         settings: dict[str, Any] = dict(self.settings)
         return [] if self.kind == "circle" else trials_of_kind(axis, self.kind, **settings)
 
@@ -80,9 +80,9 @@ class Planned:
 
 @dataclass(frozen=True)
 class Expected:
-    """What planned records tell of one parameter."""
+    """Expected interval of one parameter from planned records."""
 
-    value: float  # Its value, as it is identified in the middle [SI]
+    value: float  # Its median identified value [SI]
     # Half the width of its 95 % interval [SI], the geometric mean of several runs; infinite where most set no limit
     half_width: float
     unit: str  # SI unit
@@ -91,18 +91,18 @@ class Expected:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What is to be run, and what it will tell.
+    """The experiments to run, and the intervals expected of them.
 
     Parameters
     ----------
     axis
-        The axis as it is known beforehand.
+        The axis as known beforehand.
     limits
         What it may do.
     planned, lasting
         The experiments, and how long each lasts [s].
     expected
-        What they tell, by parameter.
+        Expected intervals, by parameter.
     """
 
     axis: Axis
@@ -127,7 +127,7 @@ class Candidate:
 class Narrowing:
     """What the glitch is not known for, and what narrows it."""
 
-    half_width: float  # Half the 95 % interval of the predicted glitch as it is known [m]
+    half_width: float  # Half the 95 % interval of the predicted glitch so far [m]
     # Share of its variance that is due to each parameter alone, with what errs with it [1]; they sum to 1
     shares: Mapping[str, float]
     # Records by what they leave, the best first; of those that differ by less than they scatter the shortest

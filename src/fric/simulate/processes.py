@@ -39,7 +39,7 @@ def _begin(study: Callable[[int], Any]) -> None:
 
 
 def end_with_parent() -> None:
-    """Let this process end when the one that started it does, however that ends."""
+    """Let this process end with the process that started it, however that ends."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     Thread(target=lambda: (wait([parent.sentinel]), os._exit(1)), daemon=True).start()
@@ -106,8 +106,8 @@ def outcomes(study: Callable[[int], T], machines: int, *, workers: int | None = 
 
     study: What is run on each machine.
     machines: How many.
-    workers: Processes, 1 for none but this one. Where not given, one a core, and none for so few machines that this one
-        has run them by the time that others have started.
+    workers: Processes, 1 for this process alone. Where not given, one a core; this process alone for few machines,
+        which it runs before others have started.
     Raises FricError: When there are no machines or workers, or a process was killed.
     """
     if workers is None:

@@ -1,4 +1,4 @@
-"""Machines around a nominal one: what of the true machine is spread, how, and machine number i of a seed.
+"""Machines around a nominal machine: which of its true parameters are spread, how, and machine number i of a seed.
 
 What is drawn is what is true of a machine: its friction, its plant. What its controller believes stays: the friction
 that is fed forward, the nominal plant of the inverse model, the observer.
@@ -30,7 +30,7 @@ NORMAL_97_5 = 1.959963984540054
 def normals(
     covariances: Iterable[Covariance], drawn: Container[str], normal: Callable[[str], float]
 ) -> dict[str, float]:
-    """Return a standard normal number for each parameter that a covariance tells of, correlated as that tells.
+    """Return a standard normal number for each parameter of a covariance, correlated accordingly.
 
     covariances: How parameters err together, block by block.
     drawn: Parameters that are drawn from their intervals; the others of a block are passed over.
@@ -42,7 +42,7 @@ def normals(
         matrix = np.array(block.matrix)[np.ix_(kept, kept)]
         size = np.sqrt(np.diag(matrix))
         values, vectors = np.linalg.eigh(matrix / np.outer(size, size))
-        root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T  # of all roots, the one without an order
+        root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T  # of all roots, that without an order
         mixed = root @ [normal(block.names[n]) for n in kept]
         found |= {block.names[n]: float(z) for n, z in zip(kept, mixed, strict=True)}
     return found
@@ -51,9 +51,9 @@ def normals(
 def draw_within(value: float, interval: tuple[float, float], lower: float, normal: float) -> float:
     """Draw a value whose median is the estimate and whose 2.5 and 97.5 % quantiles are the interval's limits.
 
-    Half a normal distribution stands on either side of the estimate, each as wide as its side of the interval says:
-    an interval need not be symmetric. A parameter that is positive by its nature, and whose interval is, is drawn so
-    in its logarithm; of one whose interval passes its bound, what lies beyond is put on the bound.
+    Half a normal distribution lies on either side of the estimate, each as wide as its side of the interval: an
+    interval need not be symmetric. A parameter that is positive, with a positive interval, is drawn in its logarithm;
+    where an interval passes a bound of the parameter, values beyond it are moved to the bound.
 
     value: The estimate.
     interval: Its 95 % interval, both limits finite, around the value.
@@ -165,7 +165,7 @@ class Spread:
             )
 
     def factor(self, generator: np.random.Generator) -> float:
-        """Draw a factor; one of a normal distribution that is not positive is drawn again."""
+        """Draw a factor; a value of a normal distribution that is not positive is drawn again."""
         if self.low == self.high:
             return self.low
         if self.distribution.startswith("log"):
@@ -205,7 +205,7 @@ def check_spreads(spreads: Mapping[str, Spread]) -> None:
 
 @dataclass
 class _Draws:
-    """The draws of one axis of one machine: each by a seed of its own name, so that none depends on the others."""
+    """The draws of one axis of one machine: each by a seed of its name, so that none depends on the others."""
 
     seed: int
     index: int
@@ -229,7 +229,7 @@ class _Draws:
         return normals(self.covariances, self.intervals, self.normal)
 
     def factor(self, name: str, element: str = "") -> float:
-        """Return the factor of a spread; an element of a vector (``k_2``) has a factor of its own."""
+        """Return the factor of a spread; an element of a vector (``k_2``) has a separate factor."""
         if name not in self.spreads:
             return 1.0
         key = element or name
@@ -252,7 +252,7 @@ class _Draws:
         return found
 
     def discrepancy(self, name: str, spreads: Sequence[str]) -> float:
-        """Return the factor of what is off besides: of the parameter's groups, and of it or its element alone."""
+        """Return the factor of additional spreads: of the groups of a parameter, and of it or its element alone."""
         total = 1.0
         for key in (*(group for group in spreads if group in GROUPS), name, name.rpartition("_")[0]):
             if (spread := self.beyond.get(key)) is None:
@@ -277,9 +277,9 @@ def draw_machine(
 ) -> tuple[Machine, dict[str, float]]:
     """Return machine number ``index`` of those that a seed draws, and what was drawn.
 
-    Position 0 lies anywhere between two counts of its encoders, too, for all schemes alike.
-    The draw of a parameter depends on the seed, the index, the axis and the parameter alone: machine i is the same
-    however many are drawn, in whatever order, and whatever else is spread.
+    The place of position 0 between two counts of its encoders is drawn, too, and is the same for all schemes.
+    The draw of a parameter depends on the seed, the index, the axis and the parameter alone: machine i is the same for
+    any number of machines, any order, and any other spreads.
 
     machine: The nominal machine.
     index: Which of the machines, from 0.
@@ -290,7 +290,7 @@ def draw_machine(
         M·A stays with M.
     intervals: By axis and name: intervals of parameters that were identified. These are drawn from them, and not
         spread.
-    covariances: By axis: how these parameters err together; they are drawn so, each still within its own interval.
+    covariances: By axis: covariance of these parameters; they are drawn with it, each still within its interval.
     discrepancies: By axis and name, as of ``spreads``: by what factor a parameter is off beyond its interval, as a
         model or a record that is not quite right makes it.
     Returns the machine; and by ``AXIS.NAME`` the factor of each spread, or the value [SI] drawn from an interval.
@@ -316,7 +316,7 @@ def draw_machine(
 def _plant(plant: Plant, draws: _Draws) -> Plant:
     mass = draws.factor("M")
     A = draws.value("A", plant.A, 0.0, "A")
-    B = draws.value("B", plant.B, 0.0, "B", "K_f")  # identified from the input, it holds whatever K_f is
+    B = draws.value("B", plant.B, 0.0, "B", "K_f")  # identified from the input, it is valid for any K_f
     return replace(
         plant,
         A=A if "A" in draws.intervals else A / mass,

@@ -50,7 +50,7 @@ def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple
 
 
 def split_by_cycles(records: Sequence[Prepared], cycles: int) -> tuple[Split, ...]:
-    """Return one split: fit the first cycles of every record after its first reversal, score the rest of it.
+    """Return one split: fit the first cycles of every record after its first reversal, score the rest of the record.
 
     Raises FricError: When a record has no more cycles than that.
     """
@@ -68,7 +68,7 @@ def split_by_cycles(records: Sequence[Prepared], cycles: int) -> tuple[Split, ..
 
 
 def split_by_folds(records: Sequence[Prepared], folds: int) -> tuple[Split, ...]:
-    """Return so many splits: each record is cut into as many parts, and each part is scored by a fit to the others.
+    """Return ``parts`` splits: each record is cut into as many parts, and each part is scored by a fit to the others.
 
     Raises FricError: When there are fewer than two folds.
     """
@@ -159,7 +159,7 @@ class Baseline:
 class Comparison:
     """Friction models, the best first."""
 
-    # The models by their rms; of those that differ by rounding the one of fewer parameters is first
+    # The models by their rms; of those that differ by rounding the model of fewer parameters is first
     scores: tuple[Score, ...]
     records: tuple[Prepared, ...]  # The records
     near: Masks  # Which samples are near reversals, one mask a record
@@ -168,10 +168,10 @@ class Comparison:
     baselines: tuple[Baseline, ...]  # What is left without a dynamic model
     # The best model; None where its lead over another, or over a baseline, does not exceed the error of that lead
     winner: str | None
-    # For each other model and baseline by how much the best one's mean squared residual is lower, and half the 95 %
-    # interval of that [N²]
+    # For each other model and baseline, how much lower the mean squared residual of the best model is, and half the 95
+    # % interval of that [N²]
     leads: dict[str, tuple[float, float]]
-    warnings: tuple[Notice, ...]  # What the records cannot tell
+    warnings: tuple[Notice, ...]  # Warnings: what the records do not determine
 
 
 @one_blas_thread()
@@ -218,7 +218,7 @@ def compare_models(
     others: list[Score | Baseline] = [*scores[1:], *plain]
     leads = {other.name: _lead(records, scores[0].residual, other.residual) for other in others}
     winner = scores[0].name if leads and all(lead > error for lead, error in leads.values()) else None
-    amiss = record_notices(records)  # of all records, and once: what a fit tells of its own is of some
+    amiss = record_notices(records)  # of all records, and once: the warnings of a fit are of some records only
     of_records = {one.code for one in amiss}
     amiss += [one for one in scores[0].fits[0].warnings if one.code == RECORDS_VARY.code]
     of_records.add(RECORDS_VARY.code)
@@ -281,7 +281,7 @@ def _baseline(
     for split in splits:
         rows = []
         for X, record, mask in zip(of_records, records, split.fitted, strict=True):
-            fitted = record.restricted(mask)  # its own part is taken off columns and force alike (Frisch and Waugh)
+            fitted = record.restricted(mask)  # the terms of the record are projected out (Frisch and Waugh)
             both = np.column_stack([X, record.force])
             rows.append((both - record.own @ np.column_stack([fitted.record_part(y) for y in both.T]))[fitted.used])
         A, y = np.vstack(rows)[:, :count], np.vstack(rows)[:, count]
@@ -297,7 +297,7 @@ def _baseline(
 
 
 def _score(record: Prepared, left: Real, fitted: Mask, scored: Mask, into: Real) -> Real:
-    """Keep what is left of the samples scored, without the record's own part, which is that of its fitted samples."""
+    """Keep the residuals of the scored samples, without the terms of the record, fitted to the other samples."""
     source = record.restricted(fitted)
     if not source.used.any():
         source = record.restricted(scored)

@@ -1,8 +1,8 @@
 """From the parameters that a model declares to the coordinates that a fit searches in, and back.
 
-A fit knows no model: what it needs stands in `fric.friction.base.Parameter`. A stiffness, a force or a velocity is
+A fit knows no model: it needs only `fric.friction.base.Parameter`. A stiffness, a force or a velocity is
 searched in its logarithm, a viscous coefficient linearly from zero, shares by the logarithms of their ratios, and a
-parameter that is never below another by the logarithm of their ratio. How far to look is told by the records.
+parameter that is never below another by the logarithm of their ratio. The records set the range of the search.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Ranges = Mapping[str, tuple[float, float]]
 Scale = Literal["log", "linear", "ratio", "share"]
 
 LEVEL = Parameter("level", "ratio", doc="friction level of the records relative to the static map", typical=1.0)
-"""What scales F_c and F_s of a static map that is held, where the records show their own level."""
+"""Scale of F_c and F_s of a static map that is held, where each record has a level of friction."""
 
 
 @dataclass(frozen=True)
@@ -61,11 +61,11 @@ class Coordinates:
 
     model: type[FrictionModel]  # The model
     free: tuple[Coordinate, ...]  # What is searched
-    # Values in SI of the parameters that are not searched, by section and name; nan for one that is as low as the
-    # parameter it is never below
+    # Values in SI of the parameters that are not searched, by section and name; nan for a parameter equal to its lower
+    # bound, another parameter
     held: Mapping[tuple[str, str], float]
     blocks: int  # Number of blocks of a model that has any
-    negative: StaticMap | None = None  # Static map of the negative direction, where each has its own
+    negative: StaticMap | None = None  # Static map of the negative direction, where each direction has a map
 
     @classmethod
     def of(
@@ -107,7 +107,7 @@ class Coordinates:
         return np.array([c.upper for c in self.free])
 
     def without(self, index: int, value: float) -> Coordinates:
-        """Return the coordinates with one, of a parameter that is one number, held at a value in SI."""
+        """Return the coordinates with the coordinate of a scalar parameter held at a value in SI."""
         c = self.free[index]
         held = {**self.held, (c.section, c.parameter.name): value}
         return replace(self, free=(*self.free[:index], *self.free[index + 1 :]), held=held)
@@ -125,7 +125,7 @@ class Coordinates:
                     if (section, p.name) in self.held:
                         value = self.held[section, p.name]
                         found[section][p.name] = found[section][p.at_least] if isnan(value) else value
-                    elif p.shares:  # the one share of one block
+                    elif p.shares:  # the share of a single block
                         found[section][p.name] = (1.0,)
                     continue
                 at_all = given[section, p.name]
@@ -152,7 +152,7 @@ class Coordinates:
 
     def on_guideway(self, model: FrictionModel, values: Mapping[str, Mapping[str, object]]) -> FrictionModel:
         """Return a model with the map of the negative direction, at the level of the records."""
-        if self.negative is None or "static" not in values:  # a model with a force of its own has no map
+        if self.negative is None or "static" not in values:  # a model with a fixed force has no map
             return model
         level = values["static"].get(LEVEL.name, 1.0)
         assert isinstance(level, float)
@@ -187,7 +187,7 @@ class Coordinates:
 
 
 def coordinates_of(coordinates: Coordinates, model: FrictionModel) -> Real:
-    """Return the point of the search at which a model stands."""
+    """Return the point of the search that corresponds to a model."""
     model = model.model if isinstance(model, Directed) else model
     x = np.empty(len(coordinates.free))
     for n, c in enumerate(coordinates.free):

@@ -1,8 +1,8 @@
-"""By how much the force of a record is logged later than its position, told by a replay; and what it may be at least.
+"""Lag of the logged force behind the logged position, estimated by a replay; and its least uncertainty.
 
 A force that is logged τ late is ``F(t - τ)``, to first order ``F - τ·dF/dt``. After a reversal that turns the corner of
-the hysteresis cycle round, which blocks of a model cannot: so a model that is free to follow a virgin curve of any
-shape tells it from stiffness. One that is not would take its own misfit for a lag.
+the hysteresis cycle round, which blocks of a model cannot: so a model that can follow a virgin curve of any shape
+separates the lag from stiffness. Another model would take its misfit for a lag.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,23 +21,24 @@ from fric.records.prepared import Prepared
 from fric.units import readable, si_unit
 
 SUSPECTED = 0.6
-"""Samples from which on a lag is looked at once more, with the force moved by it."""
+"""Lag [samples] above which the lag is estimated again, with the force moved by it."""
 
 CLEAR = 2.0
-"""Half-widths of its mean from which on a lag is told: what a loop hunts between two counts looks like a lag within."""
+"""Half-widths of its mean above which a lag is reported: hunting between two counts looks like a smaller lag."""
 
 MOST_SAMPLES, MOST_SECONDS = 4.0, 10e-3
-"""Lags that a log may have, by its samples or by a filter [s]: a law without corners looks like a longer one."""
+"""Lags that a log may have, by its samples or by a filter [s]: friction without corners looks like a longer lag."""
 
 BLOCKS = 3
-"""Blocks from which on a model follows a virgin curve of any shape."""
+"""Number of blocks with which a model follows a virgin curve of any shape."""
 
 
 def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate]:
     """Return by how much the force is logged later than the position [s], by record; of cycles alone.
 
     It is one Gauss–Newton step from the solution, in the lag of each record and all parameters together, and its
-    interval holds for what the model misses in each cycle alike, and for channels that are aligned to half a sample.
+    interval includes the error of the model that recurs in each cycle, and an alignment of the channels to half a
+    sample.
 
     search, best: The search, and where it ended.
     quantile: Half widths are this many standard deviations.
@@ -66,7 +67,7 @@ def suspected(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool
 
 
 def credible(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
-    """Return whether the mean of lags [s] is one that the log of a drive may have."""
+    """Return whether the log of a drive may have the mean of lags [s]."""
     interval = max(_intervals(records)[name] for name in late)
     return abs(float(mean_lag(late.values()))) <= max(MOST_SAMPLES * interval, MOST_SECONDS)
 
@@ -76,7 +77,7 @@ def _intervals(records: Sequence[Prepared]) -> dict[str, float]:
 
 
 def mean_lag(late: Iterable[Estimate]) -> Estimate:
-    """Return the mean of lags [s], each weighed by its interval: a drive logs all records alike."""
+    """Return the mean of lags [s], each weighed by its interval: a drive logs all records in the same way."""
     every = list(late)
     weights = np.array([one.half_width for one in every]) ** -2.0
     lags = np.array([float(one) for one in every])
@@ -119,7 +120,7 @@ def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *
 
 
 def of_timing(search: Search, x: Real, slopes: Real) -> Real:
-    """Return what the covariance (p, p) gains since force and position belong to one instant to within a sample.
+    """Return the increase of the covariance (p, p) since force and position belong to one instant to within a sample.
 
     The channels of a log are aligned to ±dt/2, which no number of cycles shows: all records are moved by one standard
     deviation of that, to first order.

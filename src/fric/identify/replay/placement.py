@@ -1,13 +1,13 @@
 """Where the blocks of a GMS model are best placed, among all the places that are each a least-squares point.
 
 Where a model has fewer blocks than the machine, its knots can be placed in several ways, as those of any spline of free
-knots: which of them a start leads to is chance, and the interval of that one holds no other. But the force is linear in
-the shares of blocks whose k/alpha is given (`fric.identify.replay.replay_search`). So one replay with a row of blocks
-tells what any few blocks would leave: all places on a grid are tried, and the best of them settled, with no further
-replay; and all that again with noise put on the force, which tells how far noise alone moves them.
+knots: which of them a start leads to is chance, and its interval does not include the others. But the force is linear
+    in the shares of blocks whose k/alpha is given (`fric.identify.replay.replay_search`). So one replay with a row of
+    blocks gives the residual of any few blocks: all places on a grid are tried, and the best of them refined, with no
+    further replay. The same with noise added to the force shows how far noise alone moves them.
 
-A knot is told from the reversal where it is `RESOLVED` steps of the encoder away, and so is it from the knot before:
-two that are nearer are one, and the block is of more use elsewhere.
+A knot is separable from the reversal, and from the knot before, where it is `RESOLVED` steps of the encoder away: two
+nearer knots are one, and the block is of more use elsewhere.
 """
 
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ ROW, MOST = 160, 40_000
 BEYOND = 1.5
 """By how much the row is wider than the blocks, to either side, in the logarithm of k/alpha."""
 WORSE = 1.02
-"""Ratio of squared residuals from which on a place is none: between the blocks of the row the force is interpolated."""
+"""Ratio of squared residuals above which a place is rejected: the force is interpolated between blocks of the row."""
 TRIED, SETTLED, STEPS = 20_000, 40, 24
 """Places on the grid that are tried at most, those that are settled, and steps of least squares from each."""
 RIVALS, APART = 3, 0.05
@@ -47,7 +47,7 @@ class Placement:
     # What a block of unit share adds to the force over the logarithm of its k/alpha, in d directions
     blocks: CubicSpline
     target: Real  # The measured force in these directions, shape (d,)
-    noisy: int  # In how many of them it is measured; the other one says that shares sum to 1
+    noisy: int  # Number of rows that are measured; the last row states that shares sum to 1
     apart: float  # How far two knots are apart at least, over F_s [m/N]
     # places, shares: the least-squares points: the logarithms of k/alpha [N/m], and the shares, shape (m, N), the best
     # first
@@ -64,7 +64,7 @@ class Placement:
         return coordinates_of(self.search.coordinates, found)
 
     def better(self, x: Real) -> Real:
-        """Return the best point of the search (p,); x where the row of blocks tells no such place."""
+        """Return the best point of the search (p,); x where the row of blocks gives no better place."""
         if not len(self.places):
             return x
         best = self.point(self.places[0], self.shares[0])
@@ -73,9 +73,9 @@ class Placement:
     def unsettled(self, size: float) -> Real:
         """Return what a covariance (p, p) gains since noise moves blocks otherwise than to first order.
 
-        White noise is put on the force and the blocks are placed anew, from each point that is known: so an interval
-        holds the curvature that a misfit has over a knot, and other places as often as noise makes them the better
-        ones. The outer 5 % of the draws count as the limits of the others: what hardly ever happens is in no interval.
+        White noise is added to the force and the blocks are placed anew, from each known point: so an interval includes
+        the curvature of the misfit over a knot, and other places as often as noise makes them better. The outer 5 % of
+        the draws are clipped to the limits of the others.
 
         size: Standard deviation of the noise, that of the residual [N].
         """
@@ -86,7 +86,7 @@ class Placement:
         places, shares = self.places[0], self.shares[0]
         slopes = np.vstack([self.blocks(places), shares[:, None] * self.blocks(places, 1)])
         steps = np.linalg.lstsq(slopes.T, noise.T, rcond=1e-12)[0].T
-        room = np.concatenate([0.5 * shares, np.full(count, 0.5)])  # of blocks that the records hardly tell apart
+        room = np.concatenate([0.5 * shares, np.full(count, 0.5)])  # of blocks that the records hardly separate
         least = np.minimum(LEAST, 1.0 / np.max(np.abs(steps) / room, axis=1, initial=1.0, keepdims=True))
         linear = [self.point(places + one[count:], shares + one[:count]) for one in least * steps]
         found = settled(
@@ -110,7 +110,7 @@ def placed(search: Search, x: Real) -> Placement:
     """Return where the blocks of a GMS model are best placed.
 
     search: The search, of a GMS model of two blocks or more.
-    x: Where it stands, shape (p,): the static map, its level and C are taken from there, and no block.
+    x: Point of the search, shape (p,): the static map, its level and C are taken from it, but no block.
     """
     every = -(-sum(len(one.force) for one in search.records) // MOST)
     if every > 1:
@@ -160,7 +160,7 @@ def settled(blocks: CubicSpline, target: Real, places: Real, steps: int, apart: 
     """Return places (m, N), shares (m, N) and cost (m,) of the least-squares points next to many starts (m, N).
 
     Levenberg and Marquardt's steps over places and shares, the shares solved for anew after each (variable projection).
-    The target (d,) is one of all starts, or each has its own.
+    The target (d,) is common to all starts, or each has a target.
     """
 
     def solved(at: Real) -> tuple[Real, Real, Real, Real]:

@@ -53,7 +53,7 @@ class ReplayFit:
     estimates: dict[str, dict[str, Estimate]]
     records: tuple[Prepared, ...]  # The records, and which of their samples were fitted
     level: Estimate  # Level of the records relative to a static map that was held, where it was fitted; else 1
-    own: tuple[tuple[float, ...], ...]  # What each record adds of its own, in the order of its `Preparation.own`
+    own: tuple[tuple[float, ...], ...]  # Terms of each record, in the order of its `Preparation.own`
     rmse: float  # Root of the mean squared residual [N]
     r2: float  # Share of the force's variance that is explained
     independent: float  # Number of independent residuals, by their first-order autocorrelation
@@ -63,13 +63,13 @@ class ReplayFit:
     covariance: Covariance  # How the parameters that were fitted err together
     # By how much the force is logged later than the position [s], by record, see `lateness`
     late: Mapping[str, Estimate]
-    warnings: tuple[Notice, ...] = ()  # What the records cannot tell
+    warnings: tuple[Notice, ...] = ()  # Warnings: what the records do not determine
     # Standard deviation of the ``level`` [1], the ``offset`` [N] and the ``mass`` [kg] of records, where seen
     between_records: Mapping[str, Estimate] = field(default_factory=dict)
 
     @property
     def own_estimates(self) -> list[dict[Own, Estimate]]:
-        """What each record adds of its own, by name, with units."""
+        """Terms of each record, by name, with units."""
         return [
             {name: Estimate(value, si_unit(DIMENSIONS[name], self.motion)) for name, value in
              zip(record.done.own, own, strict=True)}
@@ -95,21 +95,21 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
     """Fit a friction model to records by replay: a coarse global search (NLopt's CRS2), then least squares.
 
     The blocks of a GMS model are placed first where there is no start, and where they leave more than noise (`placed`).
-    What each record adds of its own enters linearly and is projected out. After a first fit each sample is weighed by
-    its spread (`fric.identify.replay.replay_search.spread`). The intervals hold for residuals that hang together in
-    time (see `replay_covariance`), and allow for force and position that do not belong to one instant. A
-    parameter without effect on these records is found by its flat gradient, left at its typical value, and told.
+    The terms of each record (`Preparation.own`) enter linearly and are projected out. After a first fit each sample is
+    weighed by its spread (`fric.identify.replay.replay_search.spread`). The intervals are valid for residuals that are
+    correlated in time (see `replay_covariance`), and include a lag between force and position. A parameter without
+    effect on these records is found by its flat gradient, left at its typical value, and named in a warning.
 
     name: Name of the model.
     records: See `fric.records.prepared.prepared`.
-    static: Static map to keep, for a model that stands on one; it is fitted too where it is not given.
-    negative: That of the negative direction, where each has its own.
+    static: Static map to keep, for a model with a static map; it is fitted, too, where it is not given.
+    negative: That of the negative direction, where each direction has a map.
     blocks: Number of blocks, for a model of slip blocks.
     fix: Values in SI of parameters that are not fitted.
     free: Names of parameters to fit that are held by default (`delta`).
     seed: Seed of the coarse search.
     start: A model to start from; there is no coarse search then.
-    with_level: Whether the records have a level of their own, which then scales F_c and F_s of the static map that is
+    with_level: Whether each record has a level of friction, which then scales F_c and F_s of the static map that is
         kept.
     beyond: What the covariance gains besides, where the residuals do not tell it.
     Raises FricError: When there is no such model, or no such parameter, or no sample to compare.
@@ -157,12 +157,12 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
 
 
 def record_notices(records: Sequence[Prepared]) -> list[Notice]:
-    """Return what is amiss with records for any fit by replay, whatever the model."""
+    """Return the warnings about records that any fit by replay has, for any model."""
     return [*too_coarse(records), *record_flaws([record.log for record in records], "gms")]
 
 
 def _as_it_tells_the_lag(record: Prepared) -> Prepared:
-    """Return a record in sliding one way as it tells the lag; another one as it is."""
+    """Return the part of a record in sliding that determines the lag; other records are unchanged."""
     of_lag = record.log.kind == "sliding-sine" and not record.slides and not len(record.reversals)
     return record.in_sliding() if of_lag else record
 
@@ -207,7 +207,7 @@ def _described(
     static: Mapping[str, Estimate] | None,
     beyond: Beyond | None,
 ) -> ReplayFit:
-    """Return the fit with intervals, and what the records cannot tell."""
+    """Return the fit with intervals and warnings."""
     coordinates, records = search.coordinates, tuple(search.records)
     motion = records[0].log.motion
     x, seen = best.x, search.seen(best)
@@ -272,7 +272,7 @@ def _described(
 
 
 def _scatter(records: Sequence[Prepared], own: Sequence[Sequence[float]], levels: Levels | None) -> dict[str, Estimate]:
-    """Return the standard deviation of what records differ by: their level, and what each adds of its own."""
+    """Return the standard deviation of the differences between records: their level, and the terms of each."""
     found = {} if levels is None else {"level": Estimate(levels.deviation, "1")}
     for n, name in enumerate(records[0].done.own):
         values = [one[n] for one, record in zip(own, records, strict=True) if record.done.own[n:][:1] == (name,)]
@@ -291,11 +291,11 @@ def opened(
     within: Limits,
     records: Sequence[Prepared],
 ) -> tuple[Limits, list[Notice]]:
-    """Return intervals that are open where the records tell no upper limit, and what to say of them.
+    """Return intervals that are open where the records set no upper limit, and the warnings about them.
 
-    Where no branch slides, the largest force seen is no more than a lower bound of F_c and F_s, and of v_s nothing is
-    told. A stiffness whose spring gives way before the motion is seen again after a reversal is no less than what was
-    found, and of records that are all a few steps of the encoder large nothing is told of it.
+    Where no branch slides, the largest force seen is only a lower bound of F_c and F_s, and v_s is not determined. A
+    stiffness whose spring gives way before the encoder shows motion after a reversal is at least the value found;
+    records that are all a few steps of the encoder large do not determine it.
 
     coordinates: What was searched.
     values, within: Values and intervals by section and name.
@@ -333,7 +333,7 @@ def opened(
 def _level(
     values: Mapping[str, Mapping[str, float | tuple[float, ...]]],
 ) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None:
-    """Return the force at which the springs of a model give way [N]: of each block, or of the one there is."""
+    """Return the force at which the springs of a model give way [N]: of each block, or of the only spring."""
     every = {name: np.asarray(value, float) for section in values.values() for name, value in section.items()}
     if "W" in every:
         return every["W"]
@@ -348,11 +348,11 @@ BLIND = 1e-6
 def replay_information(
     records: Sequence[Prepared], model: GMS, ranges: Ranges, beyond: Beyond | None = None
 ) -> tuple[tuple[str, ...], Real]:
-    """Return what records tell of alpha, k and C of a GMS model, its static map and nothing else being known.
+    """Return the information of records about alpha, k and C of a GMS model, with only its static map known.
 
-    It is the inverse of the fit's own covariance at this model, in the directions that the records see; what they have
-    of their own (a level, offsets) is taken out. alpha enters by its logit (the last share follows from the others), k
-    and C by their logarithms, as in a friction file's covariance.
+    It is the inverse of the covariance of the fit at this model, in the directions that the records determine; the
+    terms of each record (a level, offsets) are projected out. alpha enters by its logit (the last share follows from
+    the others), k and C by their logarithms, as in a friction file's covariance.
 
     records: Records with the friction of this model, ready for replay.
     model: The model.

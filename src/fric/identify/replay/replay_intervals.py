@@ -1,4 +1,4 @@
-"""What a fit by replay says of its parameters: intervals, and what the records cannot tell."""
+"""Intervals of the parameters of a fit by replay, and warnings about what the records do not determine."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
@@ -18,16 +18,16 @@ from fric.records.prepared import Prepared
 from fric.statistics import OF_TWO, hac_covariance, jackknife, sandwich, widened
 
 ALIKE = 1.5
-"""Ratio of the spans of two records up to which they make one motion."""
+"""Ratio of the spans of two records up to which they count as the same motion."""
 LAGS = 10
-"""Lags at which residuals are looked at, to tell them from white noise."""
+"""Lags at which residuals are tested against white noise."""
 
 Beyond = Callable[[Search, Real, Real], Real]
-"""What a covariance (s, s) gains beyond what residuals tell: of a search, its end (p,), and directions seen (p, s)."""
+"""Increase of a covariance (s, s) that residuals do not show: of a search, its end (p,), and directions seen (p, s)."""
 
 
 def white(residual: Real, lengths: Sequence[int]) -> bool:
-    """Say whether residuals cannot be told from white noise (Ljung and Box, Biometrika 65, 1978, at 1 %)."""
+    """Return whether residuals are consistent with white noise (Ljung and Box, Biometrika 65, 1978, at 1 %)."""
     statistic = 0.0
     for part in np.split(residual, np.cumsum(lengths)[:-1]):
         lags = min(LAGS, len(part) // 4)
@@ -55,10 +55,10 @@ def covariance_of(gradient: Real, residual: Real, lengths: Sequence[int]) -> Rea
 def replay_covariance(gradient: Real, residual: Real, records: Sequence[Prepared], quantile: float) -> Real:
     """Return the covariance (p, p) of a fit by replay.
 
-    It is that of `covariance_of`, and where the residuals are not white, widened where one of two resamplings tells
-    more of a parameter: leaving out cycles tells how the drive repeats (`jackknife`), and weighing the parts of a cycle
-    how much the model misses in the same place each time (`sandwich`). So where a model has fewer blocks than the
-    machine, the interval is of the block that stands for several.
+    It is that of `covariance_of`, and where the residuals are not white, widened where one of two resamplings gives
+    more for a parameter: leaving out cycles shows how the drive repeats (`jackknife`), and weighing the parts of a
+    cycle shows the error of the model that recurs at the same place (`sandwich`). So where a model has fewer blocks
+    than the machine, the interval is of the block that replaces several.
 
     gradient, residual: As in `covariance_of`.
     records: The records.
@@ -88,12 +88,12 @@ class Levels(NamedTuple):
 
 
 def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Levels | None:
-    """Return how the level of friction differs between records; None where they do not tell it.
+    """Return how the level of friction differs between records; None where they do not show it.
 
     Record r shows ``(1 + u_r)·F``. The contrasts of u are estimated beside all parameters, by one Gauss-Newton step,
     with the covariance V of `replay_covariance`; by moments ``τ² = (Σu² - tr V)/(R - 1)`` (Hedges 1983). The parameters
     gain ``H·τ²·Hᵀ``, H being how they move with each u, with Student's t of R - 1. Two records are compared where they
-    make one motion alone: what a model misses of another would be taken for a level.
+    make one motion alone: the error of a model along another motion would be taken for a level.
 
     search, best: The search, and where it ended.
     shown: Derivatives of the residual by what is seen, shape (n, s).
@@ -163,7 +163,7 @@ def slopes(coordinates: Coordinates, x: Real) -> dict[tuple[str, str], Slopes]:
 
 
 def joint(coordinates: Coordinates, x: Real, covariance: Real, seen: Mask, blocks: Sequence[int]) -> Covariance:
-    """Return how the parameters that the records tell err together, blocks in the order that is given."""
+    """Return the covariance of the parameters that the records determine, blocks in the given order."""
     names: list[str] = []
     scales: list[Scale] = []
     rows: list[Real] = []
@@ -258,7 +258,7 @@ def edges(coordinates: Coordinates, x: Real, seen: Mask, covariance: Real) -> It
 
 
 def correlated(coordinates: Coordinates, covariance: Real) -> Iterator[Notice]:
-    """Say which two parameters the records hardly tell apart; those of one block among the others are not named."""
+    """Return the warning about two parameters that the records hardly separate; parameters of blocks are left out."""
     error = np.sqrt(np.diag(covariance))
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / np.outer(error, error)

@@ -1,4 +1,4 @@
-"""The search behind a fit by replay: a coarse one over few samples, least squares, and what the gradient tells."""
+"""The search behind a fit by replay: a coarse search over few samples, least squares, and the gradient."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from fric.search import minimised
 COARSE = 4_000
 """Samples that the coarse search replays."""
 EVALUATIONS = 150
-"""Replays of the coarse search, for every number that it looks for (and one)."""
+"""Replays of the coarse search per unknown (and one)."""
 HOP, HOPS = 12, 4
 """Steps of least squares after a hop of a block, and hops of each block."""
 GOLDEN = 0.6180339887498949
@@ -34,7 +34,7 @@ STEP = 1e-5
 
 @dataclass(frozen=True)
 class Point:
-    """Where a search stands."""
+    """State of a search."""
 
     x: Real  # Coordinates, shape (p,)
     residual: Real  # What is left of the force there, weighted [N], shape (n,)
@@ -46,13 +46,13 @@ class Search:
     """A model's coordinates and the records that it is fitted to."""
 
     coordinates: Coordinates  # What is searched
-    records: Sequence[Prepared]  # What it is compared with
-    # What each sample used weighs, one array a record; the same where not given. Their mean square is 1.
+    records: Sequence[Prepared]  # Force that it is compared with
+    # Weight of each used sample, one array a record; equal where not given. Their mean square is 1.
     weights: tuple[Real, ...] | None = None
 
     @cached_property
     def _weighted(self) -> list[tuple[Real, Real]]:
-        """The weights of each record, and an orthonormal basis of what it adds of its own."""
+        """The weights of each record, and an orthonormal basis of its terms (`Preparation.own`)."""
         given = self.weights or tuple(np.ones(int(record.used.sum())) for record in self.records)
         bases = [
             np.linalg.qr(record.own[record.used] / np.abs(record.own).max(axis=0) * weight[:, None])[0]
@@ -91,7 +91,7 @@ class Search:
         return total if np.isfinite(total) else 1e300
 
     def gradient(self, x: Real, *, both: bool = True) -> Real:
-        """Return the residual's derivatives, shape (n, p): central differences, or backward ones at half the cost."""
+        """Return the residual's derivatives, shape (n, p): central differences, or backward at half the cost."""
         told = [block_slopes(self.coordinates, x, record, both=both) for record in self.records]
         known = list(told[0])
         found = np.empty((sum(int(record.used.sum()) for record in self.records), len(x)))
@@ -123,7 +123,7 @@ class Search:
         return np.asarray(effect > max(error, 1e-9 * float(force)))
 
     def fine(self, x: Real, most: int = 60, *, both: bool = True) -> Real:
-        """Return the least-squares point next to x, within the bounds, in at most so many steps; see `gradient`."""
+        """Return the least-squares point next to x, within the bounds, in a bounded number of steps; see `gradient`."""
         lower, width = self.coordinates.lower, self.coordinates.upper - self.coordinates.lower
 
         def residual(y: Real) -> Real:
@@ -140,7 +140,7 @@ class Search:
         """Return a point in the right basin, over few samples.
 
         A controlled random search (Kaelo and Ali's CRS2) places the scalars and a geometric row of blocks. Then blocks
-        hop, the weakest first: one is redrawn and the fit made again, and that is kept where it is better.
+        hop, the weakest first: a block is redrawn and the fit repeated, and the result is kept where it is better.
         """
         every = -(-sum(len(r.force) for r in self.records) // COARSE)
         few = Search(self.coordinates, [record.thinned(every) for record in self.records])
@@ -225,7 +225,7 @@ def block_slopes(coordinates: Coordinates, x: Real, record: Prepared, *, both: b
     coordinates: The coordinates; only the GMS model has slopes, any other gives an empty mapping.
     x: Values of the coordinates, shape (p,).
     record: What is replayed.
-    both: Whether by central differences; else by backward ones.
+    both: Whether by central differences; else by backward differences.
     """
     if coordinates.model is not GMS:
         return {}
@@ -287,5 +287,5 @@ def side_by_side(model: FrictionModel, alpha: Real, k: Real, C: float, record: P
 
 
 def times(static: StaticMap, factor: float) -> StaticMap:
-    """Return a static map whose level is so many times as high; what is viscous enters no block."""
+    """Return a static map with its level multiplied by a factor; viscous friction enters no block."""
     return replace(static, F_c=factor * static.F_c, F_s=factor * static.F_s)

@@ -1,4 +1,4 @@
-"""What bends the forces of strokes, and what is done about it: one function a correction, in the order of their use.
+"""Corrections of errors in the forces of strokes: one function a correction, in the order of their use.
 
 Each looks for what it corrects, and returns what it takes off the strokes, how that errs, and what to say of it; or
 None where the strokes do not show it. A correction that is not in the table is not made.
@@ -29,7 +29,7 @@ from fric.records.over_strokes import PLACES, along_axis, over_place
 from fric.statistics import DIFFERENT, OF_TWO, mixed_model, sandwich
 
 FEW_STROKES = 3
-"""Strokes of a record, at two speeds or more, from which on its level is seen beside the map."""
+"""Least strokes of a record, at two speeds or more, with which its level is separable from the map."""
 
 
 def between_records(strokes: Strokes) -> Correction | None:
@@ -114,11 +114,11 @@ def place(strokes: Strokes) -> Correction | None:
 
 
 class Profile:
-    """Forces over position, as the strokes tell them.
+    """Forces over position, as the strokes show them.
 
     Along stroke i the force is ``F_i(z) = m_i + c(z) + w(z)·m_i/|m|``, |m| being the median of all: c is a force over
     position, w friction over position, both zero in the mean over the travel that strokes cover. A slow stroke is at
-    a single place, and its mean is off by what c and w are there; they are told by the strokes that go far.
+    a single place, and the values of c and w there are an error of its mean; the long strokes determine them.
     """
 
     def __init__(self, strokes: Strokes) -> None:
@@ -140,7 +140,7 @@ class Profile:
             both = np.hstack([hat, hat * points[number].force / level])
             weight = count[there] / count.sum()
             self._means.append(weight @ both)
-            # each place counts alike: a slow stroke has more samples there, and the same profile
+            # each place has the same weight: a slow stroke has more samples there, and the same profile
             around = both - weight @ both
             normal.append(around.T @ around)
             right.append(around.T @ (force - weight @ force))
@@ -151,7 +151,7 @@ class Profile:
         self._zero = np.array([np.append(middle, zero), np.append(zero, middle)])
 
     def means(self, without: int | None = None) -> Real:
-        """Return what the profile adds to the mean of each stroke [N], as all tell it, or all but one; shape (n,)."""
+        """Return the error of each stroke's mean by the profile [N], from all strokes or all but one, shape (n,)."""
         normal, right = self._normal.sum(axis=0), self._right.sum(axis=0)
         if without is not None:
             normal, right = normal - self._normal[without], right - self._right[without]
@@ -187,11 +187,11 @@ class Profile:
 BATCHES, SAMPLES = 96, 24
 """Batches that a stroke is looked at in, and samples that it has at least."""
 UNLIKE = 2.0
-"""Chi-squared over its freedom from which on the strokes do not settle like this."""
+"""Chi-squared over its freedom above which the strokes do not settle like this."""
 GAIN = 20.0
 """How much more than its parameters a settling takes from chi-squared, at least."""
 VISIBLE = 0.5
-"""Standard errors of a stroke's mean from which on what it is off by is worth taking off."""
+"""Error in standard errors of a stroke's mean above which it is corrected."""
 RISING = 0.1
 """Share of all that is taken off by which forces may rise: from break-away on they fall."""
 
@@ -228,12 +228,12 @@ class _Shared(NamedTuple):
 
 
 def settling(strokes: Strokes) -> Correction | None:
-    """Take what is left of the settling off the means of strokes, with one C for all.
+    """Remove the rest of the settling from the means of strokes, with one C for all.
 
     After a change of velocity friction follows eq. (5): while all blocks slip, ``F - s(v)`` falls by
-    ``exp(-t·C/s(v))``. Each stroke is fitted by a level and a fall of its own.
-    It errs by C, and by whether one time for all strokes takes its place. Where the strokes do not settle like eq. (5),
-    or have settled, all is left as it is.
+    ``exp(-t·C/s(v))``. Each stroke is fitted by a separate level and fall. The error of the correction is that of C,
+    and the difference to one settling time for all strokes. Where the strokes do not settle like eq. (5), or have
+    settled, nothing is changed.
     """
     points, known = strokes.points, _batched(strokes)
     shared = _shared(known) if known else None
@@ -353,10 +353,10 @@ def _unsettled(strokes: Strokes) -> Correction | None:
 
 
 def slope(strokes: Strokes) -> Correction | None:
-    """Take a force that rises along the axis off the records.
+    """Remove a force that rises along the axis from the records.
 
-    Slow strokes stay at one end of the way that fast ones cover: the rise would be taken for friction over speed.
-    Where more than a slope comes again at the same places, all is left to `place`.
+    Slow strokes stay at one end of the travel of fast strokes: the rise would be taken for a dependence of friction on
+    speed. Where more than a slope recurs at the same places, `place` corrects it.
     """
     stretches = list(strokes.stretches.with_position.values())
     if strokes.asked.over_position == "off" or (found := along_axis(stretches)) is None:
@@ -402,7 +402,7 @@ def swing(strokes: Strokes) -> Correction | None:
 
 
 def rounding(strokes: Strokes) -> Correction | None:
-    """Allow for coarse steps of the force: they put off all strokes by one amount, and the slow against the fast."""
+    """Allow for coarse steps of the force: they shift all strokes together, and the slow against the fast."""
     by, points = rounded_by(strokes.points), strokes.points
     if by == 0.0 or len(points) < 2:
         return None

@@ -38,10 +38,10 @@ class StaticFit:
     axis: str
     motion: Motion
     points: tuple[SpeedPoint, ...]  # Every steady stroke
-    static: MapFit | None  # The map of both directions, or of the positive one; None where one speed alone was logged
-    negative: MapFit | None  # The negative direction's own map where each direction has one
+    static: MapFit | None  # The map of both directions, or of the positive; None where only one speed was logged
+    negative: MapFit | None  # The map of the negative direction where each direction has a map
     at_speed: Mapping[str, Estimate]  # Where one speed alone was logged: ``velocity`` and ``force`` there
-    warnings: tuple[Notice, ...]  # What the data cannot tell
+    warnings: tuple[Notice, ...]  # Warnings: what the data do not determine
     method: str  # How the fit was made, in words
     plant: Plant | None = None  # The plant whose damping was taken off; None where nothing was
     between_records: Mapping[str, Estimate] = field(default_factory=dict)
@@ -65,8 +65,8 @@ def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
     """Identify the static friction map, eq. (2), from strokes at constant velocity.
 
     Each steady segment gives one point: velocity, robust mean force, standard error. Strokes scatter beyond their
-    noise (temperature, lubrication, place); the variance between them is estimated with the map, added to each
-    point's own, and so weights and intervals know it. Intervals are by profile likelihood.
+    noise (temperature, lubrication, place); the variance between them is estimated with the map and added to the
+    variance of each point, so that weights and intervals include it. Intervals are by profile likelihood.
 
     The arguments are those of `fric.identify_static`, in SI; ``damping_error`` is half the 95 % interval of the plant's
     damping K_f·A/B [N·s/m], which the intervals allow for.
@@ -130,7 +130,7 @@ def _refuse_stuck_force(strokes: Strokes) -> None:
 
 
 def _directions_predict(fit: MapFit) -> tuple[MapFit, bool]:
-    """Return the map with how well one for each direction predicts, and whether each direction is to have its own."""
+    """Return the map with the prediction errors of a map for each direction, and whether each direction gets a map."""
     asked = fit.asked
     errors = None if asked.direction == "both" else each_direction(fit.problem, fit.solution, asked.damping)
     if errors is not None:
@@ -200,18 +200,17 @@ def _at_one_speed(strokes: Strokes, amiss: Sequence[Notice]) -> StaticFit:
 TAKEN = 0.05
 """Share of the drive's damping that its plant may be off by, before the strokes contradict it."""
 DIFFERENT = 1e-3
-"""Probability under which directions that are alike are not taken for different."""
+"""Probability under which equal directions are not taken for different."""
 CORRELATED = 0.95
-"""Correlation of two parameters from which on the data tell them apart badly."""
+"""Correlation of two parameters above which the data hardly separate them."""
 MISSED = 0.005
-"""Share of the force by which a map misses the strokes of both directions at one speed (rms), from which on it is
-doubted."""
+"""Common error of a map in both directions at one speed (rms) over the force, above which there is a warning."""
 SEEN = 0.5
-"""Share of the fall from F_s to F_c that lies above the slowest stroke at least, for F_s to be told by strokes."""
+"""Least share of the fall from F_s to F_c above the slowest stroke for strokes to determine F_s."""
 
 
 def map_notices(fit: MapFit) -> Iterator[Notice]:
-    """Say what the data cannot tell about a fitted map."""
+    """Return the warnings about what the data do not determine of a fitted map."""
     for look in (_fall, _ageing, _strokes, _correlated, _scatter, directions_differ, _misfit):
         yield from look(fit)
 
@@ -270,7 +269,7 @@ def _named(fit: MapFit, point: SpeedPoint) -> str:
 
 
 def _correlated(fit: MapFit) -> Iterator[Notice]:
-    """Say which parameters the data tell apart badly; beyond 1 is at a bound, where the curvature says nothing."""
+    """Return the warnings about parameters that the data hardly separate; beyond 1 is at a bound."""
     without = {"v_s", "delta"} if _is_flat(fit) else set()
     size, free = np.sqrt(np.diag(fit.covariance)), fit.problem.free
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -285,7 +284,7 @@ def _correlated(fit: MapFit) -> Iterator[Notice]:
 
 
 def _scatter(fit: MapFit) -> Iterator[Notice]:
-    """Say how strokes scatter beyond their noise, unless single ones of them explain it."""
+    """Return the warning about scatter of strokes beyond their noise, unless single strokes explain it."""
     problem = fit.problem
     own = problem.standard_error**2 - fit.between**2  # of each stroke's noise, which may be lost beside the scatter
     single = float(np.sum(fit.residual**2 / own)) if own.min() > 0 else np.inf
@@ -305,7 +304,7 @@ def _misfit(fit: MapFit) -> Iterator[Notice]:
 
 
 def _missed_both_ways(fit: MapFit) -> float:
-    """Return by how much strokes of one speed stand off the map alike in both directions (rms) [N].
+    """Return the deviation from the map that strokes of one speed have in common in both directions (rms) [N].
 
     It is 0 where that is little, or where they differ between the directions by as much.
 
@@ -352,7 +351,7 @@ def directions_differ(fit: MapFit) -> Sequence[Notice]:
 
 
 def damping_notices(fit: MapFit) -> Sequence[Notice]:
-    """Say when more than the drive's own damping was taken off with a plant, or all viscous friction with it.
+    """Return a warning when a plant removed more than the damping of the drive, or all viscous friction with it.
 
     A response shows the sum of both in A; sigma is then what is left of it, and 0 within its error and the plant's.
     """

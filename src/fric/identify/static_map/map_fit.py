@@ -32,7 +32,7 @@ CLEARLY = 0.8
 LEAST_RISE = 1e-6
 """Rise of F_s with age, as a share of F_s, under which F_s does not age."""
 FEWEST = 8
-"""Strokes from which on a richer form is asked for."""
+"""Least strokes with which a richer form is tried."""
 DESCRIPTIONS = {
     "stribeck": "by eq. (2)",
     "coulomb": "without its fall",
@@ -40,7 +40,7 @@ DESCRIPTIONS = {
     "ages": "with an F_s that ages",
     "each": "by a map for each direction",
 }
-"""What the forms are called, in the order in which they are told."""
+"""Names of the forms, in the order in which they are reported."""
 
 
 def weighted_rms(weight: Real, errors: Real) -> float:
@@ -51,7 +51,7 @@ def weighted_rms(weight: Real, errors: Real) -> float:
 def predicts_better(weight: Real, plain: Real, rich: Real) -> bool:
     """Return whether the errors of a richer form at held-out strokes [N] are smaller, beyond one standard error.
 
-    Breiman, Friedman, Olshen and Stone (1984): of parameters that are not needed one in two hundred passes.
+    Breiman, Friedman, Olshen and Stone (1984): one in two hundred parameters that are not needed passes.
     """
     n, gain = len(weight), weight * (plain**2 - rich**2)
     return bool(n >= FEWEST and gain.sum() > np.sqrt(n / (n - 1)) * np.linalg.norm(gain - gain.mean()))
@@ -67,7 +67,7 @@ class HeldOut:
     ages: float | None = None
     """What F_s grows by with each factor e of the age of the contact [N], where that predicts best."""
     also: Mapping[str, float] = field(default_factory=dict)
-    """Errors of what was tried beside the forms [N], by what it is called."""
+    """Errors of what was tried beside the forms [N], by name."""
 
     def __getitem__(self, form: str) -> float:
         """Return the weighted root mean square error of a form [N]."""
@@ -82,7 +82,7 @@ class HeldOut:
         return predicts_better(self.weight, self.errors[self.form], self.errors[rich])
 
     def as_dict(self) -> dict[str, float]:
-        """Return the errors of all that was tried [N], by what it is called."""
+        """Return the errors of all that was tried [N], by name."""
         return {text: self[form] for form, text in DESCRIPTIONS.items() if form in self.errors} | dict(self.also)
 
 
@@ -104,8 +104,8 @@ def by_leverage(problem: StribeckProblem, residual: Real, jacobian: Real) -> Rea
 def at_other_speeds(problem: StribeckProblem, plain: tuple[Real, Real], rich: tuple[Real, Real]) -> bool:
     """Return whether a richer form predicts clearly better where all strokes of a speed are held out together.
 
-    What both directions show at one speed may be a place, or steps of the force: one tells of the other then. Of either
-    form the residuals [N] and the Jacobian are given, shapes (n,) and (n, p).
+    A deviation of both directions at one speed may be due to the place, or to steps of the force, so that a stroke
+    predicts the other. Residuals [N] and Jacobian of both forms are given, shapes (n,) and (n, p).
     """
     speed = np.abs(problem.v)
     order = np.argsort(speed)
@@ -145,7 +145,8 @@ def chosen(fitted: Fitted, *, fall: bool, shape: bool, fixed: bool) -> tuple[Fit
     """Return a fit of eq. (2) in the form that predicts held-out strokes best, and how well each does.
 
     Without its ``fall`` where that may be and predicts no worse, or the fall ends at a bound; with its ``shape`` factor
-    free where that may be and predicts better, and nothing ends at a bound. All strokes weigh alike where ``fixed``.
+    free where that may be and predicts better, and nothing ends at a bound. All strokes have equal weights where
+    ``fixed``.
     """
     plain, solution = fitted.problem, fitted.solution
     name = "stribeck" if plain.fall else "coulomb"
@@ -271,13 +272,13 @@ class MapFit:
     problem: StribeckProblem  # What was minimised; the standard errors include ``between``
     solution: Solution  # Where the minimum is
     estimates: Mapping[str, Estimate]
-    """Each parameter with unit and 95 % interval; an infinite limit is one that the data do not set."""
+    """Each parameter with unit and 95 % interval; the data do not determine an infinite limit."""
     covariance: Real  # Linearised covariance of the free parameters, in the order of ``problem.free``
-    between: float  # Standard deviation of the strokes beyond their own noise [N]
+    between: float  # Standard deviation of the strokes beyond their noise [N]
     held_out: HeldOut  # How well forms predict strokes that are held out
-    left_out: tuple[SpeedPoint, ...] = ()  # Strokes that stand off all others, and had no part in the fit
+    left_out: tuple[SpeedPoint, ...] = ()  # Outlying strokes that were not fitted
     standing_off: tuple[tuple[SpeedPoint, float], ...] = ()
-    """Strokes that stand off all others and had a part in the fit, each with by how much [N]; they weigh by it."""
+    """Outlying strokes that were fitted, each with its deviation [N], which reduces its weight."""
 
     @property
     def static_map(self) -> StaticMap:
@@ -335,12 +336,12 @@ def solved(strokes: Strokes, offset: float | None) -> tuple[Fitted, HeldOut]:
 
 
 def fit_map(strokes: Strokes, offset: float | None = None) -> MapFit:
-    """Fit eq. (2) to strokes; each weighs by its own error and the scatter that all show beyond theirs.
+    """Fit eq. (2) to strokes; each weighs by its error and the scatter of all beyond their errors.
 
-    A stroke is left out where it stands off the map by more than `OUTLYING` times the median absolute residual of all
-    (as a standard deviation), and its own error, and where the strokes of its direction next to it in speed, or those
-    that repeat it, contradict it: the slowest and the fastest have none beside them, and are never left out for it.
-    Single strokes that stand off and are kept weigh by what they stand off.
+    A stroke is left out where it deviates from the map by more than `OUTLYING` times the median absolute residual of
+    all (as a standard deviation), and its error, and where the strokes of its direction next to it in speed, or those
+    that repeat it, contradict it: the slowest and the fastest have no neighbours on both sides, and are never left out.
+    Outlying strokes that are kept have their deviation in their weight.
 
     Where Coulomb plus viscous friction predicts held-out strokes no worse, or a parameter of eq. (2) ends at its bound,
     that is taken: F_s = F_c and v_s are then assumed.

@@ -1,4 +1,4 @@
-"""One point of the map from each stroke, or row of a table: its velocity, its force, how sure both are; or why none."""
+"""One point of the map from each stroke, or row of a table: velocity and force with their errors; or why none."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -22,7 +22,7 @@ Average = Literal["robust", "median"]
 ROW = ", row "
 """Between the name of a table and the number of its row."""
 SWINGS = 0.03
-"""Root mean square of the velocity about its mean, over that mean, from which on a stroke counts as swinging."""
+"""Root mean square of the velocity about its mean, over that mean, above which a stroke counts as swinging."""
 UNEVEN = 0.25
 """Share by which the halves of a stroke that ripples may differ in speed."""
 ENOUGH = 4096
@@ -39,7 +39,7 @@ class SpeedPoint:
     """The friction force at one constant velocity, from one stroke or one row of a table."""
 
     velocity: float  # Signed [m/s]
-    force: float  # Robust mean [N], signed, the drive's own linear damping taken off where the plant is known
+    force: float  # Robust mean [N], signed, without the linear damping of the drive where the plant is known
     standard_error: float  # Of the force [N], with autocorrelation
     samples: int  # From which it was taken
     record: str
@@ -65,7 +65,7 @@ class SpeedPoint:
 def stroke_points(
     records: Sequence[Log | ForceVelocity], *, average: Average = "robust", plant: Plant | None = None
 ) -> tuple[list[SpeedPoint], list[Notice]]:
-    """Return one point for each stroke of the records, by velocity, and what there is to say of the others.
+    """Return one point for each stroke of the records, by velocity, and the warnings about the others.
 
     A table of forces and velocities gives a point a row. A record that says it is of constant velocity, and ripples too
     much for a steady segment, gives its inner part.
@@ -136,7 +136,7 @@ def logs_of_strokes(records: Sequence[Log | ForceVelocity]) -> list[Log]:
 
 
 def rounded_by(points: Sequence[SpeedPoint]) -> float:
-    """Return by how much the steps in which a force was logged may put off strokes of neighbouring speeds alike [N].
+    """Return the common error of strokes at neighbouring speeds by the steps of the logged force [N].
 
     It is half a step where no noise helps, of which the error of each point has 1/√3.
     """
@@ -144,7 +144,7 @@ def rounded_by(points: Sequence[SpeedPoint]) -> float:
 
 
 def force_step(logs: Sequence[Log]) -> float:
-    """Return the step in which the forces of records come [N], whatever its size; 0 where there is none."""
+    """Return the step of the forces of records [N], of any size; 0 where there is none."""
     forces = [log.force[:: max(len(log) // ENOUGH, 1)] for log in logs if log.force is not None]
     return (lattice_step(np.concatenate(forces)) or 0.0) if forces else 0.0
 
@@ -204,7 +204,7 @@ def velocity_swing(log: Log, segment: Segment) -> float:
     """Return the root mean square of the velocity about its mean over that mean; 0 where it is under `SWINGS`.
 
     Of a logged position it is the sum of ``(2πf·Z)²`` over the lines that stand out of its noise, below the frequency
-    from which on the sawtooth of whole counts would look like a swing.
+    above which the sawtooth of whole counts would look like a swing.
     """
     part, n = slice(segment.start, segment.stop), len(segment)
     if n < 4 * SHORTEST:
@@ -302,7 +302,7 @@ class Mean:
 
     value: float  # The robust mean or median, in the unit of the samples
     standard_error: float  # In the same unit
-    tau: float  # Integrated autocorrelation time [samples]: ``n / tau`` samples are worth as much as independent ones
+    tau: float  # Integrated autocorrelation time [samples]: ``n / tau`` is the number of equivalent independent samples
     rounding: float = 0.0  # What coarse steps of the samples have of the standard error, in the same unit
 
 
@@ -351,7 +351,7 @@ def huber_mean(samples: Real, step: float = 0.0) -> Mean:
 def _rounding_error(x: Real, step: float) -> float:
     """Return what rounding to coarse steps q may do to a mean, where noise σ moves it over few of them.
 
-    The samples themselves tell the step where they have two levels or more, and none was given.
+    The samples determine the step where they have two levels or more, and none was given.
 
     Rounding Gaussian noise shifts a mean by at most about ``q/π·exp(-2π²σ²/q²)`` (Widrow and Kollár, Quantization
     Noise, 2008). Of the variance that is seen, up to q²/4 may be of two neighbouring levels alone, and is no noise; and
@@ -369,8 +369,8 @@ def median(samples: Real, step: float = 0.0) -> Mean:
     """Return the median; its standard error is read off the order statistics around it.
 
     With n/tau independent samples the rank of the true median is n/2 ± sqrt(n/tau)/2 of the effective ranks, so one
-    standard error is half the distance between the two quantiles ``1/2 ± 1/(2·sqrt(n/tau))``. Of samples
-    in steps it is one of them, whatever their noise.
+    standard error is half the distance between the two quantiles ``1/2 ± 1/(2·sqrt(n/tau))``. Of samples in steps it is
+    one of the steps, at any noise.
     """
     x = np.asarray(samples, float)
     middle = float(np.median(x))

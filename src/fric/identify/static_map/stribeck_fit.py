@@ -53,7 +53,7 @@ class StribeckProblem:
     F: Real  # Forces [N], signed, shape (n,)
     standard_error: Real  # Of each force [N], shape (n,)
     delta: float | None = 1.0  # The shape factor where it is fixed; None where it is free
-    with_offset: bool = True  # False where the offset is not fitted: one direction cannot tell it from Coulomb friction
+    with_offset: bool = True  # False where no offset is fitted: one direction cannot separate it from F_c
     fall: bool = True  # False for Coulomb plus viscous friction alone, F_s = F_c
     swing: Real | None = None
     """Root mean square of the velocity about its mean over that mean, of each stroke, shape (n,); the force of a stroke
@@ -173,7 +173,7 @@ class StribeckProblem:
         return Solution(theta, found["cost"])
 
     def _nonnegative(self, columns: Mapping[str, Real], F: Real, free_offset: bool) -> dict[str, float]:
-        """Weighted non-negative least squares, with a free offset projected out first where there is one."""
+        """Weighted non-negative least squares, with a free offset, if any, projected out first."""
         w = self._weight
         A, b = np.empty((len(w), len(columns))), F * w
         for n, column in enumerate(columns.values()):
@@ -211,7 +211,7 @@ class StribeckProblem:
         return np.column_stack([columns[name] for name in self.free])
 
     def covariance(self, solution: Solution) -> Real:
-        """Return the linearised covariance of the free parameters for the standard errors as they are."""
+        """Return the linearised covariance of the free parameters for the given standard errors."""
         J = self.jacobian(solution.theta) * self._weight[:, None]
         size = np.linalg.norm(J, axis=0)
         size[size == 0] = 1.0
@@ -247,7 +247,7 @@ def profile_interval(
     known = {best_value: (-np.sqrt(target), best)}
 
     def rise(value: float) -> float:
-        if value not in known:  # each starts from the nearest one solved
+        if value not in known:  # each starts from the nearest solution
             start = known[min(known, key=lambda other: abs(other - value))][1]
             found = problem.solve({name: value}, start)
             known[value] = (np.sqrt(max(found.cost - best.cost, 0.0)) - np.sqrt(target), found)
@@ -311,7 +311,8 @@ def _polished(cost: Cost, start: Real, lower: Real, upper: Real, *, near: bool) 
 
 
 _unchecked: Any = None
-"""What SciPy's own function calls, behind checks that take twice the time of so small a problem: 8 % of `identify gms`.
+"""The function behind SciPy's public one, whose checks take twice the time of so small a problem: 8 % of `identify
+gms`.
 
 Where another SciPy has it elsewhere, its public function is called."""
 
@@ -329,7 +330,7 @@ def nonnegative(A: Real, b: Real, most: int) -> tuple[Real, float]:
     """
     A = np.ascontiguousarray(A)
     flat = A.ravel()
-    if _unchecked is None or not (isfinite(flat @ flat) and isfinite(b @ b)):  # sums tell it sooner than each number
+    if _unchecked is None or not (isfinite(flat @ flat) and isfinite(b @ b)):  # sums show it sooner than each number
         x, rest = nnls(A, b, maxiter=most)
         return x, float(rest)
     x, rest, state = _unchecked(A, b, most)
@@ -345,9 +346,9 @@ REPEATED = 0.05
 SWUNG = 0.3
 """Share of what averaging over a swing does to a force that is its error: the swing is no sine."""
 MOST_OUTLYING = 0.15
-"""Share of the strokes that may be left out: where more stand off, it is the map that is wrong."""
+"""Share of the strokes that may be left out: where more are outliers, the map is wrong."""
 STANDING = 5.0
-"""Standard deviations from the map beyond which a stroke that is kept weighs by what it stands off."""
+"""Standard deviations from the map beyond which the deviation of a kept stroke is in its weight."""
 REPEATS = 1e-3
 """Share of the force to which friction repeats at best."""
 
@@ -357,14 +358,14 @@ class Fitted(NamedTuple):
 
     problem: StribeckProblem  # What was minimised; the standard errors include all scatter
     solution: Solution  # Where the minimum is
-    between: float  # Standard deviation of the strokes beyond their own errors [N]
-    own: Real  # The own error of each stroke that is kept [N]
+    between: float  # Standard deviation of the strokes beyond their errors [N]
+    own: Real  # The error of each stroke that is kept [N]
     kept: Mask  # Which strokes had a part, shape (n,)
-    beyond: Real  # What single strokes stand off by beyond all that [N], 0 of most; one of each that is kept
+    beyond: Real  # Deviation of single strokes beyond all that [N], mostly 0; one value a kept stroke
 
 
 def without_outliers(problem: StribeckProblem, certain: Real, *, fixed: bool) -> Fitted:
-    """Fit the strokes, the one that stands off most left out, until none does."""
+    """Fit the strokes, leaving out the worst outlier, until none is left."""
     whole, kept, own = problem, np.ones(len(problem.v), bool), problem.standard_error
     while True:
         swing = None if whole.swing is None else whole.swing[kept]
@@ -395,15 +396,15 @@ def without_outliers(problem: StribeckProblem, certain: Real, *, fixed: bool) ->
 
 
 def _beyond(problem: StribeckProblem, solution: Solution, own: Real) -> Real:
-    """Return by how much single strokes stand off a map that all others agree on [N], shape (n,).
+    """Return the deviation of single strokes from a map that all others agree on [N], shape (n,).
 
-    They are kept, for they may be the fall of a real drive, and weigh by what they stand off: an axis that hunts
+    They are kept, for they may be the fall of a real drive, and their weight includes the deviation: an axis that hunts
     between the counts of its encoder sticks now and then, which its logged position does not show. That takes less
     force: where both directions take more at one speed, it is the map that is wrong there, and they weigh as all.
     """
     found = 0.0 * own
     least = np.maximum(own, REPEATS * float(np.median(np.abs(problem.F))))
-    for _ in range(5):  # towards what most agree on, by Cauchy's weights: a few that stand off would bend the map
+    for _ in range(5):  # towards what most agree on, by Cauchy's weights: a few outliers would bend the map
         residual = np.abs(problem.F - problem.model(solution.theta))
         error = np.hypot(np.maximum(least, robust_deviation(residual)), residual)
         solution = replace(problem, standard_error=error).solve()
@@ -428,7 +429,7 @@ def _mirrored(problem: StribeckProblem, some: Mask) -> Mask:
 
 
 def _outlying(problem: StribeckProblem, solution: Solution, own: Real, kept: Mask) -> int | None:
-    """Return the stroke that stands off most, where it stands off map and neighbours beyond all measure."""
+    """Return the worst outlier, where a stroke is far off both map and neighbours."""
     if np.count_nonzero(~kept) >= MOST_OUTLYING * len(kept) or problem.degrees_of_freedom < 4:
         return None
     residual = np.abs(problem.F - problem.model(solution.theta))
@@ -443,10 +444,10 @@ def _outlying(problem: StribeckProblem, solution: Solution, own: Real, kept: Mas
 
 
 def _contradicted(problem: StribeckProblem, n: int, measure: float) -> bool:
-    """Say whether the strokes beside one in speed, of its direction, contradict it.
+    """Return whether the strokes of its direction next to a stroke in speed contradict it.
 
-    Between two others friction is between theirs, whatever the shape of its fall, to within the measure; two that
-    repeat its speed are asked alone.
+    Between two strokes friction is between theirs, for any shape of its fall, to within the measure; where two repeat
+    its speed, they alone are used.
     """
     same = (np.sign(problem.v) == np.sign(problem.v[n])) & (np.arange(len(problem.v)) != n)
     apart = np.log(np.abs(problem.v) / np.abs(problem.v[n]))

@@ -84,13 +84,13 @@ class Stretches:
 class Correction:
     """What one thing that bends the forces of strokes does to them, and to the problem that is fitted to them."""
 
-    points: Sequence[SpeedPoint] | None = None  # The points without it; None where they stay as they are
+    points: Sequence[SpeedPoint] | None = None  # The points without it; None where they do not change
     records: Sequence[Log | ForceVelocity] | None = None  # The records without it, where it is taken off each sample
     together: Callable[["Strokes"], Real] | Real | None = None
     """Directions in which its error moves the forces of all points [N], half widths, shape (m, n)."""
     notices: Sequence[Notice] = ()  # What there is to say of it
     tried: Mapping[str, float] = field(default_factory=dict)
-    """Error at held-out strokes [N] of what was not taken, by what it is called."""
+    """Error at held-out strokes [N] of what was not taken, by name."""
     into: Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem] | None = None
     """What it changes of the problem."""
     between_records: Mapping[str, Estimate] = field(default_factory=dict)
@@ -108,7 +108,7 @@ class Strokes:
     together: Real  # Directions in which the forces of all points err together [N], half widths, shape (m, n)
     notices: tuple[Notice, ...] = ()
     tried: Mapping[str, float] = field(default_factory=dict)
-    """Errors at held-out strokes of what was tried beside the forms of the map [N], by what it is called."""
+    """Errors at held-out strokes of what was tried beside the forms of the map [N], by name."""
     into: tuple[Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem], ...] = ()
     between_records: Mapping[str, Estimate] = field(default_factory=dict)
 
@@ -171,7 +171,7 @@ class Strokes:
         )  # fmt: skip
 
     def one_way(self, sense: float) -> Self:
-        """Return the strokes of one direction, the negative one mirrored."""
+        """Return the strokes of one direction, the negative direction mirrored."""
         chosen = self.velocity * sense > 0
         points = [
             replace(p, velocity=sense * p.velocity, force=sense * p.force)

@@ -1,4 +1,4 @@
-"""What a real axis has beyond eq. (1) and one friction model, each off by default."""
+"""Properties of a real axis beyond eq. (1) and a friction model, each off by default."""
 
 from dataclasses import dataclass, field
 from typing import Annotated
@@ -81,7 +81,7 @@ class Reality:
 
     @property
     def moves_friction(self) -> bool:
-        """Whether the friction depends on more than the model's own state."""
+        """Whether the friction depends on more than the state of the model."""
         return any(getattr(self, name) != getattr(NONE, name) for name in _OF_FRICTION)
 
 

@@ -25,7 +25,7 @@ SPRING_TOLERANCE = 1e-10
 def true_axis(axis: Axis, place: float, began: float) -> tuple[Step, Real, Real, PlantConstants]:
     """Return the friction that an axis truly has (step, state, parameters), and its masses.
 
-    Where there is a second mass, the stretch of its spring stands first in the state.
+    With a second mass, the stretch of its spring is first in the state.
 
     axis: The axis, with its flaws.
     place: Where it begins [m], for what depends on the position.
@@ -76,7 +76,7 @@ def sensing_of(axis: Axis) -> Sensing:
 
 
 def _head(axis: Axis) -> int:
-    """Return how many parameters of a guideway stand before those of the inner model."""
+    """Return the number of parameters of a guideway, which precede those of the inner model."""
     return guideway.HEAD + 3 * (len(axis.reality.cogging) + len(axis.reality.waves))
 
 

@@ -1,6 +1,6 @@
-"""What a real axis has beyond the models, in its logs, its friction and its motor: a class a flaw.
+"""Properties of a real axis beyond the models, in its logs, its friction and its motor: a class a flaw.
 
-Beside each number stands its dimension (`fric.units`): machine files give it in any unit of that.
+Each number has its dimension (`fric.units`): machine files give it in any unit of that.
 """
 
 from dataclasses import dataclass, fields
@@ -61,7 +61,7 @@ class Wave:
 
 @dataclass(frozen=True)
 class Direction:
-    """Friction of the negative direction, over that of the positive one.
+    """Friction of the negative direction, over that of the positive direction.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class Direction:
 
     @property
     def is_none(self) -> bool:
-        """Whether the directions are alike."""
+        """Whether the directions are equal."""
         return self == Direction()
 
 
@@ -179,20 +179,20 @@ class ForceChannel:
 
 @dataclass(frozen=True)
 class Clock:
-    """When samples are taken.
+    """Instants of the samples.
 
     Parameters
     ----------
     jitter
         Standard deviation of the instants [s], around even ones.
     lost
-        Share of the samples that is lost [1], here and there.
+        Share of the samples that is lost at random [1].
     position
         Time by which the position is logged late [s], against the clock.
     input
         Time by which the voltage is logged late [s], against the clock.
     stamped
-        Whether the time that is logged tells jitter and loss. Else it is counted on evenly.
+        Whether the logged time shows jitter and loss. Else it is evenly spaced.
     """
 
     jitter: Annotated[float, "time"] = 0.0
@@ -232,7 +232,7 @@ class NoiseColour:
 class Interpolation:
     """Sub-divisional error of the encoder.
 
-    It tells ``z + error·sin(2π·z/pitch + phase)``, in whole steps.
+    Its reading is ``z + error·sin(2π·z/pitch + phase)``, in whole steps.
 
     Parameters
     ----------

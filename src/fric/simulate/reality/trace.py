@@ -23,13 +23,13 @@ from fric.simulate.reality.parts import NoiseColour
 def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: str, kind: Kind, seed: int) -> Log:
     """Log a run as the axis' drive does.
 
-    The trace keeps every n-th sample, so many that it holds the window; voltage and force are averaged over that
-    interval, as the drive's trace filter does, so that what the controller makes of encoder steps does not alias into
+    The trace keeps every n-th sample, with n such that it holds the window; voltage and force are averaged over that
+    interval, as the drive's trace filter does, so that the controller's response to encoder steps does not alias into
     them, and are kept in single precision.
 
     axis: The axis, with the flaws of its force channel, its clock and its encoder.
     run: What happened.
-    window: The first sample that is logged, and the one behind the last.
+    window: The first sample that is logged, and one past the last.
     samples: Samples that the trace holds.
     name, kind: Of the record.
     seed: Seed of the noise, of the jitter and of what is lost; with the name of the record.
@@ -67,7 +67,7 @@ def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: 
 
 
 def encoder_tells(axis: Axis, position: Real) -> Real:
-    """Return what the axis' encoder tells of a position [m], its sub-divisional error included, as in the loop."""
+    """Return the encoder's reading of a position [m], with the sub-divisional error, as in the loop."""
     found = np.array(position, float)
     read(found, axis.encoder.resolution, sensing_of(axis))
     return found
