@@ -289,3 +289,22 @@ def test_a_frame_is_a_record_and_a_run_is_a_circle():
     found = fric.diagnose(run, scheme="a")
     assert found.found.glitches["+x"].value == pytest.approx(40e-6, rel=0.1)
     assert float(fric.identify_controller(run, scheme="a").K_p) == pytest.approx(130.9, rel=0.01)
+
+
+def test_results_take_the_place_of_their_files(gms, tmp_path):
+    """A report of results tells what that of their files does; a machine is taken as itself."""
+    gms.save(tmp_path / "friction-x.yaml")
+    alone, of_file = fric.make_report(gms, fric.read(STROKES)), fric.make_report(tmp_path / "friction-x.yaml", STROKES)
+    axes, of_files = (one.document["axes"] for one in (alone, of_file))
+    assert axes == of_files == ["x"]
+    assert alone.inputs.items[0].sections() == of_file.inputs.items[0].sections()
+    model = fric.read_friction(tmp_path / "friction-x.yaml")
+    assert isinstance(model, fric.GMS)
+    assert model.static == fric.read_friction(tmp_path / "friction-x.yaml", "static")
+    with pytest.raises(fric.FricError, match="dahl"):
+        fric.read_friction(tmp_path / "friction-x.yaml", "dahl")
+    machine = fric.read_machine("xy-table")
+    run = fric.circle(machine, "a")
+    assert fric.diagnose(run, machine=machine).brief() == fric.diagnose(run, machine="xy-table").brief()
+    with pytest.raises(fric.FricError, match="of no file"):
+        fric.TuneResult(None, "").save(tmp_path / "tuned")

@@ -272,6 +272,26 @@ def true_friction(document: FrictionDocument) -> FrictionModel:
     raise FricError(f"there is no friction model for axis {document.axis}", hint="Give 'static' and 'gms'.")
 
 
+@verb
+def read_friction(path: Path | str, model: str | None = None) -> FrictionModel:
+    """Read the friction model of a friction file, which verbs take and `Machine.with_belief` feeds forward.
+
+    Parameters
+    ----------
+    path
+        The friction file.
+    model
+        Its name, as ``static``; else the one that builds upon the others.
+
+    Raises
+    ------
+    FricError
+        When the file does not read, or holds no such model.
+    """
+    document = read_document(Path(path), FrictionDocument)
+    return true_friction(document) if model is None else document.friction(model)
+
+
 def nominal_models(document: FrictionDocument) -> dict[str, FrictionModel]:
     """Return every model of a friction file that a controller can feed forward, by name."""
     names = (["static"] if document.static else []) + [name for name in document.model_names() if name != "rolling"]

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, Any
 
 import numpy as np
@@ -22,8 +23,11 @@ from fric.report.drift import description, document_changes, glitch_changes
 from fric.report.page import render_report
 from fric.report.view import observations
 from fric.results.base import Result
-from fric.results.given import Advance, bounded, silent
-from fric.results.kinds import CircleFiles, Quantity
+from fric.results.circle import CircleResult
+from fric.results.given import Advance, bounded, path_of, silent
+from fric.results.kinds import CircleFiles, Quantity, Reported
+from fric.results.path import PathResult
+from fric.results.records import Records
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.monte_carlo import Study
 from fric.simulate.processes import outcomes
@@ -129,7 +133,7 @@ class Report(Result):
 
 @verb
 def make_report(
-    *files: Annotated[Path | str, Kind(metavar="FILE")],
+    *files: Reported,
     circles: CircleFiles = (),
     title: str = "",
     tolerance: Annotated[Quantity | None, "position"] = None,
@@ -144,9 +148,9 @@ def make_report(
     Parameters
     ----------
     files
-        Runs, measured circles, the machine (file, or bundled name) to hold them against, documents of friction,
-        plant, controller and observer, logs to draw points from, or earlier reports: each is recognised by its
-        content; of two of one kind the earlier is compared with the later.
+        Results, or files: runs, measured circles, the machine (file, or bundled name) to hold them against, documents
+        of friction, plant, controller and observer, logs to draw points from, or earlier reports: each is recognised
+        by its content; of two of one kind the earlier is compared with the later.
     circles
         A measured circle, or a run that stands for one; repeatable.
     title
@@ -164,9 +168,21 @@ def make_report(
         When a file is none of fric's.
     """
     allowed = None if tolerance is None else bounded("tolerance", tolerance)
-    paths, measured = (list(map(Path, given)) for given in (files, circles))
-    found = collect(paths, measured, allowed)
+    with TemporaryDirectory() as folder:
+        paths = [_saved(one, Path(folder, str(n))) for n, one in enumerate(files)]
+        found = collect(paths, list(map(Path, circles)), allowed)
     return Report(replace(with_machines(found, advance), failed=tuple(failed)), title)
+
+
+def _saved(given: Any, folder: Path) -> Path:
+    """Return a file as it is given, and the file of a result, saved in a folder."""
+    if not isinstance(given, Result):
+        return path_of("a result, or a file", given)
+    binary = isinstance(given, CircleResult | PathResult | Records)
+    names = (given.document["fric"].partition("/")[0], given.document.get("axis", ""))
+    folder.mkdir()
+    given.save(path := folder / ("-".join(filter(None, names)) + (".h5" if binary else ".yaml")))
+    return path
 
 
 def report_document(inputs: ReportInput) -> dict[str, Any]:

@@ -19,8 +19,8 @@ from fric.estimate import Estimate, in_digits
 from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.notice import Notice
 from fric.results.base import Result
-from fric.results.given import CIRCLES, Advance, circles_of, quantity, schemes_of, silent
-from fric.results.kinds import CircleLike, KnownSchemes, MachineFile, Quantity, SchemeName
+from fric.results.given import CIRCLES, Advance, circles_of, machine_of, quantity, schemes_of, silent
+from fric.results.kinds import CircleLike, KnownSchemes, MachineLike, Quantity, SchemeName
 from fric.results.text import Piece, Table
 from fric.units import readable
 from fric.verb import UnfitError, verb
@@ -190,7 +190,7 @@ def _row(label: str, found: Estimate, unit: str, offset: float = 0.0) -> list[st
 @verb
 def diagnose(
     *circles: CircleLike,
-    machine: MachineFile | None = None,
+    machine: MachineLike | None = None,
     scheme: SchemeName | None = None,
     known: KnownSchemes | None = None,
     feed: Annotated[Quantity | None, "velocity"] = None,
@@ -205,7 +205,7 @@ def diagnose(
     circles
         Circle tests, or run files of `fric simulate circle`. Measured circles are taken, too.
     machine
-        Predict the circle beside it. The machine file, or the name of a bundled one.
+        Predict the circle beside it. The machine, its file, or the name of a bundled one.
     scheme
         Scheme of a run file; or the one that was on, for the prediction.
     known
@@ -226,7 +226,8 @@ def diagnose(
     if machine is None or (scheme is None and found.test.scheme == LEARNED):  # which no machine file tells
         return DiagnosisResult(found)
     wanted = schemes_of(scheme or found.test.scheme or "a", known)[0]
-    subject, identified = machine_to_predict(Path(machine))
+    file = machine if isinstance(machine, Path | str) else None
+    subject, identified = (machine_of(machine), None) if file is None else machine_to_predict(Path(file))
     drawn = identified.drawn() if identified else None
     advance(0, total=circles_to_predict(drawn))
     predicted, limits = predict(found, subject, wanted, drawn, done=advance)

@@ -89,6 +89,8 @@ KnownSchemes: TypeAlias = Annotated["Mapping[str, Scheme] | Path | str", Kind(Pa
 """Schemes by name, or their file."""
 AxisName: TypeAlias = Annotated[str, Kind(metavar="AXIS", complete="axes")]
 """The name of an axis."""
+Reported: TypeAlias = Annotated["Result | Path | str", Kind(Path, "FILE")]
+"""What a report is made of: a file, or a result in place of the file that it saves."""
 RecordName: TypeAlias = Annotated[str, Kind(metavar="NAME", complete="records")]
 """The name of a record."""
 Address: TypeAlias = Annotated[str, Kind(metavar="ADDRESS")]

@@ -12,13 +12,13 @@ from fric.circles.next_circle import measured_glitch
 from fric.circles.tune import Tuned, steps_of_tuning
 from fric.circles.tune import tune as refit
 from fric.documents.circle_findings import TuningDocument, tuned_files, write_tuned
-from fric.documents.machine_files import read_machine
+from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.notice import Notice
 from fric.output import refuse_existing, together
 from fric.results.base import Result
-from fric.results.given import CIRCLES, Advance, circles_of, silent
-from fric.results.kinds import CircleLike, MachineFile, SchemeName
+from fric.results.given import CIRCLES, Advance, circles_of, machine_of, silent
+from fric.results.kinds import CircleLike, MachineLike, SchemeName
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Machine
 from fric.threads import one_blas_thread
@@ -39,13 +39,13 @@ class TuneResult(Result):
     found
         What was found.
     source
-        The machine file that it was tuned from.
+        The machine file that it was tuned from; empty for a machine of no file, which is not saved.
     files
         What was written; empty until it is saved.
     """
 
     found: Tuned
-    source: Path
+    source: str
     files: list[Path] = field(default_factory=list)
 
     @property
@@ -117,12 +117,14 @@ class TuneResult(Result):
         from fric.figures.style import save_figure
         from fric.figures.tuned import draw_tuned
 
+        if not self.source:
+            raise FricError("this machine is of no file, and `save` writes its files anew", hint="Tune a machine file.")
         folder = Path(path)
         figures = {folder / f"{name}.png": one for name, one in self.found.axes.items()}
         if folder.is_dir():
             refuse_existing(*tuned_files(self.found, folder), *figures, force=force)
         with together(*tuned_files(self.found, folder), *figures) as made:
-            written = write_tuned(self.found, self.source, folder, force=force, done=made)
+            written = write_tuned(self.found, Path(self.source), folder, force=force, done=made)
             for place, one in figures.items():
                 save_figure(draw_tuned(one), place, force=force)
                 made.append(place)
@@ -132,7 +134,7 @@ class TuneResult(Result):
 
 @verb
 def tune(
-    machine: MachineFile,
+    machine: MachineLike,
     *circles: CircleLike,
     scheme: SchemeName | None = None,
     loop: bool = False,
@@ -143,7 +145,7 @@ def tune(
     Parameters
     ----------
     machine
-        The machine, as in configs/. Its file, or the name of a bundled one.
+        The machine, as in configs/. Itself, its file, or the name of a bundled one.
     circles
         Circle tests, or run files of `fric simulate circle`. One fast and one slow, with reference, position and
         voltage of both axes; measured circles are taken, too.
@@ -159,11 +161,10 @@ def tune(
     FricError
         When a test lacks a channel, or there is no nominal GMS model.
     """
-    source = Path(machine)
-    subject = read_machine(source)
+    subject = machine_of(machine)
     if not (tests := circles_of(circles, scheme)):
         raise UnfitError(CIRCLES, None)
     advance(0, total=steps_of_tuning(tests))
     with one_blas_thread():  # products of small matrices between compiled replays
         found = refit(subject, tests, advance, loop=loop)
-    return TuneResult(found, source)
+    return TuneResult(found, str(subject.origin.get("path", "")))
