@@ -70,7 +70,7 @@ TYPES: dict[str, tuple[Callable[..., Any], dict[str, np.ndarray]]] = {
         {"frequency": FREQUENCY, "magnitude": 1 / FREQUENCY, "phase": -FREQUENCY / 30, "coherence": FREQUENCY / 100},
     ),
     "table": (ForceVelocity, {"velocity": S, "force": S, "deviation": S**2, "error": S**2, "n": T + 9}),
-    "circle": (circle, {"time": T, "position": S, "reference": S, "input": S, "force": S}),
+    "circle": (circle, {"time": T, "position": np.cos(1e4 * S), "reference": S, "input": S, "force": S}),
     "ball bar": (ball_bar, {"angle": S, "deviation": S}),
     "points": (lambda **a: PointPath(**a, feed=0.1), {"x": T, "y": T**2}),
     "recorded": (RecordedPath, {"time": T, "x": T**2, "y": T**2}),
@@ -128,6 +128,11 @@ def turning(seconds: float, rate: float = 2000.0, **gaps: float) -> MeasuredCirc
         name: replace(one, position=one.position * 2e-3, reference=one.reference * 2e-3) for name, one in axes.items()
     }
     return MeasuredCircle(2e-3, 0.05, 1, axes)
+
+
+def test_an_axis_that_stands_still_on_a_circle_is_refused() -> None:
+    with pytest.raises(FricError, match="axis x moves by 0 µm on a circle of 1e\\+03 mm"):
+        circle(position=np.zeros(N))
 
 
 @pytest.mark.parametrize(

@@ -84,6 +84,8 @@ MOST = 1e3
 """Radius [m] and feed [m/s] of a circle test at most."""
 CHANNELS = ("time", "reference", "position", "input", "force")
 """What a trace of one axis of a circle test can hold."""
+STILL = 0.01
+"""Share of the radius by which each axis of a circle moves at least."""
 SLOWEST = 900.0
 """Samples a second at least that show what happens at a reversal [Hz]."""
 
@@ -141,7 +143,7 @@ class MeasuredCircle:
     ------
     FricError
         When radius or feed are not positive or beyond every machine, the direction is none, neither traces nor a
-        deviation are there, or `fric.series.keep` raises.
+        deviation are there, an axis does not move, or `fric.series.keep` raises.
     """
 
     radius: float
@@ -174,6 +176,13 @@ class MeasuredCircle:
                 where=self.where,
                 hint="Record both axes, or the angle and the deviation of a ball bar.",
             )
+        for name in self.names if self.axes else ():
+            travel = float(np.ptp(self.axes[name].position))
+            if travel < STILL * self.radius:
+                raise FricError(
+                    f"axis {name} moves by {travel * 1e6:.3g} µm on a circle of {self.radius * 1e3:.3g} mm",
+                    where=self.where, hint="Is it the column of the measured position, in the right unit?",
+                )  # fmt: skip
 
     @property
     def where(self) -> str:
