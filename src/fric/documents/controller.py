@@ -119,17 +119,13 @@ def observer_tree(
     if robust.q is not None:
         limits["robust"] |= {"frequency": Estimate(robust.frequency, "Hz"), "Delta": Estimate(robust.size, "1")}
     content = {
-        "axis": axis,
-        "motion": motion,
-        "filter": observer.q.name,
+        "axis": axis, "motion": motion, "filter": observer.q.name,
         "cutoff": Estimate(observer.q.cutoff, "Hz", assumed=design.assumed),
         "bandwidth": Estimate(observer.q.bandwidth, "Hz", assumed=design.assumed),
         "A": Estimate(observer.A, si_unit("rate", motion)),
-        "B": Estimate(observer.B, si_unit("acceleration per input", motion)),
-        "reason": design.reason,
-        "limits": limits,
-        "margins": {name: loop.margins.as_dict() for name, loop in design.loops().items()},
-    }
+        "B": Estimate(observer.B, si_unit("acceleration per input", motion)), "reason": design.reason,
+        "limits": limits, "margins": {name: loop.margins.as_dict() for name, loop in design.loops().items()},
+    }  # fmt: skip
     return ObserverDocument.made(content, notices=[*notices, *design.warnings], logs=logs).tree()
 
 
@@ -210,17 +206,12 @@ def block_tree(
     """Return a control block with the margins of the loop as a block document."""
     block, margins = design.block, {} if design.margins is None else {"input": design.margins.as_dict()}
     return {
-        "fric": BlockDocument.type_name(),
-        "axis": axis,
-        "motion": motion,
-        "block": block.name,
+        "fric": BlockDocument.type_name(), "axis": axis, "motion": motion, "block": block.name,
         "parameters": _given(in_units(vars(block), {one.name: one.dimension for one in block.parameters}, motion)),
         "reason": design.reason,
-        **({} if cascade is None else {"controller": _given(ControllerPart.of(cascade, motion))}),
-        "margins": margins,
-        "warnings": list(warnings),
-        "provenance": provenance(logs),
-    }
+        **({} if cascade is None else {"controller": _given(ControllerPart.of(cascade, motion))}), "margins": margins,
+        "warnings": list(warnings), "provenance": provenance(logs),
+    }  # fmt: skip
 
 
 def _given(values: Mapping[str, Estimate]) -> dict[str, Any]:

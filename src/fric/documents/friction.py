@@ -261,12 +261,9 @@ def _used(plant: Plant | None, motion: Motion, *taken: str) -> dict[str, Any]:
 
 def _quality(fit: MapFit, unit: str) -> dict[str, Any]:
     return {
-        "rmse": Estimate(fit.rmse, unit),
-        "r2": fit.r2,
-        "between_strokes": Estimate(fit.between, unit),
-        "left_out": len(fit.left_out),
-        "covariance": Covariance.of(fit.problem.free, fit.covariance, "linear"),
-    }
+        "rmse": Estimate(fit.rmse, unit), "r2": fit.r2, "between_strokes": Estimate(fit.between, unit),
+        "left_out": len(fit.left_out), "covariance": Covariance.of(fit.problem.free, fit.covariance, "linear"),
+    }  # fmt: skip
 
 
 def gms_tree(fit: GMSFit, logs: Sequence[Log], given: FrictionDocument | None = None) -> dict[str, Any]:

@@ -216,34 +216,25 @@ def _of_responses(fit: PlantFit) -> dict[str, Any]:
     hold = fit.hold
     return known(
         method="frequency response: weighted least squares on log magnitude and phase",
-        points=int(sum(np.count_nonzero(response.used) for response in fit.responses)),
-        chi2=fit.solution.chi2,
-        misfit=Estimate(fit.solution.misfit, "1"),
-        sampling=None if hold is None else Estimate(hold, "Hz"),
-        hold_delay=None if hold is None else Estimate(hold_delay(hold), "s"),
-        transport_delay=fit.transport,
+        points=int(sum(np.count_nonzero(response.used) for response in fit.responses)), chi2=fit.solution.chi2,
+        misfit=Estimate(fit.solution.misfit, "1"), sampling=None if hold is None else Estimate(hold, "Hz"),
+        hold_delay=None if hold is None else Estimate(hold_delay(hold), "s"), transport_delay=fit.transport,
         responses=[_response(response, fit.motion) for response in fit.responses],
         friction=_friction(fit.friction, fit.motion),
         covariance=Covariance.of(("A", "B", "T_d"), fit.solution.covariance[:3, :3], ("linear", "log", "linear")),
-    )
+    )  # fmt: skip
 
 
 def _response(fit: ResponseFit, motion: Motion) -> dict[str, Any]:
     measured, speed = fit.measured, fit.measured.speed
     f = measured.table.frequency[fit.used]
     return known(
-        record=measured.table.name,
-        estimate=measured.description,
-        averages=measured.averages or None,
-        lines=len(f),
-        left_out=int(np.count_nonzero(~fit.used)),
-        lowest=Estimate(float(f.min()), "Hz"),
-        highest=Estimate(float(f.max()), "Hz"),
-        chi2=fit.solution.chi2,
-        misfit=Estimate(fit.solution.misfit, "1"),
+        record=measured.table.name, estimate=measured.description, averages=measured.averages or None, lines=len(f),
+        left_out=int(np.count_nonzero(~fit.used)), lowest=Estimate(float(f.min()), "Hz"),
+        highest=Estimate(float(f.max()), "Hz"), chi2=fit.solution.chi2, misfit=Estimate(fit.solution.misfit, "1"),
         velocity_rms=None if speed is None else Estimate(speed, si_unit("velocity", motion)),
         **fit.solution.estimates(motion),
-    )
+    )  # fmt: skip
 
 
 def _friction(friction: FrictionInfluence, motion: Motion) -> dict[str, Any]:
@@ -259,15 +250,10 @@ def _friction(friction: FrictionInfluence, motion: Motion) -> dict[str, Any]:
 def _of_motion(fit: MotionFit) -> dict[str, Any]:
     deviations = {name: {"deviation": deviation} for name, deviation in fit.deviation.items()}
     return {
-        "method": "motion: least squares on zero-phase filtered, decimated signals",
-        "channel": fit.channel,
-        "points": len(fit.measured),
-        "relative_error": Estimate(fit.relative_error, "1"),
-        "condition_number": fit.condition_number,
-        "autocorrelation": fit.autocorrelation,
-        "sampling": Estimate(fit.sampling, "Hz"),
-        "cutoff": Estimate(fit.conditioning.cutoff, "Hz"),
-        "decimation": fit.conditioning.decimation,
-        "border": fit.conditioning.border,
+        "method": "motion: least squares on zero-phase filtered, decimated signals", "channel": fit.channel,
+        "points": len(fit.measured), "relative_error": Estimate(fit.relative_error, "1"),
+        "condition_number": fit.condition_number, "autocorrelation": fit.autocorrelation,
+        "sampling": Estimate(fit.sampling, "Hz"), "cutoff": Estimate(fit.conditioning.cutoff, "Hz"),
+        "decimation": fit.conditioning.decimation, "border": fit.conditioning.border,
         "parameters": {name: {**estimate.as_dict(), **deviations[name]} for name, estimate in fit.estimates.items()},
-    }
+    }  # fmt: skip
