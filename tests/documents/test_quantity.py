@@ -11,7 +11,7 @@ from fric.control.cascade import Cascade
 from fric.documents import document_types
 from fric.documents.controller import ControllerPart
 from fric.documents.generated import FilePart
-from fric.documents.quantity import Known, Physical
+from fric.documents.quantity import Known, Physical, Quantity
 from fric.simulate.reality.flaws import Reality, SecondMass
 from fric.units import SI_UNITS
 
@@ -91,3 +91,20 @@ def test_what_is_written_is_read_again() -> None:
 
 def test_json_holds_no_number_that_is_none() -> None:
     assert TypeAdapter(list[Known]).validate_python([1.0, inf, nan, None]) == [1.0, None, None, None]
+
+
+@pytest.mark.parametrize(
+    ("value", "ci95"),
+    [(1.0, [0.0]), (1.0, [[0.0, 2.0]]), (1.0, [0.0, 1.0, 2.0]), ([1.0, 2.0], [0.0, 2.0]), ([1.0, 2.0], [[0.0, 2.0]]),
+     ([1.0], [[0.0]]), (1.0, [])],
+)  # fmt: skip
+def test_an_interval_that_is_not_of_its_value_makes_no_quantity(value: object, ci95: object) -> None:
+    with pytest.raises(ValueError, match="ci95 does not fit the value"):
+        Quantity.model_validate({"value": value, "unit": "N", "ci95": ci95})
+
+
+def test_an_open_limit_is_infinite() -> None:
+    one = Quantity.model_validate({"value": 1.0, "unit": "kN", "ci95": [None, 2.0]}).si("force", "linear")
+    assert one.ci95 == (-inf, 2000.0)
+    two = Quantity.model_validate({"value": [1.0, 2.0], "unit": "N", "ci95": [[0.5, None], [None, None]]})
+    assert two.si("force", "linear").ci95 == ((0.5, inf), (-inf, inf))

@@ -113,23 +113,22 @@ class Quantity(Part):
         """Return the quantity as an `Estimate` in SI; a unit of the wrong kind raises a `FricError`."""
         scale = factor(self.unit, dimension, motion)
 
-        def scaled(value: Any) -> Any:
-            return tuple(scaled(v) for v in value) if isinstance(value, list) else float(value) * scale
+        def limits(pair: Any) -> tuple[float, float]:
+            low, high = pair
+            return -inf if low is None else low * scale, inf if high is None else high * scale
 
-        limits = None if self.ci95 is None else scaled(self._limits())
-        unit = si_unit(dimension, motion)
-        return Estimate(scaled(self.value), unit, limits, self.fixed, self.assumed, self.source)
+        value: Any = tuple(one * scale for one in self.value) if isinstance(self.value, list) else self.value * scale
+        ci95: Any = self.ci95 and (tuple(map(limits, self.ci95)) if isinstance(value, tuple) else limits(self.ci95))
+        return Estimate(value, si_unit(dimension, motion), ci95, self.fixed, self.assumed, self.source)
 
-    def _limits(self) -> Any:
-        """Return the limits of the interval, an open one as infinity, one pair per element of the value."""
-        vector = isinstance(self.value, list)
-        pairs: Any = self.ci95 if vector else [self.ci95]
-        if len(pairs) != (len(self.value) if isinstance(self.value, list) else 1) or any(
-            not isinstance(pair, list) or len(pair) != 2 for pair in pairs
-        ):
-            raise FricError("ci95 does not fit the value", hint="Give [low, high], one such pair per value.")
-        ends = [[-inf if low is None else low, inf if high is None else high] for low, high in pairs]
-        return ends if vector else ends[0]
+    @model_validator(mode="after")
+    def _interval_fits(self) -> Self:
+        pairs: Any = self.ci95 if isinstance(self.value, list) else [self.ci95]
+        count = len(self.value) if isinstance(self.value, list) else 1
+        pair = all(isinstance(one, list) and len(one) == 2 for one in pairs or ())
+        if self.ci95 is not None and not (pair and len(pairs) == count):
+            raise ValueError("ci95 does not fit the value\nGive [low, high], one such pair per value.")
+        return self
 
 
 class CovarianceBlock(Part):
