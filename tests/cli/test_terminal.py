@@ -6,6 +6,7 @@ import fcntl
 import os
 import pty
 import re
+import shutil
 import struct
 import sys
 import termios
@@ -16,6 +17,7 @@ import numpy as np
 import pyte
 import pytest
 
+import fric
 from fric.cli import console
 from fric.cli.main import main
 
@@ -74,10 +76,20 @@ def screen_of(
         ["simulate", "circle", "xy-table", "--scheme", "a,c", "--monte-carlo", "2"],
         ["diagnose", str(LOGS[1])],
         ["compare", str(ROOT / "data" / "presliding-sine.h5"), "--models", "dahl"],
+        pytest.param(["learn", "xy-table", "--rounds", "2", "-o", "table.h5"], marks=pytest.mark.long(5)),
+        pytest.param(["plan", "--stroke", "300 mm", "--feed", "0.1 m/s", "-o", "plan"], marks=pytest.mark.long(60)),
+        pytest.param(["tune", "xy-table", "circle.h5", "-o", "tuned"], marks=pytest.mark.long(15)),
+        pytest.param(["auto", "fleet", "-o", "found"], marks=pytest.mark.long(20)),
+        pytest.param(["reproduce", "-o", "paper"], marks=pytest.mark.long(150)),
     ],
-    ids=lambda words: " ".join(words[:2]) if words[0] in {"identify", "simulate"} else words[0],
+    ids=lambda words: " ".join(words[:2]) if words[0] in {"identify", "simulate", "auto"} else words[0],
 )
 def test_a_bar_overwrites_nothing_and_is_gone_at_the_end(words: list[str], tmp_path: Path) -> None:
+    for date in ("2026-01-01", "2026-02-01") if "fleet" in words else ():
+        (tmp_path / "fleet" / "lathe" / date).mkdir(parents=True)
+        shutil.copy(LOGS[0], tmp_path / "fleet" / "lathe" / date)
+    if "circle.h5" in words:
+        fric.circle("xy-table", "a").save(tmp_path / "circle.h5")
     status, shown, written = screen_of(words, tmp_path)
     assert status == 0, "\n".join(shown)
     assert "━" in written, "no bar was drawn, and this test sees nothing"
