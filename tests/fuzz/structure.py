@@ -479,14 +479,20 @@ def named(known: dict[str, list[Path]]) -> dict[str, str]:
 
 
 def ended(words: list[str], folder: Path) -> tuple[int, str, float, float]:
-    """Run a command in a fork; return its status, what it printed, its processor time [s] and its memory [MB]."""
+    """Run a command in a fork; return its status, what it printed, its processor time [s] and its own memory [MB]."""
+    beside = int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     with tempfile.TemporaryFile() as heard:
         if (child := os.fork()) == 0:
             _be(words, folder, heard.fileno())
         _, how, used_up = os.wait4(child, 0)
         heard.seek(0)
         text = heard.read().decode(errors="replace")
-    return os.waitstatus_to_exitcode(how), text, used_up.ru_utime + used_up.ru_stime, used_up.ru_maxrss / 1024
+    return (
+        os.waitstatus_to_exitcode(how),
+        text,
+        used_up.ru_utime + used_up.ru_stime,
+        (1024 * used_up.ru_maxrss - beside) / 1e6,
+    )
 
 
 def _be(words: list[str], folder: Path, heard: int) -> None:
