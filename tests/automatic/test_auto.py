@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
@@ -91,14 +92,15 @@ def test_a_measured_circle_that_differs_is_told_and_the_verdict_is_not_trusted(f
             raise FricError("not here: it takes long")
         step.make()
 
-    def verdict(name: str):
-        return fric.auto(*LOGS, output=folder / "out", circles=[folder / name], run=without_tune).verdict
+    def verdict(name: str, **given):
+        return fric.auto(*LOGS, output=folder / "out", circles=[folder / name], run=without_tune, **given).verdict
 
     fric.circle(folder / "out" / "machine.yaml", "a", revolutions=3).save(folder / "same.h5")
+    designed = shutil.copy(folder / "out" / "x" / "controller.yaml", folder / "designed.yaml")
     same = verdict("same.h5")
     assert same.trusted, same.why
     fric.circle("xy-table", "a", revolutions=3).save(folder / "other.h5")
-    other = verdict("other.h5")
+    other = verdict("other.h5", controllers=[designed])  # without, the gains are those of the circle, which explain it
     assert not other.trusted
     assert other.choice is None
     assert any("does not show the circle that it was fitted to" in why for why in other.why), other.why
