@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from fric.simulate.monte_carlo import MonteCarlo
 
 SHARE = 0.95
-"""Share of the machines that were drawn which stay under what is told."""
+"""Share of the drawn machines that stay below the reported value."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,11 +39,11 @@ class Candidate:
     scheme: Scheme  # The scheme
     glitches: tuple[float, ...]  # Signed glitch at each reversal [m]
     glitch: float  # The largest magnitude of them [m]; the median over places where it hangs on counts
-    # The same at each place between two counts [m], the same places for every scheme; empty where one run tells it
+    # The same at each place between two counts [m], the same places for every scheme; empty where one run is enough
     # (`fric.simulate.contour_run`)
     places: tuple[float, ...] = ()
-    warnings: tuple[Notice, ...] = ()  # What the simulation told; one of severity ``wrong`` forbids the scheme
-    # Glitch on each of the machines that were drawn [m], the same machines for every scheme; nan on one where the
+    warnings: tuple[Notice, ...] = ()  # Warnings of the simulation; severity ``wrong`` forbids the scheme
+    # Glitch on each of the machines that were drawn [m], the same machines for every scheme; nan on a machine where the
     # scheme cannot run. Empty where none was drawn.
     drawn: tuple[float, ...] = ()
     # What swings where no axis reverses [m] (`fric.contour.Circularity.oscillation`); 0 where it is not known
@@ -136,7 +136,7 @@ class Evidence:
     circle: str = "CIRCLE.h5"
     command: str = ""  # The command that simulated; empty where it is not known
     rotary: bool = False  # Whether all axes are rotary, which no circle is of
-    # The largest glitch that is predicted of the measured circle, and that was measured [m]; None without one
+    # The largest glitch, predicted and measured, of the measured circle [m]; None without one
     glitches: tuple[float, float] | None = None
 
     @property
@@ -164,7 +164,7 @@ class Verdict:
     next: tuple[str, ...] = ()  # What to type next
     kept: bool | None = None  # Whether the tolerance is kept on 95 % of the machines; None where none was asked
     settled: tuple[Notice, ...] = ()  # As in `Evidence`
-    compared: tuple[float, float] | None = None  # The glitch that is predicted of a measured circle, and its own [m]
+    compared: tuple[float, float] | None = None  # The predicted and the measured glitch of a measured circle [m]
 
     @property
     def result(self) -> tuple[str, str]:
@@ -194,7 +194,7 @@ class Verdict:
 
     @property
     def checked(self) -> str:
-        """What a measured circle says of the prediction, in a sentence; empty without one."""
+        """The comparison of the prediction with a measured circle, in a sentence; empty without one."""
         if self.compared is None:
             return ""
         predicted, measured = (readable(one, "m", 3) for one in self.compared)
@@ -260,9 +260,9 @@ def evidence_of(
 
     made: The facts.
     candidates: What was run.
-    prediction: What the machines drawn from what was identified say. Where they were made to agree with measured
-        circles, what such a circle shows beside the machine file is explained by that, and what even they do not show
-        stands against it.
+    prediction: Results on the machines drawn from what was identified. Where they were made to agree with measured
+        circles, this explains a difference of such a circle from the machine file, and a difference that remains speaks
+        against the prediction.
     compared: As in `Evidence`.
     disagreements: By file of a measured circle, where it is not as the machine file predicts. That of a circle that all
         machines were made to agree with is settled.
@@ -301,7 +301,7 @@ def evidence_of(
 
 
 def machine_name(file: str) -> str:
-    """Return what to type for a machine's file: the name of a bundled one, else its path."""
+    """Return what to type for a machine's file: the name of a bundled machine, else its path."""
     names = {str(path): name for name, path in bundled("machine").items()}
     return names.get(str(Path(file)), file)
 
@@ -332,8 +332,8 @@ A loop with a peak sensitivity of 6 dB doubles what the guideway does.
 def decide(evidence: Evidence) -> Verdict:
     """Return which compensation to switch on, by what 95 % of the machines that were drawn stay under.
 
-    Of the schemes that cannot be told from the best the one that asks for the least; with a tolerance, of those that
-    keep it. A scheme with a limit cycle is never recommended, and none is against a measured circle.
+    Of the schemes that are as good as the best, that with the least effort; with a tolerance, of those that keep it. A
+    scheme with a limit cycle is never recommended, and no scheme against a measured circle.
 
     evidence: What was run, drawn and measured.
     """
@@ -362,14 +362,14 @@ def decide(evidence: Evidence) -> Verdict:
 
 
 def _same(one: Notice) -> str:
-    """Return what two reasons share of which one is enough; what is wrong in two files is told of both."""
+    """Return the key of a reason: of reasons with the same key one is reported, but errors of two files both."""
     if flaw_of(one).disagrees:
         return "disagrees"
     return str(one) if one.severity == "wrong" else one.code or str(one)
 
 
 def forbidden(one: Candidate, evidence: Evidence) -> list[Notice]:
-    """Return what forbids a scheme, whatever it leaves: a limit cycle, machines on which it cannot run."""
+    """Return what forbids a scheme at any glitch: a limit cycle, machines on which it cannot run."""
     found = [text for text in map(Notice.of, one.warnings) if text.severity == "wrong"]
     least = bare(evidence.candidates) or min(evidence.candidates, key=lambda other: other.oscillation)
     own, other = np.array([one.oscillation, *one.swings]), np.array([least.oscillation, *least.swings])
@@ -421,14 +421,14 @@ def _choose(usable: Sequence[Candidate], evidence: Evidence) -> Candidate:
 
 
 def _worth(worse: Candidate, better: Candidate, usable: Sequence[Candidate], evidence: Evidence) -> bool:
-    """Tell whether one surely leaves more than another, by more than an encoder's step and what is worth effort."""
+    """Return whether a glitch surely exceeds another, by more than an encoder's step and what is worth effort."""
     without = bare(usable)
     earned = EARNED * (max(one.middle for one in usable) if without is None else without.middle)
     return surely_less(better, worse, max(evidence.resolution, earned))
 
 
 def surely_less(better: Candidate, worse: Candidate, least: float) -> bool:
-    """Tell whether one stays under less than another: by more than ``least`` [m], and beyond the interval of 0."""
+    """Return whether a scheme has a smaller glitch: by more than ``least`` [m], and beyond the interval of 0."""
     return worse.stays_under - better.stays_under > least and difference(worse, better)[0] > 0
 
 
@@ -451,7 +451,7 @@ def difference(one: Candidate, other: Candidate) -> tuple[float, float]:
 
 
 def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) -> Iterator[str]:
-    """Tell what less effort would leave, and what more would gain, where the difference is sure."""
+    """Return what less effort would cost, and what more would gain, where the difference is sure."""
     if evidence.exact and evidence.machines and evidence.glitches is None:
         yield f"The controller knows this machine exactly, as no real one: the {evidence.machines} varied ones decide."
     less = [one for one in usable if 0 < one.demand < chosen.demand]

@@ -33,7 +33,7 @@ from fric.notice import Notice
 from fric.records.resolution import lattice_step
 
 BINS = 3600
-"""Parts of a turn whose means the figures are taken of, where so many were sampled."""
+"""Parts of a turn; figures are taken of their means, where the test has more samples."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def iso230(tests: Sequence[Revolutions]) -> Iso230:
         angle, mean, _ = tested.averaged(bins)
         there = np.isfinite(mean)
         angle, mean = angle[there], mean[there]
-        if tested.count == 1 and bins < BINS:  # one sample a part: its own angle, not that of the part
+        if tested.count == 1 and bins < BINS:  # one sample a part: the angle of the sample, not that of the part
             angle, mean = tested.angle % (2 * pi), tested.deviation
         centred, level = around_its_centre(angle, mean)
         paths[tested.test.direction] = (angle, centred, level)
@@ -107,9 +107,10 @@ def iso230(tests: Sequence[Revolutions]) -> Iso230:
 def lags(tests: Sequence[Revolutions], behind: Sequence[Mapping[str, float]], fit: Geometry) -> dict[str, Estimate]:
     """Return the time by which each axis is behind its reference [s], with its 95 % interval.
 
-    What of an axis' error goes with its velocity, where no glitch peaks, beside a constant, scale, backlash and the
-    tails of the glitches. Squareness does the same in one direction and the opposite in the other: the mean over both
-    is free of it, and of one direction the interval is open, but for the axes' own encoders, which do not see it.
+    The lag is the part of an axis' error that is proportional to its velocity, where no glitch peaks, beside a
+    constant, scale, backlash and the tails of the glitches. Squareness has the same effect, with opposite signs in both
+    directions: the mean over both is free of it, and with one direction the interval is open, except for the encoders
+    of the axes, which do not see it.
 
     tests: Revolutions of each test; an axis without reference has no lag.
     behind: Per test and quadrant, up to what angle behind the reversal a glitch is left out [rad].
@@ -190,7 +191,7 @@ def _holds_zero(estimate: Estimate) -> bool:
 ROUNDS = 4
 """How often what a glitch covers is looked at again."""
 SHARE = 2e-3
-"""Of the largest glitch, what the tails of glitches may miss: what repeats by less is not told from that."""
+"""Error of the tails of glitches over the largest glitch: a smaller periodic error is not separable from it."""
 
 
 @dataclass(frozen=True)
@@ -199,7 +200,7 @@ class Diagnosis:
 
     tests: tuple[Revolutions, ...]  # Whole revolutions of the test, or of both directions
     # By name: ``centre.AXIS`` [m], ``scale.AXIS`` [1], ``backlash.AXIS`` [m], ``mismatch`` [m], ``squareness`` [rad],
-    # each with its 95 % interval; open where the test does not tell it
+    # each with its 95 % interval; open where the test does not determine it
     geometry: Mapping[str, Estimate]
     # Time by which each axis is behind its reference [s], with its 95 % interval; none of an axis without reference
     lag: Mapping[str, Estimate]
@@ -212,7 +213,7 @@ class Diagnosis:
     scatter: float | None
     noise: float
     model: tuple[Real, ...]  # Radial deviation that geometry and pitch explain, per test, shape (n,) [m]
-    warnings: tuple[Notice, ...] = field(default=())  # What the test cannot tell
+    warnings: tuple[Notice, ...] = field(default=())  # Warnings: what the test does not determine
 
     @property
     def test(self) -> MeasuredCircle:
@@ -252,9 +253,9 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     These are fitted where no glitch peaks: outside 2° before each reversal and as much behind it as the pulse there
     takes to fade to a twentieth. Its tail is fitted with them, ``c·(1 + κ·φ/λ)·exp(-φ/λ)·cos φ`` at the angle φ
     behind there, with one λ and one κ for all, whose errors are in every interval; else a long tail, or one of two
-    equal poles, would pass for backlash. What is left without it is the glitch.
+    equal poles, would pass for backlash. The rest is the glitch.
 
-    tests: A circle test, or two of one radius and feed in both directions: these tell mismatch from squareness.
+    tests: A circle test, or two of one radius and feed in both directions: these separate mismatch from squareness.
     Raises FricError: When there is no whole revolution, or the tests are not of one circle.
     """
     if not tests:

@@ -1,4 +1,4 @@
-"""The controller behind a recorded voltage: whether it is the stated one, and the gains of a cascade that gives it."""
+"""The controller behind a recorded voltage: whether it is as stated, and the gains of a cascade that gives it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -20,19 +20,19 @@ from fric.notice import Notice
 from fric.statistics import robust_deviation
 
 FED = 0.7
-"""How much less a controller that feeds forward must miss the recorded voltage, to be taken for one."""
+"""Share to which feedforward must reduce the error of the voltage for a controller to count as feeding forward."""
 ALIKE = 0.06
 """Share of the fed back voltage by which a stated controller may miss it."""
 GAIN = 0.1
-"""By how much a gain may differ [1], where another one would explain what is missed."""
+"""Least difference of a gain [1] that counts, where another gain would explain the error."""
 WINDOW = 0.01
-"""Time over which means of a recorded voltage and of a stated one are compared [s]."""
+"""Time over which means of a recorded voltage and of the stated controller's are compared [s]."""
 TRIED, CLEAR = tuple(np.geomspace(0.25, 4.0, 17)), 0.8
-"""Gains that are tried, over the stated ones, and what they may leave at most of what these leave."""
+"""Gains that are tried, over the stated gains, and the largest accepted share of their error."""
 QUIET = 0.25
 """Share of what a controller misses in all, up to which its median is: the rest comes in pulses, and is added."""
 ABOVE = 6.0
-"""Times the spread of quiet samples above which a voltage is an added one."""
+"""Times the spread of quiet samples above which a voltage was added."""
 
 
 @dataclass(frozen=True)
@@ -46,15 +46,15 @@ class StatedController:
     added: Real | None  # What was added to the controller's output [V], shape (n,); None where nothing is seen
     # What is left between them, without what was added, over the recorded voltage less what is fed forward [1]
     apart: float
-    # K_p, K_i: gains that the recorded voltage shows, over the stated ones [1]; None for a gain that is stated as 0
+    # K_p, K_i: gains that the recorded voltage shows, over the stated gains [1]; None for a gain that is stated as 0
     K_p: float
     K_i: float | None
     explained: float  # What even these leave, over the same [1]
-    missed: float  # What is left between both in the median [V], whatever was added
+    missed: float  # Median difference of both [V], without what was added
 
     @property
     def as_stated(self) -> bool:
-        """Whether the controller is as it was stated: it misses little, and no other gains would miss half of it."""
+        """Whether the controller is as it was stated: its error is small, and no other gains would halve it."""
         other = max(abs(gain - 1.0) for gain in (self.K_p, self.K_i) if gain is not None) > GAIN
         return self.apart <= ALIKE and not (other and self.explained < 0.5 * self.apart)
 
@@ -75,7 +75,7 @@ def stated_voltage(
 
     cascade: The controller.
     plant: The plant of its inverse model.
-    reference, measured: Reference, and position as the encoder tells it [m], shape (n,).
+    reference, measured: Reference, and position as the encoder measures it [m], shape (n,).
     rate: Samples a second [Hz].
     ahead: Whether velocity and inverse model of the reference are fed forward.
     """
@@ -106,10 +106,11 @@ def stated_voltage(
 def against_stated(
     cascade: Cascade, plant: LinearPlant, reference: Real, measured: Real, voltage: Real, rate: float, *, ahead: bool
 ) -> StatedController:
-    """Hold a recorded voltage against that of the stated controller, and find what was added to it.
+    """Compare a recorded voltage with that of the stated controller, and find what was added to it.
 
-    A wrong gain misses wherever its part is; what was added to the output is in pulses that no gain makes, and the
-    controller is between. Gains are those of both parts of the stated voltage that make most of the recorded one.
+    A wrong gain gives an error wherever its part acts; a voltage added to the output is in pulses that no gain makes,
+    with the controller alone between them. Gains are those of both parts of the stated voltage that explain most of the
+    recorded voltage.
 
     cascade, plant, reference, measured, rate, ahead: As in `stated_voltage`.
     voltage: The recorded voltage [V], shape (n,).
@@ -146,9 +147,9 @@ def _smooth(values: Real, rate: float) -> Real:
 def _gains(rest: Real, parts: Real, least: float) -> tuple[Real, float]:
     """Return by how much each part of a controller's output is in what was recorded, and a constant [V].
 
-    What was added to the output is in few samples, but where the controller answers it: least squares would take it for
-    a gain. So of `TRIED` gains those are taken that leave most samples within `ABOVE` times what is left in the median,
-    the stated ones unless others leave far more, and least squares go over these samples.
+    The voltage added to the output is in few samples, and where the controller reacts to it: least squares would take
+    it for a gain. So of `TRIED` gains those are taken with most samples within `ABOVE` times the median residual, the
+    stated gains unless others have far more, and least squares use these samples.
     """
     tried = [np.ones(parts.shape[1])]
     for size in TRIED:
@@ -174,7 +175,7 @@ def _gains(rest: Real, parts: Real, least: float) -> tuple[Real, float]:
 def controller_behind(
     log: Log, plant: LinearPlant, cascade: Cascade, reference: Real, voltage: Real, rate: float
 ) -> tuple[bool, Real, tuple[Notice, ...]]:
-    """Return whether a controller feeds forward, what was added to its output [V], and what is told of both.
+    """Return whether a controller feeds forward, what was added to its output [V], and the warnings about both.
 
     log: The record, with a position.
     plant, cascade: The identified plant and the stated controller.
@@ -228,9 +229,9 @@ def controller_of(test: MeasuredCircle, name: str) -> FoundController:
     """Return the cascade that gives the recorded voltage of an axis.
 
     ``u = K_p·e + K_i·∫e`` with ``e = K_v·(r - z) - ż`` of the filtered velocity, beside what is fed forward: any sum of
-    the reference, its velocity, its acceleration and a constant, which is fitted and taken off. Position gain and
-    integral time change places without a change of this sum; of both orders that is taken whose integral of the
-    velocity of the reference, where that is fed forward, is the recorded one.
+    the reference, its velocity, its acceleration and a constant, which is fitted and subtracted. Position gain and
+    integral time can be exchanged without a change of this sum; the order is taken whose integral of the velocity of
+    the reference, where that is fed forward, agrees with the record.
 
     test: The circle, without compensation of friction.
     name: Name of the axis.
@@ -330,7 +331,7 @@ class _Fit:
 
 
 def _alike(rest: Real) -> float:
-    """Return how many neighbouring samples tell as much as one."""
+    """Return the number of neighbouring samples per independent sample."""
     n = len(rest)
     spectrum = np.abs(np.fft.rfft(rest - rest.mean(), 2 * n)) ** 2
     likeness = np.fft.irfft(spectrum)[:n]

@@ -1,4 +1,4 @@
-"""What of a radial deviation is geometry: centre, scales, backlash, mismatch, squareness, pitch."""
+"""The geometric part of a radial deviation: centre, scales, backlash, mismatch, squareness, pitch."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ PERIODS = (2.5, 120.0)
 TOGETHER = 200_000
 """Samples times frequencies that are looked at together: what fits the cache."""
 STANDS_OUT = 20.0
-"""Times the median power that a line has to stand out."""
+"""Least power of a significant line over the median power."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Periodic:
 
 
 def periodic_errors(angle: Real, rest: Real, geometry: Real, radius: float, most: int = 2) -> list[Periodic]:
-    """Return the lines that stand out of what geometry leaves of a circle, strongest first.
+    """Return the significant lines of a circle's residual without geometry, strongest first.
 
     angle, rest: Angle [rad] and what is left of the radial deviation [m] outside the glitches, shape (n,).
     geometry: What was fitted to it, shape (n, p): a line is looked for in what these leave of it too.
@@ -68,7 +68,7 @@ def periodic_errors(angle: Real, rest: Real, geometry: Real, radius: float, most
 
 
 def _top(axis: int, frequency: float, angle: Real, rest: Real, radius: float, basis: Real) -> float:
-    """Return the frequency near one that explains most [1/m]."""
+    """Return the frequency near a given frequency that explains most [1/m]."""
     span = 1 / (12 * radius)
     for _ in range(4):
         near = frequency + np.linspace(-span, span, 9)
@@ -104,10 +104,10 @@ STEPS = 6
 MIDDLE = np.array([float(np.log(FADES).mean()), 0.0])
 WITHIN = np.array([[np.log(FADES[0]), -0.5], [np.log(FADES[-1]), 1.0]])
 SPREAD = np.array([np.log(FADES[-1] / FADES[0]) / np.sqrt(12.0), 0.3])
-"""What is known of ln λ and κ before, as standard deviations: λ is one of `FADES`, and no tail is far from an
-exponential (one of two equal poles has κ = λ over its angle so far, 0.15 to 0.3)."""
+"""Prior standard deviations of ln λ and κ: λ is one of `FADES`, and no tail is far from an
+exponential (that of two equal poles has κ = λ over its angle so far, 0.15 to 0.3)."""
 MOST = 10_000
-"""Samples that geometry is fitted to; of more, means over so many neighbours are taken."""
+"""Samples that geometry is fitted to; of more, means over neighbours are taken."""
 
 
 @dataclass(frozen=True)
@@ -191,7 +191,7 @@ def fit_geometry(
     tests: Revolutions of each test.
     behind: Per test and quadrant, up to what angle behind the reversal a glitch is left out [rad].
     lines: What repeats along an axis.
-    both: Whether both directions are there, which tells mismatch from squareness.
+    both: Whether there are both directions, which separate mismatch from squareness.
     """
     many = len(tests)
     every = -(-sum(len(one.angle) for one in tests) // MOST)
@@ -238,11 +238,11 @@ def fit_geometry(
     else:
         lengths = [length for _, pieces in parts for length in pieces]
         covariance = covariance_of(columns, residual, lengths)
-        for mode in np.linalg.svd(own * SPREAD, full_matrices=False)[2] * SPREAD:  # orthogonal: each adds its own
+        for mode in np.linalg.svd(own * SPREAD, full_matrices=False)[2] * SPREAD:  # orthogonal: their shares add up
             alone = own @ mode
             information = 1.0 / covariance_of(alone[:, None], residual, lengths)[0, 0] if alone.any() else 0.0
             covariance += np.outer(moved @ mode, moved @ mode) / (information + 1.0)
-    # what a tail's shape misses is alike from one reversal to the next: as many segments as that are independent
+    # the error of a tail's shape recurs at each reversal: so many segments are independent
     freedom = min(len(d) - p, sum(len(pieces) for _, pieces in parts) - 1)
     return Geometry(
         values[:p], covariance[:p, :p], freedom, tuple(lines), many, both, float(np.exp(shape[0])), float(shape[1])

@@ -70,8 +70,8 @@ def noise_of(pulse: Pulse) -> float:
 def glitch_of(pulse: Pulse, radius: float, base: float, resolution: float) -> Glitch:
     """Return peak, width and place of a pulse.
 
-    The peak is that of a parabola, over the widest window around it (to both sides, or to one, where the pulse rises
-    at once) through which a parabola goes within the noise of a sample.
+    The peak is that of a parabola, over the widest window around it (to both sides, or to one side, where the pulse
+    rises at once) in which a parabola fits within the noise of a sample.
 
     pulse: The pulse.
     radius: Radius of the circle [m].

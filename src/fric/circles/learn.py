@@ -1,7 +1,7 @@
 """A repeated contour learned round after round: from what a round recorded, and in simulation.
 
-What does not repeat hangs on where position 0 lies between two counts of an encoder. So a contour is learned at several
-places, each from its own rounds, and their medians are printed and judged.
+What does not repeat depends on the place of position 0 between two counts of an encoder. So a contour is learned at
+several places, each with separate rounds, and their medians are printed and judged.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ FAST = 0.05
 class Learning:
     """How a round is learned."""
 
-    share: float  # Share of what a round tells that is taken over, γ [1]
+    share: float  # Share of the correction of a round that is applied, γ [1]
     bandwidth: float  # Corner of the low-pass, which leaves out what does not repeat [Hz]
 
     @classmethod
@@ -138,12 +138,12 @@ OTHERS = ((1.0, 0.5), (2 / 3, 1.0))
 VOLT = 1e-6
 """Step of the learned voltage [V], below that of any converter: filters' last bits do not enter the next circle."""
 GAINS = 0.9
-"""Share of the first glitch from which on learning has gained nothing."""
+"""Share of the first glitch above which learning has no effect."""
 
 
 @dataclass(frozen=True)
 class Round:
-    """One round: what was fed forward, and what it left."""
+    """One round: the voltage fed forward, and the remaining errors."""
 
     run: CircleRun  # The circle
     feedforward: Mapping[str, Real]  # Voltage against friction by axis [V], shape (n,)
@@ -155,8 +155,8 @@ class Learned:
 
     machine: Machine  # The machine
     how: Learning  # How it was learned
-    # The rounds at the place of the median last one, the first of which feeds forward what the controllers believe;
-    # each run knows what it leaves at all places
+    # The rounds at the place whose last glitch is the median; the first feeds forward the controllers' models; each run
+    # holds its errors at all places
     rounds: tuple[Round, ...]
     # What the last feedforward leaves of other circles, by angle: radius, feed [m], [m/s], and median glitch [m]
     carried: tuple[tuple[float, float, float], ...]
@@ -250,7 +250,7 @@ def circles_to_learn(rounds: int) -> int:
 
 
 def _middle(learned: Sequence[Sequence[Round]]) -> list[Round]:
-    """Return the rounds at the place of the median last one, whose runs know what each leaves at all places."""
+    """Return the rounds at the place whose last glitch is the median; each run holds its errors at all places."""
     if len(learned) == 1:
         return list(learned[0])
     order = np.argsort([own[-1].run.circularity.glitch for own in learned], kind="stable")
@@ -281,7 +281,7 @@ def _run(axes: Mapping[str, Axis], scheme: Scheme, test: Circle, feedforward: Ma
 
 
 def _named(scheme: Scheme, n: int, modelled: bool) -> Scheme:
-    """Return a scheme as it is recorded for a round: what it feeds forward, and what it was learned from."""
+    """Return a scheme as recorded for a round: what it feeds forward, and what it was learned from."""
     if n == 0:
         return replace(scheme, name="round-00", title="before", friction="gms" if modelled else None)
     return replace(scheme, name=f"round-{n:02d}", title=f"learned from {n} circle{'s' * (n > 1)}", friction=LEARNED)

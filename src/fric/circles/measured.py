@@ -30,8 +30,7 @@ def smoothed(t: Real, r: Real, error: Real, acceleration: Real | None = None) ->
     """Return position [m] and velocity [m/s] behind encoder counts: the reference less the error, smoothed.
 
     t, r, error: Even instants [s], reference [m], and tracking error as measured [m], shape (n,).
-    acceleration: Acceleration of the error as the voltages tell it [m/s²]; above the filter's corner the error is taken
-        from it.
+    acceleration: Acceleration of the error from the voltages [m/s²]; above the filter's corner it determines the error.
     """
     n, dt = len(t), float(t[1] - t[0])
     length = next_fast_len(2 * n, real=True)
@@ -58,7 +57,7 @@ def low_pass(corner: float, sampling: float) -> Real:
 
 
 def even(time: Real, *channels: Real) -> tuple[Real, list[Real]]:
-    """Return channels at even instants: as they are, or between their samples where these are missing or jitter.
+    """Return channels at even instants: unchanged, or interpolated where samples are missing or jitter.
 
     Raises FricError: When most samples are missing.
     """
@@ -76,7 +75,7 @@ def even(time: Real, *channels: Real) -> tuple[Real, list[Real]]:
 
 
 Instrument = Literal["encoders", "grid", "ball-bar", ""]
-"""What told the position: the axes' own encoders, a grid encoder, a ball bar; empty where nobody said."""
+"""What measured the position: the encoders of the axes, a grid encoder, a ball bar; empty where not stated."""
 
 LEAST = 16
 """Samples that a circle test has at least."""
@@ -103,7 +102,7 @@ class AxisTrace:
 
     @property
     def asked(self) -> Real:
-        """The position that was asked for [m], or else the measured one, shape (n,)."""
+        """The reference position [m], or else the measured position, shape (n,)."""
         return self.position if self.reference is None else self.reference
 
     def channels(self) -> dict[str, Real]:
@@ -131,7 +130,7 @@ class MeasuredCircle:
     angle, deviation
         Angle from the +x axis [rad], unwrapped, and radial deviation [m] of a ball bar, shape (n,).
     instrument
-        What told the position.
+        What measured the position.
     name
         Name of the test in its file.
     scheme
@@ -246,7 +245,7 @@ class MeasuredCircle:
         )
 
     def logs(self) -> list[Log]:
-        """Return the traces as records, for what is told of any record."""
+        """Return the traces as records, for the warnings that any record may have."""
         return [
             Log(trace.time, position=trace.position, name=f"{self.name}, axis {name}", kind="motion", axis=name)
             for name, trace in self.axes.items()
@@ -258,7 +257,7 @@ class MeasuredCircle:
 
 
 def measured_from_run(run: CircleRun, source: str = "") -> MeasuredCircle:
-    """Return what a simulated circle recorded as a circle test, as the encoders told it.
+    """Return the record of a simulated circle as a circle test, as measured by the encoders.
 
     Raises FricError: When one axis alone was simulated, or no traces are at hand.
     """

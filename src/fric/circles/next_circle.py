@@ -47,10 +47,10 @@ SHARE = 0.2
 class LeftOver:
     """Measured circles, to which machines are completed.
 
-    The balance of voltages along the measured motion leaves a force, whatever the parameters of the model are. Over the
+    The balance of voltages along the measured motion leaves a residual force, for any parameters of the model. Over the
     travel since the last reversal it is part of the machine: a level that has changed, the friction at the reversals of
-    this very circle, cogging, directions that differ. What then differs from machine to machine is how friction changes
-    from the motion that was measured to that of another scheme.
+    this circle, cogging, directions that differ. Machines then differ in how friction changes from the measured motion
+    to that of another scheme.
     """
 
     records: Mapping[str, tuple[VoltageRecord, ...]]  # By axis, the circles as balances of voltages
@@ -59,7 +59,7 @@ class LeftOver:
 
     @classmethod
     def of(cls, tests: Sequence[MeasuredCircle], machine: Machine, axes: Sequence[str], seed: int = 0) -> LeftOver:
-        """Return what circle tests hold of some axes of a machine, with reference and position of each.
+        """Return the data of circle tests for some axes of a machine, with reference and position of each.
 
         Where the voltage was not recorded, and no compensation was on, it is what the machine's controller gives along
         the recorded motion.
@@ -73,11 +73,11 @@ class LeftOver:
         return cls(records, tuple(tests), seed)
 
     def __call__(self, machine: Machine, index: int | None = None) -> Machine:
-        """Return a machine completed by what its model leaves over of the circles.
+        """Return a machine completed by the residual force of its model on the circles.
 
         machine: The machine: its plants and friction as they were identified, or drawn.
-        index: Its number among those drawn, each of which meets another share of what is left over; exactly as much as
-            was measured where it is not given.
+        index: Its number among those drawn, each of which has another share of the residual force; exactly the measured
+            force where it is not given.
         """
         axes = {
             name: replace(machine.axes[name], friction=self._completed(machine.axes[name], index))
@@ -142,7 +142,7 @@ def _gather(motion: Real, force: Real, grid: Real, sums: Real, counts: Real) -> 
 
 
 def _filled(grid: Real, sums: Real, counts: Real) -> Real:
-    """Return means, and between their travels what time tells: near a reversal of a circle it goes with the root."""
+    """Return means, interpolated in time: near a reversal of a circle it is proportional to the root of the travel."""
     met = counts > 0
     if not met.any():
         return np.zeros(len(grid))
@@ -150,17 +150,18 @@ def _filled(grid: Real, sums: Real, counts: Real) -> Real:
 
 
 SMEARED = 4.0
-"""Times what is left over adds to a glitch that it may add besides: behind a filter of 70 Hz, in the mean over strokes
-and travels, and where an axis breaks away in a jump, it is told smaller than it is. Of 18 machines with other laws of
-friction all 70 next circles are within their intervals so; they left 2.9 times what the model alone predicts (median),
-1.3 times what is predicted with it. One that was recorded without compensation, whose reversals jump, takes 3.6."""
+"""Uncertainty that the residual adds to the glitch, over the residual's effect on it: a filter of 70 Hz, the mean over
+strokes and travels, and an axis that breaks away in a jump reduce the residual. Of 18 machines with other laws of
+friction all 70 next circles are within their intervals then; they left 2.9 times what the model alone predicts
+(median), 1.3 times what is predicted with it. A circle recorded without compensation, whose reversals jump, needs
+3.6."""
 DIFFERS, MORE = 1.5, 0.15e-6
-"""Times, and by how much more than, what the model alone predicts [m], from which another law of friction is told."""
+"""Ratio to, and difference from, the model's prediction [m], above which there is another law of friction."""
 
 
 @dataclass(frozen=True)
 class NextCircle:
-    """What one scheme should leave of a circle."""
+    """Prediction of a circle under one scheme."""
 
     # feed, radius: the circle [m/s], [m]
     feed: float
@@ -168,8 +169,8 @@ class NextCircle:
     scheme: str  # The scheme
     chance: Chance  # Its largest glitch at each place between two counts [m]
     ci95: tuple[float, float]  # Between what it lies [m]
-    model: Chance  # The same as `chance`, if friction were what was found and nothing besides
-    # Whether what is left over makes more of the circle than the model, and than the encoder explains
+    model: Chance  # The same as `chance`, with the identified friction alone
+    # Whether the residual makes the glitch larger than model and encoder explain
     other_law: bool = False
 
     @property
@@ -179,7 +180,7 @@ class NextCircle:
 
     @property
     def alone(self) -> float:
-        """The same, if friction were what was found and nothing besides [m]."""
+        """The same with the identified friction alone [m]."""
         return self.model.median
 
 
@@ -188,11 +189,11 @@ def next_circles(
 ) -> list[NextCircle]:
     """Return what schemes (c) and (f) should leave of the circles that were recorded, with the new nominal parameters.
 
-    The machine is taken to be what tuning found, and what that leaves of the recorded voltages is of its friction, over
-    the travel since the last reversal: where the law differs from the model, the next circle meets that again.
-    Each circle is run at several places between two counts, and the median counts.
-    The interval is that of machines drawn from the covariance of what was found, each at another place.
-    Above it is wider by `SMEARED` times what is left over adds, which behind the filter is told smaller than it is.
+    The machine is assumed to be that of the tuning, and the residual of the recorded voltages to be part of its
+    friction, over the travel since the last reversal: where the law differs from the model, the next circle repeats it.
+    Each circle is run at several places between two counts, and the median counts. The interval is that of machines
+    drawn from the covariance of what was found, each at another place. Above, it is wider by `SMEARED` times the effect
+    of the residual, which the filter reduces.
 
     tests: The circle tests that were tuned with.
     tuned: The axes of the circle, by name.
@@ -237,7 +238,7 @@ def law_warnings(predicted: Sequence[NextCircle]) -> list[Notice]:
 
 
 def _exceeds(one: Chance, other: Chance) -> bool:
-    """Tell whether a glitch is clearly larger than another: in the median, and at each place (a sign test, 1/32)."""
+    """Return whether a glitch is clearly larger than another: in the median, and at each place (a sign test, 1/32)."""
     larger = one.median > max(DIFFERS * other.median, other.median + MORE)
     return larger and all(difference > 0 for difference in (one - other).values)
 
@@ -339,10 +340,9 @@ def worse_ahead(
     *,
     doubtful: bool = False,
 ) -> str:
-    """Return that the next circle should be worse than the recorded one, for messages; empty where it should not.
-
-    The recorded circle is one draw, and what it would leave again lies about it by the scatter of the machine that was
-    found. A glitch below a count is none to be avoided.
+    """Return the text that the next circle should be worse than the recorded circle; empty where it should not. The
+    recorded circle is a single draw, and its repetition scatters as the identified machine does. A glitch below a count
+    need not be avoided.
 
     tests: The circle tests.
     predicted: What the next circles should show, for each the better scheme counts.
@@ -370,7 +370,7 @@ def worse_ahead(
 def better_ahead(
     tests: Sequence[MeasuredCircle], predicted: Sequence[NextCircle], again: Callable[[int], Chance]
 ) -> bool:
-    """Tell whether a next circle should be better than the recorded one by more than chance; arguments as above."""
+    """Return whether a next circle should be better than the recorded by more than chance; arguments as above."""
     for n, test in enumerate(tests):
         seen, once_more = measured_glitch(test), again(n)
         ahead = [one.glitch for one in predicted if (one.feed, one.radius) == (test.feed, test.radius)]
@@ -380,7 +380,7 @@ def better_ahead(
 
 
 def measured_quadrants(test: MeasuredCircle) -> tuple[float, float, float, float]:
-    """Return the glitch of a circle that was measured at +x, +y, -x and -y [m], around its own centre."""
+    """Return the glitch of a circle that was measured at +x, +y, -x and -y [m], around its centre."""
     first, second = test.together()
     a, b, _ = fit_circle(first.asked, second.asked)
     return circularity(first.position - a, second.position - b, test.radius).quadrants
@@ -399,7 +399,7 @@ what share of the delay it must differ."""
 SOFTER, STIFFER = Spread(0.5, 0.5), Spread(2.0, 2.0)
 """Friction whose stiffness is not that of the logs, which shifts a reversal as a delay does."""
 OTHER_FEED = 2.0
-"""Ratio of feeds, and of radii, beyond which a measured circle tells little of another."""
+"""Ratio of feeds, and of radii, beyond which a measured circle predicts little of another."""
 
 
 def distrusts(
@@ -473,8 +473,8 @@ def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
 def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     """Yield what is wrong where another delay than that of the logs explains a circle's voltages far better.
 
-    For each delay the voltage is balanced by inertia, damping, a constant and friction (as it is, softer, stiffer),
-    each times what fits: friction that has changed is no delay.
+    For each delay the voltage is balanced by inertia, damping, a constant and friction (nominal, softer, stiffer), each
+    with a fitted factor: friction that has changed is no delay.
     """
     plant = axis.plant
     model = axis.friction.model if isinstance(axis.friction, Completed) else axis.friction
@@ -501,7 +501,7 @@ def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
 def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     """Yield what is wrong where the recorded voltage is not what the stated controller gives, without compensation.
 
-    Its inverse model may be of another plant than the one that was identified since: that is no wrong gain.
+    Its inverse model may be of another plant than that identified since: that is no wrong gain.
     """
     if record.test.scheme not in ("", "a"):
         return

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Predicted:
-    """What one scheme should leave, on machines drawn from all that is open about the one that was identified.
+    """Prediction of one scheme on machines drawn from the uncertainty of the identified machine.
 
     glitch: median of the largest glitch over the machines that were drawn [m]
     ci95: between what it lies on 95 % of them, the encoder's step taken in; null where a loop is not stable [m]
@@ -78,7 +78,7 @@ class Prediction:
         return self.schemes[scheme].why if scheme in self.schemes else self.distrust
 
     def trusted(self, scheme: str) -> bool:
-        """Tell whether the interval of a scheme may be trusted."""
+        """Return whether the interval of a scheme may be trusted."""
         return scheme in self.schemes and self.schemes[scheme].trusted
 
 
@@ -132,7 +132,7 @@ def predicted(
 
 
 def _step(study: Study, name: str) -> float:
-    """Return by how much the encoder of an axis may tell its position wrong [m]."""
+    """Return the possible error of the encoder of an axis [m]."""
     off = study.discrepancies.get(name, {}).get("resolution")
     return study.machine.axes[name].encoder.resolution * (off.high if off else 1.0)
 

@@ -48,9 +48,9 @@ GROWS = 0.8
 passes at 10 mm/s, and stiffer gains would cost as much in encoder counts."""
 
 UNHELD, CAUTION, LEAST = 0.9, 0.09, 0.97
-"""Margin below which less than the whole friction is fed forward, how much less for each margin that is missing, and
-what is fed forward at least. An axis that is pushed ahead of its friction runs away from it, one that lags sticks: of
-46 machines of 200 that lack margin, exact knowledge leaves 11 to 13 with more than 1.1 µm at 10 mm/s, and 4 to 6 with a
+"""Margin below which less than the whole friction is fed forward, the reduction per missing margin, and the least share
+that is fed forward. An axis that is pushed ahead of its friction runs away from it, one that lags sticks: of 46
+machines of 200 that lack margin, exact knowledge leaves 11 to 13 with more than 1.1 µm at 10 mm/s, and 4 to 6 with a
 tenth less for each margin missing. That costs 0.1 µm at 100 mm/s with an observer, 0.3 without."""
 
 
@@ -74,7 +74,7 @@ def cautious(one: TunedAxis) -> TunedAxis:
 
 
 def holding(one: TunedAxis) -> TunedAxis:
-    """Return a tuned axis whose cascade and observer hold its falling friction; as it is, where they do."""
+    """Return a tuned axis whose cascade and observer hold its falling friction; unchanged, where they do."""
     if not one.improves or holds(one):
         return one
     cascade, observer = hold_falling(one.nominal, one.axis.cascade, gms_of(one.friction), one.axis.observer)
@@ -115,12 +115,12 @@ GROWING = "errors grow by themselves in falling friction, which the loop does no
 
 
 def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], object] = lambda: None) -> TunedAxis:
-    """Refit what the controller of an axis believes to recorded circles.
+    """Refit the nominal parameters of an axis' controller to recorded circles.
 
     Per axis ``W[u(t - T_d)] = m·W[z̈] + a·W[ż] + o + W[F(z)]/K_f`` with W a low-pass of 70 Hz, zero phase; m, a and
     an offset of each circle are linear. First the level of friction, its stiffness, C and T_d are searched; then, where
     that leaves more than noise and encoder explain, F_s/F_c, v_s, delta, each alpha and each k, and a level for each
-    direction, each kept where it explains more. Whatever was kept, the intervals are those of the whole shape.
+    direction, each kept where it explains more. In each case the intervals are those of the whole shape.
 
     axis: The axis; its controller believes a GMS model.
     tests: Circle tests with reference, position and voltage.
@@ -207,7 +207,7 @@ def part_warning(why: str, names: Sequence[str]) -> Notice:
 
 
 def _again(found: Fitted) -> Fitted:
-    """Return the fit along the motion that the fit itself tells more finely.
+    """Return the fit along the motion that the fit itself resolves more finely.
 
     Each time the delay's error falls to a fifth: it is repeated until it rests.
     """
@@ -230,7 +230,7 @@ class Tuned:
     axes: Mapping[str, TunedAxis]  # What was found, by axis
     tests: tuple[MeasuredCircle, ...]  # The circles
     predicted: tuple[NextCircle, ...]  # What the next circles should show; empty where the result is refused
-    warnings: tuple[Notice, ...]  # What the circles cannot tell, and what was refused
+    warnings: tuple[Notice, ...]  # Warnings: what the circles do not determine, and what was refused
 
     @property
     def improves(self) -> bool:
@@ -241,13 +241,13 @@ class Tuned:
 def tune(
     machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], object] = lambda: None, *, loop: bool = False
 ) -> Tuned:
-    """Refit what the controllers of a machine believe to recorded circles, axis by axis.
+    """Refit the nominal parameters of a machine's controllers to recorded circles, axis by axis.
 
     An axis whose result leaves more of the recorded voltages than the nominal parameters keeps these. So do all, where
-    the log's clock is wrong, or the next circle should be worse than the recorded one.
+    the log's clock is wrong, or the next circle should be worse than the recorded circle.
 
     machine: The machine.
-    tests: Circle tests with reference, position and voltage of both axes; one fast and one slow are asked for.
+    tests: Circle tests with reference, position and voltage of both axes; a fast and a slow circle are needed.
     done: Called as often as `steps_of_tuning` says.
     loop: Whether loops that do not hold their falling friction are designed anew (`fric.design.falling`).
     Raises FricError: When a test lacks a channel, or an axis that the machine has, or there is no nominal GMS model.
@@ -270,8 +270,8 @@ def tune(
     better = all(one.improves for one in axes.values())
     predicted = next_circles(tests, axes, done) if better else []
     found = axes
-    # where friction of this shape, or one that stays, does not explain the circle, only the upper end of a prediction
-    # counts, and nothing tells what of the result may be kept
+    # where constant friction of this shape does not explain the circle, only the upper end of a prediction counts, and
+    # it is not known which part of the result is valid
     doubtful = any(warning.code in {CIRCLE_MISFIT.code, CIRCLE_DRIFTS.code} for warning in warnings)
     if any(clock.lost or clock.displaced > DISPLACED for clock in map(timing, logs)):
         why = "the log's clock is wrong (see above)"
@@ -307,5 +307,5 @@ def tune(
 
 
 def steps_of_tuning(tests: Sequence[MeasuredCircle]) -> int:
-    """Return how often `tune` tells that it is a step further; for a progress bar."""
+    """Return how often `tune` reports a further step; for a progress bar."""
     return 3 * 2 + 2 * len(tests)  # of each axis three stages, and two schemes on each circle ahead

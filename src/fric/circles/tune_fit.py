@@ -42,8 +42,8 @@ class Coordinates:
 
     model: GMS  # The nominal friction
     T_d: float  # The nominal delay [s]
-    # Coordinates that are free: of `FOUR`, ``ratio`` (what F_s exceeds F_c by), ``v_s``, ``delta``, ``alpha_i``,
-    # ``k_i``, ``side`` (the level of the positive direction over that of the negative one)
+    # Coordinates that are free: of `FOUR`, ``ratio`` (excess of F_s over F_c), ``v_s``, ``delta``, ``alpha_i``,
+    # ``k_i``, ``side`` (the level of the positive direction over that of the negative direction)
     names: tuple[str, ...] = FOUR
     side: float = 0.0  # What ``side`` is nominally, as a logarithm
 
@@ -88,7 +88,7 @@ class Coordinates:
         return self.T_d * self._factor(x, "T_d")
 
     def sides(self, x: Real) -> float:
-        """Return the logarithm of the positive direction's level over that of the negative one, at a point."""
+        """Return the logarithm of the ratio of the levels, positive over negative direction, at a point."""
         return self.side + self._value(x, "side")
 
     def directed(self, x: Real) -> FrictionModel:
@@ -168,7 +168,7 @@ class Balance:
 
     records: tuple[VoltageRecord, ...]  # The circles
     coordinates: Coordinates  # What is searched
-    K_f: float  # Force constant that the controller believes [N/V]: friction and it are not told apart, so it is kept
+    K_f: float  # Force constant that the controller believes [N/V]: it is not separable from friction, so it is kept
 
     @cached_property
     def samples(self) -> list[slice]:
@@ -178,7 +178,7 @@ class Balance:
 
     @cached_property
     def weights(self) -> Real:
-        """Weight of each sample, so that every circle counts alike, shape (n,)."""
+        """Weight of each sample, so that every circle has equal weight, shape (n,)."""
         lengths = np.array([part.stop - part.start for part in self.samples])
         return np.repeat(np.sqrt(lengths.sum() / len(lengths) / lengths), lengths)
 
@@ -217,7 +217,7 @@ class Fitted:
 
     @property
     def rms(self) -> float:
-        """Root mean square of what is left, every circle counting alike [V]."""
+        """Root mean square of the residual, every circle with equal weight [V]."""
         return float(np.sqrt(np.mean([np.mean(part**2) for part in self.parts()])))
 
     def parts(self) -> list[Real]:
@@ -230,7 +230,7 @@ class Fitted:
         return coordinates.directed(self.x), coordinates.delay(self.x), (m, a, offsets[n]), self.balance.K_f
 
     def noise(self) -> float | None:
-        """Return the root mean square of what does not repeat from turn to turn [V]; None where no circle tells it."""
+        """Return the root mean square of what does not repeat from turn to turn [V]; None where no circle shows it."""
         known = [
             own
             for record, part in zip(self.balance.records, self.parts(), strict=True)
@@ -284,7 +284,7 @@ class Search:
         return np.vstack([self._free(self.derivatives(x)), np.diag(1.0 / self.priors)])
 
     def fine(self, x: Real, most: int) -> OptimizeResult:
-        """Return the least-squares point next to x within the bounds, in so many steps at most."""
+        """Return the least-squares point next to x within the bounds, in a bounded number of steps."""
         bounds = self.balance.coordinates.bounds
         start = np.clip(x, -0.99 * bounds, 0.99 * bounds)
         return least_squares(
@@ -306,7 +306,7 @@ def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: in
 
 
 def at(balance: Balance, x: Real, plant: Real | None = None) -> Fitted:
-    """Return what is left at a point, with the plant that fits best there, or with one that is given (its offsets fit).
+    """Return the residual at a point, with the plant that fits best there, or with a given plant (its offsets fitted).
 
     balance: What is balanced.
     x: The point, shape (p,).
@@ -327,7 +327,7 @@ def at(balance: Balance, x: Real, plant: Real | None = None) -> Fitted:
 DRAWS = 8
 """How often each circle is recorded again."""
 FEW = 3
-"""The same, to tell what the encoder explains of a residual."""
+"""The same, for the part of a residual that the encoder explains."""
 SHAPE = 1.6
 """Times what noise and encoder explain that four parameters may leave; above it the full shape is fitted. Where the
 shape is right they leave 1.1 to 1.4 times as much, where it is not 4 to 16. Below it is a tie: four are simpler."""
@@ -336,9 +336,9 @@ shape is right they leave 1.1 to 1.4 times as much, where it is not 4 to 16. Bel
 def recorded_again(found: Fitted, draws: int = DRAWS) -> list[Real]:
     """Return what circles that are recorded again leave at what was found, which is their truth [V], each (n,).
 
-    The motion behind encoder counts is known to a part of a count, and errs alike in every revolution: no scatter of
-    residuals shows what repeats. So the motion, the friction and the plant that were found are recorded again, with the
-    encoder elsewhere between two counts, and the error is what the fit makes of what these records leave.
+    The motion behind encoder counts is known to a part of a count, with the same error in every revolution: no scatter
+    of residuals shows what repeats. So the motion, the friction and the plant that were found are recorded again, with
+    the encoder at other places between two counts, and the error is that of a fit to these records.
     """
     rng, balance, x = np.random.default_rng(0), found.balance, found.x
     left = []
@@ -372,7 +372,7 @@ def _once_more(found: Fitted, n: int, rng: np.random.Generator) -> MeasuredCircl
     acceleration = np.gradient(velocity, t)
     acceleration[1:-1] = (z[2:] - 2 * z[1:-1] + z[:-2]) / period**2
     acts = m * acceleration + a * velocity + offset + model.replay(t, z, velocity) / K_f
-    # an encoder without counts, or with errors besides, errs as much as one with counts of this step
+    # an encoder without counts, or with other errors, has the error of an encoder with counts of this step
     step, phase = lattice_step(z_m) or float(np.sqrt(12.0) * np.std(z_m - z)), rng.uniform()
     seen = (np.round(z / step + phase) - phase) * step if step > 0 else z
     trace = AxisTrace(t, seen, r, np.interp(t + T_d, t, acts))
@@ -380,7 +380,7 @@ def _once_more(found: Fitted, n: int, rng: np.random.Generator) -> MeasuredCircl
 
 
 SMOOTHED = 40.0
-"""Corner of the filter over the instruments [Hz]: at 50 Hz 1 % of T_d are left, below 40 they tell too little."""
+"""Corner of the filter over the instruments [Hz]: at 50 Hz 1 % of T_d are left, below 40 they show too little."""
 GROWN = 1.02
 """Times what least squares leave that instruments may leave at most: with more they are too weak."""
 
@@ -396,11 +396,11 @@ class Instruments:
     counts are noise whose power rises with the fifth power of the corner, and the motion lies below.
     """
 
-    # Z, J: instruments and derivatives, every circle counting alike, shape (n, p + 2 + circles)
+    # Z, J: instruments and derivatives, every circle with equal weight, shape (n, p + 2 + circles)
     Z: Real
     J: Real
     prior: Real  # Curvature of the priors, shape (p + 2 + circles,)
-    power: float  # Variance of a sample that stands for itself [V²]
+    power: float  # Variance of an independent sample [V²]
 
     @classmethod
     def of(cls, found: Fitted) -> Instruments:
@@ -431,7 +431,7 @@ class Instruments:
 
 
 def instrumented(found: Fitted) -> Fitted:
-    """Return a fit moved to where its instruments see no residual; as it is, where they tell too little for that."""
+    """Return a fit moved to where its instruments see no residual; unchanged, where they show too little for that."""
     p, search, weights = len(found.x), Search(found.balance), found.balance.weights
     step = Instruments.of(found).error(weights * found.residual)
     x, plant = found.x + step[:p], found.plant + step[p:]
@@ -444,9 +444,9 @@ def instrumented(found: Fitted) -> Fitted:
 def whole(found: Fitted) -> Fitted:
     """Return a fit in the coordinates of the whole shape: the point found, and what the whole shape leaves from there.
 
-    Whether four parameters or the whole shape is kept may hang on little, and how sure the parameters are must not hang
-    on that. What is left is that of the step of the whole shape's fit, to first order: what four parameters leave
-    besides is no noise.
+    The choice between four parameters and the whole shape may depend on little, and the intervals must not depend on
+    it. The residual is that of the step of the whole shape's fit, to first order: the additional residual of four
+    parameters is no noise.
     """
     kept = found.balance.coordinates
     shape = kept.full().sided() if "side" in kept.names else kept.full()
@@ -465,7 +465,7 @@ class TunedEstimates:
     """Friction and plant with their 95 % intervals."""
 
     # static, negative, gms, plant: parameters by name; ``offset`` is among those of the static map. ``negative`` is the
-    # map of the negative direction, where it has its own.
+    # map of the negative direction, where each direction has a map.
     static: dict[str, Estimate]
     negative: dict[str, Estimate] | None
     gms: dict[str, Estimate]
@@ -509,7 +509,7 @@ class TunedAxis:
     estimates: TunedEstimates | None  # Both with their intervals; None where the result is no machine
     full: bool  # Whether the full shape was fitted
     improves: bool  # Whether the result is better than the nominal parameters
-    warnings: tuple[Notice, ...]  # What the circles cannot tell
+    warnings: tuple[Notice, ...]  # Warnings: what the circles do not determine
     loop: bool = False  # Whether its loop was designed anew
 
     @property

@@ -1,4 +1,4 @@
-"""How sure what circles say of friction and plant is, and what they cannot tell."""
+"""Intervals of friction and plant from circles, and warnings about what these do not determine."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -30,14 +30,14 @@ from fric.simulate.machine import Axis
 from fric.statistics import hac_covariance, score_covariance
 
 APART = 3.0
-"""Ratio of the feeds of two circles from which they tell different things."""
+"""Ratio of the feeds of two circles above which they hold different information."""
 LATE = 0.25
-"""Relative distance of the delay from the nominal value, from which it is told; its interval must not hold that."""
+"""Relative deviation of the delay from the nominal value that gives a warning, where its interval excludes it."""
 ALIKE = 0.5
-"""Distance of two blocks' slip displacements, in the logarithm, below which they are not told apart: what is left has
-several least points there, whose alpha and k differ by up to 20 %."""
+"""Distance of two blocks' slip displacements, in the logarithm, below which they are not separable: the residual has
+several minima there, whose alpha and k differ by up to 20 %."""
 HALF_WIDTH = 2.31
-"""Half-width of a 95 % interval in standard deviations that a bootstrap of eight draws tells (Student's t)."""
+"""Half-width of a 95 % interval in standard deviations from a bootstrap of eight draws (Student's t)."""
 MISFIT = 3.0
 """Times the noise that a result may leave."""
 
@@ -105,7 +105,7 @@ def _drifts(axis: Axis, found: Fitted) -> Iterator[Notice]:
 
 
 def groups_alike(found: Fitted) -> list[list[int]]:
-    """Return the blocks that slip at about one displacement, group by group, counted from 0."""
+    """Return the blocks that slip at about the same displacement, group by group, counted from 0."""
     if not any(name.startswith("alpha") for name in found.balance.coordinates.names):
         return []
     model = found.balance.coordinates.friction(found.x)
@@ -120,10 +120,9 @@ def groups_alike(found: Fitted) -> list[list[int]]:
 
 
 def merged(found: Fitted) -> Fitted | None:
-    """Return a fit with what it leaves, and the derivatives where blocks that slip alike slip at one displacement.
-
-    There nothing tells one of them from the other, and neither does the fit: the distance that it found is the noise's.
-    None where no blocks slip alike.
+    """Return a fit with its residual, and its derivatives where blocks that slip together have the same displacement.
+    There the blocks are not separable, and the distance that the fit found is noise. None where no blocks slip
+    together.
     """
     groups = groups_alike(found)
     if not groups:
@@ -138,7 +137,7 @@ def merged(found: Fitted) -> Fitted | None:
 
 
 def alike_warnings(axis: Axis, found: Fitted, estimates: TunedEstimates) -> Iterator[Notice]:
-    """Yield which blocks slip alike, and what holds of all of them together."""
+    """Yield the warning about blocks that slip together, with their total share and stiffness."""
     groups = groups_alike(found)
     if not groups:
         return
@@ -164,7 +163,7 @@ STEP = 1e-4
 SEEN = 0.08
 """Share of an encoder's step to which the slip of a block is known."""
 OPEN = 20.0
-"""Half of an interval of a logarithm from which on the data set no limit."""
+"""Half of an interval of a logarithm above which the data set no limit."""
 UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "alpha": "1", "k": "N/m", "C": "N/s"}
 
 
@@ -183,7 +182,8 @@ def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
     quantile = float(stdtrit(len(left), 0.975))
     slope, labels = _logarithms(found)
     spread = slope @ covariance @ slope.T
-    # blocks that slip alike are told apart by nothing but where they were found: what tells of each where they do not
+    # blocks that slip together are separable only by where they were found: use the information on each where they do
+    # not
     wide, at_one = spread, merged(found)
     if at_one is not None:
         wide = slope @ _covariance(at_one, left) @ slope.T
@@ -237,8 +237,8 @@ def _scaled(one: Estimate, shift: float, wider: float) -> Estimate:
 def _covariance(about: Fitted, left: list[Real]) -> Real:
     """Return the covariance of coordinates and plant, shape (p + 2 + circles,) square.
 
-    Samples are thinned to four a period of the filter's corner: between them nothing new is told. Scores hang together
-    (Newey and West), and the priors are off by what they allow. To that comes what the encoder shows.
+    Samples are thinned to four a period of the filter's corner: samples between them add no information. Scores are
+    correlated (Newey and West), and the priors add their variance. The error from the encoder is added.
 
     about: The fit, or a point beside it, whose derivatives count.
     left: What circles leave that are recorded again.
@@ -272,7 +272,7 @@ def _beyond(about: Fitted, left: list[Real]) -> float:
 
 
 def _of_the_encoder(found: Fitted) -> Real:
-    """Return variances of the stiffnesses' logarithms, shape (p,): a slip is as long as the encoder tells it."""
+    """Return variances of the stiffnesses' logarithms, shape (p,): as the encoder shows a slip."""
     coordinates = found.balance.coordinates
     model = coordinates.friction(found.x)
     step = max(lattice_step(record.raw[2]) or 0.0 for record in found.balance.records)
@@ -314,5 +314,5 @@ def _logarithms(found: Fitted) -> tuple[Real, list[str]]:
 
 
 def _labels(name: str, value: float | tuple[float, ...]) -> list[str]:
-    """Return what a parameter is called, as ``k_1`` where it is one of each block."""
+    """Return the name of a parameter, as ``k_1`` where each block has it."""
     return [f"{name}_{n}" for n in range(1, len(value) + 1)] if isinstance(value, tuple) else [name]

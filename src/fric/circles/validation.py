@@ -53,7 +53,7 @@ class Validation:
     log: Log  # The record
     friction: FrictionModel  # The friction model
     # ``position`` [m], ``velocity`` [m/s], ``acceleration`` [m/s²] and, in closed loop, ``force`` [N]. Velocity and
-    # acceleration are those of the position, measured and simulated alike: central differences behind a zero-phase
+    # acceleration are those of the position, both measured and simulated: central differences behind a zero-phase
     # fourth-order Butterworth filter.
     signals: dict[str, Compared]
     cutoff: float  # Its corner [Hz]
@@ -65,12 +65,12 @@ class Validation:
 def validate_closed_loop(
     log: Log, plant: Plant, cascade: Cascade, friction: FrictionModel, load: float = 0.0, cutoff: float | None = None
 ) -> Validation:
-    """Return what the identified axis makes of a recorded reference, with the drive's own controller.
+    """Return the simulated response of the identified axis to a recorded reference, with the controller of the drive.
 
     Velocity and inverse model are fed forward only where the recorded voltage shows that they were. A voltage that was
-    added to the controller's output (channel ``added``, or what the record holds beyond that output, here and there) is
-    added again. Where the stated controller does not give the recorded voltage that is told: friction is not to blame.
-    The axis begins where the record does, at its velocity; the controller's integral and the friction begin at rest.
+    added to the controller's output (channel ``added``, or pulses of the record beyond that output) is added again.
+    Where the stated controller does not give the recorded voltage there is a warning: friction is not the cause. The
+    axis begins where the record does, at its velocity; the controller's integral and the friction begin at rest.
 
     log: A record with position, reference, and force or input, sampled at the controller's rate.
     plant, cascade, friction: The identified axis and its controller; ``K_i`` of 0 is a P/PD controller.
@@ -98,10 +98,10 @@ def validate_closed_loop(
 def validate_inverse(
     log: Log, plant: Plant, friction: FrictionModel, load: float = 0.0, cutoff: float | None = None
 ) -> Validation:
-    """Return the force that the identified axis asks for along a recorded motion, behind the published filter.
+    """Return the force that the identified axis needs along a recorded motion, behind the published filter.
 
     The force cross-test of one record by another's parameters (Janot, Gautier, Brunot 2019): position filtered forwards
-    and backwards, central differences, both forces decimated alike, as `fric identify plant` does.
+    and backwards, central differences, both forces decimated in the same way, as `fric identify plant` does.
 
     log: A record with force, or input.
     plant, friction, load, cutoff: As in `validate_closed_loop`; with a T_d of 0 where nobody measured it.
@@ -118,7 +118,7 @@ def validate_inverse(
 def validate_open_loop(
     log: Log, plant: Plant, friction: FrictionModel, load: float = 0.0, cutoff: float | None = None
 ) -> Validation:
-    """Return what the identified axis makes of the measured input alone; whatever the model misses adds up.
+    """Return the response of the identified axis to the measured input alone; errors of the model accumulate.
 
     log: A record with position, and input or force.
     plant, friction, load, cutoff: As in `validate_closed_loop`.

@@ -1,4 +1,4 @@
-"""What a circle test tells of one axis as a balance of voltages: made ready once, replayed many times."""
+"""A circle test of one axis as a balance of voltages: prepared once, replayed many times."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ BREAK_AWAY = 0.5e-6
 """The motion behind a reversal is sampled `FINE` times while it covers so much [m]."""
 FINE = 8
 ROWS = 400.0
-"""Samples a second that are compared, at least [Hz]: behind the filter nothing new is told between them."""
+"""Least rate of the compared samples [Hz]: behind the filter, samples between them add no information."""
 LEAST, TURNED = 32, 1.5 * pi
 """Samples that are compared, and angle that they cover [rad], at least."""
 SLIDING, COARSE = 0.35, 8
-"""Where an axis moves faster than this share of the feed, friction is replayed from every so-manieth sample."""
+"""Where an axis moves faster than this share of the feed, friction is replayed from every n-th sample."""
 TAPS = 3.0
 """Half of the length of the filter, in periods of its corner: what is beyond is 1e-5 of it."""
 
@@ -152,8 +152,7 @@ def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None =
 
     test: The circle test.
     name: Name of the axis.
-    like: A record of this axis along the same reference at the same instants, whose samples and angles are then its
-        own.
+    like: A record of this axis along the same reference at the same instants, whose samples and angles are then used.
     Raises FricError: When reference or voltage were not recorded, or the sampling is too slow.
     """
     from scipy.signal import decimate, sosfiltfilt

@@ -15,7 +15,7 @@ __all__ = ["Document", "Part", "Quantity", "document_types"]
 
 @cache
 def document_types() -> dict[str, type[Document]]:
-    """Return every document type by what stands behind ``fric:`` in its file, without the version."""
+    """Return every document type by the value of ``fric:`` in its file, without the version."""
     for module in iter_modules(__path__):
         import_module(f"{__name__}.{module.name}")
     pending: list[type[Document]] = [Document]

@@ -90,7 +90,7 @@ class Provenance(Part):
 
 
 class CodedWarning(Part):
-    """A warning for programs: its text stands in ``warnings`` too."""
+    """A warning for programs: its text is in ``warnings``, too."""
 
     code: str = Field("", description="the same for every size of the same matter, such as force-lags")
     severity: Severity = Field("doubt", description="wrong: a number is wrong until this is mended")
@@ -106,10 +106,10 @@ class CodedWarning(Part):
 
 
 def nested(kind: Any, given: Any, name: str) -> Any:
-    """Return what stands under a key that the schema's class does not declare, checked; errors tell that key."""
+    """Return the checked value of a key that the schema's class does not declare; errors name that key."""
     for one in (kind, *get_args(kind)):
         if isinstance(one, type) and issubclass(one, Part):
-            one.model_rebuild()  # what no class declares is dumped by its own serializer: before 2.14, only if built
+            one.model_rebuild()  # undeclared values are dumped by their serializer: before 2.14, only if built
     try:
         return TypeAdapter(kind).validate_python(given)
     except ValidationError as error:
@@ -125,13 +125,13 @@ def nested(kind: Any, given: Any, name: str) -> Any:
 
 
 def warned(notices: Iterable[Notice]) -> dict[str, Any]:
-    """Return the ``warnings`` and ``warnings_coded`` of a document; each text stands once."""
+    """Return the ``warnings`` and ``warnings_coded`` of a document; each text occurs once."""
     words = once(map(Notice.of, notices))
     return {"warnings": [str(one) for one in words], "warnings_coded": [one.as_dict() for one in words]}
 
 
 HEAD, FOOT = ("fric", "axis", "motion"), ("warnings", "warnings_coded", "provenance")
-"""Keys that stand above, and below, all content."""
+"""Keys above, and below, all content."""
 
 
 class Document(Part):
@@ -147,7 +147,7 @@ class Document(Part):
 
     @classmethod
     def type_name(cls) -> str:
-        """Return what stands behind ``fric:`` in the file, as in ``friction/1``."""
+        """Return the value of ``fric:`` in the file, as in ``friction/1``."""
         return f"{cls.type}/{cls.version}"
 
     @classmethod
@@ -187,7 +187,7 @@ class Document(Part):
             ) from None
 
     def notices(self) -> tuple[Notice, ...]:
-        """Return the warnings as data; one that an older file tells without a code is a doubt."""
+        """Return the warnings as data; a warning of an older file without a code is a doubt."""
         coded = {one.text: Notice.of(dict(one)) for one in self.warnings_coded}
         return tuple((coded | {text: coded.get(text, Notice.of(text)) for text in self.warnings}).values())
 

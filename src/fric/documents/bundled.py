@@ -86,9 +86,9 @@ def topics() -> dict[str, Path]:
 
 
 def page(name: str) -> str:
-    """Return the text of a page, or what the code of a warning means.
+    """Return the text of a page, or the meaning of the code of a warning.
 
-    Raises FricError: When there is none of that name, with one that is near.
+    Raises FricError: When there is none of that name, with a similar name.
     """
     known = topics()
     if name not in known:

@@ -189,7 +189,7 @@ class RoundPart(Written):
 
 
 class CarriedPart(Written):
-    """What is left of another circle with what was learned of this one."""
+    """Result of another circle with what was learned of this circle."""
 
     radius: Annotated[float, Of(lambda one: one[0])] = Field(description="[m]")
     feed: Annotated[float, Of(lambda one: one[1])] = Field(description="[m/s]")

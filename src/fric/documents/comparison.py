@@ -48,7 +48,7 @@ class Score(Written):
 
 
 class Lead(Written):
-    """By how much the best model leads another; no error where it cannot be told."""
+    """Lead of the best model over another; no error where it is not known."""
 
     lead: Annotated[float, Of(itemgetter(0))]
     error: Annotated[Known, Of(itemgetter(1))]
@@ -118,7 +118,7 @@ class HalvesDocument(Document):
 
 
 class SignalPart(Part):
-    """How far a signal of the replay is from the recorded one."""
+    """Difference of a signal of the replay from the recorded signal."""
 
     relative: float = Field(description="norm of the difference over that of the recorded signal")
     rms: float

@@ -120,7 +120,7 @@ class VerdictPart(Written):
 
 
 class PredictedScheme(PartOf[Predicted]):
-    """What one scheme should leave, on machines drawn from all that is open about the one that was identified."""
+    """Prediction of one scheme on machines drawn from the uncertainty of the identified machine."""
 
     glitch: Known = Field(description="median [m]")
     under: Known = Field(description="what 95 % of the machines stay under [m]")
@@ -230,7 +230,7 @@ class MappedScheme(Written):
 
 
 class MapDifference(Written):
-    """By how much one scheme leaves less than another."""
+    """Difference between the glitches of two schemes."""
 
     scheme: str
     against: str

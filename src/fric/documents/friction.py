@@ -78,7 +78,7 @@ class Fit(Part):
     @model_validator(mode="before")
     @classmethod
     def _of_an_older_file(cls, given: Any) -> Any:
-        """Turn the words by which files before `taken_off` told of it into data."""
+        """Convert the words of files before `taken_off` into data."""
         if not isinstance(given, Mapping) or "taken_off" in given:
             return given
         records = given.get("records")
@@ -94,7 +94,7 @@ AT_SPEED = {"velocity": "velocity", "force": "force"}
 
 
 class FrictionDocument(OfAxis):
-    """A friction file: the static map, and any other model under its own name, each with its fit."""
+    """A friction file: the static map, and any other model under its name, each with its fit."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
     type: ClassVar[str] = "friction"
@@ -109,7 +109,7 @@ class FrictionDocument(OfAxis):
     @model_validator(mode="before")
     @classmethod
     def _models_are_known(cls, given: Any) -> Any:
-        """Check the sections of models, and what is told of their fits, against the models that there are."""
+        """Check the sections of models, and the data of their fits, against the known models."""
         if not isinstance(given, Mapping):
             return given
         typed = dict(given)
@@ -162,7 +162,7 @@ class FrictionDocument(OfAxis):
         return quantities(given, dimensions, self.motion, section)
 
     def fit_of(self, section: str) -> Fit:
-        """Return what is told of the fit of a section; nothing where it was not identified."""
+        """Return the data of the fit of a section; nothing where it was not identified."""
         if section == "static_negative" and self.fit is not None and self.fit.negative is not None:
             return self.fit.negative
         of_map = section in {"static", "static_negative", "at_speed"} and not hasattr(self, f"{section}_fit")
@@ -188,7 +188,7 @@ class FrictionDocument(OfAxis):
         return directed(model.from_sections(sections), self.backward())
 
     def maps(self) -> tuple[StaticMap, StaticMap | None]:
-        """Return the static map, and that of the negative direction, where each has its own.
+        """Return the static map, and that of the negative direction, where each direction has a map.
 
         Raises FricError: When it holds none.
         """
@@ -203,7 +203,7 @@ class FrictionDocument(OfAxis):
             raise FricError(f"static: {error}") from None
 
     def found_with(self, model: str | None, record: str) -> tuple[FrictionModel, float]:
-        """Return a model, the only one where none is named, and the offset [N] that it was identified with.
+        """Return a model, the only model where none is named, and the offset [N] that it was identified with.
 
         That of the record itself, where the model was fitted to it by replay; else the mean of the records that it was
         fitted to, for the load is the axis'; else that of the static map.
@@ -229,11 +229,11 @@ class FrictionDocument(OfAxis):
         return float(static["offset"]) if "offset" in static else 0.0
 
     def backward(self) -> StaticMap | None:
-        """Return the static map of the negative direction, where each has its own."""
+        """Return the static map of the negative direction, where each direction has a map."""
         return StaticMap.from_sections({"static": self.estimates("static_negative")}) if self.static_negative else None
 
     def content(self, *names: str) -> dict[str, Any]:
-        """Return the sections and fits that are named, or all, as they go into a file that builds upon this one."""
+        """Return the named sections and fits, or all, for a file that is based on this file."""
         given = {key: part for key, part in self.tree().items() if key not in (*HEAD, *FOOT)}
         return {key: part for key, part in given.items() if key in names or not names}
 
@@ -255,7 +255,7 @@ def static_tree(fit: StaticFit, logs: Sequence[Record]) -> dict[str, Any]:
 
 
 def _used(plant: Plant | None, motion: Motion, *taken: str) -> dict[str, Any]:
-    """Return what a fit tells of the plant that it used."""
+    """Return the data of a fit about the plant that it used."""
     return {"taken_off": []} if plant is None else {"plant": plant_part(plant, motion), "taken_off": taken}
 
 
@@ -307,7 +307,7 @@ def _built_upon(
 
 
 def _plateau(fit: GMSFit) -> dict[str, Estimate]:
-    """Return the static map that stands in where none was given: F_c = F_s, and nothing viscous."""
+    """Return the static map that is used where none was given: F_c = F_s, and nothing viscous."""
     units = {p.name: si_unit(p.dimension, fit.motion) for p in StaticMap.parameters}
     limits = fit.alpha_sum.ci95
     level = fit.static.F_s

@@ -1,8 +1,8 @@
 """Parts of documents made from the dataclasses that they hold: their fields, units and meaning are said once, there.
 
 ``PartOf[Channel]`` is the pydantic model ``ChannelPart`` of what fric only writes, described by the docstring;
-``FilePart[Cascade]`` is that of what fric also reads: a number is a quantity with a unit, of the dimension that stands
-beside the field (``Annotated[float, "force"]``).
+``FilePart[Cascade]`` is that of what fric also reads: a number is a quantity with a unit, of the dimension given with
+the field (``Annotated[float, "force"]``).
 """
 
 import re

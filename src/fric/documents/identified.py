@@ -1,4 +1,4 @@
-"""What of a machine is drawn: the intervals of what was identified, and errors beyond them, from its files."""
+"""The uncertainty of a machine: the intervals of what was identified, and errors beyond them, from its files."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,19 +21,19 @@ from fric.simulate.spread import Intervals, Spread, closed_intervals, friction_i
 from fric.verb import verb
 
 CROSSED = 50.0
-"""Frequency at which a misfit of the response is taken for one of phase [Hz]: about that of a feed drive's loop."""
+"""Frequency at which a misfit of the response is taken for a phase error [Hz]: about that of a feed drive's loop."""
 OPEN = 2.0
 """Factor to either side within which a parameter lies whose interval is open, or does not hold its estimate."""
 AT_LEAST = 1e-3
 """Errors under this share are none to speak of."""
 FORM: Mapping[str, float] = {"k": 0.1, "alpha": 0.05, "C": 0.2, "v_s": 0.1, "T_d": 0.05, "B": 0.01}
-"""What a real axis differs by, at least, from a model of a few blocks and one mass, whatever the intervals."""
+"""Least difference of a real axis from a model of a few blocks and one mass, for any intervals."""
 
 
 def discrepancies(
     friction: FrictionDocument, plant: PlantPart, refused: Sequence[str] = ()
 ) -> tuple[dict[str, Spread], tuple[Notice, ...]]:
-    """Return by what factors the true axis may differ from the parameters of its files besides, and why.
+    """Return the factors of additional differences of the true axis from the parameters of its files, and the reasons.
 
     friction: Its friction file: strokes that scatter, sines at another level than strokes, blocks that miss the virgin
         curve.
@@ -129,8 +129,8 @@ class Identified:
     machine: Machine  # The machine, true to the estimates
     # By axis and parameter, the 95 % intervals that hold their estimate and are closed
     intervals: Mapping[str, Intervals]
-    covariances: Mapping[str, Sequence[Covariance]]  # By axis, how these parameters err together, where the files tell
-    # By axis, by what factors it may differ besides, as misfit and warnings of the files say
+    covariances: Mapping[str, Sequence[Covariance]]  # By axis, covariance of these parameters, where the files hold it
+    # By axis, factors of additional differences, from misfit and warnings of the files
     discrepancies: Mapping[str, Mapping[str, Spread]]
     widened: Mapping[str, tuple[Notice, ...]]  # By axis, why
     warnings: tuple[Notice, ...]  # Which parameters cannot be drawn from their interval
@@ -154,8 +154,8 @@ def read_identified(
     """Read a machine file with the intervals of what was identified of it.
 
     What is identified of an axis is what its controller believes: the friction file given in ``nominal_files``, or that
-    of its feedforward, and the nominal plant; what these do not tell, and an axis without them, is as the machine file
-    says that it is. Flaws of the machine file are never taken for known; a second mass is, where the response shows it.
+    of its feedforward, and the nominal plant; what these do not hold, and an axis without them, is as in the machine
+    file. Flaws of the machine file are never taken for known; a second mass is, where the response shows it.
 
     Parameters
     ----------
@@ -225,7 +225,7 @@ def machine_to_predict(path: Path) -> tuple[Machine, Identified | None]:
 
 
 def _merged(of_machine: FrictionDocument, identified: FrictionDocument) -> FrictionDocument:
-    """Return the friction that was identified, and what it does not tell as the machine has it."""
+    """Return the identified friction, completed by that of the machine."""
     return FrictionDocument.made(
         {"axis": of_machine.axis, "motion": of_machine.motion}
         | of_machine.content()

@@ -115,7 +115,7 @@ class ChangePart(Part):
 
 
 class DriftPart(Part):
-    """What changed between two files that tell of the same."""
+    """What changed between two files on the same subject."""
 
     of: str
     told: str

@@ -39,7 +39,7 @@ from fric.verb import Kind, verb
 def _from_file(document: type[Document], inline: type[Part] | None = None) -> BeforeValidator:
     """Return a validator that reads what is given as the name of a file, relative to the machine's.
 
-    ``inline`` is what may stand in the file's place, the document without its head where it is left out.
+    ``inline`` is the alternative to the name, by default the document without its head.
     """
 
     def read(given: Any, info: ValidationInfo) -> Any:
@@ -103,7 +103,7 @@ class AxisPart(Part):
     reality: FilePart[Reality] | None = Field(None, description="flaws of logs and guideway; none where left out")
 
     def parts(self) -> dict[str, Any]:
-        """Return what it is made of, by key; what is fed forward too."""
+        """Return its parts by key; what is fed forward, too."""
         return dict(self) | {f"feedforward.{key}": part for key, part in self.feedforward}
 
 
@@ -140,7 +140,7 @@ class MachineDocument(Document):
     @model_validator(mode="before")
     @classmethod
     def _friction_is_of_its_axis(cls, given: Any) -> Any:
-        """Fill in the head of friction that stands in the machine file itself."""
+        """Fill in the head of friction that is in the machine file itself."""
         if not isinstance(given, dict) or not isinstance(given.get("axes"), dict):
             return given
 
@@ -161,7 +161,7 @@ class MachineDocument(Document):
     @model_validator(mode="before")  # pydantic takes the last of these first
     @classmethod
     def _starts_from_another(cls, given: Any, info: ValidationInfo) -> Any:
-        """Fill in what the machine that this one is like has, and this one does not say."""
+        """Fill in what this machine does not state from the machine that it is like."""
         if not isinstance(given, dict) or not isinstance(given.get("like"), str):
             return given
         start = read_document((info.context or {})["folder"] / given["like"], cls)

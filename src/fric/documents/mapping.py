@@ -152,7 +152,7 @@ class FileMapping(Part):
                 raise refusals[0]
 
     def fields(self, own: Mapping[str, str], where: str) -> dict[str, str]:
-        """Return the fields of one file: its own, and what ``file`` reads out of its stem.
+        """Return the fields of one file: those stated, and those that ``file`` reads from its stem.
 
         Raises FricError: When the stem is not made as ``file`` says.
         """
@@ -200,7 +200,7 @@ class MappingDocument(Document, FileMapping):
 
 
 def _taken_apart(stem: str, literals: list[str]) -> tuple[str, ...] | None:
-    """Return what stands between texts in a name, each as short as can be; None where it is not made so."""
+    """Return the parts between texts in a name, each as short as possible; None where the name differs."""
 
     @cache
     def behind(n: int, start: int) -> tuple[str, ...] | None:

@@ -24,7 +24,7 @@ SETTINGS = {
 
 
 class ExperimentPart(Part):
-    """One experiment: what is asked of the axis."""
+    """One experiment: the motion of the axis."""
 
     kind: str
     axis: str = ""
@@ -47,7 +47,7 @@ class ExperimentPart(Part):
 
 
 class ExpectedPart(Part):
-    """What the records tell of one parameter."""
+    """Expected interval of one parameter."""
 
     value: float = Field(description="as it is identified in the middle of several runs, in SI")
     half_width: Known = Field(description="half the 95 % interval; null where the records set no limit")
@@ -58,13 +58,13 @@ class ExpectedPart(Part):
 
 
 class CandidatePart(ExperimentPart):
-    """One more record, and what it would leave."""
+    """A further record, and the interval after it."""
 
     half_width: Quantity = Field(description="half the 95 % interval of the predicted glitch with it")
 
 
 class NarrowingPart(Part):
-    """Which one more record would narrow a predicted glitch most."""
+    """The further record that would narrow a predicted glitch most."""
 
     scheme: str
     radius: Annotated[Quantity, Of("test.radius", "m")]
@@ -106,7 +106,7 @@ def plan_tree(
 
     plan: What is to be run.
     prior: What the axis was taken to be.
-    blocks: Slip blocks that the records tell.
+    blocks: Slip blocks that the records determine.
     notices: What cannot be expected.
     narrowing: What one more record would do.
     """

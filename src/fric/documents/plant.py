@@ -160,9 +160,9 @@ class PlantDocument(AxisDocument, PlantPart):
     def coulomb(self) -> tuple[FrictionModel, float]:
         """Return the Coulomb friction and the load [N] that were found beside the plant in a motion.
 
-        Its viscous friction is in A, hence there is none here. Where each direction has its own F_c and F_v, A holds
-        the mean of F_v, and what a direction differs by is its sigma; half the difference of F_c is the load, since a
-        constant force and a Coulomb friction that differs by direction are one and the same in sliding.
+        Its viscous friction is in A, hence there is none here. Where each direction has F_c and F_v, A holds the mean
+        of F_v, and the difference of a direction is its sigma; half the difference of F_c is the load, since a constant
+        force and a Coulomb friction that differs by direction are the same in sliding.
 
         Raises FricError: When the plant was not identified from a motion.
         """
@@ -189,7 +189,7 @@ class PlantDocument(AxisDocument, PlantPart):
 
 
 def plant_part(plant: Plant, motion: Motion) -> PlantPart:
-    """Return a plant as it stands in documents."""
+    """Return a plant as data of a document."""
     return PlantPart.model_validate(PlantPart.of(plant, motion))
 
 

@@ -19,7 +19,7 @@ def _finite(given: Any) -> Any:
 
 
 Known = Annotated[float | None, BeforeValidator(_finite)]
-"""A number, or null for one that is infinite or not a number, which JSON cannot hold."""
+"""A number, or null for an infinite value or NaN, which JSON cannot hold."""
 
 
 @contextmanager
@@ -54,7 +54,7 @@ class Of:
         self.unit, self.may_lack = unit, may_lack
 
     def __call__(self, holder: Any) -> Any:
-        """Return what stands under the key."""
+        """Return the value of the key."""
         value = self.read(holder)
         if value is None:
             return LEFT_OUT if self.may_lack else None

@@ -30,7 +30,7 @@ class SpreadPart(Part):
 
 
 class SpreadDocument(Document):
-    """A spread file: what of the true machine is drawn around the nominal one, and how widely."""
+    """A spread file: which parameters of the true machine are drawn around the nominal values, and how widely."""
 
     type: ClassVar[str] = "spread"
 

@@ -26,7 +26,7 @@ D = TypeVar("D", bound=Document)
 MOST_BYTES, MOST_NODES, MOST_DEPTH = 2 << 20, 40_000, 40
 """Of a document, at most: bytes, values, keys in keys."""
 _DEEP = re.compile(rf"(?:[\[{{][^\[\]{{}}'\"#]{{0,200}}+){{{MOST_DEPTH + 1}}}")
-"""So many lists or keys that open in one another: the parser takes seconds to give up on them."""
+"""Depth of nested lists or keys: the parser takes seconds to give up on more."""
 _KEYS = re.compile(r":\s|^\s*-\s", re.MULTILINE)
 
 
@@ -69,7 +69,7 @@ def read_text(text: str, model: type[D]) -> D:
 
 
 def read_tree(path: Path) -> Any:
-    """Read a YAML file as it stands, with line numbers kept."""
+    """Read a YAML file unchanged, with line numbers kept."""
     return deepcopy(_read(path))
 
 
@@ -170,7 +170,7 @@ def _styled(tree: Any, depth: int = 0) -> Any:
 
 def _described(error: ValidationError, tree: CommentedMap, path: Path, model: type[Document]) -> FricError:
     """Turn the first complaint of the schema into a line with its place in the file."""
-    # a misspelled key is also a missing one: the first is what the user sees
+    # a misspelled key is also a missing key: the first is what the user sees
     complaint = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
     place = [
         str(step)

@@ -1,6 +1,7 @@
 """The catalogue of what can be wrong with records, models and predictions: one file a family, one entry a flaw.
 
-Whatever depends on a flaw asks here: what it widens in a prediction, whether a measured circle settles it, its page.
+All that depends on a flaw is asked here: what it widens in a prediction, whether a measured circle settles it, its
+page.
 """
 
 import re
@@ -41,7 +42,7 @@ _PLAIN = Flaw("", "doubt", "")
 
 
 def flaw_of(notice: Notice) -> Flaw:
-    """Return the flaw that a notice tells of; an empty one where its code is not known."""
+    """Return the flaw of a notice; an empty flaw where its code is not known."""
     return CATALOGUE.get(notice.code, _PLAIN)
 
 

@@ -20,7 +20,7 @@ LISTED = 8
 SMALL = 0.01
 """Share of the friction up to which what varies over place or time is no more than good to know."""
 HALF_WIDTHS = 1.0
-"""Half-widths of the tightest interval of a level from which on an estimate is wrong by what varies."""
+"""Half-widths of the tightest interval of a level above which the variation makes an estimate wrong."""
 
 
 def by_size(size: float, level: float, half_width: float) -> Severity:
@@ -34,7 +34,7 @@ def by_size(size: float, level: float, half_width: float) -> Severity:
 
 @dataclass(frozen=True)
 class Flaw:
-    """What can be wrong with records, or with what is made of them. A new flaw is one more of these, in its family.
+    """What can be wrong with records, or with what is made of them. A new flaw is one more entry in its family.
 
     Sentences are templates of `str.format`. ``{size}`` and ``{size:2}`` give an `Estimate` with its unit, to 3 and to
     2 digits; ``{share:.2g%}`` percent to two digits; ``{rate:rises|falls}`` the first where the value is true, of a

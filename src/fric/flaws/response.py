@@ -6,7 +6,7 @@ from fric.flaws.base import Flaw
 from fric.notice import Severity
 
 UNSURE, FALSE = 0.02, 0.1
-"""Misfit from which on a fit is in doubt, and from which on it is wrong [1]."""
+"""Misfit above which a fit is in doubt, and above which it is wrong [1]."""
 
 
 def _misfit(f: Any) -> Severity:

@@ -8,11 +8,11 @@ from fric.notice import Severity
 REMOVED = 0.05
 """Share of friction up to which what is taken off leaves nothing to do: by so much a prediction is widened beyond."""
 SCATTERED = 0.1
-"""Scatter between strokes, as a share of their force, from which on a map of speed is doubted."""
+"""Scatter between strokes, as a share of their force, above which a map of speed is doubted."""
 SMALL, LARGE = 0.01, 0.1
-"""Share of friction up to which what is taken off leaves no doubt, and from which on it is wrong."""
+"""Subtracted share of friction up to which there is no doubt, and above which the result is wrong."""
 STICKS = 0.6
-"""Swing of the speed from which on a stroke comes to rest between: its mean force is that of no velocity."""
+"""Swing of the speed above which the axis rests during a stroke: its mean force belongs to no velocity."""
 
 
 def _severity(f: Any) -> Severity:

@@ -143,16 +143,17 @@ def plan(
     kind
         Kind of the record, as said by the caller.
     motion
-        Motion of the axis; None to let the units tell.
+        Motion of the axis; None to take it from the units.
     fields
         The ``{fields}`` of the file.
     part
-        Whether the table holds a part of the channels of its record: time, and one other at least.
+        Whether the table holds a part of the channels of its record: time, and at least another channel.
 
     Raises
     ------
     FricError
-        When a column is not there, has no unit or one of the wrong kind, or there is no time, or nothing that moves.
+        When a column is missing, has no unit or a unit of the wrong kind, or there is no time, or no position or
+        velocity.
     """
     where = str(table.path)
     if kind is None and mapping is not None and mapping.kind != "circle":

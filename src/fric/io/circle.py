@@ -59,7 +59,7 @@ def read_path(path: Path, feed: float) -> PointPath | RecordedPath:
     scheme of a run file.
 
     path: The file.
-    feed: Speed along the path [m/s]; a recorded reference has its own.
+    feed: Speed along the path [m/s]; a recorded reference includes its speed.
     Raises FricError: When a column or its unit is missing, a cell is no number, or the path cannot be followed.
     """
     try:
@@ -142,7 +142,7 @@ def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
     """Read the circle tests of a file of `fric ingest --kind circle`, or the circles of a run file, one a scheme.
 
     path: The file.
-    scheme: Name of the one scheme of a run file that is wanted; all where it is not given.
+    scheme: Name of the scheme of a run file; all where not given.
     Raises FricError: When it is neither, is cut short, or has no such scheme.
     """
     path = Path(path)
@@ -188,7 +188,7 @@ def _read(group: h5py.Group, source: str) -> MeasuredCircle:
 
 
 def choose_circles(paths: Iterable[Path], scheme: str | None = None) -> list[MeasuredCircle]:
-    """Read the circle tests of some files; of a run file with several schemes one must be named.
+    """Read the circle tests of some files; of a run file with several schemes a scheme must be named.
 
     Raises FricError: As `read_circles`, and when it is not said which scheme of a run is meant.
     """

@@ -41,9 +41,9 @@ LEVEL = 1
 """Of deflate: logs are mostly noise in their last digits, which a higher level does not shorten."""
 
 SAMPLE = 512
-"""Samples that tell how far more of their kind can be shortened."""
+"""Samples from which the compression of more of their kind is estimated."""
 WORTH = 0.25
-"""What cannot be shortened to this is stored as it is."""
+"""Share of the size above which data are stored without compression."""
 
 _AS_IT_IS = 0b11
 """Filter mask of a chunk that neither filter was applied to."""
@@ -57,8 +57,8 @@ def compressor() -> ThreadPoolExecutor:
 class GrowingColumn:
     """One dataset that values are appended to.
 
-    HDF5's own filters (shuffle, deflate) are applied in a thread beside the work, so that reading the next block goes
-    on, and only where they shorten a chunk.
+    HDF5's filters (shuffle, deflate) run in a separate thread, while the next block is read, and only where they
+    shorten a chunk.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def _packed(values: Real) -> tuple[Buffer, int]:
     """Shuffle and deflate one chunk, as HDF5's filters read it; return it and its filter mask.
 
     The lower bytes of a measured channel are noise, on which deflate spends most of the time of an ingest for little.
-    A chunk of which a sample tells so is left as it is.
+    A chunk for which a sample shows this is not compressed.
     """
     sample = _shuffled(values[:SAMPLE])
     if len(zlib.compress(sample.data, LEVEL)) > WORTH * sample.nbytes:

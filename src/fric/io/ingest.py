@@ -50,7 +50,7 @@ def digest_of_all(paths: Iterable[Path]) -> str:
 
 
 class FileDigest:
-    """The digest of a file: of its bytes as they are read, or else of the file read for that alone.
+    """The digest of a file: of its bytes while they are read, or else of the file read for this purpose.
 
     Parameters
     ----------
@@ -95,14 +95,14 @@ class Clock:
 
     Missing samples and jitter are no second rate: that has the mean period of a window changed and four in five of its
     periods with it, for two windows one after the other. (A real log of 75 s at 200 Hz has 1.8 s in which every second
-    sample is missing: that is told, and no error.)
+    sample is missing: that gives a warning, not an error.)
 
     Parameters
     ----------
     place
-        Tells where a sample is, by its row in the file.
+        Names the place of a sample, by its row in the file.
     uneven
-        Whether a record of two rates is told, and no error.
+        Whether a record of two rates gives a warning, not an error.
     """
 
     def __init__(self, place: Callable[[int], str], *, uneven: bool = False) -> None:
@@ -142,7 +142,7 @@ class Clock:
         self._gather(steps, rows)
 
     def rising(self, time: Real) -> Mask:
-        """Return the samples whose stamps rise, shape (n,); the first one may be another run's last."""
+        """Return the samples whose stamps rise, shape (n,); the first may be another run's last."""
         kept = np.ones(len(time), bool)
         if self._last is None and len(time) > 2 and time[0] > time[1]:
             kept[0] = False
@@ -157,7 +157,7 @@ class Clock:
         if len(self._left):
             steps, rows = np.concatenate([self._left, steps]), np.concatenate([self._left_rows, rows])
             self._left, self._left_rows = steps[:0], rows[:0]
-        if len(steps) and steps.max() < RATES_DIFFER * steps.min():  # as nearly always: one entry for all of them
+        if len(steps) and steps.max() < RATES_DIFFER * steps.min():  # as nearly always: a single entry for all
             mean = steps.mean()
             self._periods.append(np.array([[mean], [mean], [mean], [len(steps) / self._window]]))
             self._rows.append(rows[:1].copy())  # a view would keep all of the rows
@@ -181,7 +181,7 @@ class Clock:
             return []
         mean, short, long, windows = np.concatenate(self._periods, axis=1)
         rows = np.concatenate(self._rows)
-        if windows.sum() < 4:  # too short to tell
+        if windows.sum() < 4:  # too short to judge
             return []
         order = np.argsort(mean)
         upto = np.cumsum(windows[order])
@@ -323,7 +323,7 @@ def joined(files: Sequence[tuple[Table, Plan]]) -> tuple[Joined, Plan]:
 
 
 KIND_OF_FORM: dict[Form, Kind] = {"response": "frequency-response", "means": FORCE_VELOCITY}
-"""Kinds that the columns tell."""
+"""Kinds that follow from the columns."""
 BadCells = Literal["error", "drop"]
 EVERYTHING = (-inf, inf)
 """A window that leaves nothing out [s]."""
@@ -348,7 +348,7 @@ class IngestedRecord:
 
 @dataclass(frozen=True)
 class StatedLog:
-    """What is said of foreign logs, beside what they say themselves."""
+    """What the user states about foreign logs, in addition to their headers."""
 
     # What the columns mean. Without it the header must name channels and units, as in ``time [s], position [um]``.
     mapping: MappingDocument | None = None
@@ -359,7 +359,7 @@ class StatedLog:
     # ``error``: a cell that is no number is an error; ``drop``: its sample is left out, and counted
     bad_cells: BadCells = "error"
     window: tuple[float, float] = EVERYTHING  # First and last time that is read, as the files count it [s]
-    join: bool = False  # Make one record of all files, which hold its channels by one clock; these are held in memory
+    join: bool = False  # Make one record of all files, which hold its channels on a common clock, in memory
 
     def __post_init__(self) -> None:
         if self.kind is not None and self.kind not in KINDS:
@@ -379,7 +379,7 @@ class Session:
         self.warnings: list[Notice] = []
 
     def of_axis(self, table: Table, held: tuple[str, Motion] | None) -> tuple[str, Motion]:
-        """Return name and motion of the axis: as said, as in the file that is added to, or as the units tell."""
+        """Return name and motion of the axis: as stated, as in the file that is added to, or from the units."""
         mapping, said = self._of(table), table.said
         axis = self._about.axis or said.get("axis")
         if axis is None and mapping and mapping.axis:
@@ -407,7 +407,7 @@ class Session:
             except FricError as error:
                 if RECORD not in table.said:
                     raise
-                none.append(error)  # beside records stand parameters
+                none.append(error)  # parameters are beside the records
                 continue
             if own != (axis, motion):
                 raise FricError(
@@ -449,7 +449,7 @@ class Session:
         return mapping.fields(own, str(table.path)) if mapping else own
 
     def _of(self, table: Table) -> FileMapping | None:
-        """Return what is said of a table; None where nothing is, and its header has to."""
+        """Return what the user states about a table; None where nothing is, and its header decides."""
         names = [column.name for column in table.columns]
         return self._mapping.of(table.path, names, self._about.axis) if self._mapping else None
 
@@ -544,7 +544,7 @@ class Session:
 
 
 def _digest(table: Table, file: FileDigest) -> str:
-    """Return the digest of a record: its own, or that of its file, with its name where the file holds several."""
+    """Return the digest of a record, or that of its file, with the record's name where the file holds several."""
     said = table.said
     return said.get("sha256") or file.result() + (f":{said['name']}" if "name" in said else "")
 
@@ -604,7 +604,7 @@ def ingest(
     Parameters
     ----------
     paths
-        Text logs (also ``.gz``), MATLAB ``.mat``, Parquet, or log files of fric's own.
+        Text logs (also ``.gz``), MATLAB ``.mat``, Parquet, or log files of fric.
     output
         The log file that is written, whole or not at all.
     append
@@ -683,7 +683,7 @@ def _first_readable(
 
 
 def _together(refused: Sequence[FricError], files: int) -> FricError:
-    """Return what is wrong with files as one error: that of the one, or a line for each."""
+    """Return the errors of files as a single error: that of a single file, or a line for each."""
     if len(refused) == 1:
         return refused[0]
     lines = [f"{error.where}: {error.what}" if error.where else error.what for error in refused]
@@ -692,7 +692,7 @@ def _together(refused: Sequence[FricError], files: int) -> FricError:
 
 
 def _tables(path: Path, mapping: MappingDocument | None, files: ExitStack, axis: str | None) -> Iterator[Table]:
-    """Yield the tables of a file; of one that has several axes, those of the one that is asked for, or of the first."""
+    """Yield the tables of a file; of a file with several axes, those of the requested axis, or of the first."""
     for table in files.enter_context(closing(tables(path, mapping.format if mapping else None))):
         names = table.said.get(OF_SEVERAL, "").split()
         if not names or table.said["axis"] == (axis if axis in names else names[0]):
@@ -700,5 +700,5 @@ def _tables(path: Path, mapping: MappingDocument | None, files: ExitStack, axis:
 
 
 def sizes(paths: Sequence[Path]) -> int:
-    """Return the bytes of the files together, as far as they are there; for a progress bar."""
+    """Return the total size of the existing files [byte]; for a progress bar."""
     return sum(path.stat().st_size for path in map(Path, paths) if path.is_file())

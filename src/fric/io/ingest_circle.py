@@ -184,7 +184,7 @@ class StatedCircle:
     feed: float | None = None
     direction: int | None = None  # 1 counter-clockwise, -1 clockwise
     sampling: float | None = None  # Samples a second of a trace without time [Hz]
-    instrument: Instrument = ""  # What told the position
+    instrument: Instrument = ""  # What measured the position
     scheme: str = ""  # Name of the compensation that was on; empty where it is not known
 
 
@@ -220,7 +220,7 @@ def ingest_circles(
     mapping
         What the columns mean. Without it the header must name axes and units, as in ``x_ref [mm], x_pos [mm]``.
     stated
-        What is said of the circle and not found.
+        Properties of the circle that are stated and not found.
     append
         Add to the file.
     bad_cells, force, progress

@@ -43,10 +43,10 @@ class Guess:
     """What is guessed of one axis of files that have the same columns."""
 
     files: tuple[Path, ...]  # The files
-    table: Table  # One of them, for its columns
+    table: Table  # One of the files, for its columns
     axis: Axis
-    named: bool  # Whether the names tell the axis
-    kind: str = ""  # The kind of the record, where the columns tell it
+    named: bool  # Whether the names show the axis
+    kind: str = ""  # The kind of the record, where the columns show it
     joined: tuple[tuple[Table, Axis], ...] = ()  # Of files that hold a part of the channels each
 
     @property
@@ -102,7 +102,7 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
 
     paths: The files.
     files: Keeps them open as long as their tables are asked.
-    join: The files hold the channels of one record: each tells those that it has.
+    join: The files hold the channels of one record: each names those that it has.
     Raises FricError: When a file does not read.
     """
     if join:
@@ -141,7 +141,7 @@ def _of_group(members: Sequence[Table]) -> Iterator[Guess]:
 
 
 def _filled(table: Table, axis: Axis, by_name: Axis) -> Axis:
-    """Return what the values tell of an axis, and what they leave open of its names."""
+    """Return what the values show of an axis, and the names that they leave open."""
     taken = {role.column for role in axis.roles.values()}
     for channel, role in by_name.roles.items():
         if role.column is not None and spoken(table.columns[role.column]).quantity == "other":
@@ -152,7 +152,7 @@ def _filled(table: Table, axis: Axis, by_name: Axis) -> Axis:
 
 
 def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
-    """Return a guess with the name of its axis: as columns or files tell it, x where nothing does."""
+    """Return a guess with the name of its axis: from columns or files, else x."""
     columns = [guess.table.columns[role.column] for role in guess.axis.roles.values() if role.column is not None]
     name = axis_of(*map(bare, columns))
     if name is None and alone:
@@ -170,7 +170,7 @@ def proposal(paths: Sequence[Path], *, join: bool = False) -> str:
     """Return the text of a mapping that files may have, with what is uncertain in comments.
 
     paths: The files.
-    join: The files hold the channels of one record: each tells those that it has.
+    join: The files hold the channels of one record: each names those that it has.
     Raises FricError: When a file does not read.
     """
     if not paths:
@@ -281,7 +281,7 @@ def is_sure(guess: Guess) -> bool:
 
 
 def asked(found: Sequence[Guess]) -> FricError:
-    """Return the one error that says all that is open of files, with the mapping to fill in."""
+    """Return a single error with all open questions about files, with the mapping to fill in."""
     count, questions = len({path for guess in found for path in guess.files}), sum(len(one.questions) for one in found)
     what = f"{count} files do not say what their columns are" if count > 1 else "it does not say what its columns are"
     return FricError(
@@ -467,10 +467,10 @@ def guessed(
     *,
     assume: bool = False,
 ) -> Guessed:
-    """Return what is guessed of those files whose header does not say what their columns are.
+    """Return the guesses for those files whose header does not define their columns.
 
-    Files that do not read, and those of fric's own, are none of them. Of a file whose header says all but the force
-    (a current is one), that is taken where it is sure, or the likeliest is ``assume``d.
+    Files that cannot be read, and those of fric, are skipped. In a file whose header defines all but the force (a
+    current counts as force), the force is taken where it is sure, or where the likeliest is to be ``assume``d.
     """
     asking, free = [], set[Path]()
     for path in paths:

@@ -1,4 +1,4 @@
-"""What a file is, by what stands in it and not by its name; and reports, HTML with their data as JSON in it."""
+"""The type of a file, by its content and not by its name; and reports, HTML with their data as JSON in it."""
 
 import json
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ REPORT_MARK = f'<script type="application/json" id="{DATA_ID}">'
 
 
 class _Data(HTMLParser):
-    """Keeps the text of the one script element that holds the data."""
+    """Keeps the text of the script element that holds the data."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -63,7 +63,7 @@ HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 def is_hdf5(path: Path) -> bool:
-    """Say whether a file is HDF5 from its first byte, as those of fric's own are."""
+    """Return whether a file is HDF5 from its first byte, as those of fric are."""
     with regular(Path(path)).open("rb") as file:
         return file.read(8).startswith(HDF5_SIGNATURE)
 

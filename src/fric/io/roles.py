@@ -22,25 +22,25 @@ from fric.units import Motion, converts, in_units_of, parse, rotates
 from fric.units import factor as si_factor
 
 SURE = 0.95
-"""Likelihood from which on a choice is taken without a question."""
+"""Likelihood above which a choice is taken without a question."""
 MOST_VALUES = 8_000_000
 """Numbers of all tables together that are looked at."""
 ROWS = 12_000
 """Increments that a pair of columns is judged by."""
 WINDOWS = (2, 8, 32, 128, 512)
-"""Rows over which increments are taken: short ones tell lags, long ones see through quantisation and noise."""
+"""Rows over which increments are taken: short ones show lags, long ones are robust to quantisation and noise."""
 PAIR, NAMED_PAIR = 0.985, 0.8
 """Share of the variance that makes a column the derivative of another; where names or units say so, too."""
 SAME = 0.97
-"""Correlation of increments from which on two positions are of one axis."""
+"""Correlation of increments above which two positions are of one axis."""
 EXACT = 0.99999
-"""Share of the variance from which on a derivative is a command's."""
+"""Share of the variance above which a derivative is that of a command."""
 BRAKED = 0.1
 """Share that the sign of the velocity explains of a force at least; an acceleration has less."""
 REPEATED = 0.01
-"""Share of stamps that are repeated, from which on they are rounded."""
+"""Share of repeated stamps above which stamps are rounded."""
 UNUSUAL, BY_CHANCE = 0.01, 0.1
-"""Weight of units that are none of the usual, beside that of usual ones; how often such have a usual factor."""
+"""Weight of unusual units, relative to that of usual units; how often these have a usual factor."""
 MODES = 4
 """Values that a mode has at most."""
 
@@ -51,7 +51,7 @@ class Role:
 
     channel: str
     column: int | None  # None for a time that was not logged
-    unit: str  # What it is in; of a time that was not logged, its period; empty where nothing tells
+    unit: str  # Its unit; of a time that was not logged, its period; empty where not known
     likelihood: float  # That the column is the channel
     unit_likelihood: float  # That the unit is the unit
     why: str
@@ -70,7 +70,7 @@ class Axis:
     motion_likelihood: float
     roles: dict[str, Role] = field(default_factory=dict)
     readings: tuple[Reading, ...] = ()  # Units that it may be in, the likeliest first; their weights are likelihoods
-    factor: float | None = None  # Velocity per slope of the position, where the clock tells no time
+    factor: float | None = None  # Velocity per slope of the position, where the clock gives no time
 
     @property
     def open(self) -> list[Role]:
@@ -79,11 +79,11 @@ class Axis:
 
 
 BEYOND = 1e20
-"""Magnitude of a value that no log holds, in whatever unit: stamps in ns are 1e18."""
+"""Magnitude of a value that no log holds, in any unit: stamps in ns are 1e18."""
 
 
 class Samples:
-    """The numbers of tables that have the same columns, one under the other, with what names and units say of them."""
+    """The numbers of tables with the same columns, concatenated, with what names and units show of them."""
 
     def __init__(self, tables: Sequence[Table]) -> None:
         self.columns = tables[0].columns
@@ -108,7 +108,7 @@ class Samples:
         self.levels = np.array([len(np.unique(self.x[:2000:3, n])) for n in range(len(self.columns))])
 
     def rows(self, window: int) -> np.ndarray:
-        """Return rows from which so many more follow in the same table, `ROWS` at most."""
+        """Return rows that have a number of further rows in the same table, at most `ROWS`."""
         n = len(self.x)
         inside = np.ones(max(n - window, 0), bool)
         for start in self.starts[1:]:
@@ -194,7 +194,7 @@ def axes_of(tables: Sequence[Table]) -> list[Axis]:
 
 
 def _clock(data: Samples) -> Role:
-    """Return the column that is the time: one that rises; by its name, its unit, and how even its steps are."""
+    """Return the column that is the time: a rising column, by its name, its unit, and how even its steps are."""
     best: tuple[float, int] = (0.0, -1)
     for n in map(int, np.flatnonzero(data.moving)):
         steps = np.diff(data.x[:, n])
@@ -317,7 +317,7 @@ _NO_VELOCITY = {"position", "acceleration", "force", "input", "mode", "time", "r
 
 
 def tag(column: Column) -> str | None:
-    """Return what tells the axis in a name: a letter of an axis, or a number."""
+    """Return the axis in a name: a letter of an axis, or a number."""
     plain = re.sub(r"\(:,(\d+)\)$", r" \1", bare(column))  # a column of a matrix
     name = axis_of(plain)
     numbers = re.findall(r"(?<!\d)\d{1,2}(?!\d)", re.sub(r"\[[^]]*\]|\([^)]*\)$", "", plain))
@@ -365,7 +365,7 @@ def _clusters(data: Samples, pairs: Pairs) -> list[list[int]]:
 
 
 def _of_an_axis(data: Samples, pairs: Pairs, n: int, k: int) -> bool:
-    """Say whether two positions are of one axis: they move alike, by as much, or by what their names say."""
+    """Return whether two positions are of one axis: equal motion of equal size, or the names show it."""
     first, second = data.columns[n], data.columns[k]
     if _apart(first, second) or pairs.alike[n, k] < SAME:
         return False
@@ -374,7 +374,7 @@ def _of_an_axis(data: Samples, pairs: Pairs, n: int, k: int) -> bool:
 
 
 def _smooth(data: Samples, pairs: Pairs) -> list[int]:
-    """Return columns that may be positions where no pair tells, the smoothest first."""
+    """Return columns that may be positions where no pair shows it, the smoothest first."""
     rows = data.rows(1)
     if len(rows) < 32:
         return []
@@ -481,7 +481,7 @@ def _noise(data: Samples, n: int) -> float:
 
 
 def _velocity(data: Samples, pairs: Pairs, speeds: list[int], position: int, reference: int | None) -> int | None:
-    """Return the velocity that was measured; None where there is a commanded one alone."""
+    """Return the measured velocity; None where there is only a commanded velocity."""
     own = [v for v in speeds if not data.said[v].commanded and not _apart(data.columns[position], data.columns[v])]
     if reference is not None:
         exact = [v for v in own if pairs.share[reference, v] > max(EXACT, pairs.share[position, v])]
@@ -601,7 +601,7 @@ def _left(basis: Real, y: Real) -> tuple[float, Real]:
 
 
 def _by_velocity(data: Samples) -> list[_Movement]:
-    """Return axes that tell a velocity and no position, by its name or unit."""
+    """Return axes with a velocity and no position, by its name or unit."""
     speeds = [n for n in range(len(data.columns)) if data.said[n].quantity == "velocity"]
     found = []
     for v in [n for n in speeds if not data.said[n].commanded] or speeds[:1]:

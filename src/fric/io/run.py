@@ -27,7 +27,7 @@ from fric.units import si_unit
 FORMAT = "run/1"
 AGAIN = "Make it again with `fric simulate`."
 MONTE_CARLO = "monte_carlo"
-"""The group of what many machines gave; every other is one of a scheme."""
+"""The group of the results of many machines; every other group is of a scheme."""
 
 DIMENSIONS = {
     "time": "time", "reference": "position", "position": "position", "measured": "position", "velocity": "velocity",
@@ -46,12 +46,12 @@ def write_runs(
     most_samples: int | None = None,
     force: bool = False,
 ) -> None:
-    """Write what schemes made of a circle or a path to a run file, whole or not at all.
+    """Write the runs of schemes on a circle or a path to a run file, whole or not at all.
 
     path: The run file.
     runs: One run per scheme.
     provenance: What made the file, as JSON.
-    most_samples: Samples of a trace that are kept at most: of a longer one every second, third, … sample. Radial errors
+    most_samples: Largest number of samples of a trace that are kept: of a longer trace every n-th sample. Radial errors
         and metrics are those of all samples. All where it is not given.
     many: What the schemes made of it on many machines.
     prediction: What these say of the machine that was identified.
@@ -149,7 +149,7 @@ def read_prediction(path: Path) -> Prediction | None:
 
 @dataclass(frozen=True)
 class Drawn:
-    """What one scheme left on each of the machines that were drawn [m]: nan on one where it could not run."""
+    """Glitch of a scheme on each of the drawn machines [m]: nan where it could not run."""
 
     glitches: tuple[float, ...]  # The largest glitch
     swings: tuple[float, ...] = ()  # What swings where no axis reverses; empty in a file before that was kept

@@ -23,9 +23,9 @@ from fric.output import staged
 class Unfailing:
     """A file for HDF5's ``fileobj`` driver that keeps errors to itself until they are asked for.
 
-    HDF5 does not survive a write that fails: what it could not write it tries again when the file is closed, and the
-    process ends in a segmentation fault. So a failed write is noted and later ones are passed over; the file is lost,
-    and `check` says why.
+    HDF5 does not survive a write that fails: it repeats the write when the file is closed, and the process ends in a
+    segmentation fault. So a failed write is noted and later writes are skipped; the file is lost, and `check` raises
+    the reason.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class Unfailing:
         return self._file.seek(offset, whence)
 
     def tell(self) -> int:
-        """Return where the file stands."""
+        """Return the position in the file."""
         return self._file.tell()
 
     def _kept(self, act: Callable[[], int], otherwise: int) -> int:
@@ -95,7 +95,7 @@ def _interrupts_held() -> Iterator[Callable[[], None]]:
 
     An exception that strikes inside h5py is lost there, or leaves the file half closed.
     """
-    if threading.current_thread() is not threading.main_thread():  # the only one that signals reach
+    if threading.current_thread() is not threading.main_thread():  # the only thread that signals reach
         yield lambda: None
         return
     came: list[int] = []
@@ -155,7 +155,7 @@ MOST_DEPTH = 32
 MOST_PACKED = 3000
 """Bytes that one stored byte becomes at most: DEFLATE reaches 1032."""
 SMALL = 1 << 20
-"""Bytes that a dataset may declare, whatever is stored of it."""
+"""Bytes that a dataset may declare, however few are stored."""
 _PLAIN = (h5py.h5t.STRING, h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
 
 
@@ -174,7 +174,7 @@ def open_file(
         file = h5py.File(path, "r")
     except PermissionError:
         raise FricError("may not be read", where=str(path)) from None
-    except Exception:  # whatever h5py meets in a damaged file
+    except Exception:  # any exception of h5py on a damaged file
         if what.startswith("is no whole HDF5") and path.suffix.lower() not in {".h5", ".hdf5"}:
             with path.open("rb") as head:
                 kind = re.match(rb"fric: (\w+)/", head.read(80))
@@ -258,10 +258,10 @@ def _check_dataset(data: h5py.Dataset, where: str) -> None:
 
 
 def _leads_elsewhere(data: h5py.Dataset) -> bool:
-    """Say whether the values are in other files.
+    """Return whether the values are in other files.
 
-    The property list that tells it goes with this call: HDF5 ends a process by a segmentation fault where that of a
-    virtual dataset is alive at its end, as `Dataset.is_virtual` keeps it, and a traceback that.
+    The property list is released with this call: HDF5 ends a process by a segmentation fault where the list of a
+    virtual dataset is alive at its end. `Dataset.is_virtual` keeps it, and a traceback keeps that.
     """
     properties = data.id.get_create_plist()
     return bool(properties.get_layout() == h5py.h5d.VIRTUAL or properties.get_external_count())
@@ -270,7 +270,7 @@ def _leads_elsewhere(data: h5py.Dataset) -> bool:
 def column(group: h5py.Group, name: str, *, ndim: int = 1) -> Real:
     """Return a dataset of numbers, checked before it is used.
 
-    Raises FricError: When it is not there, is no dataset, is not of so many dimensions, or not of real numbers.
+    Raises FricError: When it is missing, is no dataset, has another number of dimensions, or no real numbers.
     """
     data = group.get(name)
     where = f"{group.file.filename}, '{printable(f'{group.name}/{name}', 80)}'"
@@ -292,7 +292,7 @@ def check_type(file: h5py.File, path: Path, wanted: str, hint: str) -> None:
 
 
 def text(attributes: Any, name: str, otherwise: str = "") -> str:
-    """Return an attribute that is a text; one that is not there, or no text, as ``otherwise``."""
+    """Return an attribute that is a text; ``otherwise`` where it is missing or no text."""
     value = attributes.get(name, otherwise)
     text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
     return text.encode("utf-8", "replace").decode("utf-8")  # h5py reads what is no UTF-8 as surrogates

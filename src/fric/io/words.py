@@ -55,19 +55,18 @@ DRIVEN = ("input", "voltage", "u", "control", "output", "command", "signal", "dr
 PUSHED = ("force", "motor", "thrust", "drive", "kraft", "")
 """What the force of an axis of a circle is called."""
 BESIDE = frozenset({"position", "pos", "axis", "value", "lage", "achse", "wert"})
-"""Words that say nothing of a position's role beside one that does: an actual position is actual."""
+"""Words that say nothing of a position's role beside a word that does: an actual position is actual."""
 ANGLES = ("angle", "theta", "position angle", "winkel")
 DEVIATIONS = ("deviation", "radial deviation", "radial error", "radius deviation", "error", "abweichung")
 
 CHANNELS = {"error": ERROR, "time": TIME, "reference": REFERENCE, "position": POSITION, "velocity": VELOCITY,
             "force": FORCE, "input": INPUT}  # fmt: skip
-"""Words of a name that tell a channel, in the order in which they are asked: a reference position is a reference.
-
-Where a word means another thing in English (tension, couple), the unit tells; an error is no channel."""
+"""Words of a name that show a channel, in the order in which they are tried: a reference position is a reference. Where
+a word has another meaning in English (tension, couple), the unit decides; an error is no channel."""
 LETTERS = {"t": "time", "z": "position", "x": "position", "q": "position", "v": "velocity", "f": "force", "u": "input"}
 """Names of one letter."""
 EXACT = {"torque": "force", "voltage": "input", "t": "time"}
-"""Whole names that are taken for a channel without a question, beside its own name."""
+"""Whole names that are taken for a channel without a question, besides its name."""
 OF_MEANS = {
     "mean velocity": "velocity",
     "speed": "velocity",
@@ -81,17 +80,17 @@ OF_MEANS = {
     "count": "n",
     "samples": "n",
 }
-"""What a table of forces and velocities calls its columns besides."""
+"""Further names of the columns of a table of forces and velocities."""
 
 
 LEFT_OUT = ("force", "position", "velocity")
-"""Channels that are asked about, where a column that looks like one would be left out."""
+"""Channels that need a question, where a column that looks like one would be left out."""
 AXES = "xyzabcuvw"
 """Letters that name axes of machine tools."""
 
 
 def named_as(column: Column) -> str | None:
-    """Return the channel that the name of a column tells; None where it tells none."""
+    """Return the channel that the name of a column shows; None where it shows none."""
     alone = column.name.removesuffix(f"_{column.unit}")
     parted = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", alone)  # ActPos is an actual position
     name = re.sub(r"[_\W]+", " ", plain_name(parted)).strip()
@@ -103,16 +102,15 @@ def named_as(column: Column) -> str | None:
 
 @cache
 def _of_word(word: str, channel: str) -> str:
-    """Return the pattern of a word in a name; a long one may end a compound (Istlage), of a reference begin it."""
+    """Return the pattern of a word in a name; long words may end a compound (Istlage), of a reference begin it."""
     if len(word) < 4:
         return rf"\b{word}\b"
     return rf"\b{word}|{word}\b" if channel == "reference" else rf"{word}\b"
 
 
 def axis_of(*names: str) -> str | None:
-    """Return the axis that names tell, as ``X actual position`` or ``y_strokes``; None where none does, or several do.
-
-    A letter stands for an axis where it is the first or the last word and not the only one.
+    """Return the axis that names show, as ``X actual position`` or ``y_strokes``; None where none or several do. A
+    letter denotes an axis where it is the first or the last word and not the only word.
     """
     found = set()
     for name in names:
@@ -124,7 +122,7 @@ def axis_of(*names: str) -> str | None:
 
 
 def measures(column: Column, channel: str) -> bool:
-    """Say whether the unit of a column is one of a channel."""
+    """Return whether the unit of a column suits a channel."""
     unit = (column.unit or "").strip()
     if unit in {"", "1", "%", "-"} or not is_unit(unit):
         return False
@@ -132,9 +130,8 @@ def measures(column: Column, channel: str) -> bool:
 
 
 def looking_like(table: Table, channel: str, taken: Collection[int]) -> list[int]:
-    """Return the columns that look like a channel, those whose name tells it first; ``taken`` are none.
-
-    A column whose name tells another channel is none, whatever its unit; time is told by its name or its unit.
+    """Return the columns that look like a channel, those whose name shows it first, without ``taken``. A column whose
+    name shows another channel is excluded, with any unit; time is recognised by its name or its unit.
     """
     by_name, by_unit = [], []
     for n, column in enumerate(table.columns):
@@ -187,17 +184,17 @@ QUANTITIES = {
 """Words of each quantity, in the order in which they are asked."""
 OF_UNITS = {"time": "time", "position": "position", "velocity": "velocity", "force": "force", "input": "input",
             "acceleration": "acceleration"}  # fmt: skip
-"""Dimensions that a unit can tell, and the quantity that it is of."""
+"""Dimensions that a unit shows, and the quantity of each."""
 DRIVE_UNITS = ("A", "mA", "%", "count")
-"""Units of a force that a drive logs in its own; what is in V is an input first."""
+"""Units of a force that is logged in a unit of the drive; a signal in V is an input first."""
 ROTARY = ("angle", "winkel", "angolo", "ángulo", "angulo", "joint", "gelenk", "rotor", "theta", "phi", "omega",
           "drehzahl", "rpm", "angular", "rotation", "giunto", "articulation")  # fmt: skip
-"""Words that tell that an axis turns."""
+"""Words that show that an axis turns."""
 SUFFIX = {"rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "deg_s": "deg/s", "degps": "deg/s", "mm_s": "mm/s",
           "mmps": "mm/s", "m_s": "m/s", "mps": "m/s", "mm_min": "mm/min", "rpm": "rpm", "nm": "N*m", "deg": "deg",
           "rad": "rad", "mm": "mm", "um": "um", "a": "A", "ma": "mA", "pct": "%", "percent": "%", "ms": "ms",
           "us": "us", "sec": "s", "ns": "ns", "mnm": "mN*m"}  # fmt: skip
-"""Units as they stand behind a name, in small letters."""
+"""Units behind a name, in small letters."""
 
 
 class Spoken(NamedTuple):
@@ -208,7 +205,7 @@ class Spoken(NamedTuple):
     commanded: bool = False
     measured: bool = False
     rotary: bool = False
-    told: str = ""  # Which of `QUANTITIES` the name tells: a force may be a current, or a load
+    told: str = ""  # Which of `QUANTITIES` the name shows: a force may be a current, or a load
 
 
 def spoken(column: Column) -> Spoken:
@@ -248,7 +245,7 @@ def _words(name: str) -> str:
 
 @cache
 def _pattern(known: tuple[str, ...]) -> re.Pattern[str]:
-    """Return the pattern of words: short ones stand alone, long ones begin or end a compound (Istlage, Sollwert)."""
+    """Return the pattern of words: short words are separate, long words begin or end a compound (Istlage, Sollwert)."""
     return re.compile("|".join(rf"\b{w}\b" if len(w) < 4 else rf"\b{w}|{w}\b" for w in known if w))
 
 
@@ -356,7 +353,7 @@ def readings(
 ) -> list[Reading]:
     """Return the units that position, velocity and clock may have.
 
-    first, second: What is said of the position and of the velocity.
+    first, second: What is stated of the position and of the velocity.
     time: Unit of the clock; empty where it is not known, and then any of `TIME_UNITS`.
     ratio: Velocity per slope of the position, as logged; None where there is no such pair.
     sizes: Travel and speed, as logged.

@@ -1,1 +1,1 @@
-"""Experiments before they are made: which records tell an axis's friction, inside stroke, speed and acceleration."""
+"""Experiments before they are made: records that determine friction within limits of the axis."""

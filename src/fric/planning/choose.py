@@ -25,7 +25,7 @@ from fric.simulate.plan import Limits, Planned, Setting
 from fric.units import readable, rotates, si_unit
 
 TYPICAL = "xy-table"
-"""The bundled machine that stands in where none is given."""
+"""The bundled machine that is used where none is given."""
 
 REST = 10
 """Samples over which the encoder does not move, at least, where a drive is at rest."""
@@ -38,12 +38,12 @@ def prior_axis(
     plant: PlantDocument | None = None,
     like: Sequence[Log] = (),
 ) -> tuple[Axis, list[Notice]]:
-    """Return an axis as it is known, and what stands in for what is not.
+    """Return an axis as known, and the substitutes for what is not known.
 
-    machine: The machine; a typical one where not given.
+    machine: The machine; a typical machine where not given.
     axis: Name of the axis; that of the friction where it is given.
     friction, plant: What is known of its friction and of its plant.
-    like: A typical log, which tells the force noise and the encoder step of others.
+    like: A typical log, for the force noise and the encoder step of others.
     Raises FricError: When the machine has no such axis, or a file is of another motion.
     """
     notices: list[Notice] = []
@@ -64,7 +64,7 @@ def prior_axis(
 
 
 def _friction(known: FrictionDocument, axis: Axis) -> Any:
-    """Return the model of a friction file; a static map alone gets the pre-sliding of the machine, at its own level."""
+    """Return the model of a friction file; a static map alone gets the machine's pre-sliding, scaled to the map."""
     names = known.model_names()
     if names:
         return known.friction("gms" if "gms" in names else names[0])
@@ -81,8 +81,8 @@ def _friction(known: FrictionDocument, axis: Axis) -> Any:
 def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
     """Return the axis with the force noise and the encoder of a log.
 
-    While the encoder stands still, the loop adds nothing of its own to the force: what is white there is noise. It is
-    what second differences hold, ``var(ΔΔF) = 6·σ²``. In a log without rests all of it is taken.
+    While the encoder does not change, the loop adds nothing to the force: white noise there is that of the log. It is
+    taken from second differences, ``var(ΔΔF) = 6·σ²``. A log without rests is used as a whole.
     """
     second: list[Real] = []
     whole: list[Real] = []
@@ -113,26 +113,26 @@ FALL = (0.05, 4.0)
 """Speeds in v_s between which the Stribeck fall is sampled: eq. (2) is 95 % and 2 % of its rise there."""
 
 COUNTS = 200.0
-"""Encoder counts a second from which on a drive runs evenly, and does not hunt from count to count."""
+"""Encoder counts a second above which a drive runs evenly, and does not hunt from count to count."""
 
 BETWEEN = 0.382
-"""Of a count, by which each period of an excitation begins further on.
+"""Shift of each period of an excitation against the period before, as a share of a count.
 
-By whole counts an encoder would round each period alike, and nothing of that averages out; by this share, of the golden
-section, each period comes between those before it.
+With whole counts an encoder would round each period in the same way, and the rounding would not average out; with this
+share, of the golden section, each period lies between those before it.
 """
 
 SLIPS = 8.0
 """Times the largest slip displacement that a pre-sliding sine reaches (the paper's 450 µm over 54 µm)."""
 
 UNKNOWN_SLIP = 54e-6
-"""Largest slip displacement where no model tells it: the paper's [m]."""
+"""Largest slip displacement where no model is known: the paper's [m]."""
 
 
 def choose(axis: Axis, limits: Limits, times: Mapping[str, int] | None = None) -> tuple[Planned, ...]:
     """Return the experiments that identify an axis, from what is known of it.
 
-    axis: The axis as it is known beforehand: friction, plant, controller, encoder.
+    axis: The axis as known beforehand: friction, plant, controller, encoder.
     limits: What it may do.
     times: By kind of record, how many times as many strokes, cycles or periods to take.
     Raises FricError: When the limits leave no room for one of them.
@@ -224,7 +224,7 @@ def _sliding(axis: Axis, limits: Limits, times: int) -> Planned:
     model = axis.friction.model if isinstance(axis.friction, Directed) else axis.friction
     rate = getattr(model, "C", 0.0) / (2 * pi * static.F_s)
     frequency = _rounded(float(np.clip(0.4 * rate, 1.0, 10.0))) if rate else 4.0
-    # two periods before and two behind are ramps of the mean; the swing adds its own acceleration
+    # two periods before and two behind are ramps of the mean; the swing adds its acceleration
     length, cycles = MARGIN * limits.stroke, 20 * times
     mean = min(2 * static.v_s, 0.4 * MARGIN * limits.feed, length * frequency / (cycles + 3))
     mean = min(mean, MARGIN * limits.acceleration / (2 * pi * frequency * 0.75 + SLOPE * frequency))

@@ -1,9 +1,9 @@
 """The intervals that planned experiments will give: the identification itself, on records simulated at the prior.
 
-What the records tell is the Fisher information of the fits that will read them: the same records, residuals, weights
-and models. They are made several times on the axis as it is known beforehand, with noise of other seeds, each record
-from another place between two counts of the encoder, and identified each time; what is told is the
-geometric mean of the half-widths, and between which two they lie.
+The information of the records is the Fisher information of the fits that will read them: the same records, residuals,
+weights and models. They are simulated several times on the axis as known beforehand, with noise of other seeds, each
+record from another place between two counts of the encoder, and identified each time; reported are the geometric mean
+and the range of the half-widths.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -38,7 +38,7 @@ ACCURACY = 1e-10
 """By how much the integration may move the position [m]: 0.01 N of a stiffness of 100 N/µm."""
 
 NOTABLE = 1.2
-"""Widening by what models do not hold from which on it is told."""
+"""Widening by unmodelled friction above which it is reported."""
 
 MOST = 16
 """Times as many strokes, cycles or periods as usual that an accuracy may take."""
@@ -47,7 +47,7 @@ IDENTIFIED_BY = {
     "constant-velocity": (*STATIC_PARAMETERS, "offset"), "presliding-sine": ("alpha", "k"),
     "sliding-sine": ("C",), "frequency-response": ("A", "B", "T_d", "K_f", "force_lag"),
 }  # fmt: skip
-"""Which parameters each kind of record tells."""
+"""The parameters that each kind of record determines."""
 
 Wanted = Mapping[str, tuple[float, bool]]
 """Half-width that is asked for by parameter, and whether it is relative to the value."""
@@ -55,7 +55,7 @@ Wanted = Mapping[str, tuple[float, bool]]
 
 @dataclass(frozen=True)
 class Expectation:
-    """What planned records tell of an axis."""
+    """Expected intervals of an axis from planned records."""
 
     parameters: Mapping[str, Expected]  # By name, ``k_2`` being that of the second block
     blocks: int | None  # Number of slip blocks that the identification finds; None where there is no GMS model
@@ -72,7 +72,7 @@ def identified(logs: Sequence[Log], blocks: int | None = None) -> Iterator[Plant
     known = None if plant is None else plant.plant(logs[0].motion)
     if strokes := of_kind.get("constant-velocity"):
         error = 0.0 if plant is None else plant.damping_error(logs[0].motion)
-        # in one form in all runs: half-widths of one run with delta free and one without have no mean
+        # in one form in all runs: half-widths of a run with delta free and a run without have no mean
         fit = identify_static(strokes, plant=known, delta=1.0, over_position="off", damping_error=error)
         static = FrictionDocument.model_validate(static_tree(fit, strokes))
         yield static
@@ -124,7 +124,7 @@ def typical(halves: Sequence[float]) -> float:
 
 
 def anywhere(axis: Axis, trials: Sequence[Trial], seed: int) -> list[Trial]:
-    """Return trials that begin anywhere between the counts of the axis' encoder, each at a place of its own."""
+    """Return trials that begin anywhere between the counts of the axis' encoder, each at a different place."""
     places = np.random.default_rng([seed, 1]).uniform(0.0, PLACES * axis.encoder.resolution, len(trials))
     return [
         replace(one, reference=replace(one.reference, position=one.reference.position + place))
@@ -151,11 +151,11 @@ def known_half_widths(known: FrictionDocument) -> dict[str, dict[str, float]]:
 def widening(
     known: FrictionDocument, parameters: Mapping[str, Expected], simulated: Sequence[FrictionDocument]
 ) -> dict[str, float]:
-    """Return by how much to widen what is expected for what the models do not hold of a drive, 1 or more.
+    """Return the factor that widens expected intervals for unmodelled friction of a drive, 1 or more.
 
-    A fit of the drive leaves more over than any fit of the simulated axis where its friction is not of the model; that
-    will be left over again, and does not average out: the half-width is then the one that is known. It is widened by no
-    more than the residuals are larger, for one that is known of few strokes is wide by their number.
+    A fit of the drive has larger residuals than any fit of the simulated axis where its friction differs from the
+    model; they will recur, and do not average out: the half-width is then the known half-width. It is widened at most
+    by the ratio of the residuals, for a half-width from few strokes is wide by their number.
     """
     own = [left_over(one) for one in simulated]
     found = {}
@@ -170,12 +170,12 @@ def widening(
 
 
 def scattering(known: PlantDocument, found: Sequence[PlantDocument]) -> dict[str, float]:
-    """Return by what factor a drive's response tells its plant less surely than those of the simulated axis.
+    """Return the factor of the plant's intervals from a drive's response over those of the simulated axis.
 
-    What else its friction does, along the way or in time, differs from period to period, and no simulation of its model
-    makes it. Half-widths are compared for a response of one size and one period. One record tells its scatter only to
-    what those simulated differ by among themselves: the logarithm δ of the factor is shrunk to ``δ·(1 - s²/δ²)``, and
-    to 0 where it is less than their deviation s (the positive part of James and Stein's).
+    Other effects of its friction, over position or time, differ from period to period, and no simulation of its model
+    has them. Half-widths are compared for a response of one size and one period. A single record shows its scatter only
+    to within the differences between simulated records: the logarithm δ of the factor is shrunk to ``δ·(1 - s²/δ²)``,
+    and to 0 where it is less than their deviation s (the positive part of James and Stein's).
     """
     own, *others = (_sureness(one) for one in (known, *found))
     factors = {}
@@ -212,12 +212,12 @@ def expected(
 ) -> Expectation:
     """Return the intervals that planned records of an axis will give.
 
-    axis: The axis as it is known beforehand, with the noise and the encoder of its logs.
+    axis: The axis as known beforehand, with the noise and the encoder of its logs.
     planned: The experiments.
     advance: Is called for each record that was simulated, and of each identification.
     draws: Times that they are run and identified.
-    known: The friction file that the axis is known by, which tells what its models left over.
-    plant: The plant file that the axis is known by, which tells how its response scattered.
+    known: The friction file of the axis, which holds the residuals of its models.
+    plant: The plant file of the axis, which holds the scatter of its response.
     """
     trials = [trial for one in planned for trial in one.trials(axis)]
     blocks: int | None = None
@@ -271,9 +271,9 @@ def planned_for(
     known: FrictionDocument | None = None,
     plant: PlantDocument | None = None,
 ) -> tuple[tuple[Planned, ...], Expectation]:
-    """Return the experiments that give the half-widths that are asked for, as far as any do, and what they tell.
+    """Return the experiments that give the requested half-widths, as far as any do, and the expected intervals.
 
-    axis, limits: The axis as it is known beforehand, and what it may do.
+    axis, limits: The axis as known beforehand, and its limits.
     wanted: Half-width that is asked for by parameter, and whether it is relative to the value.
     advance, draws, known, plant: As in `expected`.
     """
@@ -288,7 +288,7 @@ def planned_for(
 
 
 def lacks(wanted: Wanted, found: Expectation) -> Iterator[tuple[str, float]]:
-    """Yield each parameter asked for, and the half-width to be expected over the one asked for; of blocks the worst."""
+    """Yield each requested parameter with the expected half-width over the requested; of blocks the worst."""
     for name, (target, relative) in wanted.items():
         of = [one for key, one in found.parameters.items() if key == name or key.rpartition("_")[0] == name]
         yield name, max((one.half_width / (target * (abs(one.value) if relative else 1.0)) for one in of), default=inf)

@@ -1,8 +1,8 @@
-"""Which one more record would narrow a predicted glitch most, after a first identification.
+"""The further record that would narrow a predicted glitch most, after a first identification.
 
-To first order the glitch varies by ``gᵀ·Σ·g``: g are its derivatives over what is not known exactly of the friction
-(the controller believes the estimates), Σ how that errs. One more record adds its Fisher information,
-``Σ' = (Σ⁻¹ + I)⁻¹``: that of the fits' own residuals, weights and models, at the last result.
+To first order the glitch varies by ``gᵀ·Σ·g``: g are its derivatives over the uncertain parameters of the friction (the
+controller believes the estimates), Σ their covariance. One more record adds its Fisher information, ``Σ' = (Σ⁻¹ +
+I)⁻¹``: that of the residuals, weights and models of the fits, at the last result.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -61,7 +61,7 @@ def narrowing(
     axis: The axis at the last result: its friction is the GMS model that was identified.
     limits: What it may do.
     covariances: How the parameters of its static map and of its GMS model err, as in its friction file.
-    between: Standard deviation of strokes beyond their own noise [N].
+    between: Standard deviation of strokes beyond their noise [N].
     scheme: The compensation whose glitch is predicted.
     advance: Is called for each circle and each record.
     Raises FricError: When the friction is no GMS model of both directions, or a record cannot be made.
@@ -101,7 +101,7 @@ def narrowing(
 
 
 def by_what_they_leave(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
-    """Return candidates, the best first; the shorter one is before those that differ by less than they scatter."""
+    """Return candidates, the best first; of those that differ by less than their scatter the shortest first."""
     ordered = sorted(candidates, key=lambda one: one.lasting)
     order = ranked([one.half_width for one in ordered], [one.scatter for one in ordered])
     return tuple(ordered[n] for n in order)

@@ -1,4 +1,4 @@
-"""A motion as few points in time that a controller runs through: even speed is one piece."""
+"""A motion as a few points in time for a controller: constant speed is a single piece."""
 
 from dataclasses import dataclass
 from itertools import pairwise

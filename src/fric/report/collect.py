@@ -38,7 +38,7 @@ from fric.units import Motion, readable
 from fric.verdict import Candidate, Verdict, candidates_of, decide, evidence_of, machine_name
 
 KINDS = ("friction", "plant", "controller", "observer")
-"""The documents that a report tells of, in its order."""
+"""The documents that a report shows, in its order."""
 
 
 @dataclass(frozen=True)
@@ -80,11 +80,11 @@ class Item:
 
     @property
     def warnings(self) -> list[Notice]:
-        """What the data could not tell."""
+        """Warnings: what the data do not determine."""
         return list(self.document.notices())
 
     def sections(self) -> dict[str, dict[str, Estimate]]:
-        """Return its numbers in SI by section; a document without sections is one of its own name."""
+        """Return its numbers in SI by section; a document without sections is a section of its name."""
         document = self.document
         if isinstance(document, AxisDocument):
             return {self.kind: document.estimates(self.motion)}
@@ -130,7 +130,7 @@ class ContourTest:
     feed: float  # Speed along the contour [m/s]
     radius: float | None  # Radius of the circle [m]; None for a path
     direction: int  # 1 counter-clockwise, -1 clockwise
-    labels: tuple[str, ...]  # What each glitch stands at: the quadrants of a circle, the reversals of a path
+    labels: tuple[str, ...]  # The place of each glitch: the quadrants of a circle, the reversals of a path
     contours: tuple[Contour, ...]  # One per scheme
     prediction: Prediction | None = None  # What the machines drawn from what was identified say; None where none were
     # The runs themselves, without traces; none of an earlier report
@@ -148,7 +148,7 @@ class ContourTest:
 
     @property
     def machine(self) -> Path | None:
-        """The machine file that it was run on, where it is still there; the name of a bundled one counts."""
+        """The machine file that it was run on, where it still exists; the name of a bundled machine counts."""
         path = str(self.provenance.get("origin", {}).get("path", ""))
         known = path in bundled("machine") or (path and Path(path).exists())
         return Path(path) if known else None
@@ -172,7 +172,7 @@ class ReportInput:
     records: tuple[Record, ...] = ()  # Records of logs, for measured points
     pairs: tuple[tuple[Item, Item], ...] = ()  # Earlier and newest document of one kind and axis
     test_pairs: tuple[tuple[ContourTest, ContourTest], ...] = ()  # Earlier and newest run of one contour
-    # Earlier documents that stand whole in a newer one, as a static map does in the file of the GMS model
+    # Earlier documents that a newer document contains, as the file of the GMS model contains a static map
     replaced: tuple[Item, ...] = ()
     logs: tuple[tuple[str, str], ...] = ()  # Names of the log files, each with the kinds of its records
     circles: tuple[Measured, ...] = ()  # Measured circles
@@ -212,19 +212,19 @@ class ReportInput:
         return found
 
     def _notices(self, test: ContourTest) -> list[Notice]:
-        """Return what files, a run and the circles warn of; a circle that is not as predicted is told apart."""
+        """Return the warnings of files, a run and the circles; a circle that is not as predicted is separate."""
         own = [notice for item in self.items for notice in item.warnings]
         circles = [notice for one in self.circles for notice in one.result.warnings]
         return own + self.warned(test) + [one for one in circles if not flaw_of(one).disagrees]
 
     def warned(self, test: ContourTest) -> list[Notice]:
-        """Return what a run warns of, less what it tells again of the files that were given."""
+        """Return the warnings of a run, without those repeated from the given files."""
         known = {(notice.code, notice.says) for item in self.items for notice in item.warnings}
         again = map(Notice.of, test.provenance.get("warnings_coded", ()))
         return [one for one in again if (one.code, one.says) not in known]
 
     def axes(self) -> list[str]:
-        """Return the axes that documents tell of."""
+        """Return the axes of documents."""
         return list(dict.fromkeys(item.axis for item in self.items))
 
 
@@ -237,12 +237,12 @@ BINS = 720
 def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: float | None = None) -> ReportInput:
     """Read what a report is made of; each file is recognised by its content.
 
-    Run files, log files, documents of friction, plant, controller and observer, and earlier reports, which carry what
-    they were made of. Where two files tell of the same thing, the one made later is reported, and the earlier is
-    compared with it. Measured circles are held against the machine file, or that of the runs.
+    Run files, log files, documents of friction, plant, controller and observer, and earlier reports, which contain
+    their data. Of two files on the same subject, the later is reported, and the earlier is compared with it. Measured
+    circles are compared with the machine file, or that of the runs.
 
     paths: The files; the name of a bundled machine counts as its file.
-    circles: Measured circles besides.
+    circles: Further measured circles.
     tolerance: Glitch that is allowed [m].
     Raises FricError: When a file cannot be read, is of a kind that a report has no place for, or nothing was given to
         report.
@@ -300,7 +300,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
 
 
 def _with_shape(held: Sequence[Measured]) -> tuple[Measured, ...]:
-    """Return measured circles, the one that was learned with what it says of the friction model."""
+    """Return measured circles; the learned circle with its statement about the friction model."""
     notices = wrong_shape_measured(one.result.found.test for one in held)
     made = []
     for one in held:
@@ -312,7 +312,7 @@ def _with_shape(held: Sequence[Measured]) -> tuple[Measured, ...]:
 
 
 def _sorted(items: Sequence[Item], tests: Sequence[ContourTest], records: Sequence[Record]) -> ReportInput:
-    """Tell what is newest from what came before it."""
+    """Separate the newest documents from earlier ones."""
     newest, pairs, replaced = [], [], []
     for kind in KINDS:
         for axis in dict.fromkeys(item.axis for item in items if item.kind == kind):
@@ -338,7 +338,7 @@ def _by_date(things: list[T]) -> list[T]:
 
 
 def _carried_over(earlier: Item, later: Item) -> bool:
-    """Say whether all that the earlier document identified stands in the later one: a static map, then its GMS."""
+    """Return whether the later document contains all that the earlier identified: a static map, then its GMS."""
     about = {"fric", "axis", "motion", "fit", "warnings", "provenance"}
     return all(later.tree.get(key) == value for key, value in earlier.tree.items() if key not in about)
 
@@ -382,7 +382,7 @@ def _contours(runs: Sequence[CircleRun | PathRun]) -> tuple[Contour, ...]:
 
 
 def thinned(place: Real, error: Real, bins: int = BINS) -> tuple[Real, Real]:
-    """Return the least and the greatest of each of so many parts of a curve, in order, and its two ends."""
+    """Return the least and the greatest value of each part of a curve, in order, and its two ends."""
     if len(place) <= 2 * bins:
         return place, error
     edges = np.linspace(0, len(place), bins + 1).astype(int)
@@ -394,7 +394,7 @@ def thinned(place: Real, error: Real, bins: int = BINS) -> tuple[Real, Real]:
 
 
 def as_data(inputs: ReportInput) -> dict[str, Any]:
-    """Return what a report is made of as plain data, which stands in its page and `contour_test` reads again."""
+    """Return the content of a report as plain data, which its page contains and `contour_test` reads again."""
     return {
         "fric": FORMAT,
         "documents": [{"source": item.source, "tree": item.tree} for item in inputs.items],

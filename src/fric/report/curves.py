@@ -94,7 +94,7 @@ def _plant(inputs: ReportInput, item: Item, fit: Fit) -> tuple[Plant | None, lis
     given = inputs.of("plant", item.axis)
     part: PlantPart | None = fit.plant
     if part is None and given is not None and isinstance(given.document, PlantDocument):
-        part = given.document  # of a file that does not tell the plant yet
+        part = given.document  # of a file that does not name the plant yet
     if part is None:
         return None, [
             "The logs are not drawn: the drive's own damping was taken off before the friction was identified. "
@@ -118,8 +118,8 @@ def _speeds(static: Mapping[str, Estimate], points: Sequence[SpeedPoint]) -> Rea
 def map_band(static: Mapping[str, Estimate], speed: Real, covariance: Covariance | None = None) -> Band:
     """Return the static map, eq. (2), over speed [m/s], with a band of 95 %.
 
-    By the covariance of its parameters, where the file tells it. Else they are moved to the limits of their intervals
-    one by one, and what each does is added in quadrature: they err together, so that band is too wide.
+    By the covariance of its parameters, where the file holds it. Else they are moved to the limits of their intervals
+    one by one, and the effects are added in quadrature: the parameters are correlated, so that band is too wide.
     """
     values = {name: float(static[name]) for name in STATIC_PARAMETERS if name in static}
 
@@ -186,7 +186,7 @@ def _in_quadrature(
 
 
 def model_cycles(model: GMS) -> tuple[ReplayedCycle, ...]:
-    """Return slow cycles of a GMS model: small ones inside its pre-sliding, and one that slides at its ends."""
+    """Return slow cycles of a GMS model: small cycles inside its pre-sliding, and a cycle that slides at its ends."""
     longest = float(model.slip_displacements.max())
     hysteresis = []
     for share in (0.25, 0.5, 1.5):

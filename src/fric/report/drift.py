@@ -1,4 +1,4 @@
-"""Drift: what changed from one date to another, against how sure each number is."""
+"""Drift: changes from one date to another, compared with the intervals of the numbers."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ Verdict = Literal["moved", "within", "unknown"]
 class Change:
     """One number at two dates."""
 
-    # name, unit: what it is, and its SI unit
+    # name, unit: its name, and its SI unit
     name: str
     unit: str
     # before, after: its values
     before: float
     after: float
-    # before_ci95, after_ci95: their 95 % intervals; an infinite limit is one that the data do not set; None where there
+    # before_ci95, after_ci95: their 95 % intervals; an infinite limit is not determined by the data; None where there
     # is no interval
     before_ci95: tuple[float, float] | None = None
     after_ci95: tuple[float, float] | None = None
@@ -41,7 +41,8 @@ class Change:
         """95 % interval of the difference of two independent numbers with intervals that need not be symmetric.
 
         The distances of the limits from the values add in quadrature (Zou and Donner 2008, the method of variance
-        estimates recovery): below, the later number's lower with the earlier one's upper; above, the other way round.
+        estimates recovery): below, the later number's lower with the earlier number's upper; above, the other way
+        round.
         """
         if self.before_ci95 is None or self.after_ci95 is None:
             return None
@@ -95,7 +96,7 @@ def _changes(name: str, before: Estimate, after: Estimate) -> Iterator[Change]:
 
 
 def limits_of(given: Any) -> tuple[float, float] | None:
-    """Return the limits of an interval, None and NaN standing for one that the data do not set."""
+    """Return the limits of an interval; None and NaN are limits that the data do not determine."""
     if given is None:
         return None
     low, high = given
@@ -116,7 +117,7 @@ def glitch_changes(before: ContourTest, after: ContourTest) -> list[Change]:
 
 
 def description(changes: list[Change]) -> str:
-    """Tell in a sentence how many numbers moved beyond what their intervals allow."""
+    """Return a sentence on how many numbers changed by more than their intervals allow."""
     moved = [change for change in changes if change.verdict == "moved"]
     known = [change for change in changes if change.verdict != "unknown"]
     if not any(change.difference for change in changes):

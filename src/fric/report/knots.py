@@ -1,7 +1,7 @@
 """Knots of the virgin curve, moved by hand: a page on this computer alone, and what it asks.
 
-The page has an address that nobody can guess, and is served to this computer alone. What is asked of it is one of three
-words; no file is named by a request.
+The page has a random address, and is served to this computer alone. A request is one of three words; no request names a
+file.
 """
 
 import json

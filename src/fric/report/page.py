@@ -1,4 +1,4 @@
-"""Pages are rendered here: the templates of this folder, and what they need to tell numbers to people."""
+"""Pages are rendered here: the templates of this folder, and the filters that write numbers for people."""
 
 from base64 import b64encode
 from functools import cache
@@ -65,7 +65,7 @@ def percent(share: float) -> str:
 
 
 def limit(value: float, unit: str) -> str:
-    """Return a limit of an interval for people; an infinite one is open."""
+    """Return a limit of an interval for people; an infinite limit is open."""
     return readable(value, unit).replace("-", "−") if isfinite(value) else "open"
 
 
@@ -84,7 +84,7 @@ def render_report(inputs: ReportInput, title: str = "") -> str:
 
 
 def render_view(seen: View, inputs: ReportInput, title: str, template: str = "report.html.j2", **more: Any) -> str:
-    """Return what a page tells by the report's template, or by one that extends it and takes more."""
+    """Return a page by the report's template, or by a template that extends it with more data."""
     return (
         environment()
         .get_template(template)

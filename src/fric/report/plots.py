@@ -35,7 +35,7 @@ from fric.units import readable, si_unit
 
 BAND_CAPTION = "The band is from the intervals of the parameters one by one, as if they were independent."
 ZOOMED = frozenset({"contour", "reversal", "diagnosis"})
-"""Names of the figures that a page shows in a way of its own."""
+"""Names of the figures that a page shows in a separate way."""
 POINTS = 1500
 """Points of a motion, or of a response, that are drawn."""
 
@@ -56,7 +56,7 @@ class Drawn:
 
 
 def pictures(part: Any, key: str) -> list[Drawn]:
-    """Return the figures of one thing, or of several of one type; a new one is drawn without another edit."""
+    """Return the figures of an object, or of several of one type; a new figure is drawn without another edit."""
     if not part:
         return []
     of = type(part[0] if isinstance(part, list | tuple) else part).__name__
@@ -135,7 +135,7 @@ def hysteresis(item: Item, curves: FrictionCurves) -> list[Drawn]:
 
 
 def motions(item: Item, logs: Sequence[Log]) -> list[Drawn]:
-    """Return the force along each ordinary motion of an axis: logged, and of the rigid axis that the plant file tells.
+    """Return the force along each ordinary motion of an axis: logged, and of the rigid axis of the plant file.
 
     ``M·a + F_v·v + F_c·sgn v + offset``, along the motion without the encoder's steps.
     """
@@ -228,7 +228,7 @@ def contour_figure(n: int, test: ContourTest, earlier: ContourTest | None) -> Dr
 
 
 def decision_figure(n: int, test: ContourTest, chosen: Contour) -> Drawn:
-    """Return the contour without compensation and with the chosen one: the picture beside a decision."""
+    """Return the contour without and with the chosen compensation: the picture beside a decision."""
     pair = dict([("now", one) for one in test.contours if one.scheme.bare and one is not chosen])
     pair[f"with {chosen.named}"] = chosen
     drawn = replace(test, contours=tuple(pair.values()))

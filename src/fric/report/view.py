@@ -1,4 +1,4 @@
-"""From what was collected to what the page tells: rows of tables, figures, words."""
+"""From the collected data to the content of the page: rows of tables, figures, words."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -59,7 +59,7 @@ TITLES = {
 }
 FIT = (("rmse", "rms of the residual"), ("r2", "R²"), ("points", "points"), ("method", "method"))
 MATTERS = 0.9
-"""Size of a correlation from which it is told: two numbers of which one can stand in for the other."""
+"""Size of a correlation above which it is reported: one of the two numbers can replace the other."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Group:
 
 
 def groups_of(item: Item) -> Iterator[Group]:
-    """Yield what a document tells: its sections, and the rigid axis that a motion gave."""
+    """Yield the content of a document: its sections, and the rigid axis that a motion gave."""
     document = item.document
     for section, estimates in item.sections().items():
         fit = document.fit_of(section) if isinstance(document, FrictionDocument) else getattr(document, "fit", None)
@@ -145,7 +145,7 @@ class MeasuredView:
 
 
 def measured_view(measured: Measured, key: str) -> MeasuredView:
-    """Return what is told of a measured circle; its figures are called by the key."""
+    """Return the content about a measured circle; its figures are named by the key."""
     result = measured.result
     test, held = result.found.test, result.held
     alt = "The radial deviation as a polar plot, and over time at each reversal"
@@ -174,7 +174,7 @@ class Summary:
     stamp: str
     meaning: str
     measured: Sequence[str]  # A sentence for each measured circle
-    # Warnings that must be seen to first, with where they are from, where there is no verdict that tells them
+    # Warnings that come first, with their source, where no verdict shows them
     wrong: Sequence[tuple[str, str]]
     further: int  # How many further warnings there are
     next_step: str  # What to do where there is no verdict
@@ -187,7 +187,7 @@ def summary_of(
     measured: Sequence[MeasuredView],
     warnings: Sequence[tuple[str, Notice]],
 ) -> Summary:
-    """Return the summary of what a page tells."""
+    """Return the summary of a page."""
     names = dict.fromkeys(str(test.provenance.get("machine", "")) for test in inputs.tests)
     machine = "; ".join(filter(None, names)) or (machine_name(inputs.machine) if inputs.machine else "")
     files = [Path(inputs.machine).name] if inputs.machine else []
@@ -202,7 +202,7 @@ def summary_of(
     facts += [("date", f"{made:%Y-%m-%d}"), ("files", ", ".join(dict.fromkeys(files)))]
     if inputs.tolerance is not None:
         facts.append(("tolerance", f"glitch within {readable(inputs.tolerance, 'm')}"))
-    reasons = {str(text) for one in verdicts for text in one.why}  # all that is wrong is told by each verdict
+    reasons = {str(text) for one in verdicts for text in one.why}  # each verdict shows all that is wrong
     wrong = [(source, str(one)) for source, one in warnings if one.severity == "wrong" and not verdicts]
     results = [one.result for one in verdicts] or [decide(Evidence(tolerance=inputs.tolerance)).result]
     return Summary(
@@ -230,10 +230,10 @@ UNEVEN = 1.3
 
 
 def observations(test: ContourTest, presliding: float | None = None) -> list[str]:
-    """Return what the contours of one test tell besides the verdict, of differences that count.
+    """Return what the contours of one test show in addition to the verdict, of relevant differences.
 
     test: What each scheme leaves of one contour.
-    presliding: Displacement over which friction builds up after a reversal [m], where a friction file tells it.
+    presliding: Displacement over which friction builds up after a reversal [m], where a friction file holds it.
     """
     found = [*overcompensation(test), *too_weak(test.contours), *observer_share(test), *observer_spoils(test)]
     found += [*uneven(test), *learned_says(test.contours)]
@@ -259,7 +259,7 @@ def peak(contour: Candidate) -> float:
 
 
 def overcompensation(test: ContourTest) -> list[str]:
-    """Tell of friction feedforward that leaves an inward spike where the bare loop has an outward one."""
+    """Describe friction feedforward that leaves an inward spike where the bare loop has an outward spike."""
     contours, without = test.contours, bare(test.contours)
     if without is None:
         return []
@@ -287,7 +287,7 @@ def overcompensation(test: ContourTest) -> list[str]:
 
 
 def too_weak(contours: Sequence[Contour]) -> list[str]:
-    """Tell of a feedforward with pre-sliding that leaves a part of the glitch, with the same sign at every reversal.
+    """Describe a feedforward with pre-sliding that leaves a part of the glitch, with the same sign at every reversal.
 
     The glitch of a linear loop is proportional to the friction that is not fed forward, so the share that is left
     is the share that the feedforward lacks.
@@ -309,7 +309,7 @@ def too_weak(contours: Sequence[Contour]) -> list[str]:
 
 
 def learned_says(contours: Sequence[Contour]) -> list[str]:
-    """Tell of a friction model whose shape is wrong: a circle that was learned leaves clearly less."""
+    """Describe a friction model whose shape is wrong: a circle that was learned leaves clearly less."""
     texts = wrong_shape((one.scheme, one.glitch) for one in contours)
     return [f"{text[0].upper()}{text[1:]}." for text in texts]
 
@@ -323,7 +323,7 @@ def _pairs(contours: Sequence[Contour]) -> list[tuple[Contour, Contour]]:
 
 
 def observer_share(test: ContourTest) -> list[str]:
-    """Tell how much the observer takes off each feedforward."""
+    """Describe how much the observer takes off each feedforward."""
     parts = [
         f"{1 - with_it.glitch / alone.glitch:.0%} off "
         + ("the bare loop" if alone.scheme.friction is None else alone.named)
@@ -334,7 +334,7 @@ def observer_share(test: ContourTest) -> list[str]:
 
 
 def observer_spoils(test: ContourTest) -> list[str]:
-    """Tell of an observer that makes a feedforward worse."""
+    """Describe an observer that makes a feedforward worse."""
     return [
         f"With the observer, {alone.named} gets worse by {readable(with_it.glitch - alone.glitch, 'm')}: does the "
         "observer see the feedforward? It must be given the control voltage without it, or friction is compensated "
@@ -345,7 +345,7 @@ def observer_spoils(test: ContourTest) -> list[str]:
 
 
 def uneven(test: ContourTest) -> list[str]:
-    """Tell which axis, and which of its two reversals, the glitch of the bare loop is from."""
+    """Name the axis, and which of its two reversals, the glitch of the bare loop is from."""
     without = bare(test.contours)
     if without is None or test.radius is None:
         return []
@@ -372,7 +372,7 @@ def uneven(test: ContourTest) -> list[str]:
 
 
 def build_up(presliding: float, radius: float, feed: float) -> str:
-    """Tell how long after a reversal friction builds up.
+    """Describe how long after a reversal friction builds up.
 
     Near a reversal of a circle the axis moves as z = v²t²/(2R) = R·φ²/2, so a displacement z is reached at the angle
     φ = √(2z/R), after the time √(2zR)/v.
@@ -386,7 +386,7 @@ def build_up(presliding: float, radius: float, feed: float) -> str:
 
 @dataclass(frozen=True)
 class AxisView:
-    """What is told of one axis."""
+    """The content about one axis."""
 
     name: str
     groups: Sequence[Group]
@@ -408,7 +408,7 @@ class Line:
 
 @dataclass(frozen=True)
 class TestView:
-    """What is told of one contour."""
+    """The content about one contour."""
 
     test: ContourTest
     figure: Drawn
@@ -440,7 +440,7 @@ class DriftView:
 
 @dataclass(frozen=True)
 class View:
-    """All that the page tells."""
+    """The content of the page."""
 
     summary: Summary
     warnings: Sequence[tuple[str, Notice]]
@@ -453,7 +453,7 @@ class View:
 
 
 def view(inputs: ReportInput) -> View:
-    """Return what a page tells of what was collected."""
+    """Return the content of a page from the collected data."""
     longest = presliding(inputs)
     earlier = {id(after): before for before, after in inputs.test_pairs}
     tests = [_test(n, inputs, test, earlier.get(id(test)), longest) for n, test in enumerate(inputs.tests)]
@@ -530,7 +530,7 @@ def perturbation(inputs: ReportInput, item: Item) -> Perturbation | None:
         return None
     try:
         plant = given.document.linear(item.motion)
-    except FricError:  # without B, which the warnings of the plant file tell
+    except FricError:  # without B, as the warnings of the plant file state
         return None
     for record in inputs.records:
         if isinstance(record, ForceVelocity) or record.axis != item.axis:
@@ -603,7 +603,7 @@ def _dated(thing: Item | ContourTest) -> str:
 
 
 def _next_step(inputs: ReportInput) -> str:
-    """Tell what is missing for an advice, where there is no run."""
+    """Name what is missing for an advice, where there is no run."""
     if inputs.tests:
         return ""
     has_gms = any("gms" in item.sections() for item in inputs.items if item.kind == "friction")

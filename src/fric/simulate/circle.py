@@ -168,7 +168,7 @@ class CircleMap:
         return self.glitches[names.index(scheme)] if scheme in names else None
 
     def pairs(self) -> dict[str, tuple[Scheme, Scheme]]:
-        """Return the schemes that show the gain of blocks over a static map, and of an observer over feedforward."""
+        """Return the pairs of schemes that show the gain of GMS over a static map, and of an observer over none."""
         found = {}
         for one in self.grid.schemes:
             for other in self.grid.schemes:

@@ -1,10 +1,9 @@
 """Readers of foreign log files, one format a file.
 
-A reader is a module of this package with a ``FORMAT`` and two functions: ``recognises(path, head) -> float`` looks at
-the first bytes and says how sure it is that the file is of its format, and ``tables(path, layout) -> Iterator[Table]``
-reads the file.
-1 is a mark that no other format has, 0.5 the ending of the name, 0.1 text of any kind, 0 that it is not. The surest
-reader is taken, whatever its name; a new module is found by itself.
+A reader is a module of this package with a ``FORMAT`` and two functions: ``recognises(path, head) -> float`` returns
+from the first bytes how likely the file is of its format, and ``tables(path, layout) -> Iterator[Table]`` reads the
+file. 1 is a mark that no other format has, 0.5 the ending of the name, 0.1 text of any kind, 0 that it is not. The
+reader with the highest value is taken; a new module is found automatically.
 """
 
 from collections.abc import Generator
@@ -45,7 +44,7 @@ def installed(form: Format) -> str | None:
 
 
 def endings() -> frozenset[str]:
-    """Return how the names of foreign logs end; a log file of fric's own does not end so."""
+    """Return the suffixes of foreign logs; a log file of fric has none of them."""
     return frozenset(ending for form in formats() for ending in form.endings) - {".h5"}
 
 

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from fric.arrays import Real
 
 MOST_HEARD = 4
-"""Warnings of a library that are told of a file at most."""
+"""Largest number of warnings of a library that are reported for a file."""
 MOST_PACKED, SMALL = 3000, 1 << 20
 """Bytes that one byte of a file may declare, and bytes that any file may: DEFLATE reaches 1032."""
 BLOCK = 131_072
-"""Samples a block: a few MiB, whatever the file's size."""
+"""Samples a block: a few MiB, for any size of the file."""
 
 
 OF_SEVERAL = "axes"
@@ -35,7 +35,7 @@ OF_SEVERAL = "axes"
 
 
 RECORD = "record"
-"""The same of a table that is one of several records of its file, some of which may be none."""
+"""The same for a table that is one of several records of its file, some of which may not be records."""
 
 
 class Format(NamedTuple):
@@ -48,7 +48,7 @@ class Format(NamedTuple):
 
 
 class _Heard(logging.Handler):
-    """Takes what a library logs of a file, to be told as warnings of the file."""
+    """Collects what a library logs about a file, as warnings of the file."""
 
     def __init__(self, path: Path, notices: list[Notice]) -> None:
         super().__init__(logging.WARNING)
@@ -68,7 +68,7 @@ _LISTENING: dict[str, tuple[list[_Heard], list[tuple[logging.Logger, list[loggin
 def heard(form: Format, path: Path) -> Iterator[list[Notice]]:
     """Keep from standard error what the library of a format logs meanwhile; give the list that it is put into.
 
-    Files may be open at once, and be closed in any order: the library speaks as before when the last one is closed.
+    Files may be open at once, and be closed in any order: the library logs as before when the last file is closed.
     """
     top = form.module.partition(".")[0]
     logger, notices = logging.getLogger(top), list[Notice]()
@@ -93,7 +93,7 @@ def heard(form: Format, path: Path) -> Iterator[list[Notice]]:
 
 @contextmanager
 def warned(path: Path, notices: list[Notice]) -> Iterator[None]:
-    """Put what a library warns of meanwhile into a list, to be told of the file."""
+    """Collect the warnings of a library meanwhile in a list, as warnings of the file."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         warnings.simplefilter("ignore", DeprecationWarning)
@@ -182,7 +182,7 @@ class Table(ABC):
         """Read the wanted columns (indices, in this order) from the first row to the last."""
 
     def read(self, wanted: Sequence[int]) -> Iterator[Block]:
-        """Yield `blocks`, with what a library raises in them told as damage of the file."""
+        """Yield `blocks`; an exception of a library in them becomes an error about damage of the file."""
         found = iter(self.blocks(wanted))
         while True:
             with foreign(self.path, "Export it again.", lacking=True):
@@ -196,7 +196,7 @@ class Table(ABC):
         return self._described(f"sample {row + 1}", column)
 
     def text(self, row: int, column: int) -> str | None:
-        """Return what stands in a cell that is no number, where that can be told."""
+        """Return the text of a cell that is no number, where it is known."""
         return None
 
     def listed(self, most: int = 24) -> str:
@@ -213,9 +213,9 @@ class Table(ABC):
         return f"{self.path}, {place}{beside}"
 
     def find(self, wanted: str | int, channel: str) -> int:
-        """Return the index of a column that is named, or counted from 0.
+        """Return the index of a column given by its name or its index from 0.
 
-        Raises FricError: When there is no such column, or more than one, with the columns that there are.
+        Raises FricError: When there is no such column, or more than one; lists the existing columns.
         """
         listed = self.listed()
         if isinstance(wanted, int):

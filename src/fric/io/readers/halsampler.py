@@ -16,7 +16,7 @@ from fric.io.readers.text import Shape, TextTable, beginning, shaped
 
 FORMAT = Format("LinuxCNC halsampler", (".txt",))
 FEW = 8
-"""Rows that tell a count at least."""
+"""Least number of rows that show a count."""
 
 
 def recognises(path: Path, head: bytes) -> float:

@@ -1,6 +1,6 @@
 """Text of LinuxCNC's halscope: ``Sampling period is 100000 nSec``, then ``pin value pin value …`` a sample.
 
-A decimal comma is that of the locale, a pin may stand twice, and the last sample may be zeros that nobody measured.
+A decimal comma is that of the locale, a pin may occur twice, and the last sample may be zeros that were not measured.
 Pins give no units.
 """
 
@@ -22,7 +22,7 @@ _PERIOD = re.compile(rb"\s*Sampling period is (\d+)\s*nSec")
 
 
 def recognises(path: Path, head: bytes) -> float:
-    """Its first line tells the sampling period in nanoseconds."""
+    """Its first line gives the sampling period in nanoseconds."""
     return 1.0 * bool(_PERIOD.match(head))
 
 

@@ -1,4 +1,4 @@
-"""fric's own log files, so that they can be merged: each record is a table."""
+"""Log files of fric, so that they can be merged: each record is a table."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,7 +14,7 @@ FORMAT = Format("fric's own log files", (".h5",))
 
 
 def recognises(path: Path, head: bytes) -> float:
-    """HDF5 begins with its own mark; MATLAB's has a block before it."""
+    """HDF5 begins with its signature; MATLAB's has a block before it."""
     return float(head.startswith(b"\x89HDF\r\n\x1a\n"))
 
 
@@ -22,7 +22,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
     """Read the records of a log file, each a table whose columns name the channels."""
     with open_file(path) as file:
         axis, motion = check_format(file, path)
-        # a list: h5py's own iterator holds its lock between two records
+        # a list: the iterator of h5py holds its lock between two records
         for name, group in list(file["records"].items()):
             yield _table(path, name, group, {"axis": axis, "motion": motion, "name": name})
 

@@ -1,8 +1,8 @@
-"""Channels on several clocks, put on one.
+"""Channels on several clocks, resampled to a common clock.
 
-The clock is that of the channel that is asked for first, the position where there is one, or every so many of its
-samples where another channel was sampled more slowly: no position is made up between counts of an encoder, no sample
-between those of the slowest channel. What was sampled at other instants is taken between its samples, linearly.
+The clock is that of the first requested channel, the position if any, or every n-th of its samples where another
+channel was sampled more slowly: no position is invented between counts of an encoder, no sample between those of the
+slowest channel. Channels sampled at other instants are interpolated linearly.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from fric.notice import Notice
 from fric.series import LARGEST
 
 ALIKE = 1e-3
-"""Share of a sampling interval up to which two instants are one."""
+"""Share of a sampling interval up to which two instants are equal."""
 GAP = 2.5
-"""Sampling intervals from which on a part has a gap, across which nothing is taken."""
+"""Sampling intervals above which a part has a gap, across which nothing is interpolated."""
 MOST_SLOWER = 1e9
-"""Samples of one channel to one of another at most."""
+"""Largest ratio of the sampling rates of two channels."""
 
 
 @dataclass(frozen=True)
@@ -63,15 +63,15 @@ class Part:
 class Joined(Table):
     """One table of the channels of several parts; column 0 is the time [s].
 
-    Instants at which one of the channels has not begun, has ended or has a gap are left out. What was moved, and how
-    far, is in `notices` once the table is read.
+    Instants at which one of the channels has not begun, has ended or has a gap are left out. The channels that were
+    shifted, and by how much, are in `notices` once the table is read.
 
     Parameters
     ----------
     path, constants, said
         As in `Table`.
     parts
-        The parts, each on its own clock.
+        The parts, each on a separate clock.
     notices
         What is known of the table before it is read.
 
@@ -148,7 +148,7 @@ class Joined(Table):
 
 
 class _Stream:
-    """Samples of a part as they are read: their stamps [s] and values, without rows that only fill up the table."""
+    """Samples of a part while they are read: their stamps [s] and values, without rows that only fill up the table."""
 
     def __init__(self, part: Part, columns: Sequence[tuple[int, int]]) -> None:
         self.columns, self._part, self._ended, self._size = columns, part, False, 0
@@ -177,7 +177,7 @@ class _Stream:
         return float(self.time[-1]) if self.time[-1] < end else np.inf
 
     def follows(self, time: Real) -> Mask:
-        """Say which instants lie between samples that follow one another without a gap."""
+        """Return which instants lie between samples without a gap between them."""
         if len(self.time) < 2:
             return np.ones(len(time), bool)
         after = np.clip(np.searchsorted(self.time, time), 1, len(self.time) - 1)
@@ -203,7 +203,7 @@ class _Stream:
         return size
 
     def moved(self, where: str, lead: _Stream) -> list[Notice]:
-        """Tell by how much the samples were moved to the clock of another part; nothing where they lie on it."""
+        """Return a warning about the shift of samples to the clock of another part; none where they lie on it."""
         if self._most <= ALIKE * min(self.interval, lead.interval):
             return []
         count, total, square = self._shift
@@ -240,7 +240,7 @@ class _Stream:
             yield time[:end], [one[:end] for one in values]
 
     def _cleaned(self, block: Block) -> tuple[Real, list[Real]]:
-        """Return the samples of a block without its rows of no time, and without repeated ones."""
+        """Return the samples of a block without rows that lack the time, and without repeated rows."""
         time, values = block.columns[0], list(block.columns[1:])
         if self._part.factor != 1.0:
             time = time * self._part.factor

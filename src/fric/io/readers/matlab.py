@@ -66,7 +66,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
 
 @lru_cache(maxsize=2)
 def _load(path: Path, changed: int, size: int) -> dict[str, Any]:
-    """Return what SciPy reads in a process of its own: some damage ends its compiled reader, and all with it.
+    """Return what SciPy reads in a separate process: some damage crashes its compiled reader, and the process.
 
     Whether it does depends on what the memory held before, so that a file which was read once may end a second reading.
     """
@@ -93,7 +93,7 @@ class _Values(pickle.Unpickler):
 
 @dataclass(frozen=True)
 class _Line:
-    """One line of a dataset of v7.3, which stores matrices transposed: read as it is sliced."""
+    """One line of a dataset of v7.3, which stores matrices transposed: read when it is sliced."""
 
     data: Any
     at: int
@@ -160,8 +160,8 @@ def _tables(path: Path, variables: Mapping[str, Any]) -> Iterator[Table]:
 def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the columns of each record, the longest first; of all in one where nothing parts them.
 
-    Structs or cells with the same fields are records, and so are matrices with as many columns; what stands beside
-    them with their length, as a time, belongs to each. Else columns of one length are a record.
+    Structs or cells with the same fields are records, and so are matrices with as many columns; a variable beside them
+    with their length, as a time, belongs to each. Else columns of one length are a record.
     """
     groups: dict[str, dict[str, Any]] = {}
     matrices = set[str]()
@@ -177,7 +177,7 @@ def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     of_alike = {len(values) for name in alike for values in groups[name].values()}
     beside = {len(values) for name in groups.keys() - alike for values in groups[name].values()}
     joints = matrices >= alike and len(of_alike) == 1 and of_alike <= beside
-    if count > 1 and not joints:  # matrices of one length on one time are channels of several axes
+    if count > 1 and not joints:  # matrices of equal length on a common time are channels of several axes
         records = {}
         for name, group in groups.items():
             if name and group.keys() == common:

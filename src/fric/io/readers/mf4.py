@@ -22,18 +22,18 @@ NUMBERS = range(6)
 
 
 def recognises(path: Path, head: bytes) -> float:
-    """A measurement begins with its own mark, finished or not."""
+    """A measurement begins with its signature, finished or not."""
     return float(head.startswith((b"MDF     4", b"UnFinMF 4")))
 
 
 def tables(path: Path, layout: Layout) -> Iterator[Table]:
-    """Read a measurement: one table; its groups, each with a time of its own, are put on one clock."""
+    """Read a measurement: one table; its groups, each with a separate time, are resampled to a common clock."""
     asammdf = library(FORMAT, path)
     with heard(FORMAT, path) as notices, path.open("rb") as file:
         head = file.read(68)
         if head[64:] != b"##HD":
             raise FricError("is no whole measurement", where=str(path), hint="Export it again.")
-        # one that was never finished is copied by the library, and finished there
+        # the library copies an unfinished measurement, and finishes the copy
         with _opened(asammdf, path if head.startswith(b"UnFin") else file) as measurement:
             sizes = (one.channel_group for one in measurement.groups)
             refuse_declared(path, sum(one.cycles_nr * (one.samples_byte_nr + 8) for one in sizes))

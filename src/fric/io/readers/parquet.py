@@ -11,7 +11,7 @@ FORMAT = Format("Parquet", (".parquet",), "pyarrow.parquet", "parquet")
 
 
 def recognises(path: Path, head: bytes) -> float:
-    """Parquet begins with its own mark."""
+    """Parquet begins with its signature."""
     return float(head.startswith(b"PAR1"))
 
 
@@ -24,7 +24,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
 
 
 class ParquetTable(Table):
-    """The table of a Parquet file; a unit stands in the name, or in the field's metadata as ``unit``."""
+    """The table of a Parquet file; a unit is in the name, or in the field's metadata as ``unit``."""
 
     def __init__(self, path: Path, file: Any) -> None:
         super().__init__(path, [_column(field) for field in file.schema_arrow])

@@ -34,13 +34,13 @@ Taken = Callable[[Any], float]
 
 
 def recognises(path: Path, head: bytes) -> float:
-    """MCAP and ROS 1 have marks of their own; SQLite is a bag by its name."""
+    """MCAP and ROS 1 have signatures; SQLite is a bag by its name."""
     sqlite = head.startswith(b"SQLite format 3\0") and path.suffix.lower() == ".db3"
     return float(head.startswith((b"\x89MCAP", b"#ROSBAG")) or sqlite)
 
 
 def tables(path: Path, layout: Layout) -> Iterator[Table]:
-    """Read a bag: one table of all its topics that hold numbers, on one clock."""
+    """Read a bag: one table of all its topics that hold numbers, on a common clock."""
     reader = library(FORMAT, path)
     from rosbags.typesys import Stores, get_typestore
 

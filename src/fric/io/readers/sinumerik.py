@@ -2,9 +2,9 @@
 
 The elements are those that the public package Trace-Tools reads, and that genuine traces have: a ``dataFrame`` holds
 a ``dataSignal`` (``id``, ``name``: its address, ``description``, ``interval``, ``unitsType``) for each signal, and a
-``rec`` (``time`` in seconds, ``f1``, ``f2``, …) for each instant. Where intervals are told, a value that lacks is as
-before, and so is a whole record; a signal of a longer interval is slower. Else what lacks is of a slower signal. The
-address tells in every language what a signal is, and its axis; ``unitsType`` its unit. Else a mapping says them.
+``rec`` (``time`` in seconds, ``f1``, ``f2``, …) for each instant. Where intervals are given, a missing value equals the
+value before, and so does a whole record; a signal of a longer interval is slower. Else a missing value is of a slower
+signal. The address names the signal and its axis in every language; ``unitsType`` its unit. Else a mapping gives them.
 """
 
 import re
@@ -37,7 +37,7 @@ CHANNELS = (
     ("reference", r"CmdPos"), ("position", r"ActPos2nd"), ("position", r"ActPos"), ("velocity", r"ActVel"),
     ("force", r"Act(ual)?Torque|TorqueAct|\bMotTorque"), ("force", r"Act(ual)?Curr|CurrAct|CurrentAct|ActCurrent"),
 )  # fmt: skip
-"""Channels by the address of a signal, the better one first."""
+"""Channels by the address of a signal, the better address first."""
 UNITS = {"posn": ("mm", "deg"), "velo": ("mm/min", "rpm"), "veloRot": ("rpm", "rpm"), "current": ("A", "A"),
          "torque": ("N*m", "N*m"), "accel": ("m/s^2", "rev/s^2")}  # fmt: skip
 """Units of linear and rotary axes by ``unitsType``."""
@@ -70,7 +70,7 @@ def recognises(path: Path, head: bytes) -> float:
 
 
 def tables(path: Path, layout: Layout) -> Iterator[Table]:
-    """Read a trace: a table an axis, where signals tell theirs; signals of different rates are put on one clock."""
+    """Read a trace: a table an axis, where signals name their axis; signals of different rates get a common clock."""
     trace = _Trace(regular(path, MOST))
     if not trace.signals:
         raise FricError("names no signal", where=str(path), hint="Save the trace again, with its data.")

@@ -19,16 +19,16 @@ from fric.units import factor
 
 FORMAT = Format("TDMS", (".tdms",), "nptdms", "tdms")
 UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit")
-"""Properties that tell a channel's unit, in the order in which they are asked."""
+"""Properties with a channel's unit, in the order in which they are read."""
 
 
 def recognises(path: Path, head: bytes) -> float:
-    """TDMS begins with its own mark."""
+    """TDMS begins with its signature."""
     return float(head.startswith(b"TDSm"))
 
 
 def tables(path: Path, layout: Layout) -> Iterator[Table]:
-    """Read a TDMS file: a record a group where the groups hold the same channels, else one of all on one clock."""
+    """Read a TDMS file: a record a group where the groups hold the same channels, else one of all on a common clock."""
     nptdms = library(FORMAT, path)
     with heard(FORMAT, path) as notices, path.open("rb") as content, nptdms.TdmsFile.open(content) as file:
         constants = {str(key): str(value) for key, value in file.properties.items()}
@@ -49,7 +49,7 @@ def _is_number(channel: Any) -> bool:
 def _table(
     path: Path, groups: dict[str, list[Any]], constants: dict[str, str], said: dict[str, str], notices: list[Notice]
 ) -> Table:
-    """Return groups as one table: a waveform has its own clock, other channels that of their group's time."""
+    """Return groups as one table: a waveform has a separate clock, other channels that of their group's time."""
     clocks: dict[tuple[Any, ...], list[Any]] = {}
     for name, channels in groups.items():
         for one in channels:
@@ -109,7 +109,7 @@ class _Channels(Table):
 
 
 class _Waveforms(_Channels):
-    """Channels that share a clock of their own, which is column 0."""
+    """Channels that share a separate clock, which is column 0."""
 
     def __init__(self, path: Path, channels: Sequence[Any], start: float, step: float) -> None:
         super().__init__(path, channels)

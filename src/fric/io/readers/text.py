@@ -1,4 +1,4 @@
-"""Text logs: CSV, TSV, with whatever delimiter, decimal mark, preamble and encoding; also ``.gz``."""
+"""Text logs: CSV, TSV, with any delimiter, decimal mark, preamble and encoding; also ``.gz``."""
 
 import csv
 import gzip
@@ -24,7 +24,7 @@ from fric.io.readers.base import Block, Column, Format, Table, named
 from fric.units import is_unit
 
 SNIFFED = 300
-"""Lines that tell the delimiter and the decimal mark."""
+"""Lines from which delimiter and decimal mark are determined."""
 DELIMITERS = (";", "\t", ",", "|", "whitespace")
 _NUMBER = {
     ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE),
@@ -38,7 +38,7 @@ _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff",
 
 @dataclass(frozen=True)
 class Shape:
-    """What was found: how to read the data, and what stands above them."""
+    """What was found: how to read the data, and the lines above them."""
 
     # encoding, delimiter, decimal: as in a mapping's ``format``
     encoding: str
@@ -69,7 +69,7 @@ def split(line: str, delimiter: str) -> list[str]:
     else:
         cells = line.split(delimiter)
         if '"' in line:
-            with suppress(csv.Error):  # a cell longer than any is no quoted one
+            with suppress(csv.Error):  # a cell longer than any real cell is not quoted
                 cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
     return [cell.strip().strip('"').strip() for cell in cells]
 
@@ -94,7 +94,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     """Find how a text log is written from its beginning.
 
     head: The first bytes of the file, uncompressed.
-    layout: What the user says; it is taken as it is.
+    layout: What the user states; it is used unchanged.
     whole: Whether ``head`` is the whole file.
     Raises FricError: When there are no rows of numbers, or what the user says does not fit.
     """
@@ -104,7 +104,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     except LookupError:
         raise FricError(f"'{encoding}' is no encoding", hint="Say utf-8, latin-1 or utf-16.") from None
     if not whole or not lines[-1]:
-        lines.pop()  # cut in the middle, or what stands behind the last line's end
+        lines.pop()  # cut in the middle, or the text behind the last line's end
     start = layout.skip
     if layout.data_after is not None:
         ends = [n for n, line in enumerate(lines) if n >= start and line.startswith(layout.data_after)]
@@ -122,7 +122,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     table = [_heads(line, delimiter, width) for line in lines[:first]]
     names, units = _header(table, width, decimal, layout, spare)
     if names is not None:
-        for n in range(max(names, -1 if units is None else units) + 1, first):  # below the names stand samples
+        for n in range(max(names, -1 if units is None else units) + 1, first):  # samples are below the names
             if sum(is_number(cell, decimal) for cell in table[n]) >= width:
                 raise FricError(
                     f"line {n + 1} has more cells than the {width} of the header", hint="Mend or remove the line."
@@ -142,7 +142,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
 
 
 def _heads(line: str, delimiter: str, width: int) -> list[str]:
-    """Split a line above the data; between spaces, names of several words stand apart by two spaces or more."""
+    """Split a line above the data; between spaces, names of several words are separated by two spaces or more."""
     cells = split(line, delimiter)
     if delimiter == "whitespace" and len(cells) != width:
         apart = re.split(r"\s{2,}|\t", line.strip("#% \t"))
@@ -341,7 +341,7 @@ class TextTable(Table):
         self._ragged = False
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
-        """Read the file piece by piece through pandas; the next pieces are parsed while one is worked on."""
+        """Read the file piece by piece through pandas; the next pieces are parsed while a piece is processed."""
         row = 0
         waiting: deque[tuple[int, Future[pd.DataFrame]]] = deque()
         with ThreadPoolExecutor(THREADS, thread_name_prefix="parse") as threads:
@@ -356,7 +356,7 @@ class TextTable(Table):
 
     @property
     def passes_bytes(self) -> bool:
-        """A compressed file, and one whose digits are no bytes, are not read as they are."""
+        """A compressed file, and a file whose digits are no single bytes, are not read directly."""
         return not (self._zipped or self._wide)
 
     @property
@@ -453,7 +453,7 @@ class TextTable(Table):
         return self._described(f"line {self._line(row)[0]}", column)
 
     def text(self, row: int, column: int) -> str | None:
-        """Return the cell as it stands in the file."""
+        """Return the text of the cell in the file."""
         cells = split(self._line(row)[1], self._shape.delimiter)
         return cells[column] if column < len(cells) else None
 

@@ -26,7 +26,7 @@ def recognises(path: Path, head: bytes) -> float:
 
 
 def tables(path: Path, layout: Layout) -> Iterator[Table]:
-    """Read an export: one table; channels of different rates are put on one clock."""
+    """Read an export: one table; channels of different rates are resampled to a common clock."""
     head, zipped = beginning(path)
     encoding = layout.encoding or encoding_of(head)
     lines = re.split(r"\r\n|\n|\r", head.decode(encoding, errors="replace"))

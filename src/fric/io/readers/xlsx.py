@@ -26,11 +26,11 @@ ROWS = 16_384
 MOST = 4 << 30
 """Bytes of a workbook, unpacked, at most."""
 MOST_HELD, MOST_TEXTS = 8 << 20, 32 << 20
-"""Bytes of any file in it but a sheet, which the library holds in memory, at most, and of the one with its texts."""
+"""Largest size [byte] of a file in it but a sheet, held in memory by the library, and of the file with its texts."""
 SMALL, MOST_ROW = 64 << 20, 8 << 20
 """Bytes of a sheet that are read anyhow, and of a row at most: a row has 16,384 cells."""
 MOST_PACKED = 200
-"""Bytes of a sheet to one that is stored of it at most."""
+"""Largest ratio of the bytes of a sheet to its stored bytes."""
 MOST_ROWS = 1 << 20
 """Rows that a sheet has at most."""
 
@@ -151,11 +151,11 @@ class _Sheet(Table):
         return self._described(f"sheet '{self._sheet.title}', row {row + self._first + 1}", column)
 
     def text(self, row: int, column: int) -> str | None:
-        """Return what stands in a cell that is no number."""
+        """Return the content of a cell that is no number."""
         return self._texts.get((row, column))
 
     def _rows(self) -> Iterator[Sequence[Any]]:
-        """Yield the rows of cells; empty ones at the end are none."""
+        """Yield the rows of cells without empty rows at the end."""
         empty = 0
         for row, cells in enumerate(self._sheet.iter_rows(min_row=self._first + 1, values_only=True), self._first):
             if row > MOST_ROWS:
