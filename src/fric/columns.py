@@ -2,8 +2,13 @@
 
 from typing import Literal, get_args
 
-Kind = Literal["constant-velocity", "presliding-sine", "sliding-sine", "frequency-response", "motion", "force-velocity"]
+Kind = Literal[
+    "constant-velocity", "presliding-sine", "micro-steps", "sliding-sine", "frequency-response", "motion",
+    "force-velocity",
+]  # fmt: skip
 KINDS: tuple[Kind, ...] = get_args(Kind)
+PRESLIDING = frozenset({"presliding-sine", "micro-steps"})
+"""Kinds of a motion back and forth that tells friction before sliding."""
 
 CHANNELS = ("time", "position", "velocity", "force", "input", "reference", "added")
 """What a record in time can hold; each is a dimension of `fric.units`, or has that of another channel."""

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from math import isfinite, nan
 from typing import TYPE_CHECKING
 
+from fric.columns import PRESLIDING
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
@@ -113,7 +114,7 @@ def of_amplitudes(logs: Sequence[Log]) -> Iterator[Finding]:
     import numpy as np
 
     for log in logs:
-        if log.kind == "presliding-sine" and log.position is not None:
+        if log.kind in PRESLIDING and log.position is not None:
             yield Finding("amplitude", 0.5 * float(log.position.max() - log.position.min()), log.motion, log.where)
             yield Finding("sampling", 1.0 / float(np.median(np.diff(log.time))), log.motion, log.where, usual=3.0)
 

@@ -172,6 +172,28 @@ def sine(amplitude: float, frequency: float, cycles: float, sampling: float, *, 
     )
 
 
+def staircase(
+    step: float, steps: int, loops: int, sampling: float, *, ramp: float = 0.1, dwell: float = 0.1
+) -> Reference:
+    """Return small steps up, as many down, and so on, with a rest after each.
+
+    step: Size of a step [m]; a negative one begins the other way.
+    steps, loops: Steps from one end to the other, and how many times there and back.
+    sampling: Samples a second [Hz].
+    ramp, dwell: Time that a step takes, its speed rising and falling smoothly, and rest after it [s].
+    Raises FricError: When there is no step.
+    """
+    if step == 0 or steps < 1 or loops < 1 or not (ramp > 0 and dwell >= 0):
+        raise FricError("a staircase has no step", hint="Give a step, a number of steps and of loops.")
+    senses = np.tile(np.repeat([1.0, -1.0], steps), loops)
+    t = instants(dwell + len(senses) * (ramp + dwell), sampling)
+    last = np.minimum(np.floor(np.maximum(t - dwell, 0.0) / (ramp + dwell)).astype(int), len(senses) - 1)
+    S, _, slope, curve = smooth_step((t - dwell - last * (ramp + dwell)) / ramp)
+    sense = step * senses[last]
+    begin = step * np.append(0.0, np.cumsum(senses))[last]
+    return Reference(sampling, begin + sense * S, sense / ramp * slope, sense / ramp**2 * curve)
+
+
 def sliding_sine(mean: float, swing: float, frequency: float, cycles: int, sampling: float) -> Reference:
     """Return a stroke whose velocity is ``mean + swing·sin(2π·frequency·t)`` once it has run in.
 

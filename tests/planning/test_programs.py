@@ -226,4 +226,4 @@ def test_the_begin_of_a_motion_is_approached_in_a_time_that_is_printed(limits: L
         assert feed <= 1e3 * limits.feed
     motion = sum(plan.plan.lasting)
     assert 0 < plan.approaching < len(plan.moves) * limits.stroke / limits.approach
-    assert f"{readable(motion + plan.approaching, 's')} altogether, with approaches at" in str(plan)
+    assert f"{readable(motion + plan.approaching, 's')} in all, with approaches at" in str(plan)

@@ -11,7 +11,7 @@ from time import monotonic
 from typing import Any
 
 from fric.automatic.sources import MOTION, Source, Sources
-from fric.columns import FORCE_VELOCITY
+from fric.columns import FORCE_VELOCITY, PRESLIDING
 from fric.documents.base import commanded, provenance
 from fric.documents.identified import read_identified
 from fric.documents.machine_files import MachineDocument
@@ -397,11 +397,7 @@ def axis_steps(
     moving = of("motion") or (
         []
         if enough
-        else [
-            one.path
-            for one in logs
-            if MOTION in one.uses and not ("presliding-sine" in one.kinds and "gms" in one.uses)
-        ]
+        else [one.path for one in logs if MOTION in one.uses and not (one.kinds & PRESLIDING and "gms" in one.uses)]
     )
     if shaken := responses or moving:
         scaled = any(one.both for one in logs if one.path in shaken)
@@ -419,14 +415,14 @@ def axis_steps(
     else:
         what = "F_s and v_s of the static map" if moving and not responses else "static map"
         missing.append(f"{what}: strokes at constant velocity, at five speeds or more, with force")
-    if slow := of("presliding-sine", use="gms"):
+    if slow := of(*PRESLIDING, use="gms"):
         sines = list(dict.fromkeys([*slow, *of("sliding-sine", use="gms")]))
         given = {"static": static} if strokes else {}
         identify("gms", sines, friction, [*known, *given.values()], damping | given)
         if not of("sliding-sine"):
             missing.append("C of the GMS model: a sine in sliding, around a steady speed")
     else:
-        missing.append("GMS: slow sines of some ten micrometres before sliding, with force")
+        missing.append("GMS: slow sines of some ten micrometres before sliding, or micro-steps, with force")
         if moving and not (strokes or responses or lean):  # what a motion tells of friction
             identify("lugre", moving, friction, known, damping)
     if lean:

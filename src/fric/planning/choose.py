@@ -18,6 +18,7 @@ from fric.friction.directed import Directed
 from fric.friction.stribeck import OnStaticMap, StaticMap
 from fric.log import Log
 from fric.notice import Notice
+from fric.records.inspection import FINE
 from fric.records.resolution import lattice_step
 from fric.reference import multisine
 from fric.simulate.machine import Axis, Machine
@@ -125,20 +126,26 @@ share, of the golden section, each period lies between those before it.
 SLIPS = 8.0
 """Times the largest slip displacement that a pre-sliding sine reaches (the paper's 450 µm over 54 µm)."""
 
+STEPS = 30
+"""Micro-steps from one end of a staircase to the other; together 2.5 times the largest slip displacement."""
+
 UNKNOWN_SLIP = 54e-6
 """Largest slip displacement where no model is known: the paper's [m]."""
 
 
-def choose(axis: Axis, limits: Limits, times: Mapping[str, int] | None = None) -> tuple[Planned, ...]:
+def choose(
+    axis: Axis, limits: Limits, times: Mapping[str, int] | None = None, *, micro_steps: bool = False
+) -> tuple[Planned, ...]:
     """Return the experiments that identify an axis, from what is known of it.
 
     axis: The axis as known beforehand: friction, plant, controller, encoder.
     limits: What it may do.
     times: By kind of record, how many times as many strokes, cycles or periods to take.
+    micro_steps: A staircase in place of the sines before sliding.
     Raises FricError: When the limits leave no room for one of them.
     """
-    more = times or {}
-    records = (made(axis, limits, more.get(kind, 1)) for kind, made in _RECORDS.items())
+    more, makers = times or {}, _RECORDS | ({"presliding-sine": _micro_steps} if micro_steps else {})
+    records = (made(axis, limits, more.get(kind, 1)) for kind, made in makers.items())
     found = (*records, *_circles(limits))
     for one in found:
         for trial in one.trials(axis):
@@ -217,6 +224,16 @@ def _presliding(axis: Axis, limits: Limits, times: int) -> Planned:
     }  # fmt: skip
     why = "alpha, k: the first blocks from the small sine, the last from the large one, slower than the Stribeck fall"
     return Planned("presliding-sine", settings, why)
+
+
+def _micro_steps(axis: Axis, limits: Limits, times: int) -> Planned:
+    _, slip = _known(axis)
+    step = min(max(2.5 * slip / STEPS, FINE * axis.encoder.resolution), 0.5 * limits.stroke / STEPS)
+    ramp = max(0.25, 2.5 * sqrt(step / limits.acceleration))  # its speed rises and falls by `smooth_step`
+    settings: dict[str, Setting] = {
+        "step": _rounded(step), "steps": STEPS, "loops": 1 + 3 * times, "ramp": _rounded(ramp, up=True), "dwell": 0.25,
+    }  # fmt: skip
+    return Planned("micro-steps", settings, "alpha, k: small steps up and down, where a drive makes no slow sine")
 
 
 def _sliding(axis: Axis, limits: Limits, times: int) -> Planned:

@@ -12,6 +12,7 @@ from math import ceil, inf, isfinite
 
 import numpy as np
 
+from fric.columns import PRESLIDING
 from fric.documents.friction import FrictionDocument, gms_tree, static_tree
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.errors import FricError
@@ -76,8 +77,8 @@ def identified(logs: Sequence[Log], blocks: int | None = None) -> Iterator[Plant
         fit = identify_static(strokes, plant=known, delta=1.0, over_position="off", damping_error=error)
         static = FrictionDocument.model_validate(static_tree(fit, strokes))
         yield static
-    if "presliding-sine" in of_kind:
-        sines = [log for log in logs if log.kind in {"presliding-sine", "sliding-sine"}]
+    if of_kind.keys() & PRESLIDING:
+        sines = [log for log in logs if log.kind in {*PRESLIDING, "sliding-sine"}]
         forward, backward = (None, None) if static is None else static.maps()
         found = identify_gms(sines, static=forward, negative=backward, plant=known, blocks=blocks, places=1)
         yield FrictionDocument.model_validate(gms_tree(found, sines, static))
@@ -270,16 +271,19 @@ def planned_for(
     draws: int = DRAWS,
     known: FrictionDocument | None = None,
     plant: PlantDocument | None = None,
+    *,
+    micro_steps: bool = False,
 ) -> tuple[tuple[Planned, ...], Expectation]:
     """Return the experiments that give the requested half-widths, as far as any do, and the expected intervals.
 
     axis, limits: The axis as known beforehand, and its limits.
     wanted: Half-width that is asked for by parameter, and whether it is relative to the value.
     advance, draws, known, plant: As in `expected`.
+    micro_steps: As in `choose`.
     """
     times: dict[str, int] = {}
     while True:
-        planned = choose(axis, limits, times)
+        planned = choose(axis, limits, times, micro_steps=micro_steps)
         found = expected(axis, planned, advance, draws, known, plant)
         more = more_records(wanted, found, times)
         if more == times:

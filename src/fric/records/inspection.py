@@ -6,7 +6,7 @@ from typing import Any, Literal, Self
 import numpy as np
 
 from fric.arrays import Real
-from fric.columns import FORCE_VELOCITY, Kind
+from fric.columns import FORCE_VELOCITY, PRESLIDING, Kind
 from fric.estimate import Estimate
 from fric.flaws.channel import ONE_DIRECTION
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
@@ -25,11 +25,10 @@ from fric.records.judgement import (
     resolved_travel,
 )
 from fric.records.over_strokes import over_place
-from fric.records.recognition import LOOP_SHARE, Sine, fitted_sine, force_rise, recognised_kind
+from fric.records.recognition import LOOP_SHARE, Sine, Staircase, force_rises, recognised_kind, turns_of
 from fric.records.resolution import encoder_step
-from fric.records.reversals import find_reversals
-from fric.records.segments import Segment, segments_and_rests
-from fric.units import Motion
+from fric.records.segments import Segment, segments_and_rests, travelled
+from fric.units import Motion, readable
 
 SPEEDS = 5
 """Least number of speeds for a map: the number of its parameters plus one."""
@@ -219,6 +218,10 @@ ALIKE = 0.03
 Inspected = Inspection | ResponseInspection | TableInspection
 
 
+LONGEST: dict[Motion, float] = {"linear": 0.5e-3, "rotary": 0.1}
+"""Travel in which pre-sliding ends at most [m, rad]: it takes tens of micrometres on guideways, a degree in gears."""
+FINE = 12.0
+"""Counts of the encoder in a micro-step at least: of fewer the virgin curve is off by more than 2 % of the loop."""
 BRANCH = 20
 """Samples that a branch between reversals has at least."""
 
@@ -246,15 +249,14 @@ def inspect(record: Record) -> Inspected:
     if len(log) < STUCK:
         return replace(found, uses=(Use("identification", False, f"{len(log)} samples are too few"),))
     segments, rests = segments_and_rests(replace(log, kind=None))
-    sine, reversals = None, np.zeros(0, dtype=np.intp)
-    if log.position is not None:
-        sine, reversals = fitted_sine(log.time, log.position), find_reversals(log.position)
-    rise = force_rise(log, reversals)
+    sine, reversals, stairs = turns_of(log)
+    rises = force_rises(log, reversals)
+    rise = float(np.median([share for share, *_ in rises])) if rises else None
     warnings = clock_flaws([log], "inspect")
     if log.force is not None:
         pairs = [(log, segment) for segment in segments]
         warnings += stroke_flaws(pairs, over_place(pairs))
-    kind = record.kind or recognised_kind(log, segments, rests, sine, rise, len(reversals))
+    kind = record.kind or recognised_kind(log, segments, rests, sine, rise, len(reversals), stairs)
     if kind not in {"constant-velocity", "motion"}:
         segments = []
     if kind not in {"presliding-sine", "sliding-sine"}:
@@ -265,7 +267,7 @@ def inspect(record: Record) -> Inspected:
         energies = cycle_energies(log.position, log.force, reversals)
         lost = energy_per_cycle(energies)
         strokes = np.abs(np.diff(log.position[reversals]))
-        if kind in {"presliding-sine", "motion"} and np.ptp(strokes) < ALIKE * float(np.median(strokes)):
+        if kind in {*PRESLIDING, "motion"} and np.ptp(strokes) < ALIKE * float(np.median(strokes)):
             warnings += energy_warnings(energies, log.time[reversals[::2]])
         found = replace(found, slope=branch_slope(log.position, log.force, reversals), energy=lost)
     found = replace(
@@ -275,7 +277,8 @@ def inspect(record: Record) -> Inspected:
     seen = 0.0
     if log.position is not None and len(reversals) > 2:
         seen = resolved_travel(log.position, reversals) / float(np.median(np.abs(np.diff(log.position[reversals]))))
-    return replace(found, uses=(_static_use(found), _gms_use(found, seen), _plant_use(found)))
+    gms = _too_slow(log, rises) or _gms_use(found, seen, stairs)
+    return replace(found, uses=(_static_use(found), gms, _plant_use(found)))
 
 
 def distinct_speeds(segments: list[Segment]) -> tuple[float, ...]:
@@ -329,7 +332,7 @@ def _static_use(found: Inspection) -> Use:
     return Use(purpose, True, text)
 
 
-def _gms_use(found: Inspection, seen: float) -> Use:
+def _gms_use(found: Inspection, seen: float, stairs: Staircase | None) -> Use:
     """Return whether pre-sliding is seen; ``seen`` is the share of a stroke within `SAMPLES` behind a reversal."""
     purpose = "gms"
     if missing := [name for name in ("position", "force") if name not in found.channels]:
@@ -352,14 +355,34 @@ def _gms_use(found: Inspection, seen: float) -> Use:
         return Use(
             purpose, False, f"{SAMPLES} samples behind a reversal go through pre-sliding: log faster, or move slower"
         )
-    if found.kind != "presliding-sine" and (found.rise is None or found.rise <= LOOP_SHARE):
+    if found.kind not in PRESLIDING and (found.rise is None or found.rise <= LOOP_SHARE):
         return Use(purpose, False, f"pre-sliding is over in {100 * (found.rise or 0.0):.1f} % of a stroke")
+    if stairs is not None and stairs.step < FINE * stairs.count:
+        counts = f"{stairs.step / stairs.count:.1f} steps of the encoder, or of its noise"
+        return Use(purpose, False, f"a micro-step is {counts}: {FINE:.0f} are needed, so take larger steps")
     text = f"{len(found.reversals) - 1} branches" + (
         f" of {2 * amplitude / step:.0f} steps of the encoder" if step else ""
     )
     if found.slope is not None and found.slope > RISES:
         text += "; none of them slides: F_s takes `static=`, or a larger amplitude"
     return Use(purpose, True, text)
+
+
+def _too_slow(log: Log, rises: list[tuple[float, int, float]]) -> Use | None:
+    """Return why a log whose force comes up between its samples, or over no pre-sliding, tells none; else None."""
+    samples, travel = (float(np.median([rise[n] for rise in rises])) if rises else np.inf for n in (1, 2))
+    usual = float(np.median(np.abs(np.diff(travelled(log)))))
+    if samples < 2 * SAMPLES or travel < 2 * SAMPLES * usual < np.inf:
+        rate = f"{1.0 / float(np.median(np.diff(log.time))):.3g} Hz"
+        length = readable(travel, log.unit("position")), readable(usual, log.unit("position"))
+        why = (
+            f"the force comes up within {length[0]} of a reversal, and a sample at {rate} moves {length[1]}: log faster"
+        )
+        return Use("gms", False, why)
+    if samples < np.inf and travel > LONGEST[log.motion]:
+        over = readable(travel, log.unit("position"))
+        return Use("gms", False, f"the force comes up over {over} after a reversal, which is no pre-sliding")
+    return None
 
 
 def _plant_use(found: Inspection) -> Use:

@@ -1,6 +1,6 @@
 """The experiment of a record that does not name it: recognised from the motion, and from the force if logged."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -36,6 +36,83 @@ SWAY = 0.1
 """Share of the longest stroke below which a stroke is an overshoot of the control loop, and no branch."""
 LEAST_REVERSALS = 4
 """Reversals that such a motion has at least."""
+
+
+STAIRS = 12
+"""Steps that a staircase has at least, three or more of them in one direction on the average."""
+ALIKE = 0.3
+"""Share of the size of a step by which four of five steps of a staircase differ at most."""
+MOST = 4096
+"""Samples in which a staircase is sought."""
+RESTS = 0.3
+"""Share of the time that a staircase rests between its steps at least."""
+
+
+@dataclass(frozen=True)
+class Staircase:
+    """Small steps of one size up and down, with a rest after each.
+
+    step: size of a step [m]
+    count: of the encoder, or three standard deviations of the noise [m]
+    reversals: samples at which its direction changes: the middle of the rest there
+    """
+
+    step: float
+    count: float
+    reversals: Indices
+
+
+def fitted_staircase(position: Real) -> Staircase | None:
+    """Return the staircase that a motion is, or None where it is none: levels at rest, one step from each other.
+
+    A level is a run of samples, which settle or creep. How far is tried, from two counts of the encoder or its noise
+    to a tenth of the motion: a steady motion has levels that are no further apart than that.
+    """
+    every = -(-len(position) // MOST)
+    x = position[::every]
+    finest = max(2.0 * visible_step(position), 1e-4 * float(np.ptp(x)))
+    within = finest
+    while 0.0 < within < 0.1 * float(np.ptp(x)):
+        if (found := _levels(x, within)) is not None:
+            step, reversals = found
+            return Staircase(step, visible_step(position), every * reversals)
+        within *= 2.0
+    return None
+
+
+def visible_step(position: Real) -> float:
+    """Return a count of the encoder, or three standard deviations of the noise, by which levels surely differ [m]."""
+    return max(lattice_step(position) or 0.0, 3.0 * noise_level(position))
+
+
+def _levels(x: Real, within: float) -> tuple[float, Indices] | None:
+    """Return step and reversals of a staircase whose levels are samples within a bound of each other, or None."""
+    runs, start, low, high = list[tuple[int, int]](), 0, np.inf, -np.inf
+    for n, at in enumerate([*x.tolist(), np.inf]):
+        low, high = min(low, at), max(high, at)
+        if high - low > within:
+            runs.append((start, n))
+            start, low, high = n, at, at
+    lengths = np.array([b - a for a, b in runs])
+    least = max(0.4 * float(np.quantile(lengths, 0.9)), 3.0)
+    if (lengths >= least).sum() <= STAIRS or lengths[lengths >= least].sum() <= RESTS * len(x):
+        return None
+    levels = list[tuple[float, int, int]]()
+    for a, b in runs:
+        level = float(x[(a + b) // 2])
+        if levels and abs(level - levels[-1][0]) < 1.5 * within:  # it settles, or hunts
+            levels[-1] = (level, levels[-1][1], b)
+        elif b - a >= least:
+            levels.append((level, a, b))
+    moves = np.diff([level for level, *_ in levels])
+    if len(moves) < STAIRS:
+        return None
+    step = float(np.median(np.abs(moves)))
+    turns = np.flatnonzero(moves[1:] * moves[:-1] < 0.0) + 1
+    alike = float(np.mean(np.abs(np.abs(moves) - step) < ALIKE * step))
+    if not (len(turns) and len(moves) >= 3 * (len(turns) + 1) and alike >= 0.8):
+        return None
+    return step, np.array([(levels[n][1] + levels[n][2]) // 2 for n in turns], dtype=np.intp)
 
 
 @dataclass(frozen=True)
@@ -125,18 +202,22 @@ def recognised_kind(
     sine: Sine | None,
     rise: float | None,
     reversals: int,
+    stairs: Staircase | None = None,
 ) -> Kind:
     """Return the kind of a record by its motion.
 
-    A sine; a broad-band excitation; a motion back and forth before sliding, of any shape; strokes at constant
-    velocity, if that is most of the time in motion; else a motion.
+    A staircase before sliding; a sine; a broad-band excitation; a motion back and forth before sliding, of any shape;
+    strokes at constant velocity, if that is most of the time in motion; else a motion.
 
     log: The record.
     segments, rests: What `fric.records.segments.segments_and_rests` found in it.
     sine: What `fitted_sine` found.
     rise: What `force_rise` found: it separates pre-sliding from sliding. Without a force, pre-sliding is assumed.
     reversals: How many reversals it has.
+    stairs: What `fitted_staircase` found.
     """
+    if stairs is not None and rise is not None and rise > LOOP_SHARE:
+        return "micro-steps"
     steady = sum(segment.stop - segment.onset for segment in segments)
     if sine is not None and sine.in_sliding:
         return "sliding-sine"
@@ -160,22 +241,37 @@ def kind_of(log: Log) -> Kind:
     if log.kind is not None:
         return log.kind
     segments, rests = segments_and_rests(log)
-    sine, reversals = None, np.zeros(0, dtype=np.intp)
-    if log.position is not None:
-        sine, reversals = fitted_sine(log.time, log.position), find_reversals(log.position)
-    return recognised_kind(log, segments, rests, sine, force_rise(log, reversals), len(reversals))
+    sine, reversals, stairs = turns_of(log)
+    return recognised_kind(log, segments, rests, sine, force_rise(log, reversals), len(reversals), stairs)
+
+
+def turns_of(log: Log) -> tuple[Sine | None, Indices, Staircase | None]:
+    """Return the sine or the staircase that a motion follows, and where it reverses."""
+    if log.position is None:
+        return None, np.zeros(0, dtype=np.intp), None
+    stairs = fitted_staircase(log.position)
+    if log.reference is not None and (asked := fitted_staircase(log.reference)) is not None:
+        stairs = replace(asked, count=visible_step(log.position))
+    if stairs is not None:
+        return None, stairs.reversals, stairs
+    return fitted_sine(log.time, log.position), find_reversals(log.position), None
 
 
 def force_rise(log: Log, reversals: Indices) -> float | None:
-    """Return the share of the stroke that the force takes after a reversal until it has come up by nine tenths.
+    """Return the share of the stroke that the force takes to come up, the median over `force_rises`; None of none."""
+    shares = [share for share, *_ in force_rises(log, reversals)]
+    return float(np.median(shares)) if shares else None
 
-    It is the median over the branches between reversals, the force of the later half of a branch counting as come up.
-    Where it is against the motion, as the inertia of a fast motion is, it does not rise. None where there is no force,
-    no position or no branch.
+
+def force_rises(log: Log, reversals: Indices) -> list[tuple[float, int, float]]:
+    """Return after what share of each stroke, samples and travel [m] the force has come up by nine tenths.
+
+    The force of the later half of a branch between reversals counts as come up. Where it goes against the motion, as
+    the inertia of a fast one does, it does not rise. There is none without a force, a position or a branch.
     """
     if log.force is None or log.position is None or len(reversals) < 2:
-        return None
-    shares = []
+        return []
+    found = []
     strokes = np.abs(np.diff(log.position[reversals]))
     whole = strokes >= SWAY * strokes.max()
     for begin, end in np.column_stack([reversals[:-1], reversals[1:]])[whole]:
@@ -184,8 +280,9 @@ def force_rise(log: Log, reversals: Indices) -> float | None:
         if up != 0.0:
             risen = int(np.argmax((force - force[0]) / up >= 0.9))
             along = up * (z[-1] - z[0]) > 0.0
-            shares.append(abs(float((z[risen] - z[0]) / (z[-1] - z[0]))) if along else 0.0)
-    return float(np.median(shares)) if shares else None
+            travel = abs(float(z[risen] - z[0])) if along else 0.0
+            found.append((travel / abs(float(z[-1] - z[0])), risen, travel))
+    return found
 
 
 def _is_broad_band(log: Log) -> bool:

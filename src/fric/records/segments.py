@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fric.arrays import Real
+from fric.columns import PRESLIDING
 from fric.estimate import STAYS
 from fric.log import Log
 from fric.records.resolution import lattice_step, noise_level
@@ -218,7 +219,7 @@ def steady_segments(log: Log) -> list[Segment]:
 @one_blas_thread()
 def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
     """Return the segments as `steady_segments` does, and where the axis stands still: first sample, one past last."""
-    if len(log) < SHORTEST or log.kind in {"presliding-sine", "sliding-sine", "frequency-response"}:
+    if len(log) < SHORTEST or log.kind in {*PRESLIDING, "sliding-sine", "frequency-response"}:
         return [], []
     path = path_of(log)
     pieces = straight_pieces(path)

@@ -7,6 +7,7 @@ from math import inf
 import numpy as np
 
 from fric.arrays import Real
+from fric.columns import PRESLIDING
 from fric.documents.friction import Fit, FrictionDocument
 from fric.documents.plant import PlantDocument, PlantPart
 from fric.drive.plant import Plant
@@ -55,7 +56,7 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
         if isinstance(one, ForceVelocity) and (one.axis, one.motion) == (item.axis, item.motion)
     ]
     strokes: list[Log | ForceVelocity] = [*(log for log in logs if log.kind == "constant-velocity"), *tables]
-    waves = [log for log in logs if log.kind == "presliding-sine"]
+    waves = [log for log in logs if log.kind in PRESLIDING]
     assert isinstance(item.document, FrictionDocument)
     plant, notes = _plant(inputs, item, item.document.fit_of("static")) if strokes else (None, [])
     points: tuple[SpeedPoint, ...] = ()

@@ -27,6 +27,8 @@ def experiment(
     speeds: Quantities | None = None,
     amplitudes: Quantities | None = None,
     frequency: Annotated[Quantity | None, "frequency"] = None,
+    step: Annotated[Quantity | None, "position"] = None,
+    steps: Annotated[int | None, Kind(least=3)] = None,
     mean: Annotated[Quantity | None, "velocity"] = None,
     peaks: Quantities | None = None,
     encoder: Annotated[Quantity | None, "position"] = None,
@@ -40,7 +42,8 @@ def experiment(
     machine
         The machine, as in configs/. Itself, its file, or the name of a bundled one.
     kind
-        constant-velocity, presliding-sine, sliding-sine, frequency-response, or all. Left out with a plan.
+        constant-velocity, presliding-sine, micro-steps, sliding-sine, frequency-response, or all. Left out with a
+        plan; all is all but micro-steps.
     axis
         The axis that is moved.
     plan
@@ -55,6 +58,10 @@ def experiment(
         Amplitudes of the pre-sliding sines, as "15 um, 450 um".
     frequency
         Frequency of the sines, as "0.1 Hz".
+    step
+        Size of a micro-step, as "1 um".
+    steps
+        Micro-steps from one end to the other; 30 where not given.
     mean
         Mean speed of sliding-sine and frequency-response; of the latter "0 mm/s" is rest.
     peaks
@@ -83,6 +90,8 @@ def experiment(
         "speeds": several(speeds, "velocity", motion),
         "amplitudes": several(amplitudes, "position", motion),
         "frequency": quantity(frequency, "frequency"),
+        "step": None if step is None else in_si(step, "position", motion),
+        "steps": steps,
         "mean": None if mean is None else in_si(mean, "velocity", motion),
         "peaks": several(peaks, "velocity", motion),
     }

@@ -189,6 +189,7 @@ def plan(
     noise: Annotated[Quantity | None, "force"] = None,
     encoder: Annotated[Quantity | None, "position"] = None,
     like: LogLike | None = None,
+    micro_steps: bool = False,
     draws: int = DRAWS,
     advance: Advance = silent,
 ) -> PlanResult:
@@ -220,6 +221,8 @@ def plan(
         Encoder step, as "0.25 um".
     like
         A typical log, which tells noise and encoder.
+    micro_steps
+        A staircase of small steps in place of the sines before sliding, where a drive makes none.
     draws
         Times that the plan is run and identified to see what to expect.
     advance
@@ -232,7 +235,8 @@ def plan(
     """
     subject, notices, known, responded = _prior(machine, axis, friction, plant, noise=noise, encoder=encoder, like=like)
     limits = _limits(stroke, feed, acceleration, subject)
-    planned, found = planned_for(subject, limits, _accuracies(accuracy, subject), advance, draws, known, responded)
+    wanted = _accuracies(accuracy, subject)
+    planned, found = planned_for(subject, limits, wanted, advance, draws, known, responded, micro_steps=micro_steps)
     named = TYPICAL if machine is None else str(machine) if isinstance(machine, str | Path) else "a machine"
     prior = f"axis {subject.name} of {named}"
     prior += f" with the friction of {friction}" if isinstance(friction, str | Path) else ""

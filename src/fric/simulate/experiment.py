@@ -12,7 +12,7 @@ from fric.columns import Kind
 from fric.control.feedforward import inverse_model
 from fric.errors import FricError
 from fric.log import Log
-from fric.reference import Reference, multisine, sine, sliding_sine, strokes
+from fric.reference import Reference, multisine, sine, sliding_sine, staircase, strokes
 from fric.simulate.axis import Trace, run_axis
 from fric.simulate.machine import Axis
 from fric.simulate.reality.flaws import Excitation
@@ -157,6 +157,29 @@ def presliding_sine(
 
 
 @Experiment
+def micro_steps(
+    axis: Axis,
+    *,
+    step: float = 1e-6,
+    steps: int = 30,
+    loops: int = 4,
+    ramp: float = 0.25,
+    dwell: float = 0.25,
+    samples: int = 16384,
+) -> list[Trial]:
+    """Return one record of small steps up and down before sliding, as a machine without a slow sine makes them.
+
+    axis: The axis.
+    step: Size of a step [m].
+    steps, loops: Steps from one end to the other, and how many times there and back.
+    ramp, dwell: Time that a step takes, and rest after it [s].
+    samples: As in `constant_velocity`.
+    """
+    motion = staircase(step, steps, loops, axis.cascade.sampling, ramp=ramp, dwell=dwell)
+    return [Trial(motion, name="micro-steps", kind="micro-steps", samples=samples)]
+
+
+@Experiment
 def sliding_sine_around(
     axis: Axis,
     *,
@@ -269,7 +292,7 @@ def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> I
     axis
         The axis.
     kind
-        One of `EXPERIMENTS`, or ``all``.
+        One of `EXPERIMENTS`, or ``all``: those of the paper, which are all but micro-steps.
     seed
         Seed of all that is random.
     settings
@@ -282,7 +305,7 @@ def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> I
     """
     if kind != "all" and kind not in EXPERIMENTS:
         raise FricError(f"there is no experiment '{kind}'", hint=f"There are {', '.join(EXPERIMENTS)}, and all.")
-    wanted = [made for name, made in _MADE.items() if kind in {name, "all"}]
+    wanted = [made for name, made in _MADE.items() if kind == name or (kind == "all" and name != "micro-steps")]
     known = set().union(*(made.settings for made in wanted))
     for unknown in settings.keys() - known:
         raise FricError(
@@ -299,6 +322,7 @@ def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> I
 _MADE: dict[Kind, Experiment] = {
     "constant-velocity": constant_velocity,
     "presliding-sine": presliding_sine,
+    "micro-steps": micro_steps,
     "sliding-sine": sliding_sine_around,
     "frequency-response": frequency_response,
 }

@@ -9,6 +9,7 @@ from scipy.special import expit, logit, stdtrit
 
 from fric.arrays import Real
 from fric.choice import simplest
+from fric.columns import PRESLIDING
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
@@ -69,8 +70,8 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     GMS step along the measured motion refines them. C is fitted where a ``sliding-sine`` record is among the logs.
 
     The arguments are those of `fric.identify_gms`, in SI; ``negative`` is the static map of the negative direction,
-    where each direction has a map; ``places`` are those of `Hunting`. Without a log of kind ``presliding-sine``, those
-    of kind ``motion`` or of no kind are used.
+    where each direction has a map; ``places`` are those of `Hunting`. Without a log of kind ``presliding-sine`` or
+    ``micro-steps``, those of kind ``motion`` or of no kind are used.
 
     Raises
     ------
@@ -226,13 +227,13 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
 
 def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:
     """Return the pre-sliding records and those in sliding."""
-    presliding = [log for log in logs if log.kind == "presliding-sine"]
+    presliding = [log for log in logs if log.kind in PRESLIDING]
     if not presliding:
         presliding = [log for log in logs if log.kind in {None, "motion"}]
     if not presliding:
         raise FricError(
             "there is no pre-sliding record among the logs",
-            hint="Log slow sines of small amplitude, and ingest them with `kind='presliding-sine'`.",
+            hint="Log slow sines of small amplitude, or micro-steps, and ingest them with `kind='presliding-sine'`.",
         )
     return presliding, [log for log in logs if log.kind == "sliding-sine"]
 
