@@ -81,18 +81,17 @@ def _ours(error: Exception) -> bool:
 
 
 TAKEN = {
-    "friction": "`fric simulate circle MACHINE.yaml --friction x={0}` takes it, "
-    "`fric identify gms LOG.h5 --static {0}`",
-    "plant": "`fric design controller {0} -o controller.yaml` takes it, `fric identify static LOG.h5 --plant {0}`",
-    "controller": "`fric design observer PLANT.yaml --controller {0}` takes it, `fric auto LOGS --controller {0}`",
-    "observer": "`fric simulate circle MACHINE.yaml --friction x={0}` takes it",
-    "machine": "`fric simulate circle {0}` takes it, `fric diagnose CIRCLE.h5 --machine {0}`",
-    "log": "`fric inspect {0}` says what it is good for",
-    "circle": "`fric diagnose {0}` takes it, `fric auto LOGS --circle {0}`",
-    "run": "`fric report {0} -o report.html` takes it",
-    "mapping": "`fric ingest FILES --map {0} -o log.h5` takes it",
-    "schemes": "`fric simulate circle MACHINE.yaml --schemes {0}` takes it",
-    "spread": "`fric simulate circle MACHINE.yaml --monte-carlo 100 --spread {0}` takes it",
+    "friction": ("fric simulate circle MACHINE.yaml --friction x={0}", "fric identify gms LOG.h5 --static {0}"),
+    "plant": ("fric design controller {0} -o controller.yaml", "fric identify static LOG.h5 --plant {0}"),
+    "controller": ("fric design observer PLANT.yaml --controller {0}", "fric auto LOGS --controller {0}"),
+    "observer": ("fric simulate circle MACHINE.yaml --friction x={0}",),
+    "machine": ("fric simulate circle {0}", "fric diagnose CIRCLE.h5 --machine {0}"),
+    "log": ("fric inspect {0}",),
+    "circle": ("fric diagnose {0}", "fric auto LOGS --circle {0}"),
+    "run": ("fric report {0} -o report.html",),
+    "mapping": ("fric ingest FILES --map {0} -o log.h5",),
+    "schemes": ("fric simulate circle MACHINE.yaml --schemes {0}",),
+    "spread": ("fric simulate circle MACHINE.yaml --monte-carlo 100 --spread {0}",),
 }
 """What to type with a file of each kind that fric writes."""
 MADE = {
@@ -115,8 +114,8 @@ def other_kind(path: Path, given: str, wanted: str) -> FricError:
     """
     kind, asked = (one.partition("/")[0] for one in (given, wanted))
     name = shlex.quote(str(path))
-    hints = [TAKEN[kind].format(name)] if kind in TAKEN else []
-    hints += [f"a {asked} file is made by {MADE[asked]}"] if asked in MADE else []
-    hint = "; ".join(hints)
+    use = " or ".join(f"`{one.format(name)}`" for one in TAKEN.get(kind, ()))
+    hints = [f"Use it in {use}."] if use else []
+    hints += [f"A {asked} file is made by {MADE[asked]}."] if asked in MADE else []
     what = f"is a {kind} file, and a {asked} file is asked for" if kind in TAKEN else f"holds {given}, not {wanted}"
-    return FricError(what, where=str(path), hint=f"{hint[:1].upper()}{hint[1:]}." if hint else "")
+    return FricError(what, where=str(path), hint=" ".join(hints))

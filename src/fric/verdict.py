@@ -453,7 +453,8 @@ def difference(one: Candidate, other: Candidate) -> tuple[float, float]:
 def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) -> Iterator[str]:
     """Return what less effort would cost, and what more would gain, where the difference is sure."""
     if evidence.exact and evidence.machines and evidence.glitches is None:
-        yield f"The controller knows this machine exactly, as no real one: the {evidence.machines} varied ones decide."
+        many = f"{evidence.machines} varied machines decide"
+        yield f"The controller knows this machine exactly, unlike any real machine: {many}."
     less = [one for one in usable if 0 < one.demand < chosen.demand]
     more = [one for one in usable if one.demand > chosen.demand]
     if less:
@@ -465,13 +466,13 @@ def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) 
         other = min(more, key=lambda one: one.stays_under)
         if surely_less(other, chosen, evidence.resolution):
             low, high = difference(chosen, other)
-            yield f"{_asks(other, 'more')} ({_between(low, high)} less): not worth its effort."
+            yield f"{_asks(other, 'more')} ({_between(low, high)} less): not worth it."
         elif other.stays_under < chosen.stays_under:
-            yield f"{other.named} asks for more, and is not surely better."
+            yield f"{other.named} takes more effort and is not surely better."
 
 
 def _asks(other: Candidate, how: str) -> str:
-    return f"{other.named} asks for {how}, and leaves {readable(other.stays_under, 'm', 2)} at most"
+    return f"{other.named} takes {how} effort and leaves at most {readable(other.stays_under, 'm', 2)}"
 
 
 def _between(low: float, high: float) -> str:

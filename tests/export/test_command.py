@@ -90,7 +90,7 @@ def test_what_the_verdict_doubts_is_told_and_kept(tmp_path: Path) -> None:
     assert {one.code for one in found.distrust} >= {"no-measured-circle"}
     assert "Not to be trusted yet" in repr(found)
     assert not found.document["verdict"]["trusted"]
-    with pytest.raises(FricError, match=r"not to be trusted yet. .*no machines around it were drawn"):
+    with pytest.raises(FricError, match=r"not to be trusted yet. .*no varied machines were simulated"):
         found.save(tmp_path / "out")
     with pytest.raises(FricError, match="not to be trusted yet"):  # before LinuxCNC is started
         fric.export_axis("linuxcnc", MACHINE, axis="x", scheme="c", trial=tmp_path / "trial")

@@ -66,7 +66,7 @@ def test_a_sure_difference_that_is_worth_it_is_taken_and_told_with_its_interval(
     low, high = difference(leaves("c", 6, 6 * LEVEL), leaves("f", 3, 3 * LEVEL))
     assert 0 < low <= 3 * 1.3 * UM
     assert high >= 3 * 1.2 * UM
-    assert less.startswith("(c) GMS asks for less, and leaves 7.6 µm at most (")
+    assert less.startswith("(c) GMS takes less effort and leaves at most 7.6 µm (")
 
 
 def test_a_difference_below_the_encoder_s_step_is_not_spoken_of():
@@ -109,7 +109,7 @@ def test_a_machine_that_is_known_exactly_is_not_trusted_before_others_were_drawn
     assert one.next[0] == "fric simulate circle m.yaml -o r.h5 --monte-carlo 100 --force"
     many = decide(evidence(leaves("a", 20, 20 * LEVEL), leaves("c", 1, LEVEL), exact=True))
     assert many.trusted
-    assert "the 200 varied ones decide" in many.effort[0]
+    assert "200 varied machines decide" in many.effort[0]
 
 
 def test_what_is_wrong_in_the_files_and_a_missing_circle_are_why_not_to_trust():

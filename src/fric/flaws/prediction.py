@@ -19,7 +19,7 @@ NOT_AS_PREDICTED = Flaw("not-as-predicted", "wrong",
     "{quadrant} shows {measured}, and {predicted} are predicted ({cause}).", disagrees=True)
 NOTHING_SIMULATED = Flaw("nothing-simulated", "wrong", "Nothing was simulated.")
 BELIEF_IS_TRUTH = Flaw("belief-is-truth", "doubt", "The controllers know plant and friction of this machine exactly, "
-    "as of no real machine, and no machines around it were drawn.")
+    "which no real controller does; no varied machines were simulated.")
 ONE_MACHINE = Flaw("one-machine", "doubt", "One machine was simulated: how far the glitch scatters is not known.")
 FEW_MACHINES = Flaw("few-machines", "doubt", "{machines} machines were drawn: 95 % of so few is a guess.")
 MEASURED_BEYOND = Flaw("measured-beyond", "wrong", "With {scheme} switched on, the measured circle shows {seen:2}.")

@@ -87,7 +87,7 @@ class DiagnosisResult(Result):
                 shown, text = in_digits(held.predicted.glitches[name].value, limits, 1e6)
                 row += [shown, text, "yes" if held.agrees[name] else f"no: {held.causes[name]}"]
             elif held:
-                row += ["", "", "not known"]
+                row += ["", "", "no model"]
             rows.append(row)
         sense = (
             "both directions" if len(found.tests) > 1 else "counter-clockwise" if test.direction > 0 else "clockwise"
@@ -132,7 +132,7 @@ class DiagnosisResult(Result):
             text = f"repeats every {readable(line.pitch, 'm')} of {found.test.names[line.axis]}"
             rows.append(_row(text, amplitude, "µm"))
         figures = found.figures
-        plain: list[tuple[str, float | None, int]] = [("the rest, rms", found.rest, 3)]
+        plain: list[tuple[str, float | None, int]] = [("residual, rms", found.rest, 3)]
         plain += [("between revolutions", found.scatter, 3)]
         plain += [
             (f"circular deviation G {'ccw' if sense > 0 else 'cw'}", value, 2) for sense, value in figures.G.items()
@@ -182,7 +182,7 @@ def _sized(found: Estimate, factor: float = 1.0) -> tuple[float, float]:
 def _row(label: str, found: Estimate, unit: str, offset: float = 0.0) -> list[str]:
     value, limits = float(found) - offset, [float(limit) - offset for limit in found.ci95 or ()]  # type: ignore[arg-type]
     if not all(map(isfinite, limits)):
-        return [label, f"{value * 1e6:.2f}", "not told", unit]
+        return [label, f"{value * 1e6:.2f}", "not determined", unit]
     shown, text = in_digits(value, limits or None, 1e6)
     return [label, shown, text, unit]
 
