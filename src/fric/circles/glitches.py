@@ -103,19 +103,13 @@ def glitch_of(pulse: Pulse, radius: float, base: float, resolution: float) -> Gl
 
 def _half_height(phi: Real, mean: Real, top: int) -> tuple[float, float]:
     """Return where a curve falls below half of its peak to either side, by linear interpolation."""
-    half = mean[top] / 2
-    below = np.flatnonzero(mean[: top + 1] < half)
-    if len(below):
-        k = int(below[-1])
-        low = phi[k] + (half - mean[k]) / (mean[k + 1] - mean[k]) * (phi[k + 1] - phi[k])
-    else:
-        low = phi[0]
-    below = np.flatnonzero(mean[top:] < half)
-    if len(below):
-        k = top + int(below[0])
-        high = phi[k - 1] + (mean[k - 1] - half) / (mean[k - 1] - mean[k]) * (phi[k] - phi[k - 1])
-    else:
-        high = phi[-1]
+    low, high = phi[0], phi[-1]
+    for side in (slice(top, None, -1), slice(top, None)):
+        at, height = phi[side], mean[side] - mean[top] / 2
+        if len(below := np.flatnonzero(height < 0)):
+            k = below[0]
+            end = at[k] - height[k] / (height[k - 1] - height[k]) * (at[k - 1] - at[k])
+            low, high = (end, high) if side.step else (low, end)
     return float(low), float(high)
 
 

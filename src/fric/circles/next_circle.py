@@ -417,15 +417,9 @@ def distrusts(
     records: Their axes as balances of voltages.
     circle: The circle that is predicted.
     """
-    return once([*_of_files(notices, bool(tests)), *_of_circles(machine, tests, records, circle)])
-
-
-def _of_files(notices: Iterable[Notice], measured: bool) -> Iterator[Notice]:
-    if not measured:
-        yield NO_MEASURED_CIRCLE.found()
-    for notice in notices:
-        if notice.severity == "wrong" and not (measured and flaw_of(notice).circle_settles):
-            yield notice
+    wrong = [one for one in notices if one.severity == "wrong" and not (tests and flaw_of(one).circle_settles)]
+    measured = [] if tests else [NO_MEASURED_CIRCLE.found()]
+    return once([*measured, *wrong, *_of_circles(machine, tests, records, circle)])
 
 
 def _of_circles(

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf, isfinite, pi, radians
+from typing import Literal
 
 import numpy as np
 
@@ -34,9 +35,8 @@ class Requirement:
 
     def met(self, found: Margins) -> bool:
         """Return whether the margins are met, to nine digits."""
-        return found.phase_margin >= self.phase_margin * (1 - 1e-9) and found.gain_margin >= self.gain_margin * (
-            1 - 1e-9
-        )
+        nearly = 1 - 1e-9
+        return found.phase_margin >= self.phase_margin * nearly and found.gain_margin >= self.gain_margin * nearly
 
 
 @dataclass(frozen=True)
@@ -113,11 +113,11 @@ def design_cascade(
         gain = 1.0 / float(abs(SampledLoop(plant, shape).velocity(np.array([f_c]))[0]))
         return replace(shape, K_p=gain, K_i=gain * rate / corner_ratio)
 
-    range_of_crossovers = np.geomspace(sampling * 1e-4, sampling * 0.45, TRIED)
+    crossovers = np.geomspace(sampling * 1e-4, sampling * 0.45, TRIED)
     if crossover is None:
-        found = _largest(lambda f_c: _velocity_holds(plant, with_crossover(f_c), asked), range_of_crossovers)
+        found = _largest(lambda f_c: _holds(plant, with_crossover(f_c), asked, "velocity"), crossovers)
         if found is None:
-            raise _infeasible(plant, [with_crossover(f_c) for f_c in range_of_crossovers], asked, "velocity")
+            raise _infeasible(plant, [with_crossover(f_c) for f_c in crossovers], asked, "velocity")
         return assess_cascade(plant, _position_gain(plant, with_crossover(found), asked))
     if not 0 < crossover < sampling / 2:
         raise FricError(
@@ -126,7 +126,7 @@ def design_cascade(
         )
 
     def nearest() -> Cascade | None:
-        f_c = _nearest(lambda f_c: _velocity_holds(plant, with_crossover(f_c), asked), range_of_crossovers, crossover)
+        f_c = _nearest(lambda f_c: _holds(plant, with_crossover(f_c), asked, "velocity"), crossovers, crossover)
         return None if f_c is None else _position_gain(plant, with_crossover(f_c), asked)
 
     return _checked(plant, with_crossover(crossover), asked, nearest)
@@ -143,9 +143,8 @@ def check_cascade(plant: LinearPlant, cascade: Cascade, requirement: Requirement
         return replace(cascade, K_p=cascade.K_p * factor, K_i=cascade.K_i * factor)
 
     def nearest() -> Cascade | None:
-        factor = _nearest(
-            lambda factor: _velocity_holds(plant, scaled(factor), asked), np.geomspace(1e-3, 1e3, TRIED), 1.0
-        )
+        tried = np.geomspace(1e-3, 1e3, TRIED)
+        factor = _nearest(lambda factor: _holds(plant, scaled(factor), asked, "velocity"), tried, 1.0)
         return None if factor is None else _position_gain(plant, scaled(factor), asked)
 
     return _checked(plant, cascade, asked, nearest)
@@ -178,25 +177,19 @@ def _checked(
     raise FricError(complaint, hint=hint)
 
 
-def _velocity_holds(plant: LinearPlant, cascade: Cascade, asked: Requirement) -> bool:
+def _holds(plant: LinearPlant, cascade: Cascade, asked: Requirement, name: Literal["velocity", "position"]) -> bool:
+    """Return whether the velocity loop, or the position loop, is stable and has the margins."""
     loop = SampledLoop(plant, cascade)
-    if not loop.velocity_stable:
+    if not (loop.stable if name == "position" else loop.velocity_stable):
         return False
-    found = margins(loop.velocity, loop.nyquist)
-    return asked.met(found) and (isfinite(found.crossover) or cascade.K_i == 0)
+    found = margins(getattr(loop, name), loop.nyquist)
+    return asked.met(found) and (isfinite(found.crossover) or (name == "velocity" and cascade.K_i == 0))
 
 
 def _position_gain(plant: LinearPlant, cascade: Cascade, asked: Requirement) -> Cascade:
     """Return the cascade with its K_v, or with the largest below it for which the position loop has the margins."""
-
-    def holds(K_v: float) -> bool:
-        loop = SampledLoop(plant, replace(cascade, K_v=K_v))
-        if not loop.stable:
-            return False
-        found = margins(loop.position, loop.nyquist)
-        return asked.met(found) and isfinite(found.crossover)
-
-    K_v = _largest(holds, np.geomspace(1e-3 * cascade.K_v, cascade.K_v, TRIED))
+    tried = np.geomspace(1e-3 * cascade.K_v, cascade.K_v, TRIED)
+    K_v = _largest(lambda K_v: _holds(plant, replace(cascade, K_v=K_v), asked, "position"), tried)
     if K_v is None:
         slower = [replace(cascade, K_v=cascade.K_v * factor) for factor in np.geomspace(1e-3, 1.0, TRIED)]
         raise _infeasible(plant, slower, asked, "position")

@@ -247,13 +247,10 @@ def write_tuned(
     files = tuned_files(found, folder)
     refuse_existing(*files, force=force)
     done = [] if done is None else done
-    tree = read_machine_document(machine).tree()
+    tree, trees = read_machine_document(machine).tree(), list[dict[str, Any]]()
     better = {name: one for name, one in found.axes.items() if one.improves}
     for name, one in better.items():
-        write_document(folder / f"{name}.yaml", friction_tree(one, found.tests), force=force)
-        done.append(folder / f"{name}.yaml")
-        write_document(folder / f"{name}-plant.yaml", plant_tree(one, found.tests), force=force)
-        done.append(folder / f"{name}-plant.yaml")
+        trees += [friction_tree(one, found.tests), plant_tree(one, found.tests)]
         axis = tree["axes"][name]
         axis.pop("nominal", None)  # it, and what is fed forward, are named once the rest has been checked
         axis["feedforward"] = {"lead": "auto"}
@@ -265,8 +262,9 @@ def write_tuned(
     written = MachineDocument.made(content, notices=found.warnings, also=_sources(found.tests)).tree()
     for name, one in better.items():
         written["axes"][name] |= {"nominal": f"{name}-plant.yaml", "feedforward": _feedforward(name, one)}
-    write_document(folder / "machine.yaml", written, force=force)
-    done.append(folder / "machine.yaml")
+    for file, content in zip([*files[1:], files[0]], [*trees, written], strict=True):  # the machine names the others
+        write_document(file, content, force=force)
+        done.append(file)
     return files
 
 

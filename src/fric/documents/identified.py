@@ -88,21 +88,16 @@ def _of_friction(friction: FrictionDocument) -> Found:
 
 def _beyond_the_plant(plant: PlantPart, delay: float) -> Found:
     fit = plant.fit if isinstance(plant, PlantDocument) else None
-    if fit is None:
-        return
-    if fit.misfit is not None:
-        share = _number(fit.misfit)
-        yield "B", share, "eq. (1) leaves so much of the measured response"
-        yield (
-            "T_d",
-            min(share / (2 * pi * CROSSED * max(delay, 1e-4)), 1.0),
-            "eq. (1) leaves so much of the response's phase",
-        )
-        yield "A", min(3.0 * share, 1.0), "eq. (1) leaves so much of the measured response"
-    elif fit.relative_error is not None:
-        share = _number(fit.relative_error)
-        yield "B", share, "the rigid axis leaves so much of the force of an ordinary motion"
-        yield "A", min(3.0 * share, 1.0), "the rigid axis leaves so much of the force of an ordinary motion"
+    if fit is not None and fit.misfit is not None:
+        share, why = _number(fit.misfit), "eq. (1) leaves so much of the measured response"
+        late = min(share / (2 * pi * CROSSED * max(delay, 1e-4)), 1.0)
+        yield "B", share, why
+        yield "T_d", late, "eq. (1) leaves so much of the response's phase"
+        yield "A", min(3.0 * share, 1.0), why
+    elif fit is not None and fit.relative_error is not None:
+        share, why = _number(fit.relative_error), "the rigid axis leaves so much of the force of an ordinary motion"
+        yield "B", share, why
+        yield "A", min(3.0 * share, 1.0), why
         yield "T_d", 0.3, "an ordinary motion hardly shows the delay"
 
 
@@ -175,12 +170,12 @@ def read_identified(
     widened: dict[str, tuple[Notice, ...]] = {}
     axes, warnings = dict(machine.axes), []
     for name, part in read_machine_document(path, nominal_files).axes.items():
-        own = part.feedforward.friction
+        own, of_plant = part.feedforward.friction, part.nominal or part.plant
         friction = _merged(part.friction, own) if own else part.friction
         model, axis = true_friction(friction), machine.axes[name]
         sections = {key: friction.estimates(key) for key in friction.sections()}
         found, refused = friction_intervals(model, sections)
-        known = (part.nominal or part.plant).estimates(part.motion)
+        known = of_plant.estimates(part.motion)
         plant: dict[str, Estimate] = {symbol: known[symbol] for symbol in ("A", "B", "T_d", "K_f") if symbol in known}
         if "offset" in sections.get("static", {}):
             plant["offset"] = sections["static"]["offset"]
@@ -192,10 +187,8 @@ def read_identified(
             warnings.append(NOT_DRAWN.found(f"axis {name}", names=refused))
         if found:
             intervals[name] = found
-            covariances[name] = [*_together(own or part.friction), *_of_plant(part.nominal or part.plant)]
-        spreads, why = discrepancies(own or part.friction, part.nominal or part.plant, refused)
-        if found:
-            beyond[name], widened[name] = spreads, why
+            covariances[name] = [*_together(own or part.friction), *_of_plant(of_plant)]
+            beyond[name], widened[name] = discrepancies(own or part.friction, of_plant, refused)
         load = float(plant["offset"]) if "offset" in plant else axis.load
         spring = axis.second_mass if part.nominal is None else spring_of(part.nominal, model, part.motion)
         axes[name] = replace(
@@ -226,11 +219,8 @@ def machine_to_predict(path: Path) -> tuple[Machine, Identified | None]:
 
 def _merged(of_machine: FrictionDocument, identified: FrictionDocument) -> FrictionDocument:
     """Return the identified friction, completed by that of the machine."""
-    return FrictionDocument.made(
-        {"axis": of_machine.axis, "motion": of_machine.motion}
-        | of_machine.content()
-        | identified.content(*identified.sections())
-    )
+    head = {"axis": of_machine.axis, "motion": of_machine.motion}
+    return FrictionDocument.made(head | of_machine.content() | identified.content(*identified.sections()))
 
 
 def _together(friction: FrictionDocument) -> Iterator[Covariance]:
