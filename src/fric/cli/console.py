@@ -217,10 +217,7 @@ def ask(question: Any) -> None:
     """
     for bar in _BARS:
         bar.stop()
-    drawn = ERR.console.encoding.lower().startswith("utf")
-    lines = [question.text, *(question.picture if drawn else ())]
-    for n, choice in enumerate(question.choices, 1):
-        lines += [f"  {n}  {choice.text}", *(f"     {line}" for line in (choice.picture if drawn else ()))]
+    lines = question.lines(drawn=ERR.console.encoding.lower().startswith("utf"))
     ERR.print("\n".join(printable(line, MOST) for line in lines), markup=False)
     line = ""
     while not (line and question.take(line)):

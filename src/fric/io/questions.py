@@ -5,6 +5,7 @@ from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,46 +15,48 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.propose import NEEDED, Guess, Guessed, wanted_roles
 from fric.io.readers import tables
-from fric.io.roles import SURE, Role, take_reading
+from fric.io.roles import SURE, Axis, Role, take_reading
 from fric.io.words import Reading
 from fric.output import staged
-from fric.units import converts, factor, in_units_of, parse, rotates
+from fric.units import Motion, converts, factor, in_units_of, parse, rotates
 
 MOST = 3
 """Questions that are asked at most; of what is open then the likeliest is taken."""
 NAME = "fric-mapping"
 """Name of the mapping that answers become, in the folder of the logs."""
+NO_TIME = Role("time", None, "", 1.0, 0.0, "as was answered")
 RATES = ("1 kHz", "4 kHz", "2 kHz", "500 Hz", "100 Hz")
 _DOTS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 """Bits of the dots of a character of braille."""
 
 
 @dataclass(frozen=True)
-class Choice:
-    """An answer: its text, what follows from it, and a picture of its column where choices are columns."""
-
-    text: str
-    take: Callable[[], None]
-    picture: Sequence[str] = ()
-
-
-@dataclass(frozen=True)
 class Question:
-    """A question and its answers, the likeliest first; ``free`` takes what is typed in place of a number."""
+    """A question, and its answers with what they stand for, the likeliest first."""
 
     text: str
-    choices: Sequence[Choice]
-    free: Callable[[str], Callable[[], None] | None] = lambda _: None
-    picture: Sequence[str] = ()
+    choices: Sequence[tuple[str, Any]]
+    apply: Callable[[Any], None]  # Takes what an answer stands for
+    pictures: Sequence[Sequence[str]] = ()  # One, or one for each answer
+    understood: Callable[[str], Any] = lambda _: None  # What other text stands for; None where nothing
 
     def take(self, answer: str) -> bool:
-        """Take an answer: a number, what ``free`` understands, or nothing for the first; say whether it is any."""
+        """Take an answer: a number, other text, or nothing for the first; say whether it is one."""
         answer = answer.strip() or "1"
         number = int(answer) if answer.isdecimal() and len(answer) < 3 else 0
-        taken = self.choices[number - 1].take if 0 < number <= len(self.choices) else self.free(answer)
-        if taken is not None:
-            taken()
-        return taken is not None
+        known = 0 < number <= len(self.choices)
+        found = self.choices[number - 1][1] if known else self.understood(answer)
+        if found is not None:
+            self.apply(found)
+        return found is not None
+
+    def lines(self, *, drawn: bool) -> list[str]:
+        """Return the question as lines of a terminal, with its pictures or without."""
+        each = drawn and len(self.pictures) > 1
+        lines = [self.text, *(self.pictures[0] if drawn and len(self.pictures) == 1 else ())]
+        for n, (text, _) in enumerate(self.choices):
+            lines += [f"  {n + 1}  {text}", *(f"     {line}" for line in (self.pictures[n] if each else ()))]
+        return lines
 
 
 Ask = Callable[[Question], None]
@@ -109,77 +112,66 @@ def _named(guesses: Sequence[Guess]) -> str:
 
 def _of_rate(found: Sequence[Guess]) -> Question | None:
     """Ask for the sampling rate of files without a time."""
-    lacking = [
-        one for one in found
-        if not one.kind and {"position", "velocity"} & one.axis.roles.keys()
-        and ("time" not in one.axis.roles or not _unit(one, "time"))
-    ]  # fmt: skip
+    moving = [one for one in found if not one.kind and {"position", "velocity"} & one.axis.roles.keys()]
+    asked = [one for one in moving if (time := one.axis.roles.get("time", NO_TIME)).column is None and not time.unit]
 
-    def take(text: str) -> Callable[[], None] | None:
-        period = 0.0
-        for dimension in ("frequency", "time"):
-            with suppress(FricError, ZeroDivisionError):
-                period = period or parse(text, dimension) ** (-1 if dimension == "frequency" else 1)
-        if not 0.0 < period < 1e3:
-            return None
-        role = Role("time", None, f"{period:.9g} s", 1.0, 1.0, "as was answered")
-        return lambda: [one.axis.roles.update(time=role) for one in lacking].clear()
+    def apply(period: float) -> None:
+        for one in asked:
+            one.axis.roles["time"] = replace(NO_TIME, unit=f"{period:.9g} s", unit_likelihood=1.0)
 
-    choices = [Choice(rate, taken) for rate in RATES if (taken := take(rate))]
-    return Question(f"No column is the time. At which rate was {_named(lacking)} sampled?", choices, take) if (
-        lacking) else None  # fmt: skip
+    text = f"No column is the time. At which rate was {_named(asked)} sampled?" if asked else ""
+    return Question(text, [(rate, _period(rate)) for rate in RATES], apply, understood=_period) if asked else None
 
 
-def _unit(guess: Guess, channel: str) -> str:
-    role = guess.axis.roles[channel]
-    return role.unit or ("?" if role.column is not None else "")
+def _period(text: str) -> float | None:
+    """Return a sampling period [s] from a rate or a period with its unit; None where it is neither."""
+    for dimension, power in (("frequency", -1), ("time", 1)):
+        with suppress(FricError, ZeroDivisionError):
+            return found if 0.0 < (found := parse(text, dimension) ** power) < 1e3 else None
+    return None
 
 
 def _of_column(found: Sequence[Guess]) -> Question | None:
     """Ask which column a channel is."""
-    for guess in found:
-        for channel in NEEDED:
-            role = wanted_roles(guess.axis).get(channel)
-            if role is None or role.column is None or role.likelihood >= SURE or not role.others:
-                continue
-            choices = [
-                Choice(f"'{guess.table.columns[n].name}'", _taking(guess, replace(role, column=n, sign=sign, others={},
-                       likelihood=1.0)), picture(_column(guess, n)))
-                for n, sign in ({role.column: role.sign} | dict(role.others)).items()
-            ]  # fmt: skip
-            return Question(f"Which column is the {channel} of {_named([guess])}?", choices[:4])
-    return None
+    open_ones = (
+        (guess, role) for guess in found for role in wanted_roles(guess.axis).values()
+        if role.channel in NEEDED and role.column is not None and role.likelihood < SURE and role.others
+    )  # fmt: skip
+    guess, role = next(open_ones, (None, NO_TIME))
+    if guess is None:
+        return None
+    roles, sure = guess.axis.roles, replace(role, others={}, likelihood=1.0)
+    taken = [sure, *(replace(sure, column=n, sign=sign) for n, sign in role.others.items())][:4]
 
+    def apply(one: Role) -> None:
+        roles[one.channel] = one
 
-def _taking(guess: Guess, role: Role) -> Callable[[], None]:
-    return lambda: guess.axis.roles.update({role.channel: role})
+    return Question(
+        f"Which column is the {role.channel} of {_named([guess])}?",
+        [(f"'{guess.table.columns[one.column or 0].name}'", one) for one in taken],
+        apply,
+        [picture(_column(guess, one.column)) for one in taken],
+    )
 
 
 def _of_units(found: Sequence[Guess]) -> Question | None:
     """Ask for the units of a motion, and with them whether it is linear or rotary."""
     if not (asked := [one for one in found if _is_open(one)]):
         return None
-    first = asked[0]
-    asked = [one for one in asked if _units(one) == _units(first)]
-    likely = [one for one in first.axis.readings if one.weight > 0.02][:4]
+    first, readings = asked[0], asked[0].axis.readings
+    asked = [one for one in asked if replace(one.axis.readings[0], weight=0.0) == replace(readings[0], weight=0.0)]
+    likely = [one for n, one in enumerate(readings[:4]) if n < 2 or one.weight > 0.02]
 
-    def taking(reading: Reading) -> Callable[[], None]:
-        def take() -> None:
-            for one in asked:
-                take_reading(one.axis, reading)
+    def apply(reading: Reading) -> None:
+        for one in asked:
+            take_reading(one.axis, reading)
 
-        return take
-
-    def free(text: str) -> Callable[[], None] | None:
-        fits = [one for one in first.axis.readings if text in {one.position, one.velocity, one.motion}]
-        return taking(fits[0]) if fits else None
-
-    choices = [
-        Choice(_meaning(first, one), taking(one)) for one in (likely if len(likely) > 1 else first.axis.readings[:2])
-    ]
-    moved = first.axis.roles.get("position") or first.axis.roles["velocity"]
     return Question(
-        f"In which units is the motion of {_named(asked)}?", choices, free, picture(_column(first, moved.column))
+        f"In which units is the motion of {_named(asked)}?",
+        [(_meaning(first, one), one) for one in likely],
+        apply,
+        [picture(_column(first, (first.axis.roles.get("position") or first.axis.roles["velocity"]).column))],
+        lambda text: next((one for one in readings if text in {one.position, one.velocity, one.motion}), None),
     )
 
 
@@ -191,31 +183,22 @@ def _is_open(guess: Guess) -> bool:
     return unsure and len(guess.axis.readings) > 1
 
 
-def _units(guess: Guess) -> tuple[str, ...]:
-    """Return the likeliest units of the motion."""
-    reading = guess.axis.readings[0]
-    return reading.motion, reading.time, reading.position, reading.velocity
-
-
 def _meaning(guess: Guess, reading: Reading) -> str:
     """Return units, and what they make of the motion in words that a technician can hold against the machine."""
-    roles, turns = guess.axis.roles, rotates(reading.motion)
     units = {"position": reading.position, "velocity": reading.velocity, "time": reading.time}
-    named = [f"{channel} in {units[channel]}" for channel in units if channel in roles and units[channel]]
-    told = []
-    if p := roles.get("position"):
-        span = float(np.ptp(_column(guess, p.column))) * factor(reading.position, "position", reading.motion)
-        told.append(f"moves {_round(span / (2 * pi))} turns" if turns else f"moves {_round(1e3 * span)} mm")
-    v = roles.get("velocity")
-    if v and reading.velocity:
-        top = float(np.quantile(np.abs(_column(guess, v.column)), 0.98))
-        top *= factor(reading.velocity, "velocity", reading.motion)
-        told.append(f"{_round(top * 30 / pi)} rpm at most" if turns else f"{_round(1e3 * top)} mm/s at most")
-    clock = roles.get("time")
-    if clock and clock.column is not None:
-        span = float(np.ptp(_column(guess, clock.column))) * factor(reading.time or "s", "time")
-        told.append(f"in {_round(span)} s")
-    return f"{reading.motion}, {', '.join(named)}: {', '.join(told)} ({reading.weight:.0%})"
+    columns = {
+        channel: _column(guess, role.column) * factor(units[channel], channel, reading.motion)
+        for channel, role in guess.axis.roles.items()
+        if role.column is not None and units.get(channel)
+    }
+    size, words = (0.5 / pi, "turns") if rotates(reading.motion) else (1e3, "mm")
+    speed, unit = (30.0 / pi, "rpm") if rotates(reading.motion) else (1e3, "mm/s")
+    told = [f"moves {_round(np.ptp(columns['position']) * size)} {words}"] if "position" in columns else []
+    if "velocity" in columns:
+        told.append(f"{_round(np.quantile(np.abs(columns['velocity']), 0.98) * speed)} {unit} at most")
+    told += [f"in {_round(np.ptp(columns['time']))} s"] if "time" in columns else []
+    named = ", ".join(f"{channel} in {units[channel]}" for channel in columns)
+    return f"{reading.motion}, {named}: {', '.join(told)} ({reading.weight:.0%})"
 
 
 def _round(value: float) -> str:
@@ -229,27 +212,22 @@ def _of_force(found: Sequence[Guess]) -> Question | None:
     if not forces:
         return None
     guess, first = forces[0]
-    asked = [one for one, role in forces if (role.unit, role.units) == (first.unit, first.units)]
+    asked = [one.axis for one, role in forces if (role.unit, role.units) == (first.unit, first.units)]
 
-    def taking(unit: str) -> Callable[[], None] | None:
-        motions = {
-            one.axis.name: in_units_of("rotary" if rotates(one.axis.motion) else "linear", unit) for one in asked
-        }
-        if not all(converts(unit, "force", motion) for motion in motions.values()):
-            return None
+    def motion(axis: Axis, unit: str) -> Motion:
+        return in_units_of("rotary" if rotates(axis.motion) else "linear", unit)
 
-        def take() -> None:
-            for one in asked:
-                role = one.axis.roles["force"]
-                one.axis.roles["force"] = replace(role, unit=unit, unit_likelihood=1.0)
-                one.axis.motion = motions[one.axis.name]
+    def understood(unit: str) -> str | None:
+        return unit if all(converts(unit, "force", motion(axis, unit)) for axis in asked) else None
 
-        return take
+    def apply(unit: str) -> None:
+        for axis in asked:
+            axis.roles["force"] = replace(axis.roles["force"], unit=unit, unit_likelihood=1.0)
+            axis.motion = motion(axis, unit)
 
-    choices = [Choice(unit, taken) for unit in (first.unit, *first.units) if (taken := taking(unit))]
-    values, name = _column(guess, first.column), guess.table.columns[first.column or 0].name
-    text = f"In which unit is '{name}', the force of {_named(asked)}?"
-    return Question(text, choices, taking, picture(values)) if choices else None
+    choices = [(unit, unit) for unit in (first.unit, *first.units) if understood(unit)]
+    text = f"In which unit is '{guess.table.columns[first.column or 0].name}', the force of {_named([guess])}?"
+    return Question(text, choices, apply, [picture(_column(guess, first.column))], understood) if choices else None
 
 
 _ORDER = (_of_rate, _of_column, _of_units, _of_force)
