@@ -1,6 +1,7 @@
 """What is asked about, proposed, cut and told together, from files as drives and tribometers write them."""
 
 import json
+from contextlib import ExitStack
 from pathlib import Path
 
 import h5py
@@ -14,7 +15,7 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
-from fric.io.propose import proposal, propose, sure_proposal
+from fric.io.propose import guesses, is_sure, proposal, propose
 from fric.io.readers.base import Column, named
 from fric.io.words import named_as
 
@@ -95,7 +96,8 @@ def test_a_proposal_reads_a_file_of_matlab_7_3_while_it_is_open(tmp_path: Path) 
     content[:128] = b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM"
     file.write_bytes(content)
     assert "time: {column: " in proposal([file])
-    assert sure_proposal(file) is None
+    with ExitStack() as opened:
+        assert not all(map(is_sure, guesses([file], opened)))
 
 
 def test_a_unit_of_revolutions_is_known() -> None:
@@ -179,7 +181,7 @@ def test_a_file_with_names_that_end_in_their_units_needs_no_mapping_by_hand(tmp_
     rows = "\n".join(f"{k},{k / 100},{np.sin(k / 9):.4f},0.5,{k / 100}" for k in range(60))
     (file,) = written(tmp_path, a="t_ms,PosAct_mm,FrcAct_N,Ctrl_V,PosCmd_mm\n" + rows)
     mapping = tmp_path / "map.yaml"
-    mapping.write_text(sure_proposal(file) or "")
+    mapping.write_text(proposal([file]))
     fric("ingest", file, "--map", mapping, "-o", tmp_path / "log.h5")
     (log,) = read_logs(tmp_path / "log.h5")
     assert log.time[-1] == pytest.approx(0.059)

@@ -69,14 +69,10 @@ class Plan:
 
     motion: Motion
     origins: dict[str, Origin]
-    wanted: tuple[int, ...]
-    """Columns that are read."""
-    names: tuple[str, ...]
-    """Names of all the columns of the table."""
-    form: Form
-    """What the table holds."""
-    stated: frozenset[str]
-    """Channels whose sign the mapping states."""
+    wanted: tuple[int, ...]  # Columns that are read
+    names: tuple[str, ...]  # Names of all the columns of the table
+    form: Form  # What the table holds
+    stated: frozenset[str]  # Channels whose sign the mapping states
 
     def convert(self, columns: list[Real], rows: NDArray[np.int64]) -> dict[str, Real]:
         """Return the channels in SI from the wanted columns; a time that was not logged counts the rows."""
@@ -134,26 +130,14 @@ def plan(
 ) -> Plan:
     """Find every channel of a table.
 
-    Parameters
-    ----------
-    table
-        The table.
-    mapping
-        What its columns mean; None where the header says so itself.
-    kind
-        Kind of the record, as said by the caller.
-    motion
-        Motion of the axis; None to take it from the units.
-    fields
-        The ``{fields}`` of the file.
-    part
-        Whether the table holds a part of the channels of its record: time, and at least another channel.
-
-    Raises
-    ------
-    FricError
-        When a column is missing, has no unit or a unit of the wrong kind, or there is no time, or no position or
-        velocity.
+    table: The table.
+    mapping: What its columns mean; None where the header says so itself.
+    kind: Kind of the record, as said by the caller.
+    motion: Motion of the axis; None to take it from the units.
+    fields: The ``{fields}`` of the file.
+    part: Whether the table holds a part of the channels of its record: time, and at least another channel.
+    Raises FricError: When a column is missing, has no unit or a unit of the wrong kind, or there is no time, or no
+        position or velocity.
     """
     where = str(table.path)
     if kind is None and mapping is not None and mapping.kind != "circle":

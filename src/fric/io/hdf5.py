@@ -60,14 +60,9 @@ class GrowingColumn:
     HDF5's filters (shuffle, deflate) run in a separate thread, while the next block is read, and only where they
     shorten a chunk.
 
-    Parameters
-    ----------
-    group, name
-        Where the dataset is made, once the first chunk is full; a shorter log gets a shorter chunk.
-    unit
-        Its attribute ``unit``.
-    thread
-        See `compressor`.
+    group, name: Where the dataset is made, once the first chunk is full; a shorter log gets a shorter chunk.
+    unit: Its attribute ``unit``.
+    thread: See `compressor`.
     """
 
     def __init__(self, group: h5py.Group, name: str, unit: str, thread: ThreadPoolExecutor) -> None:
@@ -142,16 +137,10 @@ MOST_NAME = 200
 class LogWriter:
     """An open log file that records are appended to, sample block by sample block.
 
-    Parameters
-    ----------
-    file
-        The open HDF5 file.
-    axis, motion
-        Name of the axis, and whether it is linear or rotary.
-    threads
-        Those that compress.
-    check
-        Raises when a write has failed.
+    file: The open HDF5 file.
+    axis, motion: Name of the axis, and whether it is linear or rotary.
+    threads: Those that compress.
+    check: Raises when a write has failed.
     """
 
     def __init__(
@@ -189,21 +178,14 @@ class LogWriter:
 
     def write(self, log: Record) -> None:
         """Append one whole record."""
-        if isinstance(log, Log):
-            record = self.create(
-                log.name, kind=log.kind, source=log.source, sha256=log.sha256, dropped=log.dropped or None
-            )
-            record.extend(log.channels())
-            record.close()
-            return
-        if isinstance(log, ForceVelocity):
-            record = self.create(log.name, kind=log.kind, source=log.source, sha256=log.sha256)
-            record.extend(log.columns())
-            record.close()
-            return
-        record = self.create(log.name, kind="frequency-response", source=log.source, sha256=log.sha256)
-        values = {name: getattr(log, name) for name in RESPONSE_DIMENSIONS}
-        record.extend({name: column for name, column in values.items() if column is not None})
+        kind = "frequency-response" if isinstance(log, FrequencyResponse) else log.kind
+        dropped = log.dropped or None if isinstance(log, Log) else None
+        record = self.create(log.name, kind=kind, source=log.source, sha256=log.sha256, dropped=dropped)
+        if isinstance(log, FrequencyResponse):
+            values = {name: getattr(log, name) for name in RESPONSE_DIMENSIONS}
+            record.extend({name: column for name, column in values.items() if column is not None})
+        else:
+            record.extend(log.channels() if isinstance(log, Log) else log.columns())
         record.close()
 
 

@@ -52,12 +52,8 @@ def digest_of_all(paths: Iterable[Path]) -> str:
 class FileDigest:
     """The digest of a file: of its bytes while they are read, or else of the file read for this purpose.
 
-    Parameters
-    ----------
-    path
-        The file.
-    beside
-        A single thread, which takes the bytes in while the work goes on.
+    path: The file.
+    beside: A single thread, which takes the bytes in while the work goes on.
     """
 
     def __init__(self, path: Path, beside: ThreadPoolExecutor) -> None:
@@ -97,12 +93,8 @@ class Clock:
     periods with it, for two windows one after the other. (A real log of 75 s at 200 Hz has 1.8 s in which every second
     sample is missing: that gives a warning, not an error.)
 
-    Parameters
-    ----------
-    place
-        Names the place of a sample, by its row in the file.
-    uneven
-        Whether a record of two rates gives a warning, not an error.
+    place: Names the place of a sample, by its row in the file.
+    uneven: Whether a record of two rates gives a warning, not an error.
     """
 
     def __init__(self, place: Callable[[int], str], *, uneven: bool = False) -> None:
@@ -340,10 +332,8 @@ class IngestedRecord:
     kind: Kind | None
     samples: int
     dropped: int
-    channels: dict[str, str]
-    """Each channel and the column it was read from."""
-    left_out: tuple[str, ...]
-    """Columns that were not read."""
+    channels: dict[str, str]  # Each channel and the column it was read from
+    left_out: tuple[str, ...]  # Columns that were not read
 
 
 @dataclass(frozen=True)
@@ -601,26 +591,14 @@ def ingest(
 ) -> Ingested:
     """Read foreign logs of one axis into a log file, one record a file; memory does not grow with the files.
 
-    Parameters
-    ----------
-    paths
-        Text logs (also ``.gz``), MATLAB ``.mat``, Parquet, or log files of fric.
-    output
-        The log file that is written, whole or not at all.
-    append
-        Add to the log file. A file that it holds already (by its sha256) is skipped.
-    force
-        Replace an output that exists.
-    progress
-        Called with the number of bytes that were read since the last call.
-    said
-        What `StatedLog` takes.
-
-    Raises
-    ------
-    FricError
-        When a file, its mapping or its data do not allow it: with file, line and column, and nothing is written. Of
-        several such files each is named.
+    paths: Text logs (also ``.gz``), MATLAB ``.mat``, Parquet, or log files of fric.
+    output: The log file that is written, whole or not at all.
+    append: Add to the log file. A file that it holds already (by its sha256) is skipped.
+    force: Replace an output that exists.
+    progress: Called with the number of bytes that were read since the last call.
+    said: What `StatedLog` takes.
+    Raises FricError: When a file, its mapping or its data do not allow it: with file, line and column, and nothing is
+        written. Of several such files each is named.
     """
     sources = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
     output = Path(output)

@@ -211,25 +211,13 @@ def ingest_circles(
 ) -> IngestedCircles:
     """Read traces of circle tests, or a ball bar's angle and radial deviation, into a circle test file.
 
-    Parameters
-    ----------
-    paths
-        Text (also ``.gz``, also LinuxCNC's sampler), MATLAB ``.mat``, Parquet. A trace may hold several circles.
-    output
-        The file that is written, whole or not at all.
-    mapping
-        What the columns mean. Without it the header must name axes and units, as in ``x_ref [mm], x_pos [mm]``.
-    stated
-        Properties of the circle that are stated and not found.
-    append
-        Add to the file.
-    bad_cells, force, progress
-        As in `fric.io.ingest.ingest`.
-
-    Raises
-    ------
-    FricError
-        When a file does not read, or there is no whole circle in it.
+    paths: Text (also ``.gz``, also LinuxCNC's sampler), MATLAB ``.mat``, Parquet. A trace may hold several circles.
+    output: The file that is written, whole or not at all.
+    mapping: What the columns mean. Without it the header must name axes and units, as in ``x_ref [mm], x_pos [mm]``.
+    stated: Properties of the circle that are stated and not found.
+    append: Add to the file.
+    bad_cells, force, progress: As in `fric.io.ingest.ingest`.
+    Raises FricError: When a file does not read, or there is no whole circle in it.
     """
     stated, output = stated or StatedCircle(), Path(output)
     sources = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
@@ -258,7 +246,8 @@ def ingest_circles(
             for test in _tests(channels, stated, str(source), digest):
                 found.append(test)
     for test in found:
-        warnings += _guesses(test, stated)
+        if stated.radius is None and not test.is_ball_bar and any(one.reference is None for one in test.axes.values()):
+            warnings.append(RADIUS_ASSUMED.found(test.source, radius=Estimate(test.radius, "m")))
     write_circles(output, [*held, *found], json.dumps(provenance() | {"format": FORMAT}), force=force or append)
     return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)))
 
@@ -336,9 +325,3 @@ def _ball_bar(channels: dict[str, Real], stated: StatedCircle, source: str, dige
         deviation=channels["deviation"], instrument="ball-bar", name=Path(source).stem, scheme=stated.scheme,
         source=source, sha256=digest,
     )  # fmt: skip
-
-
-def _guesses(test: MeasuredCircle, stated: StatedCircle) -> Iterator[Notice]:
-    if test.is_ball_bar or stated.radius is not None or all(t.reference is not None for t in test.axes.values()):
-        return
-    yield RADIUS_ASSUMED.found(test.source, radius=Estimate(test.radius, "m"))

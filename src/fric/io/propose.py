@@ -17,14 +17,12 @@ from fric.io.channels import plan
 from fric.io.readers import tables
 from fric.io.readers.base import OF_SEVERAL, Column, Table, plain_name
 from fric.io.recognise import is_hdf5
-from fric.io.roles import SURE, Axis, Role, axes_of, in_memory, tag, without_data
+from fric.io.roles import LIKELY, SURE, Axis, Role, axes_of, in_memory, tag, without_data
 from fric.io.words import OF_MEANS, axis_of, bare, looking_like, measures, named_as, spoken
 from fric.notice import Notice
 from fric.output import staged
 from fric.units import MOTIONS, Motion, converts, rotates, si_unit
 
-LIKELY = ("time", "reference", "position", "velocity", "force", "input")
-"""Channels in the order in which columns are given to them by their names."""
 NEEDED = ("time", "position", "velocity", "force")
 """Channels that are asked about where they are not sure; of the others what is not sure is left out."""
 MOST_FILES = 16
@@ -266,13 +264,6 @@ def propose(paths: Sequence[Path], output: Path, *, force: bool = False, join: b
     with staged(output, force=force) as draft:
         draft.write_text(text, encoding="utf-8")
     return text
-
-
-def sure_proposal(path: Path) -> str | None:
-    """Return the text of the mapping that a file must have; None where anything in it would be a guess."""
-    with ExitStack() as files:
-        found = guesses([path], files)
-        return mapping_text(found) if all(map(is_sure, found)) else None
 
 
 def is_sure(guess: Guess) -> bool:

@@ -21,6 +21,8 @@ from fric.io.words import TOLERANCE, Reading, Spoken, axis_of, bare, readings, s
 from fric.units import Motion, converts, in_units_of, parse, rotates
 from fric.units import factor as si_factor
 
+LIKELY = ("time", "reference", "position", "velocity", "force", "input")
+"""Channels in the order in which columns are given to them by their names."""
 SURE = 0.95
 """Likelihood above which a choice is taken without a question."""
 MOST_VALUES = 8_000_000
@@ -169,8 +171,10 @@ def axes_of(tables: Sequence[Table]) -> list[Axis]:
         return [Axis("1", "linear", 0.5, {"time": clock} if clock.column is not None else {})]
     used = {n for one in movements for n in one.columns} | {clock.column}
     scores = _drives(data, t, pairs, movements, used)
-    if not pairs.edge.any() and not any(says.quantity == "position" for says in data.said):
-        speeds = [_as_velocity(one) for one in movements]  # what is smooth may be a velocity, if a force goes with it
+    moved = [(one, one.roles["position"]) for one in movements if "position" in one.roles]
+    if moved and not pairs.edge.any() and not any(says.quantity == "position" for says in data.said):
+        # what is smooth may be a velocity, if a force goes with it
+        speeds = [replace(one, roles={"velocity": replace(main, channel="velocity")}) for one, main in moved]
         others = _drives(data, t, pairs, speeds, used)
         best = [
             max((score for of_axis in one for score, _ in of_axis.values()), default=0.0) for one in (scores, others)
@@ -346,21 +350,16 @@ def _clusters(data: Samples, pairs: Pairs) -> list[list[int]]:
         and np.isfinite(pairs.share[n]).any()
         and (data.said[n].quantity or any(_of_an_axis(data, pairs, int(n), k) for k in roots))
     ]  # fmt: skip
+    candidates = [*sorted(roots, key=lambda p: -float(pairs.share[p].max())), *map(int, free)]
+    if not candidates and not any(says.quantity == "velocity" for says in data.said):
+        candidates = _smooth(data, pairs)
     found: list[list[int]] = []
-    for n in [*sorted(roots, key=lambda p: -float(pairs.share[p].max())), *map(int, free)]:
-        for members in found:
-            if any(_of_an_axis(data, pairs, n, k) for k in members):
-                members.append(n)
-                break
+    for n in candidates:
+        like = [members for members in found if any(_of_an_axis(data, pairs, n, k) for k in members)]
+        if like:
+            like[0].append(n)
         else:
             found.append([n])
-    if not found and not any(says.quantity == "velocity" for says in data.said):
-        for n in _smooth(data, pairs):
-            like = [members for members in found if any(_of_an_axis(data, pairs, n, k) for k in members)]
-            if like:
-                like[0].append(n)
-            else:
-                found.append([n])
     return found
 
 
@@ -429,12 +428,6 @@ def _movement(data: Samples, t: Real, pairs: Pairs, members: list[int]) -> _Move
             f"the derivative of the position (R² {share:.3f})", -1 if factor < 0 else 1,
         )  # fmt: skip
     return _Movement(roles, frozenset({*members, *speeds}), factor)
-
-
-def _as_velocity(one: _Movement) -> _Movement:
-    """Return a movement whose columns are velocities, in place of positions."""
-    moved = one.roles.get("position")
-    return _Movement({"velocity": replace(moved, channel="velocity")}, one.columns) if moved else one
 
 
 def _is_difference(data: Samples, n: int, reference: int, position: int) -> bool:
@@ -677,7 +670,8 @@ def _in_units(
     if "force" in whole:
         moves = in_units_of(moves, whole["force"].unit)
     ranked = sorted((replace(one, weight=one.weight / total) for one in found), key=lambda one: -one.weight)
-    return Axis("", moves, motion_sure, _ordered(whole), tuple(ranked), None if logged else one.factor)
+    whole = {channel: whole[channel] for channel in LIKELY if channel in whole}
+    return Axis("", moves, motion_sure, whole, tuple(ranked), None if logged else one.factor)
 
 
 def take_reading(axis: Axis, reading: Reading) -> None:
@@ -707,8 +701,3 @@ def _period(factor: float | None, reading: Reading, sure: float) -> tuple[str, f
                 key=lambda one: abs(log(one / period)))  # fmt: skip
     near = abs(log(usual / period)) < TOLERANCE
     return f"{usual if near else period:.4g} s", 0.98 * sure if near else 0.9 * sure, ()
-
-
-def _ordered(roles: dict[str, Role]) -> dict[str, Role]:
-    known = ("time", "position", "velocity", "force", "input", "reference")
-    return {channel: roles[channel] for channel in known if channel in roles}

@@ -27,10 +27,7 @@ class Unfailing:
     segmentation fault. So a failed write is noted and later writes are skipped; the file is lost, and `check` raises
     the reason.
 
-    Parameters
-    ----------
-    file
-        Open for reading and writing, in bytes, without a buffer.
+    file: Open for reading and writing, in bytes, without a buffer.
     """
 
     def __init__(self, file: IO[bytes]) -> None:

@@ -359,7 +359,7 @@ def readings(
     sizes: Travel and speed, as logged.
     with_position, with_velocity: Whether there are these channels.
     """
-    nothing: tuple[tuple[Motion, str, float, float], ...] = (("linear", "", 1.0, 1.0), ("rotary", "", 1.0, 1.0))
+    nothing = tuple((motion, "", 1.0, 1.0) for motion in PLAIN)
     positions = _candidates(first.unit, "position") if with_position else nothing
     velocities = _candidates(second.unit, "velocity") if with_velocity else nothing
     clocks = {time: factor(time, "time")} if time else TIME_UNITS
@@ -389,8 +389,7 @@ def _size(motion: Motion, si: float, logged: float | None, column: int) -> float
     """Return how usual a travel or a speed of this size is."""
     if not logged:
         return 1.0
-    usual = (0.1, 0.05) if motion == "linear" else (5.0, 5.0)
-    return exp(-0.5 * (log(logged * si / usual[column - 2]) / SIZE) ** 2)
+    return exp(-0.5 * (log(logged * si / USUAL[motion][2:][column - 2]) / SIZE) ** 2)
 
 
 def usual_units(channel: str, says: Spoken, motion: str, values: Real) -> tuple[str, float, tuple[str, ...]]:

@@ -144,16 +144,10 @@ class Block(NamedTuple):
 class Table(ABC):
     """One table of a foreign file, which becomes one record.
 
-    Parameters
-    ----------
-    path
-        The file.
-    columns
-        Names and units.
-    constants
-        Values that the file holds once: scalars, lines of the preamble. They serve as ``{fields}`` of a mapping.
-    said
-        What the file itself says of the record: ``axis``, ``motion``, ``name``, ``kind``, ``sha256``, ``source``.
+    path: The file.
+    columns: Names and units.
+    constants: Values that the file holds once: scalars, lines of the preamble. They serve as ``{fields}`` of a mapping.
+    said: What the file itself says of the record: ``axis``, ``motion``, ``name``, ``kind``, ``sha256``, ``source``.
     """
 
     listener: Callable[[bytes], object] | None = None

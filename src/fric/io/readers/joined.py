@@ -34,18 +34,11 @@ MOST_SLOWER = 1e9
 class Part:
     """Channels that share a clock.
 
-    Parameters
-    ----------
-    table
-        Where they are read from.
-    time
-        Index of the column that is their time.
-    columns
-        Indices of the channels; all other columns where not given.
-    factor
-        What one unit of that time is [s].
-    label
-        Goes before the name of a channel that another part has too.
+    table: Where they are read from.
+    time: Index of the column that is their time.
+    columns: Indices of the channels; all other columns where not given.
+    factor: What one unit of that time is [s].
+    label: Goes before the name of a channel that another part has too.
     """
 
     table: Table
@@ -66,19 +59,11 @@ class Joined(Table):
     Instants at which one of the channels has not begun, has ended or has a gap are left out. The channels that were
     shifted, and by how much, are in `notices` once the table is read.
 
-    Parameters
-    ----------
-    path, constants, said
-        As in `Table`.
-    parts
-        The parts, each on a separate clock.
-    notices
-        What is known of the table before it is read.
-
-    Raises
-    ------
-    FricError
-        When a stamp of a part is empty, repeated with another value, or runs backwards, or the parts share no time.
+    path, constants, said: As in `Table`.
+    parts: The parts, each on a separate clock.
+    notices: What is known of the table before it is read.
+    Raises FricError: When a stamp of a part is empty, repeated with another value, or runs backwards, or the parts
+        share no time.
     """
 
     def __init__(

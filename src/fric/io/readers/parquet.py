@@ -41,9 +41,7 @@ class ParquetTable(Table):
 
 def _column(field: Any) -> Column:
     name, unit = named(field.name)
+    if str(field.type).startswith(("timestamp", "duration")):
+        unit = "s"
     said = (field.metadata or {}).get(b"unit")
-    return Column(name, said.decode("utf-8", "replace") if said else "s" if _is_time(field.type) else unit)
-
-
-def _is_time(kind: Any) -> bool:
-    return str(kind).startswith(("timestamp", "duration"))
+    return Column(name, said.decode("utf-8", "replace") if said else unit)

@@ -116,7 +116,8 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     above = max((n for n in (layout.header or 0, layout.units or 0) if n), default=0)
     start = max(start, above)
     delimiter, decimal, rows = _reading(lines[start:], layout)
-    first = start + (_leading(rows) if layout.data_after is not None else _data_start(rows))
+    leading = (n for n, row in enumerate(rows) if row.cells)
+    first = start + (_data_start(rows) if layout.data_after is None else next(leading))
     width = len(rows[first - start].cells)
     spare = not any(any(row.cells[-1:]) for row in rows[first - start :])
     table = [_heads(line, delimiter, width) for line in lines[:first]]
@@ -180,10 +181,6 @@ def _reading(lines: list[str], layout: Layout) -> tuple[str, str, list[_Row]]:
 def _row(line: str, delimiter: str, decimal: str, comment: str | None) -> _Row:
     cells = split(line.partition(comment)[0] if comment else line, delimiter)
     return _Row(cells, [is_number(cell, decimal) for cell in cells])
-
-
-def _leading(rows: list[_Row]) -> int:
-    return next(n for n, row in enumerate(rows) if row.cells)
 
 
 def _data_start(rows: list[_Row]) -> int:
@@ -299,10 +296,7 @@ def shaped(path: Path, head: bytes, layout: Layout) -> Shape:
 class _Piece:
     """Bytes as pandas' C parser takes them: a BytesIO it would have decoded, only to encode the text again.
 
-    Parameters
-    ----------
-    parts
-        The bytes; they are not joined.
+    parts: The bytes; they are not joined.
     """
 
     def __init__(self, parts: Sequence[memoryview]) -> None:
@@ -323,16 +317,10 @@ class _Piece:
 class TextTable(Table):
     """The table of a text log.
 
-    Parameters
-    ----------
-    path
-        The file.
-    shape
-        How it is written.
-    layout
-        What the user says of it.
-    zipped
-        Whether it is compressed by gzip.
+    path: The file.
+    shape: How it is written.
+    layout: What the user says of it.
+    zipped: Whether it is compressed by gzip.
     """
 
     def __init__(self, path: Path, shape: Shape, layout: Layout, zipped: bool) -> None:
