@@ -11,6 +11,8 @@ from fric.arrays import Complex, Indices, Real
 
 FINEST = 1e-12
 """Least variance of what scatters in a mixed model, over that of all."""
+LASTING, PENALTY = 6.0, 3.0
+"""Times that the longest memory of residuals fits into all of them, and what a coefficient of it must gain."""
 MAD_TO_SIGMA = 1.4826
 """Standard deviation over the median absolute deviation, of a normal distribution: ``1/Φ⁻¹(3/4)``."""
 
@@ -88,9 +90,10 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
 def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | None = None) -> Real:
     """Return the covariance (p, p) of least-squares estimates, valid where neighbouring residuals are correlated.
 
-    Newey and West's estimator (Econometrica 55, 1987): ``(XᵀX)⁻¹·S·(XᵀX)⁻¹`` with S the long-run covariance of the
-    scores ``x_i·e_i`` under Bartlett's weights; the scores are prewhitened by first-order autoregressions and
-    the bandwidth is Andrews' (Econometrica 59, 1991).
+    ``(XᵀX)⁻¹·S·(XᵀX)⁻¹`` with S the long-run covariance of the scores ``x_i·e_i``, by autoregressions (den Haan and
+    Levin 1997): each score is whitened by one of the order that predicts it best, and S is what is left over
+    ``(1 - Σa)²``. A sum of coefficients is raised by its bias (Kendall 1954), and S allows for how few values a score
+    of such memory is worth, by Student's t.
 
     regressors: The observation matrix X, shape (n, p).
     residual: What the fit leaves, shape (n,).
@@ -103,36 +106,51 @@ def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | No
     return covariance
 
 
-def score_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | None = None) -> Real:
-    """Return the long-run covariance (p, p) of the sum of the scores ``x_i·e_i``; arguments as `hac_covariance`."""
+def score_covariance(
+    regressors: Real, residual: Real, lengths: Sequence[int] | None = None, most: float = 12.0
+) -> Real:
+    """Return the long-run covariance (p, p) of the sum of the scores ``x_i·e_i``; arguments as `hac_covariance`.
+
+    most: Order of the autoregressions at most, for a hundred values.
+    """
     n, p = regressors.shape
     scores = regressors * residual[:, None]
     ends = np.cumsum(lengths if lengths is not None else [n])
     parts = np.split(scores, ends[:-1])
-    rho = np.clip([_autoregression([part[:, j] for part in parts]) for j in range(p)], -0.97, 0.97)
-    whitened = [part[1:] - rho * part[:-1] for part in parts]
-    rest = np.array([_autoregression([part[:, j] for part in whitened]) for j in range(p)])
-    bandwidth = _andrews(rest, n)
-    middle = np.zeros((p, p))
-    for part in whitened:
-        middle += part.T @ part
-        for lag in range(1, min(int(bandwidth), len(part) - 1) + 1):
-            cross = (1 - lag / (bandwidth + 1)) * part[lag:].T @ part[:-lag]
-            middle += cross + cross.T
-    return np.asarray(middle / np.outer(1 - rho, 1 - rho) * n / (n - p))
+    order = int(min(most * (n / 100.0) ** 0.25, min(map(len, parts)) / 8))
+    filters = [_autoregression([part[:, j] for part in parts], order) for j in range(p)]
+    longest, whiten = max(map(len, filters)), [np.append(1.0, -a) for a in filters]
+    whitened = np.vstack([
+        np.transpose([np.convolve(x, one)[longest : len(x)] for x, one in zip(part.T, whiten, strict=True)])
+        for part in parts
+    ])  # fmt: skip
+    sums = np.array([float(a.sum()) + (1.0 + 3.0 * max(float(a.sum()), 0.0)) / n * bool(len(a)) for a in filters])
+    left = 1.0 - np.minimum(sums, 1.0 - LASTING / n)
+    covariance = whitened.T @ whitened * (n / len(whitened) * n / (n - p)) / np.outer(left, left)
+    memory = np.maximum(np.diag(covariance) / np.maximum(np.sum(scores**2, axis=0), 1e-300), 1.0)
+    wider = stdtrit(np.maximum(n / memory - 1.0, 1.0), 0.975) / 1.96
+    return np.asarray(covariance * np.outer(wider, wider))
 
 
-def _autoregression(parts: Sequence[Real]) -> float:
-    """Return the first-order autocorrelation of a series in parts."""
-    power = sum(float(part[:-1] @ part[:-1]) for part in parts)
-    return sum(float(part[1:] @ part[:-1]) for part in parts) / power if power > 0 else 0.0
+def _autoregression(parts: Sequence[Real], most: int) -> Real:
+    """Return the coefficients by which a series in parts is predicted, of the order up to a most that is best.
 
-
-def _andrews(rho: Real, n: int) -> float:
-    """Return Andrews' bandwidth for Bartlett's weights, with equal weights of the regressors."""
-    rho = np.clip(rho, -0.97, 0.97)
-    alpha = np.sum(4 * rho**2 / ((1 - rho) ** 6 * (1 + rho) ** 2)) / np.sum(1 / (1 - rho) ** 4)
-    return float(1.1447 * (alpha * n) ** (1 / 3))
+    By Burg's recursion; a coefficient costs ``PENALTY`` of ``n·log`` of the error (Akaike's 2 takes too many).
+    """
+    n, forward, backward, a = sum(map(len, parts)), parts, parts, np.zeros(0)
+    error = sum(float(x @ x) for x in parts) / n
+    best, found = n * float(np.log(max(error, 1e-300))), a
+    for order in range(1, most + 1):
+        forward, backward = [x[1:] for x in forward], [x[:-1] for x in backward]
+        pairs = list(zip(forward, backward, strict=True))
+        power = sum(float(x @ x + y @ y) for x, y in pairs)
+        k = 2.0 * sum(float(x @ y) for x, y in pairs) / power if power > 0.0 else 0.0
+        a = np.append(a - k * a[::-1], k)
+        forward, backward = [x - k * y for x, y in pairs], [y - k * x for x, y in pairs]
+        error *= 1.0 - k * k
+        if (cost := n * float(np.log(max(error, 1e-300))) + PENALTY * order) < best:
+            best, found = cost, a
+    return found
 
 
 def smoother_than_noise(residual: Real, quantile: float) -> bool:

@@ -238,7 +238,7 @@ def _covariance(about: Fitted, left: list[Real]) -> Real:
     """Return the covariance of coordinates and plant, shape (p + 2 + circles,) square.
 
     Samples are thinned to four a period of the filter's corner: samples between them add no information. Scores are
-    correlated (Newey and West), and the priors add their variance. The error from the encoder is added.
+    correlated (autoregressions), and the priors add their variance. The error from the encoder is added.
 
     about: The fit, or a point beside it, whose derivatives count.
     left: What circles leave that are recorded again.
@@ -252,7 +252,8 @@ def _covariance(about: Fitted, left: list[Real]) -> Real:
     Z = np.vstack(rows)
     scale = np.linalg.norm(Z, axis=0)
     scale[scale == 0] = 1.0
-    scores = np.outer(scale, scale) * score_covariance(Z / scale, np.concatenate(residuals), list(map(len, rows)))
+    lengths = list(map(len, rows))  # what comes again in each turn is told by circles that are recorded again
+    scores = np.outer(scale, scale) * score_covariance(Z / scale, np.concatenate(residuals), lengths, most=1.0)
     scores += np.diag(instruments.power * instruments.prior)
     errors = _beyond(about, left) * np.array([instruments.error(weights * one) for one in left])
     covariance = instruments.solved(instruments.solved(scores).T) + errors.T @ errors / len(errors)

@@ -334,7 +334,7 @@ def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[st
         "rmse": Estimate(fit.rmse, force),
         "r2": fit.r2,
         "samples": sum(int(record.used.sum()) for record in fit.records),
-        "method": "replay along the measured motion; CRS2, then least squares; intervals by Newey and West, and cycles",
+        "method": "replay along the measured motion; CRS2, least squares; intervals by autoregressions, and cycles",
         "records": [
             {"record": record.log.name, "prepared": PreparedPart.of(record.done, fit.motion), **own}
             for record, own in zip(fit.records, fit.own_estimates, strict=True)

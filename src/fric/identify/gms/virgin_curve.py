@@ -31,7 +31,7 @@ from fric.records.reversals import find_reversals
 
 PARTS = 16
 """Parts of a stroke in which two of them are compared."""
-UNLIKE, LOADED = 3.0, 0.01
+UNLIKE, LOADED = 3.0, 0.002
 """Bounds on the difference of the first stroke from the next where a record begins loaded: ratio to the difference of
 later strokes, and share of the range of the force."""
 
