@@ -110,7 +110,7 @@ def other_kind(path: Path, given: str, wanted: str) -> FricError:
     """Return the error of a file of fric's that is of another kind than is wanted, with what to type.
 
     path: The file.
-    given, wanted: What it says that it is, as ``plant/1``, and what it should be.
+    given, wanted: Its stated type, as ``plant/1``, and the required type.
     """
     kind, asked = (one.partition("/")[0] for one in (given, wanted))
     name = shlex.quote(str(path))

@@ -78,7 +78,7 @@ class Log(_FromFile):
     name
         Name of the record in its file.
     kind
-        The experiment it is; None where the log does not say.
+        The experiment; None where the log does not state it.
     axis, motion
         Name of the axis, and whether it is linear or rotary.
     source, sha256
@@ -126,7 +126,7 @@ class Log(_FromFile):
         frame
             A `pandas.DataFrame`, or a mapping of columns.
         units
-            Unit by channel, where a column's name does not say it; SI else.
+            Unit by channel, where a column's name does not include it; SI else.
         about
             Name, kind, axis and motion of the record.
 
@@ -165,7 +165,7 @@ class Log(_FromFile):
         return si_unit(channel_dimension(channel), self.motion)
 
     def require(self, channel: str, purpose: str) -> Real:
-        """Return a channel, or raise a `FricError` that says what it is needed for."""
+        """Return a channel, or raise a `FricError` that names its use."""
         values: Real | None = getattr(self, channel)
         if values is None:
             raise FricError(

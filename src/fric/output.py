@@ -24,11 +24,11 @@ FORMATS = {
     "text": (".csv", ".tsv", ".txt", ".gz", ".dat", ".log"),
     "another program's log": (".mat", ".parquet", ".mf4", ".tdms", ".mcap", ".db3", ".bag", ".xlsx", ".xlsm", ".xml"),
 }
-"""What the ending of a name says of a file."""
+"""The type of a file by the ending of its name."""
 
 
 def refuse_ending(path: Path | None, written: str) -> None:
-    """Raise when the name of an output says that it is of another of the `FORMATS` than what is written."""
+    """Raise when the name of an output belongs to another of the `FORMATS` than what is written."""
     said = next((name for name, endings in FORMATS.items() if path and path.suffix.lower() in endings), written)
     if path is not None and said != written:
         raise FricError(
@@ -219,7 +219,7 @@ def _counted(path: Path, made: list[Path]) -> Iterator[None]:
 def together(*paths: Path) -> Iterator[list[Path]]:
     """Give a list for those files that the block has made: where it fails they are removed, and all are there or none.
 
-    What was there before is left as it is then, old or new.
+    Files that existed before are then not touched, old or new.
     """
     fresh, made = [path for path in paths if not path.exists()], list[Path]()
     try:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 LARGEST: Mapping[str, float] = {"time": 1e10, "velocity": 1e6, "ratio": 1e12}
 """Magnitude of a value in SI, by its dimension, that no machine reaches; `OTHERWISE` of others."""
 LINEAR, OTHERWISE = 1e6, 1e9
-"""The same of the position of a linear axis [m], and of whatever `LARGEST` does not name."""
+"""The same of the position of a linear axis [m], and of dimensions that `LARGEST` does not name."""
 GAIN = 1e15
 """Magnitude that no parameter of a plant or a controller has in SI: what is beyond is no number in a closed loop."""
 CLOSEST = 1e-9

@@ -216,7 +216,7 @@ class Between(NamedTuple):
 
 
 DIFFERENT = 1e-3
-"""Probability with which records of the same parameters scatter so, under which it is said that they differ."""
+"""Probability of such a scatter with equal parameters, below which records count as different."""
 OF_TWO = 0.05
 """Probability above which two records widen no interval: a single difference hardly predicts the next."""
 

@@ -1,4 +1,4 @@
-"""What a public verb says of itself: its annotations are what Python checks, and what a command is made from."""
+"""The description of a public verb: Python checks its annotations, and a command is made from them."""
 
 import ast
 import re
@@ -60,12 +60,12 @@ class Kind:
 
 
 def verb(function: Callable[P, R]) -> Callable[P, R]:
-    """Return a function that raises a `FricError` where an argument is not what its annotation says."""
+    """Return a function that raises a `FricError` where an argument does not fit its annotation."""
     return _checked(function, function.__name__)
 
 
 def typed(kind: type[T]) -> type[T]:
-    """Return a class whose constructor raises a `FricError` where an argument is not what its annotation says."""
+    """Return a class whose constructor raises a `FricError` where an argument does not fit its annotation."""
     kind.__init__ = _checked(kind.__init__, kind.__name__)  # type: ignore[method-assign]
     return kind
 
@@ -237,7 +237,7 @@ def verbs_in(room: str) -> dict[str, str]:
 
 
 class Form:
-    """What the source of a verb says of it: its text, and its arguments in their order.
+    """The source of a verb: its text, and its arguments in their order.
 
     The source is read, not imported: a command's help waits for no library. What its annotations name is imported from
     where the source says; those of an argument are read when it is asked for.

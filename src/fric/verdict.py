@@ -38,7 +38,7 @@ class Candidate:
 
     scheme: Scheme  # The scheme
     glitches: tuple[float, ...]  # Signed glitch at each reversal [m]
-    glitch: float  # The largest magnitude of them [m]; the median over places where it hangs on counts
+    glitch: float  # The largest magnitude of them [m]; the median over places where it depends on counts
     # The same at each place between two counts [m], the same places for every scheme; empty where one run is enough
     # (`fric.simulate.contour_run`)
     places: tuple[float, ...] = ()
@@ -49,7 +49,7 @@ class Candidate:
     # What swings where no axis reverses [m] (`fric.contour.Circularity.oscillation`); 0 where it is not known
     oscillation: float = 0.0
     swings: tuple[float, ...] = ()  # The same on each of the machines that were drawn [m]; empty where it is not known
-    # What the machines drawn from what was identified say of it, with the encoder's step taken in, and why that must
+    # Results on the machines drawn from what was identified, with the encoder's step included, and why that must
     # not be trusted; None where they were drawn otherwise, or none was
     predicted: Predicted | None = None
 
@@ -81,7 +81,7 @@ class Candidate:
     def interval(self) -> tuple[float, float] | None:
         """Between what the glitch lies on the machines that were drawn [m]: 2.5 % are below, 5 % above `stays_under`.
 
-        None where it ran on none. Without machines between what it lies by chance, where it hangs on counts.
+        None where it ran on none. Without machines the range by chance, where it depends on counts.
         """
         if self.places and not self.drawn:
             return self.chance.low, self.chance.high
@@ -130,7 +130,7 @@ class Evidence:
     settled: Sequence[Notice] = ()
     # The largest glitch that was measured on this circle [m], by name of the scheme that was on
     measured: Mapping[str, float] = field(default_factory=dict)
-    tolerance: float | None = None  # Glitch that is allowed [m]; None where nothing was asked
+    tolerance: float | None = None  # Glitch that is allowed [m]; None where none was given
     # machine, circle: names of the machine's file and of the measured circle's, for what to type next
     machine: str = "MACHINE.yaml"
     circle: str = "CIRCLE.h5"
@@ -436,7 +436,7 @@ def difference(one: Candidate, other: Candidate) -> tuple[float, float]:
     """Return the 95 % interval of the difference of what two stay under [m], by drawing the drawn machines again.
 
     The same machines for both: what a machine does to both falls out. Without machines it is the plain difference, or
-    where that hangs on counts between what it lies by chance.
+    where it depends on counts the range by chance.
     """
     if not one.drawn or len(one.drawn) != len(other.drawn):
         if one.places or other.places:

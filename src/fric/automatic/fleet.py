@@ -41,10 +41,10 @@ DATE = re.compile(r"\d{4}-?\d{2}(-?\d{2}(\D.*)?)?")
 """Names of folders that are dates: 2026-11, 2026-11-21, 20261121, with a time behind it or without."""
 
 LEVEL = 0.05
-"""Probability with which an axis of a fleet that did not change is said to have, at most: of all axes together."""
+"""Largest probability, over all axes of a fleet together, with which an unchanged axis is reported as changed."""
 
 FREEDOM = {"gms": 4.0, "plant": 7.0, "glitch": 7.0}
-"""Degrees of freedom of what intervals are from: cycles of a record, periods of an excitation, less one.
+"""Degrees of freedom of intervals: cycles of a record, periods of an excitation, less one.
 
 Of a glitch as few as of a plant: its intervals are held against 400 circles, and no more of their tails is known.
 """
@@ -86,7 +86,7 @@ class UnitOutcome:
 
 
 def find_fleet(given: Sequence[Path]) -> list[Unit]:
-    """Return machines and dates, where what is given is one folder of folders of dates; nothing, else."""
+    """Return machines and dates, where a single folder of folders of dates is given; empty otherwise."""
     if len(given) != 1 or not given[0].is_dir():
         return []
     machines = [one for one in sorted(given[0].iterdir()) if one.is_dir() and not one.name.startswith(".")]
@@ -110,7 +110,7 @@ class FleetStudy:
     run: Callable[[Step], Result | None] = run_step  # Makes one step
 
     def __call__(self, index: int) -> UnitOutcome:
-        """Identify plant, static map and GMS of each axis; what fails is said, and is no end of the others."""
+        """Identify plant, static map and GMS of each axis; a failure is reported, and the others continue."""
         unit = self.units[index]
         try:
             found = find_sources([unit.folder], self.mapping, self.output / unit.machine / unit.date / "mappings")
@@ -161,7 +161,7 @@ def run_fleet(
     scheduler: str | None = None,
     advance: Callable[..., object] = lambda *_, **__: None,
 ) -> list[UnitOutcome]:
-    """Return what came of each machine and date in their order, run by processes here or by a Dask cluster.
+    """Return the outcomes of machines and dates in their order, run by processes here or by a Dask cluster.
 
     units: Machines and dates.
     output: Folder for all that is made; a cluster's workers see it, and the logs, under the same names.
@@ -203,7 +203,8 @@ def drifts(found: Sequence[UnitOutcome]) -> list[Drift]:
 
 
 def holm(p: Real) -> Real:
-    """Return probabilities adjusted for their number, shape (n,): one at most 5 % is by chance in 5 % of all families.
+    """Return probabilities adjusted for their number, shape (n,): a value of at most 5 % occurs by chance in 5 % of all
+    families.
 
     Holm's step-down (Scandinavian Journal of Statistics 6, 1979): ``max over j ≤ i of (n - j + 1)·p_(j)``, for any
     dependence of the tests.
@@ -216,10 +217,10 @@ def holm(p: Real) -> Real:
 
 
 def probability(change: Change, freedom: float) -> float | None:
-    """Return the two-sided probability of a difference where nothing changed; None where its interval tells nothing.
+    """Return the two-sided probability of a difference where nothing changed; None where its interval is unbounded.
 
-    The interval's side towards 0 is ``t·s`` with Student's quantile t at 97.5 %: the difference over s is held against
-    Student's distribution. Its tails, and not the normal one's, are what hundreds of comparisons meet.
+    The interval's side towards 0 is ``t·s`` with Student's quantile t at 97.5 %: the difference over s is compared with
+    Student's distribution. Hundreds of comparisons reach its tails, not those of the normal distribution.
 
     change: The number at both dates.
     freedom: Degrees of freedom of its intervals.

@@ -35,7 +35,7 @@ from fric.results.ingest import mapping_of
 from fric.units import Motion
 
 MOTION = "motion"
-"""Use of records whose motion tells mass, viscous and Coulomb friction, whatever their kind."""
+"""Use of records of any kind whose motion determines mass, viscous and Coulomb friction."""
 PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ""})
 """Endings of what may lie beside logs, and is none."""
 
@@ -47,7 +47,7 @@ _PAPER = re.compile(
 
 
 LACKS_FORCE = "no column is named force"
-"""Why a log that its header tells is asked about: another column looks like its force."""
+"""Why a log with a complete header needs a question: another column looks like its force."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ class Source:
     motion: Motion
     kinds: frozenset[str]  # The kind of each record, stated or recognised
     uses: frozenset[str]  # What its records are good for: ``static``, ``gms``, ``plant``
-    # Mapping that tells its columns, by its name or file; empty where the header does, None for a log file of fric's
+    # Mapping of its columns, by its name or file; empty where the header does, None for a log file of fric's
     mapping: str | None = None
-    both: bool = False  # Whether every record has force and input: then it tells the force constant
+    both: bool = False  # Whether every record has force and input: then it determines the force constant
     driven: bool = False  # Whether every record has an input
     strokes: int = 0  # How many segments at constant velocity, or means of such, its records have
     wide: bool = False  # Whether its mapping has parts, of which this axis is chosen by name
@@ -93,14 +93,14 @@ def find_sources(
     assume: bool = False,
     ask: Ask | None = None,
 ) -> Sources:
-    """Look into files, and the files of folders.
+    """Inspect files, and the files of folders.
 
     given: Files and folders.
-    mapping: What the columns of foreign logs mean. Where the header does not say it, it is the only bundled one that
-        fits, or what their values tell.
-    proposals: Folder for the mapping of what values tell; without it none is made.
-    assume: Take the likeliest of what neither header nor values tell.
-    ask: Puts a question on what they do not tell; the answers become a mapping beside the logs.
+    mapping: What the columns of foreign logs mean. Where the header does not define them, the only bundled mapping that
+        fits, or a guess from their values.
+    proposals: Folder for the mapping found from values; without it none is made.
+    assume: Take the likeliest meaning where neither header nor values decide.
+    ask: Asks a question where they do not decide; the answers become a mapping beside the logs.
     Raises FricError: When a file that is named is not there.
     """
     given = list(given)
@@ -150,7 +150,7 @@ def find_sources(
 def _guessed(
     asking: dict[Path, str], places: list[Path], found: Sources, seen: list[Record], *, assume: bool, ask: Ask | None
 ) -> None:
-    """Read what the values of files tell; take those that are read off the ones that are asked about."""
+    """Read the meaning of files from their values; remove those that need no question from the open ones."""
     with ExitStack() as opened:
         guess = guessed([path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None)
         file = answered(guess, ask, *places) if ask and not assume else None
@@ -210,7 +210,7 @@ def _controllers(given: Iterable[Path]) -> Iterator[Path]:
 
 
 def _own(path: Path) -> str | None:
-    """Return what a file of fric's says that it is; None for a foreign one."""
+    """Return the stated type of a file of fric; None for a foreign file."""
     with path.open("rb") as file:
         if not file.read(8).startswith(HDF5_SIGNATURE):
             return None
@@ -234,7 +234,7 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
 
 
 def _excites(record: Record) -> bool:
-    """Say whether the motion of a record tells mass, viscous and Coulomb friction, by a force or an input."""
+    """Return whether the motion of a record determines mass, viscous and Coulomb friction, by a force or an input."""
     if not isinstance(record, Log) or (record.force is None and record.input is None) or len(record) < STUCK:
         return False
     steps = np.diff(record.time)
@@ -244,7 +244,7 @@ def _excites(record: Record) -> bool:
 def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record], *, assume: bool) -> str:
     """Read a foreign log by its header, by a mapping that was given or is bundled, or a circle test.
 
-    Return why none of them fits; nothing where one does, or what is wrong was told.
+    Return why none of them fits; None where one does, or the error was reported.
     """
     if not mapping and (known := beside(path)):
         file, axes = known
@@ -306,7 +306,7 @@ def _taken(
     path: Path, mapping: str, records: list[Record], found: Sources, seen: list[Record], *, wide: bool = False,
     assume: bool = False,
 ) -> bool:  # fmt: skip
-    """Take the records of a foreign log; say whether they are no copies of others."""
+    """Take the records of a foreign log; return whether they are no copies of others."""
     if any(_same(record, known) for record in records for known in seen):
         found.copies.append(path)
         return False
@@ -324,7 +324,7 @@ def _is_circle(path: Path, draft: Path) -> bool:
 
 
 def _same(one: Record, other: Record) -> bool:
-    """Tell whether two records hold the same samples, to the digits of a text."""
+    """Return whether two records hold the same samples, to the digits of a text."""
     if not (isinstance(one, Log) and isinstance(other, Log)) or len(one) != len(other):
         return False
     a, b = one.channels(), other.channels()

@@ -1,4 +1,4 @@
-"""The steps of `fric auto`: each one verb, run in this process, and the command that does the same by hand."""
+"""The steps of `fric auto`: each is a verb, run in this process, and the command that does the same by hand."""
 
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -46,7 +46,7 @@ PARTS = ("plant", "controller", "observer", "friction")
 
 @dataclass(frozen=True)
 class Step:
-    """A verb, what it is given, and the files that it leaves."""
+    """A verb, its arguments, and the files that it writes."""
 
     name: str  # What it gives, as in ``x: plant``
     command: str  # The command of the verb, as in ``identify plant``
@@ -64,7 +64,7 @@ class Step:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """The command, without ``fric``; what it leaves is replaced."""
+        """The command, without ``fric``; its outputs are replaced."""
         words = [*self.command.split(), *self.given]
         for name, value in self.options.items():
             flag = f"--{name.replace('_', '-')}"
@@ -73,7 +73,7 @@ class Step:
         return (*map(str, words), "--force")
 
     def make(self, advance: Advance = silent) -> Result:
-        """Call the verb, write what it leaves, and return its result.
+        """Call the verb, write its outputs, and return its result.
 
         advance: Is called with its progress, where the verb reports any.
         Raises FricError: As the verb.
@@ -193,7 +193,7 @@ class AxisOutcome:
 
 
 class Session:
-    """One run: its folder, its script, what its steps printed, and what came of each.
+    """One run: its folder, its script, and the output and outcome of each step.
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ class Session:
     run
         Makes one step; raises a `FricError` where it fails.
     say
-        Is told in a line what came of each step.
+        Receives the outcome of each step in a line.
     done
         Is called for each step that is over.
     """
@@ -223,7 +223,7 @@ class Session:
         self.failed: dict[str, Failure] = {}
 
     def take(self, step: Step) -> bool:
-        """Run a step unless it is up to date; return whether what it leaves is there."""
+        """Run a step unless it is up to date; return whether its outputs exist."""
         if not step.ready:
             return False
         self.steps += 1
@@ -329,14 +329,14 @@ def step(
     plot: Path | None = None,
     leaves: Iterable[Path] | None = None,
 ) -> Step:
-    """Return a step; it depends on what it is given, and leaves result and figure, where nothing else is said."""
+    """Return a step; by default it depends on its arguments, and writes result and figure."""
     files, asked = tuple(given), {key: one for key, one in options.items() if one is not None}
     left = tuple(path for path in (output, plot) if path is not None) if leaves is None else tuple(leaves)
     return Step(name, command, files, asked, files if reads is None else tuple(reads), left, output, plot)
 
 
 def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, Source]]:
-    """Yield a step for the foreign logs of each axis, kind and mapping, with what it leaves."""
+    """Yield a step for the foreign logs of each axis, kind and mapping, with its outputs."""
     groups: dict[tuple[str, str, str], list[Source]] = {}
     for one in logs:
         if one.mapping is not None:
@@ -402,7 +402,7 @@ def axis_steps(
     if shaken := responses or moving:
         scaled = any(one.both for one in logs if one.path in shaken)
         steady = [one.path for one in logs if one.kinds == {"constant-velocity"} and one.both and not scaled]
-        beside = steady if responses else []  # K_f, which no response tells
+        beside = steady if responses else []  # K_f, which no response determines
         identify("plant", [*shaken, *beside], plant, (), {} if responses else {"method": "motion"})
     else:
         missing.append("plant: a frequency response, or an ordinary motion with position and voltage or force")

@@ -1,4 +1,4 @@
-"""Predicted beside measured: what a machine file says of a circle, and why the circle shows something else."""
+"""Prediction and measurement of a circle by a machine file, and the causes of their difference."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ CAUSES = {
     "place": "the place: the delay is another",
     "sign": "the sign: gravity, or the direction of the axis",
 }
-"""What a disagreement says, by what differs."""
+"""The sentence of a disagreement, by what differs."""
 
 
 @dataclass(frozen=True)

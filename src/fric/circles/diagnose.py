@@ -57,7 +57,7 @@ def minimum_zone(angle: Real, deviation: Real) -> float:
     """Return the least separation [m] of two concentric circles that hold a path near a circle.
 
     Radial deviations move with the centre by ``-(a·cos θ + b·sin θ)``, so that least separation is a linear programme;
-    what this leaves out is the shift squared over twice the radius, and the shift is what is left of the centre.
+    the neglected term is the shift squared over twice the radius, and the shift is the rest of the centre.
 
     angle, deviation: The path, as angle [rad] and radial deviation [m] from any circle around it, shape (n,).
     """
@@ -189,7 +189,7 @@ def _holds_zero(estimate: Estimate) -> bool:
 
 
 ROUNDS = 4
-"""How often what a glitch covers is looked at again."""
+"""Number of iterations over the parts that glitches cover."""
 SHARE = 2e-3
 """Error of the tails of glitches over the largest glitch: a smaller periodic error is not separable from it."""
 
@@ -217,7 +217,7 @@ class Diagnosis:
 
     @property
     def test(self) -> MeasuredCircle:
-        """The circle test that was looked at first."""
+        """The first circle test."""
         return self.tests[0].test
 
     @property
@@ -308,7 +308,7 @@ def _is_seen(amplitude: Estimate, least: float) -> bool:
 
 
 def both_directions(tests: Sequence[MeasuredCircle], feed: float | None = None) -> list[MeasuredCircle]:
-    """Return the one circle of some tests that is diagnosed, in both directions where both are there.
+    """Return the circle of some tests that is diagnosed, in both directions where both exist.
 
     tests: Circle tests.
     feed: The feed that is asked for [m/s]; where it is not given, the tests must be of one circle.
@@ -366,7 +366,7 @@ def _covers(pulse: Pulse) -> float:
 def _outside(
     tests: Sequence[Revolutions], fit: Geometry, behind: Sequence[Mapping[str, float]]
 ) -> tuple[Real, Real, Real]:
-    """Return angle, what is left of the deviation, and the columns of the fit: means over parts where no glitch is."""
+    """Return angle, residual deviation, and the columns of the fit: means over parts where no glitch is."""
     angles, rests, columns = [], [], []
     for n, one in enumerate(tests):
         rest = Revolutions(one.test, one.angle, one.deviation - fit.model(one, n), one.revolution, {})

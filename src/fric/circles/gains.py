@@ -43,7 +43,7 @@ class StatedController:
     # taken out
     recorded: Real
     given: Real
-    added: Real | None  # What was added to the controller's output [V], shape (n,); None where nothing is seen
+    added: Real | None  # What was added to the controller's output [V], shape (n,); None where none is seen
     # What is left between them, without what was added, over the recorded voltage less what is fed forward [1]
     apart: float
     # K_p, K_i: gains that the recorded voltage shows, over the stated gains [1]; None for a gain that is stated as 0

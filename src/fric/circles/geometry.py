@@ -17,7 +17,7 @@ from fric.identify.replay.replay_intervals import covariance_of
 PERIODS = (2.5, 120.0)
 """Least and most periods on the diameter that are looked for."""
 TOGETHER = 200_000
-"""Samples times frequencies that are looked at together: what fits the cache."""
+"""Samples times frequencies that are computed together, to fit the cache."""
 STANDS_OUT = 20.0
 """Least power of a significant line over the median power."""
 

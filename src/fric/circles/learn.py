@@ -182,7 +182,7 @@ def learn(
     observer: bool = True,
     done: Callable[[], object] = lambda: None,
 ) -> Learned:
-    """Learn a circle in simulation, from the friction that the controllers believe, or from nothing where it is none.
+    """Learn a circle in simulation, from the friction that the controllers believe, or from none.
 
     machine: The machine; its nominal plants are what is learned with.
     test: The circle.

@@ -209,7 +209,7 @@ class MeasuredCircle:
         return self.axes[name]
 
     def require(self, name: str, what: str) -> tuple[Real, Real, Real, Real]:
-        """Return time, reference, position and voltage of an axis; a `FricError` says what lacks, and for what."""
+        """Return time, reference, position and voltage of an axis; a `FricError` names what is missing, and its use."""
         trace = self.axis(name)
         if trace.reference is None or trace.input is None:
             both = {"reference": trace.reference, "voltage": trace.input}

@@ -55,7 +55,7 @@ class LeftOver:
 
     records: Mapping[str, tuple[VoltageRecord, ...]]  # By axis, the circles as balances of voltages
     tests: tuple[MeasuredCircle, ...]  # The circle tests
-    seed: int = 0  # Of by how much another motion meets more or less of what is left over
+    seed: int = 0  # Of the change of the residual force along another motion
 
     @classmethod
     def of(cls, tests: Sequence[MeasuredCircle], machine: Machine, axes: Sequence[str], seed: int = 0) -> LeftOver:
@@ -392,7 +392,7 @@ def measured_glitch(test: MeasuredCircle) -> float:
 
 
 APART, SHARE_APART = 5e-7, 0.03
-"""By how much a completed machine may miss a glitch that was measured [m], and as a share of it."""
+"""Largest error of a completed machine in a measured glitch [m], and as a share of it."""
 FARTHEST, TELLING, LATER = 4e-4, 2.0, 0.1
 """How far from the plant's another delay is looked for [s], how much better it must explain a circle's voltages, and by
 what share of the delay it must differ."""
@@ -409,7 +409,7 @@ def distrusts(
     records: Sequence[VoltageRecord],
     circle: Circle,
 ) -> tuple[Notice, ...]:
-    """Return why no interval of a prediction must be trusted; nothing where all may be.
+    """Return why no interval of a prediction is valid; empty where all are.
 
     machine: The machine at the estimates, completed by the tests where there are any.
     notices: What its files warn of.
@@ -524,7 +524,7 @@ def observers_distrust(schemes: Sequence[Scheme], notices: Iterable[Notice]) -> 
 LEARNED = "learned"
 """What a scheme feeds forward that feeds forward what was learned."""
 CLEARLY = 0.6
-"""Share of the glitch under the best model that learning leaves at most, where that says something of the model."""
+"""Largest share of the glitch under the best model that remains after learning, for learning to judge the model."""
 
 
 def wrong_shape(circles: Iterable[tuple[Scheme, float]]) -> list[Notice]:
@@ -547,7 +547,7 @@ def wrong_shape(circles: Iterable[tuple[Scheme, float]]) -> list[Notice]:
 
 
 def wrong_shape_measured(tests: Iterable[MeasuredCircle]) -> list[Notice]:
-    """Return the same of measured circles, those of one radius and feed together; what was on is what they say."""
+    """Return the same of measured circles, those of equal radius and feed together; they state the active scheme."""
     known = {**PAPER_SCHEMES, LEARNED: Scheme(LEARNED, LEARNED, friction=LEARNED)}
     alike = defaultdict(list)
     for test in tests:

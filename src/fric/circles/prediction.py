@@ -74,7 +74,7 @@ class Prediction:
     distrust: tuple[Notice, ...] = ()
 
     def why_not(self, scheme: str) -> tuple[Notice, ...]:
-        """Return why the interval of a scheme must not be trusted; nothing where it may be."""
+        """Return why the interval of a scheme is not valid; empty where it is."""
         return self.schemes[scheme].why if scheme in self.schemes else self.distrust
 
     def trusted(self, scheme: str) -> bool:

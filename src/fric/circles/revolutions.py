@@ -64,7 +64,7 @@ def find_circles(time: Real, x: Real, y: Real, least: float = 1.0) -> list[Found
 def _moving(time: Real, x: Real, y: Real) -> list[tuple[int, int]]:
     """Return first and last sample (exclusive) of each segment that moves, cut at rests, gaps and full turns back.
 
-    The motion is looked at over spans of a 400th of it at least, which noise and quantisation do not move.
+    The motion is evaluated over spans of at least a 400th of it, to which noise and quantisation matter little.
     """
     n = len(time)
     size = 0.5 * max(float(np.ptp(x)), float(np.ptp(y)))

@@ -100,7 +100,7 @@ GAIN = 0.97
 """Share of what four parameters leave that the full shape must leave at most, to be taken."""
 
 DISPLACED = 0.5e-6
-"""By how much a clock that jitters may move the position [m]: more is more than what is to be compensated."""
+"""Largest error of the position by a clock that jitters [m]: more exceeds what is to be compensated."""
 AGAIN, RESTS = 3, 0.01
 """How often the motion is refined and the fit repeated at most, and the move in the logarithm below which it rests."""
 
@@ -224,7 +224,7 @@ def _again(found: Fitted) -> Fitted:
 
 @dataclass(frozen=True)
 class Tuned:
-    """What circles say of a machine."""
+    """Result of circles for a machine."""
 
     machine: Machine  # The machine with its new nominal parameters
     axes: Mapping[str, TunedAxis]  # What was found, by axis
@@ -248,7 +248,7 @@ def tune(
 
     machine: The machine.
     tests: Circle tests with reference, position and voltage of both axes; a fast and a slow circle are needed.
-    done: Called as often as `steps_of_tuning` says.
+    done: Called `steps_of_tuning` times.
     loop: Whether loops that do not hold their falling friction are designed anew (`fric.design.falling`).
     Raises FricError: When a test lacks a channel, or an axis that the machine has, or there is no nominal GMS model.
     """

@@ -497,7 +497,7 @@ class TunedEstimates:
 
 @dataclass(frozen=True)
 class TunedAxis:
-    """What circles say of one axis."""
+    """Result of circles for one axis."""
 
     axis: Axis  # The axis with its new nominal parameters; as it was, where these are refused
     # friction, nominal: the friction and the plant that were found
@@ -514,6 +514,6 @@ class TunedAxis:
 
     @property
     def parameters(self) -> dict[str, Estimate]:
-        """Friction and plant by name, with their intervals; nothing where the result is no machine."""
+        """Friction and plant by name, with their intervals; empty where the result is no machine."""
         found = self.estimates
         return {} if found is None else {**found.static, **found.gms, **found.plant}

@@ -78,7 +78,7 @@ def identifiability_warnings(
 
 
 def timing_warnings(axis: Axis, found: Fitted, T_d: Estimate) -> Iterator[Notice]:
-    """Yield that position and voltage are shifted against each other, where the interval of the delay says so too."""
+    """Yield that position and voltage are shifted against each other, where the interval of the delay shows it, too."""
     nominal = found.balance.coordinates.T_d
     low, high = (float(limit) for limit in np.ravel(T_d.ci95 or (T_d.value, T_d.value)))
     if abs(float(T_d) - nominal) > LATE * nominal and not low <= nominal <= high:
@@ -168,7 +168,7 @@ UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "
 
 
 def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
-    """Return what was found with intervals: of the noise, however it hangs together, and of what the encoder shows.
+    """Return the result with intervals: of the noise, correlated in any way, and of the encoder.
 
     found: The fit. Of what it kept of the shape only the covariance of its coordinates depends.
     plant: The plant that it found.

@@ -2,7 +2,7 @@
 
 ::
 
-    closed    recorded reference ──> the drive's own controller ──(+ added)──> plant and friction ──> motion, force
+    closed    recorded reference ──> the drive's controller ──(+ added)──> plant and friction ──> motion, force
     open      recorded input ────────────────────────────────────────────────> plant and friction ──> motion
     inverse   recorded motion ──> M·z̈ + M·A·ż + friction + load ──> force
 """

@@ -118,7 +118,7 @@ class Adaptive(ControlBlock):
         level, shift = (max(float(np.mean(part**2)), 1e-12) for part in (mean, apart))
         pole = exp(-2 * pi * self.cutoff * setting.T_s)
         step = self.rate * setting.T_s
-        middle = 0.5 * (SOFT + STIFF)  # the stiffness where nothing is shifted: half a level shifts to either model
+        middle = 0.5 * (SOFT + STIFF)  # the stiffness without a shift: half a level shifts to either model
         limits = [(limit - middle) / (STIFF - SOFT) for limit in (self.softest, self.stiffest)]
         head = [step / level, step / shift, self.lowest, self.highest, pole, *limits]
         return np.concatenate([head, *rows])

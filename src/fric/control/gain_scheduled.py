@@ -39,7 +39,7 @@ from fric.kernels.block import Sample, compiled_block
 SEEN, FILTERED, INTEGRAL, PENDING, TURNED, HEADING, LEVEL, BEFORE, ALONG, HANDED, DONE = range(11)
 HEAD = 8
 SOFTER = 4.0
-"""By how much softer the friction may be than is believed: the gains stay for a travel that is as much longer."""
+"""Factor by which the friction may be softer than nominal: the gains act over a travel longer by that factor."""
 
 
 @compiled_block

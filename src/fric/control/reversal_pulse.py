@@ -73,7 +73,7 @@ class ReversalPulse(ControlBlock):
     ----------
     slow, middle, fast
         Amplitude of the pulse at each of `ACCELERATIONS` [V], straight lines over the logarithm between; negative where
-        friction builds up more slowly than the table says.
+        friction builds up more slowly than in the table.
     decay
         Time in which the pulse falls to 1/e [s].
     slow_at, middle_at, fast_at

@@ -135,7 +135,7 @@ HEAD, FOOT = ("fric", "axis", "motion"), ("warnings", "warnings_coded", "provena
 
 
 class Document(Part):
-    """A document: its first key ``fric`` says type and version."""
+    """A document: its first key ``fric`` gives type and version."""
 
     type: ClassVar[str]
     version: ClassVar[int] = 1

@@ -123,7 +123,7 @@ class DriftPart(Part):
 
 
 class ReportDocument(Document):
-    """What a report says in a few words."""
+    """The content of a report in a few words."""
 
     type: ClassVar[str] = "report"
 

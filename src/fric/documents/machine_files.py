@@ -409,7 +409,7 @@ def read_machine_document(path: Path | str, nominal_files: Iterable[str] = ()) -
 
 
 def axis_notices(document: MachineDocument, name: str) -> tuple[Notice, ...]:
-    """Return what the files that an axis of a machine is made of say of themselves, each notice once."""
+    """Return the notices of the files of an axis of a machine, each once."""
     parts = document.axes[name].parts().values() if name in document.axes else ()
     text = [notice for part in parts if isinstance(part, Document) for notice in part.notices()]
     return tuple(dict.fromkeys([*document.notices(), *text]))

@@ -154,7 +154,7 @@ class FileMapping(Part):
     def fields(self, own: Mapping[str, str], where: str) -> dict[str, str]:
         """Return the fields of one file: those stated, and those that ``file`` reads from its stem.
 
-        Raises FricError: When the stem is not made as ``file`` says.
+        Raises FricError: When the stem does not fit ``file``.
         """
         if self.file is None:
             return dict(own)

@@ -74,7 +74,7 @@ def read_off(kind: type[BaseModel], holder: Any, but: Container[str] = ()) -> di
 
 
 class Written(Part):
-    """A part that fric writes and does not read: made of an object, as `read_off` says."""
+    """A part that fric writes and does not read: made of an object, by `read_off`."""
 
     @model_validator(mode="before")
     @classmethod

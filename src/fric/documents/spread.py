@@ -14,7 +14,7 @@ from fric.verb import verb
 
 
 class SpreadPart(Part):
-    """The factor by which a parameter of a drawn machine differs from that of the nominal one."""
+    """The factor by which a parameter of a drawn machine differs from that of the nominal machine."""
 
     distribution: Distribution = Field("uniform", description="of the factor, or of its logarithm")
     factor: Quantity = Field(

@@ -75,7 +75,7 @@ def read_tree(path: Path) -> Any:
 
 @lru_cache(maxsize=64)
 def _tree(text: str) -> Any:
-    """Return what a YAML text says; a machine with its parts is read many times, and the parser is slow."""
+    """Return the content of a YAML text; a machine with its parts is read many times, and the parser is slow."""
     with warnings.catch_warnings():
         warnings.simplefilter("error", ReusedAnchorWarning)  # which of two values an alias then means is a guess
         return _yaml().load(text)

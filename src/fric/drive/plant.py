@@ -110,7 +110,7 @@ class Plant(LinearPlant):
     K_f
         Force constant [N/V].
     force_lag
-        By how much a force is logged later than the voltage that makes it [s].
+        Lag of the logged force behind the voltage that makes it [s].
     """
 
     K_f: float
@@ -123,5 +123,5 @@ class Plant(LinearPlant):
 
     @property
     def damping(self) -> float:
-        """Linear damping ``M·A`` [N·s/m]: what a force logged at constant velocity holds besides friction."""
+        """Linear damping ``M·A`` [N·s/m]: part of a force logged at constant velocity besides friction."""
         return self.M * self.A

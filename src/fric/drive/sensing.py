@@ -36,7 +36,7 @@ class Encoder:
 
     @property
     def shift(self) -> float:
-        """By how much its counts lie below whole steps [m or rad]."""
+        """Distance of its counts below whole steps [m or rad]."""
         return self.place * self.resolution
 
     def read(self, position: Real) -> Real:

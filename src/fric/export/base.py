@@ -55,7 +55,7 @@ class Part:
     gain
         Share of the friction that is fed forward.
     lead
-        By how much the feedforward is ahead [s].
+        Lead of the feedforward [s].
     delay
         Transport delay of the axis [s].
     load

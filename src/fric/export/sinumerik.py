@@ -149,7 +149,7 @@ def as_block(part: Part, pulse: Pulse) -> dict[str, float]:
 
 
 def chance_of(axis: Axis, part: Part, pulse: Pulse | None, feed: float) -> Chance:
-    """Return what `left_over` does, at several places between two counts where that hangs on them."""
+    """Return the result of `left_over`, at several places between two counts where it depends on them."""
     places = [n / PLACES for n in range(PLACES)] if feed < SLOW else [0.0]
     return Chance(tuple(left_over(axis.placed(place), part, pulse, feed) for place in places), 0.0)
 

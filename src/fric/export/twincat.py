@@ -65,7 +65,7 @@ def _error(v: Real, force: Real, first: int, last: int) -> float:
 
 
 def twincat_files(part: Part) -> Files:
-    """Return the list as text, and a page that says what it leaves."""
+    """Return the list as text, and a page with its remaining error."""
     velocity, volts, error = list_of(part)
     unit, force = ("rad" if rotates(part.motion) else "mm"), si_unit("force", part.motion)
     per = 1.0 if rotates(part.motion) else 1e3

@@ -51,7 +51,7 @@ def embedded(figure: Figure, key: str, alt: str) -> str:
     def tag(found: re.Match[str]) -> str:
         one = _LINES.sub(lambda line: f"{line[1]}: {_wider(line[2])}", found[0])
         one = re.sub(r"-?\d+\.\d{3,}(?!\d*e)", lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), one)
-        one = re.sub(r"font-family: 'DejaVu Sans', [^;\"]+;? ?", "", one)  # the page says it once
+        one = re.sub(r"font-family: 'DejaVu Sans', [^;\"]+;? ?", "", one)  # the page shows it once
         one = re.sub(r'\sid="([^"]*)"', lambda name: _named(name[1], key, used), one)
         one = one.replace("url(#", f"url(#{key}-").replace("xlink:href=", "href=").replace('href="#', f'href="#{key}-')
         return re.sub(r"\s+", " ", one)

@@ -87,7 +87,7 @@ def new_figure(width: float = 6.3, height: float = 4.0) -> Iterator[Figure]:
 
 
 def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
-    """Write a figure whole or not at all; the name's ending says the format.
+    """Write a figure whole or not at all; the name's ending determines the format.
 
     Raises FricError: When the ending is none that Matplotlib writes.
     """
@@ -105,7 +105,7 @@ def rendered(figure: Figure, ending: str = "svg") -> bytes:
     """Return a figure as the content of a file, the same bytes each time."""
     import matplotlib as mpl
 
-    out = io.BytesIO()  # on a full disk the PDF backend raises what says nothing of the disk
+    out = io.BytesIO()  # on a full disk the PDF backend raises an unrelated exception
     with mpl.rc_context(STYLE):
         metadata = {"Date": None} if ending == "svg" else {"CreationDate": None} if ending == "pdf" else None
         layout, dpi = figure.get_layout_engine(), figure.dpi

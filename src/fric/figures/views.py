@@ -65,7 +65,7 @@ def views(of: str | None = None) -> tuple[View, ...]:
 
 
 def views_of(parts: Sequence[Any], *, usual: bool = False) -> dict[str, Callable[[], Figure]]:
-    """Return the figures of what a result holds by name, each ready to be drawn: all, or the usual ones."""
+    """Return the figures of what a result holds by name, each ready to be drawn: all, or those drawn by default."""
     found: dict[str, Callable[[], Figure]] = {}
     for part in parts:
         many = isinstance(part, Sequence) and not isinstance(part, str)

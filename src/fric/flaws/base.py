@@ -55,11 +55,11 @@ class Flaw:
     circle_settles: bool = False
     """Whether a measured circle settles it: each machine that is drawn has the level of friction of that circle."""
     no_response: bool = False
-    """Whether it says that the response was not measured, without which an observer is a guess."""
+    """Whether it means that the response was not measured, without which an observer is a guess."""
     disagrees: bool = False
-    """Whether it says that a measured circle is not as predicted."""
+    """Whether it means that a measured circle is not as predicted."""
     word: tuple[str, str] = ("", "")
-    """Of what every session shows: the row of a table, and the words there that say it in place of a warning."""
+    """For a flaw of every session: the row of a table, and the words there in place of a warning."""
     source: str = ""
     """Where its threshold is from."""
 

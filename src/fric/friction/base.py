@@ -59,7 +59,7 @@ class FrictionModel(ABC):
     """A friction model. Each is a frozen dataclass whose fields are its parameters, in one file.
 
     A subclass states its `name` (also its key in friction files), its `parameters`, the `properties` it claims and
-    its compiled `step` (see `fric.kernels.signatures`), and says how its parameters are packed for the step.
+    its compiled `step` (see `fric.kernels.signatures`), and defines how its parameters are packed for the step.
     """
 
     name: ClassVar[str]

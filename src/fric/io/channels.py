@@ -164,7 +164,7 @@ def plan(
             raise FricError(f"no column is {name}", where=where, hint=_hint(table, name, origins))
     if form == "time" and not ({"position", "velocity"} & origins.keys() or (part and len(origins) > 1)):
         raise FricError("no column is position or velocity", where=where, hint=_hint(table, "position"))
-    known = ORDER[form]  # the position goes before what is put on its clock
+    known = ORDER[form]  # the position precedes what is resampled to its clock
     ranked = (origins[name].column for name in sorted(origins, key=known.index))
     wanted = tuple(dict.fromkeys(column for column in ranked if column is not None))
     if not wanted:

@@ -224,7 +224,7 @@ class Signs:
             self.work += _weighed(_summed((force[1:] + force[:-1]) * moved))
 
     def against(self) -> str:
-        """Return what runs against its meaning: ``force``, ``velocity``, or nothing."""
+        """Return the channel with the wrong sign: ``force``, ``velocity``, or none."""
         for name, (total, size) in (("velocity", self.agreement), ("force", self.work)):
             if size > 0 and total < -0.5 * size:
                 return name
@@ -342,7 +342,7 @@ class StatedLog:
 
     # What the columns mean. Without it the header must name channels and units, as in ``time [s], position [um]``.
     mapping: MappingDocument | None = None
-    # kind, axis, motion: kind of the experiment, name and motion of the axis; they go before what mapping and files say
+    # kind, axis, motion: kind of the experiment, name and motion of the axis; they have priority over mapping and files
     kind: Kind | None = None
     axis: str | None = None
     motion: Motion | None = None
@@ -357,7 +357,7 @@ class StatedLog:
 
 
 class Session:
-    """One call of `ingest`: what was said, and what has been done so far."""
+    """One call of `ingest`: its arguments, and its progress."""
 
     def __init__(self, stated: StatedLog, progress: Progress, beside: ThreadPoolExecutor) -> None:
         self._mapping, self._about, self._progress = stated.mapping, stated, progress

@@ -39,7 +39,7 @@ def circle_plan(
     """Return where each channel of a circle test comes from, and what had to be assumed for it.
 
     table: The table.
-    mapping: What its columns mean; None where the header says so itself, or there is none.
+    mapping: The meaning of its columns; None where the header defines it, or there is none.
     sampling: Samples a second of a trace without time [Hz].
     fields: The ``{fields}`` of the file.
     Raises FricError: When there are no two axes and no ball bar, or there is no time.
@@ -177,7 +177,7 @@ def _is_circle(x: Real, y: Real) -> float:
 
 @dataclass(frozen=True)
 class StatedCircle:
-    """What the user says of a circle; None is found from the trace."""
+    """What the user states about a circle; None is found from the trace."""
 
     # radius, feed: nominal radius [m], and speed along the circle [m/s]
     radius: float | None = None

@@ -96,10 +96,10 @@ def wanted_roles(axis: Axis) -> dict[str, Role]:
 
 
 def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> list[Guess]:
-    """Return what is guessed of files, those of the same columns together, each of their axes apart.
+    """Return the guesses for files, those of the same columns together, each of their axes apart.
 
     paths: The files.
-    files: Keeps them open as long as their tables are asked.
+    files: Keeps them open as long as their tables are needed.
     join: The files hold the channels of one record: each names those that it has.
     Raises FricError: When a file does not read.
     """
@@ -267,7 +267,7 @@ def propose(paths: Sequence[Path], output: Path, *, force: bool = False, join: b
 
 
 def is_sure(guess: Guess) -> bool:
-    """Say whether nothing in a guess is open, and no force is left out of it."""
+    """Return whether nothing in a guess is open, and no force is left out of it."""
     return not (guess.questions or guess.kind or "time" not in guess.axis.roles or _unread_force(guess))
 
 
@@ -400,7 +400,7 @@ def _line(table: Table, role: Role, motion: Motion, file: str, *, assume: bool) 
 
 @dataclass(frozen=True)
 class Guessed:
-    """What is guessed of files whose headers do not say what their columns are."""
+    """The guesses for files whose headers do not define their columns."""
 
     found: tuple[Guess, ...]
 
@@ -492,7 +492,7 @@ def says_all(path: Path, kind: Kind | None = None, motion: Motion | None = None)
 
 
 def axes_said(path: Path) -> list[str | None]:
-    """Return the axes that a foreign file says it has tables of; None alone where it has one, or says none."""
+    """Return the axes that a foreign file names for its tables; None alone where it has one table, or names none."""
     try:
         with closing(tables(path, None)) as opened:
             for table in opened:

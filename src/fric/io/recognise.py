@@ -48,7 +48,7 @@ def is_hdf5(path: Path) -> bool:
 
 
 def recognise(path: Path) -> str:
-    """Return what the file says of itself: ``run/1``, ``log/1``, ``report/1``, ``friction/1``, ….
+    """Return the stated type of a file: ``run/1``, ``log/1``, ``report/1``, ``friction/1``, ….
 
     Raises FricError: When it cannot be read, or is none of fric's.
     """

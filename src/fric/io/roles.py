@@ -1,8 +1,8 @@
 """Which column of a foreign log is which channel, and in which unit: by physics first, by names second.
 
-A velocity is the derivative of a position at a factor that only certain units give; a force goes with the sign of the
+A velocity is the derivative of a position at a factor that only certain units give; a force follows the sign of the
 velocity and with the acceleration; what is exact is a command. Each choice has a likelihood: what is under `SURE` is
-for the user to say.
+for the user to state.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ ROWS = 12_000
 WINDOWS = (2, 8, 32, 128, 512)
 """Rows over which increments are taken: short ones show lags, long ones are robust to quantisation and noise."""
 PAIR, NAMED_PAIR = 0.985, 0.8
-"""Share of the variance that makes a column the derivative of another; where names or units say so, too."""
+"""Share of the variance that makes a column the derivative of another; where names or units show it, too."""
 SAME = 0.97
 """Correlation of increments above which two positions are of one axis."""
 EXACT = 0.99999
@@ -120,7 +120,7 @@ class Samples:
 
 
 def _turn(x: Real) -> float:
-    """Return what an angle begins again after: it jumps from end to end, and goes on as before; 0 where it is none."""
+    """Return the range after which an angle repeats: it jumps from end to end; 0 where it is no angle."""
     steps, span = np.diff(x), float(np.ptp(x))
     jumps = np.flatnonzero(np.abs(steps) > 0.7 * span)
     jumps = jumps[(jumps > 3) & (jumps < len(steps) - 4)]
@@ -234,7 +234,7 @@ _PERIOD = re.compile(r"(?i)\b(ts|t_s|dt|period|interval|sampling time|sample tim
 
 
 def _said_clock(constants: Mapping[str, str]) -> Role | None:
-    """Return the sampling period that a file says in its preamble or as a scalar, in s or Hz where it gives no unit."""
+    """Return the sampling period in the preamble of a file or as a scalar, in s or Hz where it gives no unit."""
     for name, text in constants.items():
         plain = re.sub(r"[._]", " ", name) + " "
         found = re.match(r"\s*([-+.\deE]+)\s*([a-zA-Zµ]*)", text)
@@ -489,7 +489,7 @@ def _velocity(data: Samples, pairs: Pairs, speeds: list[int], position: int, ref
 def _drives(
     data: Samples, t: Real, pairs: Pairs, movements: Sequence[_Movement], used: set[int | None]
 ) -> list[dict[int, tuple[float, int]]]:
-    """Return how much each column goes with sign(v) and acceleration of each axis, and the sign by which it brakes."""
+    """Return how much each column follows sign(v) and acceleration of each axis, and the sign by which it brakes."""
     motions = [_Motion(data, t, one.position, one.velocity) for one in movements]
     scores: list[dict[int, tuple[float, int]]] = [{} for _ in movements]
     for n in np.flatnonzero(data.moving):
@@ -569,7 +569,7 @@ class _Motion:
             self.bases.append((rows[fast], 4 * h, basis[fast]))
 
     def score(self, values: Real) -> tuple[float, float, int]:
-        """Return how much of a column goes with sign(v) and a, with sign(v) alone, and the sign by which it brakes."""
+        """Return how much of a column follows sign(v) and a, sign(v) alone, and the sign by which it brakes."""
         best, braking, sign = 0.0, 0.0, 1
         sums = np.concatenate([[0.0], np.cumsum(values)])
         for rows, width, basis in self.bases:

@@ -54,7 +54,7 @@ def write_runs(
     most_samples: Largest number of samples of a trace that are kept: of a longer trace every n-th sample. Radial errors
         and metrics are those of all samples. All where it is not given.
     many: What the schemes made of it on many machines.
-    prediction: What these say of the machine that was identified.
+    prediction: What these show of the identified machine.
     force: Replace a file that exists.
     """
     with staged_hdf5(path, force=force) as (file, check):
@@ -134,7 +134,7 @@ def read_runs(path: Path, *, traces: bool = True) -> list[CircleRun | PathRun]:
 
 
 def read_run_provenance(path: Path) -> dict[str, Any]:
-    """Return what made a run file: ``fric``, ``created``, ``command``, ``machine``; empty where it does not say."""
+    """Return what made a run file: ``fric``, ``created``, ``command``, ``machine``; empty where it is not stated."""
     with open_file(path, hint=AGAIN) as file:
         words = json.loads(text(file.attrs, "provenance") or "{}")
     return words if isinstance(words, dict) else {}

@@ -185,7 +185,7 @@ def open_file(
 
 
 def _check_heaps(path: Path, hint: str) -> None:
-    """Refuse a heap of texts whose objects do not lead on to its end: HDF5 goes round in it for ever."""
+    """Refuse a heap of texts whose objects do not lead on to its end: HDF5 would loop in it for ever."""
     if not path.stat().st_size or not os.access(path, os.R_OK):
         return
     with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
@@ -280,7 +280,7 @@ def column(group: h5py.Group, name: str, *, ndim: int = 1) -> Real:
 
 
 def check_type(file: h5py.File, path: Path, wanted: str, hint: str) -> None:
-    """Raise when an open file does not say that it is of the type that is wanted, as ``log/1``."""
+    """Raise when an open file does not state the required type, as ``log/1``."""
     found = text(file.attrs, "fric", "nothing of fric's")
     if found != wanted:
         if found.partition("/")[0] in TAKEN:

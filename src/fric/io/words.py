@@ -153,7 +153,7 @@ def refuse_left_out(table: Table, origins: Collection[str], taken: Collection[in
     table: The table, read by its header alone.
     origins: Channels that were found.
     taken: Columns that they were found in.
-    Raises FricError: With the columns in question, and how to say what they are.
+    Raises FricError: With the columns in question, and how to define them.
     """
     for channel in LEFT_OUT:
         if channel in origins or (channel == "velocity" and "position" in origins):
@@ -198,7 +198,7 @@ SUFFIX = {"rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "deg_s": "deg/s",
 
 
 class Spoken(NamedTuple):
-    """What a name and a unit say of a column."""
+    """What a name and a unit show of a column."""
 
     quantity: str | None
     unit: str | None = None
@@ -209,7 +209,7 @@ class Spoken(NamedTuple):
 
 
 def spoken(column: Column) -> Spoken:
-    """Return what the name and the unit of a column say."""
+    """Return what the name and the unit of a column show."""
     name = _words(bare(column))
     unit = _unit_of(column)
     by_unit = _quantity_of(unit) if unit else None
@@ -330,7 +330,7 @@ def time_units(step: float, rows: int) -> dict[str, float]:
 
 @cache
 def _candidates(unit: str | None, quantity: str) -> tuple[tuple[Motion, str, float, float], ...]:
-    """Return motion, unit, its factor to SI and how usual it is: of what the header says that alone."""
+    """Return motion, unit, its factor to SI and how usual it is: from the header, motion and unit alone."""
     found = []
     for motion, (positions, velocities, *_) in USUAL.items():
         usual = positions if quantity == "position" else velocities

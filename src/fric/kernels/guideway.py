@@ -1,4 +1,4 @@
-"""Friction on a real guideway: a step around another model's, whose level goes with place, direction, rest and time."""
+"""Friction on a real guideway: a step around another model's, with a level by place, direction, rest and time."""
 
 from typing import NamedTuple
 
@@ -26,7 +26,7 @@ class Guideway(NamedTuple):
     growth: float  # of F_s for each factor e of the age
     ageing: float  # s, age from which it counts
     distance: float  # m, sliding that renews the contact
-    drift: float  # where the level goes, less 1
+    drift: float  # final level, less 1
     warming: float  # s, time constant of that
     coggings: float  # waves of force
     waves: float  # waves of the level

@@ -1,4 +1,4 @@
-"""The closed loop of one axis: controller at its own rate, and between its samples the plant with its true friction.
+"""The closed loop of one axis: controller at its rate, and between its samples the plant with its true friction.
 
 ::
 

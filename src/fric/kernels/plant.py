@@ -50,7 +50,7 @@ class PlantConstants(NamedTuple):
     ahead: float = 0.0  # m, where the axis begins, from where the reference does
     v_0: float = 0.0  # m/s, velocity that it begins with
     tolerance: float = TOLERANCE  # m/s, by how much the velocity may change with the number of parts
-    drift: float = 0.0  # where the acceleration per volt goes, over what it was, less 1
+    drift: float = 0.0  # final acceleration per volt over the initial, less 1
     warming: float = 1.0  # s, time constant of that
     began: float = 0.0  # s, since it began to
 
@@ -141,7 +141,7 @@ def _step(
 
 @compiled(types.float64(TABLE, types.int64, types.int64), makes_arrays=False)
 def _extrapolated(results: Real, k: int, i: int) -> float:
-    """Return where column i of the results in 1, 2 … k+1 parts goes as the parts get small."""
+    """Return the limit of column i of the results in 1, 2 … k+1 parts as the parts get small."""
     last: float = results[k, i]
     change = 0.0
     for j in range(k):

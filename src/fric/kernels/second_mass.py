@@ -1,4 +1,4 @@
-"""A table on a spring behind the motor, as the friction of the motor's mass: a step around the table's own friction.
+"""A table on a spring behind the motor, as the friction of the motor's mass: a step around the table's friction.
 
 ::
 
@@ -6,7 +6,7 @@
       z ───────── elongation ───────── z - elongation
 
 The integration of the plant sees the force of the spring as friction of one mass, and holds its error as that of any
-friction; the table goes along in the state.
+friction; the table is part of the state.
 """
 
 from typing import NamedTuple

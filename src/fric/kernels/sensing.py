@@ -12,7 +12,7 @@ from fric.kernels.signatures import compiled
 
 
 class Sensing(NamedTuple):
-    """What is amiss with the encoder of an axis; nothing by default."""
+    """Errors of the encoder of an axis; none by default."""
 
     error: float = 0.0  # m, amplitude of the sub-divisional error
     wave: float = 0.0  # rad/m, 2π over the pitch of the scale

@@ -117,7 +117,7 @@ def _elements(section: Mapping[str, Estimate]) -> Iterator[tuple[str, float, tup
 def typical(halves: Sequence[float]) -> float:
     """Return the geometric mean of half-widths, their median where one is open.
 
-    An interval may be of one of two sizes, by whether a test within the identification says so: a median of some runs
+    An interval may be of one of two sizes, depending on a test within the identification: a median of some runs
     is that of one of them, by chance.
     """
     closed = bool(np.all(np.isfinite(halves))) and min(halves) > 0

@@ -101,7 +101,7 @@ def _fine(values: Real) -> bool:
 
 
 def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[Notice]]:
-    """Return the records whose force is not cut off, and what there is to say of the others.
+    """Return the records whose force is not cut off, and the warnings about the others.
 
     logs: The records.
     most: Share of a record's samples that may be clipped: none where the force at reversals is what others start from.

@@ -175,7 +175,7 @@ def _coarse_force(logs: Sequence[Log]) -> list[Notice]:
 
 
 def coarse_force(step: float, log: Log) -> list[Notice]:
-    """Return what to say where the force of a record comes in such steps [N]."""
+    """Return the warning where the force of a record is in such steps [N]."""
     return [FORCE_COARSE.found(step=Estimate(step, log.unit("force")))]
 
 
@@ -208,7 +208,7 @@ def stroke_flaws(
     strokes: Constant-velocity segments, each with its record.
     place: What `over_place` gives of them.
     force, half_width: Friction that was identified from them, and half of the tighter of the intervals of Coulomb
-        friction and offset [N]; these say how much is too much.
+        friction and offset [N]; these set how much is too much.
     taken_off: Whether what comes again at the same places was taken off the map.
     """
     if not strokes:

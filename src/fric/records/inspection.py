@@ -77,7 +77,7 @@ class InspectedRecord:
     """What every record shows.
 
     kind: the experiment that it is
-    stated: whether the record says so, else it is recognised
+    stated: whether the record states it, else it is recognised
     uses: its possible uses, and others with the reason why not
     warnings: what is amiss with its clock, its encoder, its strokes
     """

@@ -75,7 +75,7 @@ class Item:
 
     @property
     def created(self) -> str:
-        """When it was made, in ISO 8601; empty where it does not say."""
+        """When it was made, in ISO 8601; empty where not stated."""
         return str(self.provenance.get("created", ""))
 
     @property
@@ -132,18 +132,18 @@ class ContourTest:
     direction: int  # 1 counter-clockwise, -1 clockwise
     labels: tuple[str, ...]  # The place of each glitch: the quadrants of a circle, the reversals of a path
     contours: tuple[Contour, ...]  # One per scheme
-    prediction: Prediction | None = None  # What the machines drawn from what was identified say; None where none were
+    prediction: Prediction | None = None  # Results on the machines drawn from what was identified; None where none were
     # The runs themselves, without traces; none of an earlier report
     runs: Sequence[ContourRun[Any, Any]] = field(default=(), compare=False)
 
     @property
     def created(self) -> str:
-        """When it was made, in ISO 8601; empty where the file does not say."""
+        """When it was made, in ISO 8601; empty where the file does not state it."""
         return str(self.provenance.get("created", ""))
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """The axes that were run; x and y where the file does not say."""
+        """The axes that were run; x and y where the file does not name them."""
         return tuple(map(str, self.provenance.get("axes", ("x", "y"))))
 
     @property

@@ -131,7 +131,7 @@ def correlations(covariance: Covariance) -> list[str]:
 
 @dataclass(frozen=True)
 class MeasuredView:
-    """What the page says of one measured circle."""
+    """The content of the page about one measured circle."""
 
     title: str
     source: str

@@ -34,7 +34,7 @@ class Row:
     """A number beside the number it is compared with."""
 
     name: str  # Its name
-    # given, found: what the machine file says, and what came out, in ``unit``
+    # given, found: the value of the machine file, and the result, in ``unit``
     given: str
     found: str
     interval: str  # 95 % interval of what came out, in ``unit``; empty where there is none
@@ -121,7 +121,7 @@ class SchemeRow:
 
     run: CircleRun  # The run
     published: float | None  # The published glitch [m], where given
-    reduction: float | None  # Share of the glitch without compensation that is gone; None for that one itself
+    reduction: float | None  # Share by which the glitch without compensation is reduced; None for that row itself
 
     @property
     def difference(self) -> float | None:

@@ -25,13 +25,13 @@ from fric.simulate.machine import Axis, Machine
 from fric.units import rotates
 
 PLACES = 5
-"""Places between two counts at which a run that hangs on them is made: an odd number, so that the median is a run."""
+"""Places between two counts at which a run that depends on them is made: an odd number, so that the median is a run."""
 
 SLOW = 0.03
-"""Feed below which every run hangs on counts [m/s]."""
+"""Feed below which every run depends on counts [m/s]."""
 
 ACCURACY = 5e-9
-"""By how much the integration of runs that hang on counts may move a position [m]; counts move it by ten times that."""
+"""Largest error of the integration of runs that depend on counts [m]; counts move a position by ten times that."""
 
 WIDTH = 4.2
 """Half of the interval over the standard deviation, for `PLACES` values."""
@@ -71,7 +71,7 @@ class Chance:
         return self.median + self.half
 
     def __sub__(self, other: "Chance") -> "Chance":
-        """Return the difference, place by place; what does not hang on counts is the same at all."""
+        """Return the difference, place by place; what does not depend on counts is the same at all."""
         return Chance(tuple(np.subtract(self.values, other.values).tolist()))
 
     def text(self, scale: float = 1e6, digits: int = 1) -> str:
@@ -99,7 +99,7 @@ Followed = TypeVar("Followed", bound=Contour)
 
 @dataclass(frozen=True, eq=False)
 class ContourRun(Generic[Followed, Left]):
-    """What one scheme makes of a contour: where that hangs on counts, the run of the median glitch over places."""
+    """Result of one scheme on a contour: where it depends on counts, the run of the median glitch over places."""
 
     scheme: Scheme  # The compensation scheme
     test: Followed  # The contour

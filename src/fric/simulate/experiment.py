@@ -229,11 +229,11 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
     for every peak except its size. The first period runs in; then whole periods are logged, at the controller's rate.
 
     axis: The axis.
-    mean: Mean speed [m/s], 30 mm/s where neither it nor the axis says; 0 for an axis at rest.
+    mean: Mean speed [m/s], 30 mm/s where neither it nor the axis sets it; 0 for an axis at rest.
     peaks: Peak velocity of each multisine [m/s]; a single peak of half the mean speed where not given.
     lowest, highest: First and last frequency [Hz]; all are multiples of the lowest. 2 and 500 where neither they nor
         the axis say.
-    lines: Frequencies, spaced evenly on a logarithmic scale as far as multiples allow; 60 where nothing else is said.
+    lines: Frequencies, spaced evenly on a logarithmic scale as far as multiples allow; 60 by default.
     periods: Periods that are logged, each of 1/lowest.
     ramp: Time in which the mean speed rises, and falls [s].
     seed: Seed of the phases.

@@ -36,7 +36,7 @@ class Study:
     Raises
     ------
     FricError
-        When a spread is of nothing that there is, or the accuracy is negative.
+        When a spread names no parameter of the machine, or the accuracy is negative.
     """
 
     machine: Machine  # The nominal machine

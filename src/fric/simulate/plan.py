@@ -44,7 +44,7 @@ class Limits:
         return min(0.5 * self.feed, self.stroke / APPROACH)
 
     def broken_by(self, motion: Reference) -> str:
-        """Return which limit a motion breaks; nothing where it keeps all of them."""
+        """Return which limit a motion breaks; empty where it keeps all of them."""
         used = (np.ptp(motion.position), np.abs(motion.velocity).max(), np.abs(motion.acceleration).max())
         names = ("stroke", "feed", "acceleration")
         return next((name for name, one in zip(names, used, strict=True) if one > getattr(self, name)), "")

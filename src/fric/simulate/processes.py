@@ -99,7 +99,7 @@ def run_all(
 
 @contextmanager
 def outcomes(study: Callable[[int], T], machines: int, *, workers: int | None = None) -> Iterator[Iterator[T]]:
-    """Give the outcomes of machines 0, 1, 2, … in their order, as they are ready.
+    """Give the outcomes of machines 0, 1, 2, … in their order, as soon as they are ready.
 
     The machines are shared out among processes. Each imports the script that called, which so needs the usual guard
     ``if __name__ == "__main__":``. When the block ends early, machines that were not begun are left out.

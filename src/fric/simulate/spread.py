@@ -131,7 +131,7 @@ PLANT = ("A", "B", "T_d", "K_f", "M")
 
 @dataclass(frozen=True)
 class Spread:
-    """The factor by which a parameter of a drawn machine differs from that of the nominal one.
+    """The factor by which a parameter of a drawn machine differs from that of the nominal machine.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ DEFAULT_SPREADS: dict[str, Spread] = {
     "K_f": Spread(0.9, 1.1, "uniform", "tolerance of a motor's force constant, and its loss as magnets warm up"),
     "T_d": Spread(0.8, 1.2, "uniform", "delay of drive and field bus, that differs from setup to setup"),
 }
-"""What is spread where nothing else is said; `configs/spread.yaml` says the same."""
+"""The default spreads; `configs/spread.yaml` states the same."""
 
 
 def known_spreads() -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""A program in C99 that a strict compiler and MISRA C:2012's checkers have nothing to say about."""
+"""A program in C99 that strict compilers and checkers of MISRA C:2012 accept without a message."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -96,7 +96,7 @@ class GMSFit:
     curve: VirginCurve
     hysteresis: tuple[HysteresisCycles, ...]
     blocks: Blocks
-    choice: Choice | None  # How the number of blocks was chosen; None where the user said it
+    choice: Choice | None  # How the number of blocks was chosen; None where the user gave it
     asked: int | None  # Number of blocks that the user asked for; None where it was left to the criterion
     # knots_given, refined: true where the user gave the knots; where the parameters are from replay
     knots_given: bool

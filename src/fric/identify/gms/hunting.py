@@ -52,13 +52,13 @@ Their phase margins are 66° and 54°, their gain margins 14 and 10 dB.
 """
 
 ACCURACY = 1e-10
-"""By how much the integration may move the position [m]."""
+"""Largest error of the position by the integration [m]."""
 
 RESONANCE = 50.0
-"""Frequency at which a heavy mass swings on its contact before it slides, where no plant tells the mass [Hz]."""
+"""Frequency at which a heavy mass swings on its contact before it slides, where no plant gives the mass [Hz]."""
 
 DELAY = 2 / RATE
-"""Delay of a drive where no plant tells it [s]."""
+"""Delay of a drive where no plant gives it [s]."""
 
 MOST = 1_000_000
 """Samples of the controller that a record is made again for at most."""
@@ -111,7 +111,7 @@ class Hunting:
         return self._known[size]
 
     def _error(self, search: Search, x: Real, seen: Real, lags: float, rng: np.random.Generator) -> Real:
-        """Return by how much the fit is off in records made again, in the directions that are seen, shape (s,).
+        """Return the error of the fit in simulated records, in the directions that are seen, shape (s,).
 
         It is one Gauss–Newton step from the truth. The scatter of these few records would be taken for a common
         error: the step is shrunk by James and Stein's rule, to 0 where it is within its covariance.
@@ -160,7 +160,7 @@ class Hunting:
 
 
 def _counts(record: Prepared) -> bool:
-    """Say whether a record goes back and forth on an encoder whose counts are seen."""
+    """Return whether a record goes back and forth on an encoder whose counts are seen."""
     return not record.slides and record.motion.step > 0 and len(record.reversals) > 2
 
 

@@ -114,7 +114,7 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
 def _suited(
     records: Sequence[Prepared], cycles: tuple[int, int] | None
 ) -> tuple[list[Prepared], list[Notice]]:  # fmt: skip
-    """Return the records that hold whole cycles, and what there is to say of the others; all where none does."""
+    """Return the records that hold whole cycles, and the warnings about the others; all where none does."""
     kept, left_out = [], []
     for record in records:
         try:
@@ -145,7 +145,7 @@ def _without_one(
 def _on_time(
     ready: Sequence[Prepared], identified: Callable[[Sequence[Prepared]], tuple[GMSFit, Mapping[str, Estimate]]]
 ) -> tuple[GMSFit, list[Notice]]:
-    """Return the fit, the force moved back by how late all records log it where that is better, and what to say of it.
+    """Return the fit, with the common lag of the force corrected where that is better, and the warnings.
 
     A lag is one step from a fit (`lateness`), and is estimated again with the force moved by the first estimate: a step
     from records that are 3.5 samples late finds 2.4 of them, and one more 3.6.

@@ -156,7 +156,7 @@ def changes(fit: GMSFit) -> Iterator[Notice]:
 def _beyond_load(
     fit: GMSFit, offsets: Mapping[str, float]
 ) -> tuple[float, tuple[float, str], tuple[float, str]] | None:
-    """Return by how much the offsets of two records differ [N], and both, where more than their loads explain it.
+    """Return the difference of the offsets of two records [N], and both, where their loads do not explain it.
 
     What does not slip along a cycle of amplitude a bears what it bore where the record begins: up to ``V(inf) - V(a)``
     on the virgin curve V, which shows as an offset. Where the end of the curve is not known, it may be any.
@@ -201,7 +201,7 @@ def _seen_reversals(one: Replay) -> Indices:
 
 
 def _drifts(values: Real, least: float) -> float | None:
-    """Return by how much values go from the first cycle to the last, where that is sure and more than the least."""
+    """Return the change of values from the first cycle to the last, where it is sure and more than the least."""
     if len(values) < 4:
         return None
     change, half = drift(values)

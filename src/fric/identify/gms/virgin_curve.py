@@ -112,7 +112,7 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
 
     record: The record.
     cycles: The first and the last cycle to use, counted from 1; all where not given.
-    Raises FricError: When there is no whole cycle, the chosen ones do not exist, or the amplitude is under three
+    Raises FricError: When there is no whole cycle, the chosen cycles do not exist, or the amplitude is under three
         encoder steps.
     """
     motion, where = record.motion, record.log.where

@@ -52,7 +52,7 @@ class MeasuredResponse:
     # Averaged over ``periods`` or ``segments``, or given as a ``table``
     method: Literal["periods", "segments", "table"]
     description: str  # How it was estimated, in words
-    averages: float  # Independent averages; 0 where a table does not say
+    averages: float  # Independent averages; 0 where a table does not state them
     correlation: float = 1.0  # Neighbouring lines per independent line (1 where they are independent)
     sampling: float | None = None  # Sampling rate of the record [Hz]; None for a table
     # Equivalent gain of Coulomb friction along the motion, ``mean(v'·sign(v))/mean(v'²)`` [s/m] with v' = v - mean(v):

@@ -475,7 +475,7 @@ def _friction_seen(fit: ResponseFit) -> float | None:
     """Return the share of A that is Coulomb friction, at most, by the lines that are not driven; None without these.
 
     Along a motion that is about normally distributed, sign(v) is 2/π in power like v, which is in A; the rest of
-    1 - 2/π is at all lines, and what it takes in voltage at those that are not driven, ``Z/G - U``, tells its level.
+    1 - 2/π is at all lines, and what it takes in voltage at those that are not driven, ``Z/G - U``, shows its level.
     It reaches to about three times the highest line that is used; the factor of 2 is for caution.
     """
     lines, gain = fit.measured.lines, fit.measured.reversing

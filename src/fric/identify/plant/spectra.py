@@ -225,7 +225,7 @@ def estimate(spectra: Spectra) -> tuple[Complex, Real, Real]:
         G = T_z / T_u
         spread = np.sum(np.abs(e_z / T_z - e_u / T_u) ** 2, axis=0) / (p - 1)
     variance = spread / power * (p / spectra.averages)
-    alone = np.max(np.abs(R) ** 2, axis=0) > ALONE * power  # one row fits itself, and says nothing of its error
+    alone = np.max(np.abs(R) ** 2, axis=0) > ALONE * power  # a single row fits itself, and does not show its error
     usable = np.isfinite(variance) & np.isfinite(G) & (np.abs(G) > 0) & ~alone
     variance = _smoothed(np.where(usable, variance, np.inf), 2 * (p - 1))
     deviation = np.sqrt(variance / 2)

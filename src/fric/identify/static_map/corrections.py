@@ -1,6 +1,6 @@
 """Corrections of errors in the forces of strokes: one function a correction, in the order of their use.
 
-Each looks for what it corrects, and returns what it takes off the strokes, how that errs, and what to say of it; or
+Each looks for what it corrects, and returns what it subtracts from the strokes, its error, and warnings; or
 None where the strokes do not show it. A correction that is not in the table is not made.
 """
 
@@ -345,7 +345,7 @@ def _notice(strokes: Strokes, taken: Real, speeds: list[float], shared: _Shared)
 
 
 def _unsettled(strokes: Strokes) -> Correction | None:
-    """Return what there is to say where nothing is taken off, and a force had not settled by half of its stroke."""
+    """Return the warning where nothing is corrected, and a force had not settled by half of its stroke."""
     speeds = [
         strokes.asked.of(v, "velocity") for v in dict.fromkeys(p.velocity for p in strokes.points if not p.settled)
     ]

@@ -140,7 +140,7 @@ def _directions_predict(fit: MapFit) -> tuple[MapFit, bool]:
 
 
 def _both_directions(strokes: Strokes, fit: MapFit) -> tuple[MapFit, None, list[Notice]]:
-    """Return the map of both directions, and what there is to say of it."""
+    """Return the map of both directions, and warnings."""
     asked, v, force, notices = strokes.asked, strokes.velocity, strokes.force, list[Notice]()
     if not strokes.both_directions and asked.load is None:
         notices.append(ONE_DIRECTION.found())
@@ -152,7 +152,7 @@ def _both_directions(strokes: Strokes, fit: MapFit) -> tuple[MapFit, None, list[
 
 
 def _each_direction(strokes: Strokes, fit: MapFit) -> tuple[MapFit, MapFit, list[Notice]]:
-    """Return the map of each direction, with the offset of both, and what there is to say of them."""
+    """Return the map of each direction, with the offset of both, and warnings."""
     asked, notices = strokes.asked, list[Notice]()
     shared = fit.estimates["offset"] if asked.load is None else _known(asked.load, asked.motion)
     if asked.load is None:  # where more than the level differs, the level will too

@@ -130,7 +130,7 @@ def _rises(point: SpeedPoint) -> bool:
 
 
 def logs_of_strokes(records: Sequence[Log | ForceVelocity]) -> list[Log]:
-    """Return the records in time that strokes are looked for in: those that say they hold some, or else all."""
+    """Return the records in time that are searched for strokes: those that state to hold some, or else all."""
     logs = [one for one in records if isinstance(one, Log)]
     return [log for log in logs if log.kind == "constant-velocity"] or logs
 
@@ -245,7 +245,7 @@ def _power(z: Real) -> Real:
 def standard_errors(table: ForceVelocity) -> Real:
     """Return the standard error of each mean [N], shape (n,).
 
-    As the table says; else the deviation over √n; else the deviation itself, which is the most that it can be; 0 where
+    As in the table; else the deviation over √n; else the deviation itself, which is the most that it can be; 0 where
     nothing is known, and the scatter of the means about the map is then all their error.
     """
     if table.error is not None:
@@ -256,7 +256,7 @@ def standard_errors(table: ForceVelocity) -> Real:
 
 
 def table_points(tables: Sequence[ForceVelocity], plant: Plant | None) -> tuple[list[SpeedPoint], list[Notice]]:
-    """Return a point for each row that moves, the plant's damping taken off, and what there is to say of the tables."""
+    """Return a point for each row that moves, without the plant's damping, and warnings about the tables."""
     points: list[SpeedPoint] = []
     notices: list[Notice] = []
     damping = plant.damping if plant else 0.0

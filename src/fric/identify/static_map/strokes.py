@@ -88,7 +88,7 @@ class Correction:
     records: Sequence[Log | ForceVelocity] | None = None  # The records without it, where it is taken off each sample
     together: Callable[["Strokes"], Real] | Real | None = None
     """Directions in which its error moves the forces of all points [N], half widths, shape (m, n)."""
-    notices: Sequence[Notice] = ()  # What there is to say of it
+    notices: Sequence[Notice] = ()  # Its warnings
     tried: Mapping[str, float] = field(default_factory=dict)
     """Error at held-out strokes [N] of what was not taken, by name."""
     into: Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem] | None = None

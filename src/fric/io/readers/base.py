@@ -31,7 +31,7 @@ BLOCK = 131_072
 
 
 OF_SEVERAL = "axes"
-"""Key of what a table says of itself: the names of the axes that its file has tables of."""
+"""Key of the names of the axes that the file of a table has tables of."""
 
 
 RECORD = "record"
@@ -103,7 +103,7 @@ def warned(path: Path, notices: list[Notice]) -> Iterator[None]:
 
 
 def refuse_declared(path: Path, declared: int) -> None:
-    """Raise where the samples that a file says it has are more bytes than its size allows."""
+    """Raise where the declared samples of a file are more bytes than its size allows."""
     stored = path.stat().st_size
     if declared > max(SMALL, MOST_PACKED * stored):
         raise FricError(

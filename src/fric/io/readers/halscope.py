@@ -51,7 +51,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
 
 
 def _number(cell: str) -> float:
-    """Return a number, NaN where it is none; a pin of bits says TRUE or FALSE."""
+    """Return a number, NaN where it is none; a pin of bits is TRUE or FALSE."""
     try:
         return float({"TRUE": "1", "FALSE": "0"}.get(cell, cell).replace(",", "."))
     except ValueError:

@@ -47,7 +47,7 @@ _PARTED = re.compile(r"(?P<struct>.+)\.(?P<field>[^.()]+)|(?P<matrix>.+)\(:,(?P<
 
 
 def recognises(path: Path, head: bytes) -> float:
-    """Both versions say so in their first bytes; version 4 has its ending alone."""
+    """Both versions have a signature in their first bytes; version 4 only its ending."""
     return 1.0 if head.startswith((_V5, _V73)) else 0.5 * (path.suffix.lower() == ".mat")
 
 

@@ -71,7 +71,7 @@ def _table(
             unit = table.columns[time].unit or "s"
             parts.append(Part(table, time, factor=factor(unit, "time"), label=name))
     if not parts and len(without) == 1:
-        return without[0]  # a mapping may say its rate
+        return without[0]  # a mapping may state its rate
     if not parts:
         raise FricError("holds no channel of numbers over time", where=str(path), hint="Export it with its time.")
     lost = [f"'{column.name}'" for table in without for column in table.columns]

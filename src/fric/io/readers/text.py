@@ -85,7 +85,7 @@ class _Row(NamedTuple):
 
     @property
     def score(self) -> int:
-        """Numbers count for the reading, words against it; empty cells say nothing."""
+        """Numbers count for the reading, words against it; empty cells do not count."""
         words = sum(not number and bool(cell) for cell, number in zip(self.cells, self.numeric, strict=True))
         return sum(self.numeric) - words
 
@@ -96,7 +96,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     head: The first bytes of the file, uncompressed.
     layout: What the user states; it is used unchanged.
     whole: Whether ``head`` is the whole file.
-    Raises FricError: When there are no rows of numbers, or what the user says does not fit.
+    Raises FricError: When there are no rows of numbers, or the user's layout does not fit.
     """
     encoding = layout.encoding or encoding_of(head)
     try:

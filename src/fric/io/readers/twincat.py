@@ -52,7 +52,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
 
 
 def _about(path: Path, cells: Sequence[list[str]]) -> tuple[dict[str, list[str]], int]:
-    """Return the lines that say something of each channel, by their first cell, and the number of the first of data."""
+    """Return the lines that describe the channels, by their first cell, and the number of the first line of data."""
     start = next((n for n, row in enumerate(cells) if n > 3 and row[0] == "Name"), None)
     if start is None:
         raise FricError("names no channels", where=str(path), hint="Export it with the names of the channels.")
@@ -68,7 +68,7 @@ def _unit(units: Sequence[str], n: int) -> str | None:
 
 
 def _scaled(path: Path, about: dict[str, list[str]]) -> list[Notice]:
-    """Note the channels that Scope shows scaled: whether exported values are, the file does not say."""
+    """Note the channels that Scope shows scaled: the file does not show whether exported values are scaled."""
     plain = {"ScaleFactor": "1", "Offset": "0", "Unit ScaleFactor": "1", "Unit Offset": "0"}
     scaled = {
         about["Name"][n]

@@ -77,7 +77,7 @@ def _most(one: ZipInfo) -> int:
 def _without_sizes() -> Iterator[None]:
     """Let the library not ask a sheet for its size meanwhile.
 
-    It may say any, and each row is filled up to it; where it says none, all of it is read.
+    It may state any size, and each row is filled up to it; where it states none, all of it is read.
     """
     kind = import_module("openpyxl.worksheet._read_only").ReadOnlyWorksheet
     asks, kind._get_size = kind._get_size, lambda sheet: None

@@ -58,7 +58,7 @@ class Reality:
     gravity: a constant force against positive motion [N]
     dwell: by what friction at rest rises with time
     friction: drift of the level of friction
-    force_constant: drift of what the motor gives for a volt; the drive goes on with what it was
+    force_constant: drift of the motor's force per volt; the drive keeps its first value
     multisine: excitation of the frequency response
     """
 
