@@ -106,7 +106,7 @@ def circularity(x: Real, y: Real, radius: float) -> Circularity:
     is compensated too much leaves an inward spike.
 
     x, y: Positions [m], each of shape (n,).
-    radius: Radius of the circle that was asked for [m].
+    radius: Radius of the reference circle [m].
     Raises FricError: When the motion is no whole revolution, or has no sample near a reversal.
     """
     angle = np.arctan2(y, x)

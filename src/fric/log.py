@@ -226,7 +226,7 @@ class FrequencyResponse(_FromFile):
 @typed
 @dataclass(frozen=True)
 class ForceVelocity(_FromFile):
-    """Mean forces at constant velocities, as a table: what is left of strokes that were averaged before.
+    """Mean forces at constant velocities, as a table: strokes that were averaged before.
 
     Parameters
     ----------

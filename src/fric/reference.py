@@ -69,7 +69,7 @@ class Reference:
         )
 
     def ahead(self, lead: float) -> Reference:
-        """Return the motion that is asked for a lead later, at the same instants.
+        """Return the motion a lead later, at the same instants.
 
         Between samples the position is the cubic of its values and velocities (Hermite), velocity and acceleration are
         linear; beyond the end the acceleration is constant.

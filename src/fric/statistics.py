@@ -1,4 +1,4 @@
-"""Statistics that several rooms share: robust and mixed models, and covariances where residuals hang together."""
+"""Statistics that several rooms share: robust and mixed models, and covariances for correlated residuals."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -32,7 +32,7 @@ class MixedModel(NamedTuple):
     errors: Real
     """A root of the covariance of prediction less effect, shape (q, q)."""
     likelier: float
-    """By how much twice the logarithm of the restricted likelihood is larger than without the effects, 0 or more."""
+    """Increase of twice the logarithm of the restricted likelihood by the effects, 0 or more."""
 
 
 def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedModel:

@@ -34,7 +34,7 @@ SHARE = 0.95
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """What one compensation scheme leaves of a contour."""
+    """Result of one compensation scheme on a contour."""
 
     scheme: Scheme  # The scheme
     glitches: tuple[float, ...]  # Signed glitch at each reversal [m]
@@ -218,7 +218,7 @@ class Verdict:
 def candidates_of(
     runs: Sequence[ContourRun[Any, Any]], many: MonteCarlo | None = None, prediction: Prediction | None = None
 ) -> list[Candidate]:
-    """Return what schemes left of one machine, and on the machines that were drawn."""
+    """Return the results of schemes on the given machine, and on the drawn machines."""
     found = []
     for n, run in enumerate(runs):
         found.append(
@@ -481,7 +481,7 @@ def _between(low: float, high: float) -> str:
 
 
 MACHINES = 100
-"""Machines that are asked for where none, or too few, were drawn."""
+"""Machines that are requested where none, or too few, were drawn."""
 
 
 def headline(chosen: Candidate, without: Candidate | None, evidence: Evidence, *, kept: bool | None) -> str:

@@ -311,8 +311,8 @@ def both_directions(tests: Sequence[MeasuredCircle], feed: float | None = None) 
     """Return the circle of some tests that is diagnosed, in both directions where both exist.
 
     tests: Circle tests.
-    feed: The feed that is asked for [m/s]; where it is not given, the tests must be of one circle.
-    Raises FricError: When there is none at that feed, or several circles and none was asked for.
+    feed: The feed [m/s]; where it is not given, the tests must be of one circle.
+    Raises FricError: When there is none at that feed, or several circles and no feed is given.
     """
     asked = [test for test in tests if feed is None or abs(test.feed / feed - 1) < 0.02]
     circles = {(float(f"{test.radius:.3g}"), float(f"{test.feed:.3g}")) for test in asked}

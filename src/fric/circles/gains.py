@@ -145,7 +145,7 @@ def _smooth(values: Real, rate: float) -> Real:
 
 
 def _gains(rest: Real, parts: Real, least: float) -> tuple[Real, float]:
-    """Return by how much each part of a controller's output is in what was recorded, and a constant [V].
+    """Return the factor of each part of a controller's output in the recorded voltage, and a constant [V].
 
     The voltage added to the output is in few samples, and where the controller reacts to it: least squares would take
     it for a gain. So of `TRIED` gains those are taken with most samples within `ABOVE` times the median residual, the
@@ -287,7 +287,7 @@ class _Fit:
         return np.asarray(K_p * error + K_i / self.rate * np.cumsum(error))[self.used]
 
     def rest(self, log_values: Real) -> Real:
-        """Return what a cascade leaves of the recorded voltage [V], beside what is fed forward."""
+        """Return the residual of the recorded voltage [V] with a cascade and feedforward."""
         return self.without - self._off(self.volts(log_values))
 
     def best(self) -> tuple[Real, Real]:

@@ -39,8 +39,8 @@ class Periodic:
 def periodic_errors(angle: Real, rest: Real, geometry: Real, radius: float, most: int = 2) -> list[Periodic]:
     """Return the significant lines of a circle's residual without geometry, strongest first.
 
-    angle, rest: Angle [rad] and what is left of the radial deviation [m] outside the glitches, shape (n,).
-    geometry: What was fitted to it, shape (n, p): a line is looked for in what these leave of it too.
+    angle, rest: Angle [rad] and residual radial deviation [m] outside the glitches, shape (n,).
+    geometry: Columns that were fitted, shape (n, p): a line is fitted together with them.
     radius: Radius [m].
     most: Lines an axis that are looked for.
     """

@@ -158,7 +158,7 @@ class Learned:
     # The rounds at the place whose last glitch is the median; the first feeds forward the controllers' models; each run
     # holds its errors at all places
     rounds: tuple[Round, ...]
-    # What the last feedforward leaves of other circles, by angle: radius, feed [m], [m/s], and median glitch [m]
+    # Errors of other circles with the last feedforward, by angle: radius, feed [m], [m/s], and median glitch [m]
     carried: tuple[tuple[float, float, float], ...]
     warnings: tuple[Notice, ...]  # What the user should know
 

@@ -95,7 +95,7 @@ class AxisTrace:
 
     time: Real  # Sample instants [s], strictly increasing, shape (n,)
     position: Real  # Measured position [m], shape (n,)
-    reference: Real | None = None  # Position that was asked for [m], shape (n,)
+    reference: Real | None = None  # Reference position [m], shape (n,)
     # input, force: voltage as it left the controller [V], motor force [N], shape (n,)
     input: Real | None = None
     force: Real | None = None

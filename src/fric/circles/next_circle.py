@@ -1,7 +1,7 @@
 """What another circle will show, by the circles that were measured, and whether to trust that.
 
-What a measured circle shows of friction beside a machine's model goes into every drawn machine (`LeftOver`); with a
-belief that was tuned the next circle is predicted (`next_circles`); and what speaks against an interval is collected
+The difference of friction in a measured circle from a machine's model is part of every drawn machine (`LeftOver`); with
+a belief that was tuned the next circle is predicted (`next_circles`); and what speaks against an interval is collected
 (`distrusts`).
 """
 
@@ -40,7 +40,7 @@ from fric.simulate.machine import Axis, Machine
 from fric.simulate.spread import Spread, draw_machine
 
 SHARE = 0.2
-"""Share of what is left over, 95 %, by which another motion may meet more or less of it."""
+"""Share (95 %) by which the residual force may differ along another motion."""
 
 
 @dataclass(frozen=True)
@@ -94,10 +94,10 @@ class LeftOver:
 
 
 def completed(friction: FrictionModel, left: Sequence[tuple[VoltageRecord, Real]], share: float = 1.0) -> Completed:
-    """Return a friction model with the mean of what it leaves of records, over the travel since the last reversal.
+    """Return a friction model with its mean residual force in records, over the travel since the last reversal.
 
     friction: The model.
-    left: Records, each with the force that the model leaves of it at the samples used [N].
+    left: Records, each with the residual force of the model at the samples used [N].
     share: Share of it that is taken.
     """
     grid = travels(2 * max(record.radius for record, _ in left))
@@ -122,7 +122,7 @@ def _with_voltage(test: MeasuredCircle, axis: Axis) -> MeasuredCircle:
 
 
 def _left(record: VoltageRecord, axis: Axis) -> tuple[VoltageRecord, Real]:
-    """Return a record along its refined motion, and the force that a machine leaves of it [N], at the samples used."""
+    """Return a record along its refined motion, and the residual force of a machine [N], at the samples used."""
     plant = axis.plant
     m, a = 1.0 / plant.B, plant.A / plant.B
     own = refined(record, axis.friction, plant.T_d, (m, a, axis.constant_load / plant.K_f), plant.K_f)
@@ -187,7 +187,7 @@ class NextCircle:
 def next_circles(
     tests: Sequence[MeasuredCircle], tuned: Mapping[str, TunedAxis], done: Callable[[], object] = lambda: None
 ) -> list[NextCircle]:
-    """Return what schemes (c) and (f) should leave of the circles that were recorded, with the new nominal parameters.
+    """Return the predictions of schemes (c) and (f) on the recorded circles, with the new nominal parameters.
 
     The machine is assumed to be that of the tuning, and the residual of the recorded voltages to be part of its
     friction, over the travel since the last reversal: where the law differs from the model, the next circle repeats it.
@@ -227,7 +227,7 @@ def next_circles(
 
 
 def law_warnings(predicted: Sequence[NextCircle]) -> list[Notice]:
-    """Return that friction differs from the model, where what is left over makes more of a circle than the model."""
+    """Return that friction differs from the model, where the residual makes a glitch larger than the model does."""
     more = [one for one in predicted if one.other_law]
     if not more:
         return []
@@ -246,10 +246,10 @@ def _exceeds(one: Chance, other: Chance) -> bool:
 def _of_the_encoder(
     test: MeasuredCircle, n: int, tuned: Mapping[str, TunedAxis], scheme: Scheme, again: Callable[[str], list[Real]]
 ) -> Chance:
-    """Return what machines leave of the n-th circle whose friction is that of the model, and which record it again.
+    """Return the residuals of the n-th circle, recorded again by machines whose friction is that of the model.
 
-    What the encoder does not show is left over too, and is added to friction as what another law leaves. ``again``
-    gives what an axis leaves over where its circles are recorded again, see `recorded_again`.
+    What the encoder does not show is in the residual, too, and is added to friction as the residual of another law is.
+    ``again`` gives the residual of an axis whose circles are recorded again, see `recorded_again`.
     """
     glitches = []
     for place in range(PLACES):
@@ -292,7 +292,7 @@ def _true(tuned: TunedAxis) -> Axis:
 
 
 def _drawn(tuned: TunedAxis, rng: np.random.Generator) -> Axis:
-    """Return an axis that is true with what tuning leaves open."""
+    """Return an axis drawn from the uncertainty of the tuning."""
     true = _true(tuned)
     if tuned.estimates is None:
         return true
@@ -326,7 +326,7 @@ def _glitch(test: MeasuredCircle, axes: Mapping[str, Axis], scheme: Scheme, plac
 
 
 def _completed(tuned: TunedAxis, n: int) -> Axis:
-    """Return the axis as it truly is where what was found leaves of the n-th circle is of its friction, by travel."""
+    """Return the true axis if the residual of the n-th circle is part of its friction, by travel."""
     true, after = _true(tuned), tuned.after
     left = tuned.nominal.K_f * after.parts()[n]
     return replace(true, friction=completed(true.friction, [(after.balance.records[n], left)]))
@@ -533,7 +533,7 @@ def wrong_shape(circles: Iterable[tuple[Scheme, float]]) -> list[Notice]:
     What is learned needs no model of friction. Where it leaves `CLEARLY` less than what a model leaves that was tuned
     to circles, the machine's friction has another shape than the model can take.
 
-    circles: Schemes, and the glitch that each left of the circle [m].
+    circles: Schemes, and the glitch of each on the circle [m].
     """
     learned, modelled = [], []
     for scheme, glitch in circles:

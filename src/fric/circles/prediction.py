@@ -51,7 +51,7 @@ class Predicted:
 
 @dataclass(frozen=True)
 class Prediction:
-    """What schemes should leave of the circle, and whether that may be trusted.
+    """Predictions of schemes on the circle, and whether they may be trusted.
 
     radius, feed: the circle [m], [m/s]
     axes: that were run; another follows its reference exactly
@@ -96,7 +96,7 @@ def predicted(
     distrust: Sequence[Notice] = (),
     of_schemes: Mapping[str, Sequence[Notice]] | None = None,
 ) -> Prediction:
-    """Return what schemes should leave of a circle, of the machines that were drawn from what was identified.
+    """Return the predictions of schemes on a circle, from the machines drawn from what was identified.
 
     many: The machines that were run.
     widened, measured, distrust: As in `Prediction`.

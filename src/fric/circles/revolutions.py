@@ -53,7 +53,7 @@ def find_circles(time: Real, x: Real, y: Real, least: float = 1.0) -> list[Found
     """Return the circles of a motion: segments between rests along which it turns steadily around one point.
 
     time: Sample instants [s], shape (n,).
-    x, y: Position asked for, or measured [m], shape (n,).
+    x, y: Reference or measured position [m], shape (n,).
     least: Revolutions at steady feed that are needed.
     """
     parts = (slice(*ends) for ends in _moving(time, x, y))
@@ -130,7 +130,7 @@ class Revolutions:
     """The whole revolutions of a circle test at steady feed."""
 
     test: MeasuredCircle  # The circle test
-    angle: Real  # Angle on the circle that was asked for [rad], unwrapped, in the order of the motion, shape (n,)
+    angle: Real  # Angle on the reference circle [rad], unwrapped, in the order of the motion, shape (n,)
     deviation: Real  # Radial deviation from the nominal circle [m], shape (n,)
     revolution: Indices  # Number of the revolution that each sample is of, shape (n,)
     # Reference less position of each axis [m], by name, shape (n,); none of an axis without reference

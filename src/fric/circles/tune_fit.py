@@ -221,7 +221,7 @@ class Fitted:
         return float(np.sqrt(np.mean([np.mean(part**2) for part in self.parts()])))
 
     def parts(self) -> list[Real]:
-        """Return what is left of each circle [V]."""
+        """Return the residual of each circle [V]."""
         return [self.residual[part] for part in self.balance.samples]
 
     def truth(self, n: int) -> tuple[FrictionModel, float, tuple[float, float, float], float]:
@@ -276,7 +276,7 @@ class Search:
         return np.asarray(self.scale * (values - self.basis @ (self.basis.T @ values)))
 
     def residual(self, x: Real) -> Real:
-        """Return what is left of the voltages, and how far the priors are, in standard deviations."""
+        """Return the residual of the voltages, and the distance from the priors, in standard deviations."""
         return np.concatenate([self._free(self.left(x)), x / self.priors])
 
     def gradient(self, x: Real) -> Real:
@@ -503,7 +503,7 @@ class TunedAxis:
     # friction, nominal: the friction and the plant that were found
     friction: FrictionModel
     nominal: Plant
-    # before, after: what nominal and tuned parameters leave of the recorded voltages
+    # before, after: residual of the recorded voltages with nominal and tuned parameters
     before: Fitted
     after: Fitted
     estimates: TunedEstimates | None  # Both with their intervals; None where the result is no machine

@@ -49,7 +49,7 @@ def identifiability_warnings(
 
     axis: The axis as it was nominally.
     tests: The circle tests.
-    before, found: What nominal and tuned parameters leave of the voltages.
+    before, found: Residual of the voltages with nominal and tuned parameters.
     """
     where, feeds = f"axis {axis.name}", sorted(test.feed for test in tests)
     if feeds[-1] < APART * feeds[0]:

@@ -63,11 +63,11 @@ class Setting:
     gain
         Share of the friction that is fed forward [1].
     lead
-        How far feedforward goes ahead of the reference [s].
+        Lead of the feedforward [s].
     K_f
         Force constant that the controller believes [N/V].
     reference
-        The motion that is asked for; None where none is known yet.
+        The reference; None where none is known yet.
     position, velocity
         Where the axis begins, and how fast it is there [m], [m/s].
     seen

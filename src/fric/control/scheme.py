@@ -14,7 +14,7 @@ from fric.reference import MOST_LEAD
 from fric.verb import typed
 
 Lead = float | Literal["auto"]
-"""How far feedforward goes ahead of the reference [s]; ``auto`` for the delay T_d of the nominal plant."""
+"""Lead of the feedforward ahead of the reference [s]; ``auto`` for the delay T_d of the nominal plant."""
 
 LARGEST_GAIN = 100.0
 """Of a feedforward: no share of a friction that is believed."""
@@ -161,7 +161,7 @@ PAPER_SCHEMES: dict[str, Scheme] = {
 
 
 def choose_schemes(asked: str, known: Mapping[str, Scheme] | None = None) -> list[Scheme]:
-    """Return the schemes that are asked for, as ``f``, ``a,d,f`` or ``all``.
+    """Return the requested schemes, as ``f``, ``a,d,f`` or ``all``.
 
     asked: Names, separated by commas, or ``all``.
     known: Schemes by name; those of the paper where not given.

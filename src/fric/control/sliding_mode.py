@@ -85,7 +85,7 @@ class SlidingMode(ControlBlock):
 
     @classmethod
     def tuned_to(cls, value: float, setting: Setting) -> Self:
-        """Return the controller with a slope of the line in the layer, and the surface that goes with it."""
+        """Return the controller with a slope of the line in the layer, and its surface."""
         reaching = setting.cascade.limit / 3.0
         if setting.friction is not None:
             reaching = 3.0 * abs(float(setting.friction.steady_state(1e-6))) / setting.K_f

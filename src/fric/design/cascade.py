@@ -86,7 +86,7 @@ def design_cascade(
     separation: float = 3.0,
     crossover: float | None = None,
 ) -> CascadeDesign:
-    """Return the fastest cascade whose velocity loop and position loop have the margins asked for.
+    """Return the fastest cascade whose velocity loop and position loop have the required margins.
 
     The rule: the corner of the PI, K_i/(2π K_p), is ``1/corner_ratio`` of the velocity loop's crossover f_c; f_c
     is the highest at which the velocity loop has the margins; K_v = 2π f_c/``separation``, or the largest below it

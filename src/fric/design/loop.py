@@ -79,7 +79,7 @@ class SampledLoop:
     def velocity(self, frequency: Real, G: Complex | None = None) -> Complex:
         """Return the open velocity loop, L = C·G·D with the cascade; with a measured G [m/V] where one is given.
 
-        The position loop is open where the reference goes with the position.
+        The position loop is open where the reference follows the position.
         """
         held = self._gives(("reference", "measured"), frequency)
         return -held * (self.G(frequency) if G is None else G)
@@ -105,7 +105,7 @@ class SampledLoop:
     def state_matrix(self, position_loop: bool = True) -> Real:
         """Return the matrix that takes the closed loop's state from sample to sample, reference at rest.
 
-        Without the position loop it is that of the velocity loop alone: the reference goes with the position. The state
+        Without the position loop it is that of the velocity loop alone: the reference follows the position. The state
         is position, velocity, the inputs on their way, the newest first, and the states of the blocks.
         """
         plant, seen = self.sampled, ("measured",) if position_loop else ("measured", "reference")

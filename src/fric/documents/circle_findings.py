@@ -122,7 +122,7 @@ class DiagnosisDocument(Document):
 
 
 class ResidualPart(Written):
-    """What is left of the voltage of an axis [V]."""
+    """Residual voltage of an axis [V]."""
 
     before: Annotated[float, Of("before.rms")]
     after: Annotated[float, Of("after.rms")]

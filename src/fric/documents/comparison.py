@@ -59,7 +59,7 @@ def _rms(values: Real) -> float:
 
 
 def _scored(found: Any, residual: tuple[Real, ...]) -> dict[str, Any]:
-    """Return what is left of each record that was scored, by its name."""
+    """Return the residual of each scored record, by its name."""
     both = zip(found.records, ((rest, np.isfinite(rest)) for rest in residual), found.near, strict=True)
     return {
         record.log.name: {

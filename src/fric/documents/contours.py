@@ -1,4 +1,4 @@
-"""What schemes leave of a contour, as `--json` prints it: circle, path, many circles, the paper, a folder of logs."""
+"""Results of schemes on a contour, as `--json` prints them: circle, path, many circles, the paper, a folder of logs."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -33,7 +33,7 @@ class ChancePart(Written):
 
 
 class ContourScheme(Written):
-    """What one scheme leaves of a contour."""
+    """Result of one scheme on a contour."""
 
     title: Annotated[str, Of("scheme.title")]
     glitch: Annotated[float, Of(lambda run: run.chance().median)] = Field(
@@ -45,7 +45,7 @@ Chanced = Annotated[ChancePart | None, Of(lambda run: run if run.places else Non
 
 
 class CircleScheme(ContourScheme):
-    """What one scheme leaves of a circle."""
+    """Result of one scheme on a circle."""
 
     quadrants: Annotated[list[float], Of(lambda run: [one.median for one in run.glitches])] = Field(
         description="at +x, +y, -x, -y, outwards positive [m]"
@@ -129,7 +129,7 @@ class PredictedScheme(PartOf[Predicted]):
 
 
 class PredictionPart(PartOf[Prediction]):
-    """What schemes should leave of the circle, and whether that may be trusted."""
+    """Predictions of schemes on the circle, and whether they may be trusted."""
 
     schemes: dict[str, PredictedScheme]
 
@@ -150,7 +150,7 @@ def prediction_of(tree: Mapping[str, Any]) -> Prediction:
 
 
 class ReproducedFeed(Written):
-    """What schemes leave of a circle."""
+    """Results of schemes on a circle."""
 
     velocity: Annotated[float, Of(lambda made: made.runs[0].circle.feed)] = Field(description="feed [m/s]")
     radius: Annotated[float, Of(lambda made: made.runs[0].circle.radius)] = Field(description="[m]")
@@ -161,7 +161,7 @@ class ReproducedFeed(Written):
 
 
 class CircleResultDocument(Document, ReproducedFeed):
-    """What schemes leave of a circle."""
+    """Results of schemes on a circle."""
 
     type: ClassVar[str] = "circle-result"
 
@@ -200,7 +200,7 @@ def _reversals(run: Any) -> list[dict[str, Any]]:
 
 
 class PathScheme(ContourScheme):
-    """What one scheme leaves of a path."""
+    """Result of one scheme on a path."""
 
     reversals: Annotated[list[PathReversal], Of(_reversals)]
     contour_rms: Annotated[float, Of(lambda run: run.chance("rms").median)]
@@ -210,7 +210,7 @@ class PathScheme(ContourScheme):
 
 
 class PathResultDocument(Document):
-    """What schemes leave of a path."""
+    """Results of schemes on a path."""
 
     type: ClassVar[str] = "path-result"
 
@@ -222,7 +222,7 @@ Rows = list[list[Known]]
 
 
 class MappedScheme(Written):
-    """What one scheme leaves of every circle."""
+    """Result of one scheme on every circle."""
 
     title: str
     glitch: Rows = Field(description="a row a radius, a column a feed [m]; null where it could not run")
@@ -253,7 +253,7 @@ def _differences(found: Any) -> dict[str, Any]:
 
 
 class CircleMapDocument(Document):
-    """What schemes leave of circles of many feeds and radii."""
+    """Results of schemes on circles of many feeds and radii."""
 
     type: ClassVar[str] = "circle-map"
 
@@ -266,7 +266,7 @@ class CircleMapDocument(Document):
     )
 
     def describe(self) -> list[str]:
-        """Return where and by how much each pair of schemes differs, a sentence a pair."""
+        """Return where and how much each pair of schemes differs, a sentence a pair."""
         return [self._described(name, np.array(one.less, float)) for name, one in self.differences.items()]
 
     def _described(self, name: str, less: Real) -> str:

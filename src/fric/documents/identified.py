@@ -37,7 +37,7 @@ def discrepancies(
 
     friction: Its friction file: strokes that scatter, sines at another level than strokes, blocks that miss the virgin
         curve.
-    plant: Its plant file: what eq. (1) leaves of the response.
+    plant: Its plant file: the residual of eq. (1).
     refused: Parameters whose interval cannot be drawn from.
     """
     shares: dict[str, float] = {}

@@ -187,7 +187,7 @@ class MappingDocument(Document, FileMapping):
 
         path: The file.
         names: Names of its columns.
-        axis: The axis that is asked for; where no part is of it, those of all.
+        axis: The requested axis; where no part is of it, the parts of all.
         """
         return next(iter(self.all_of(path, names, axis)), None)
 

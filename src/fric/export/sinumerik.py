@@ -1,6 +1,6 @@
 """The target ``sinumerik``: machine data of the friction compensation at reversals, fitted to the GMS reversal.
 
-At a reversal the compensation adds a pulse to the velocity that the speed controller is asked for (Siemens, SINUMERIK
+At a reversal the compensation adds a pulse to the velocity reference of the speed controller (Siemens, SINUMERIK
 840D sl, Function Manual Basic Functions, K3, friction compensation with a constant or adaptive value):
 
 ``dn(t) = dn(a)·exp(-(t - t_0)/T)``, and behind a controller K_p, K_i ``u(t) = K_p·dn·e + K_i·dn·T·(1 - e)``
@@ -95,7 +95,7 @@ def fitted(axis: Axis, part: Part) -> tuple[Pulse, list[float]]:
     """Return the characteristic that leaves least on the circles of `FEEDS`, and the best amplitude of each [m/s].
 
     By simulation. For each decay the amplitude follows from what the friction model does behind the fastest reversal;
-    then amplitudes are tried about it at each feed. The characteristic goes through the best of each, or is flat,
+    then amplitudes are tried about it at each feed. The characteristic passes through the best of each, or is flat,
     whichever leaves less over all of them.
     """
     rise = rise_of(part)

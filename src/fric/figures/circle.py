@@ -54,7 +54,7 @@ def grid_of(largest: float) -> float:
 
 
 def grid_lines(axes: PolarAxes, grid: float) -> None:
-    """Draw the circle that was asked for, and a labelled grid [µm] to either side of it."""
+    """Draw the reference circle, and a labelled grid [µm] to either side of it."""
     axes.plot(np.linspace(0, 2 * pi, 361), np.zeros(361), color=GREY, linewidth=1.6, zorder=1.9)
     axes.set_ylim(-2 * LINES * grid, LINES * grid * 1.15)
     labels = ["" if n % 2 else f"{n * grid:+g}" if n else "0" for n in range(-LINES, LINES + 1)]

@@ -21,7 +21,7 @@ BEFORE, AFTER = 5.0, 25.0
 
 @dataclass(frozen=True, eq=False)
 class SchemeContour:
-    """What one scheme leaves of a contour."""
+    """Result of one scheme on a contour."""
 
     scheme: Scheme
     place: Real  # angle on the circle [rad], or station along the path [m], shape (n,)
@@ -55,7 +55,7 @@ def overlay_figure(
     magnification: How many times larger the error is drawn than the circle [1].
     size: Of the figure [inches].
     """
-    R = radius * 1e6 / magnification  # the radius of the circle that was asked for, in µm of error
+    R = radius * 1e6 / magnification  # the radius of the reference circle, in µm of error
     step = _round(R / 6)
     with new_figure(*size) as figure:
         axes = cast("PolarAxes", figure.add_subplot(projection="polar"))

@@ -21,7 +21,7 @@ def draw_tuned(one: TunedAxis) -> Figure:
     """Return the control voltage around the reversals of an axis, measured and replayed: before tuning and after.
 
     Above for each circle the voltage as it acts, less what inertia and the drive's damping need by the plant that was
-    found: what friction takes. Below what nominal and tuned parameters leave of it.
+    found: the voltage for friction. Below the residual with nominal and tuned parameters.
 
     one: The tuned axis.
     """
@@ -77,7 +77,7 @@ def _reversal(one: TunedAxis, n: int) -> float:
 
 @view("rounds", of="Learned", usual=True)
 def draw_learned(found: Learned) -> Figure:
-    """Return the glitch over the rounds and what is left of other circles, and the radial error before and after.
+    """Return the glitch over the rounds and on other circles, and the radial error before and after.
 
     found: What was learned.
     """

@@ -33,7 +33,7 @@ class Halved:
 
     @property
     def half_widths(self) -> float:
-        """By how much they differ, in half-widths of the 95 % interval of a difference [1]: 95 of 100 are below 1."""
+        """Their difference in half-widths of the 95 % interval of a difference [1]: 95 of 100 are below 1."""
         return abs(float(self.first) - float(self.second)) / hypot(self.first.half_width, self.second.half_width)
 
 

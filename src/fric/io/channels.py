@@ -182,7 +182,7 @@ def _form(channels: Mapping[str, Channel], kind: Kind | None) -> Form:
 
 
 def _of_file(table: Table, channels: Mapping[str, Channel], part: bool) -> dict[str, Channel]:
-    """Return the channels of a mapping that a file is asked for: all, or of a part those that it can hold."""
+    """Return the channels of a mapping that are read from a file: all, or of a part those that it can hold."""
     if not part:
         return dict(channels)
     found = {}

@@ -441,7 +441,7 @@ def _is_difference(data: Samples, n: int, reference: int, position: int) -> bool
 
 
 def _actual(data: Samples, t: Real, members: list[int]) -> tuple[int, int | None, float]:
-    """Return which of the positions of an axis was measured, which was asked for, and how sure that is."""
+    """Return which of the positions of an axis was measured, which was commanded, and how sure that is."""
     commanded = [n for n in members if data.said[n].commanded]
     if len(members) > 1 and not commanded and all(data.said[n].quantity == "position" for n in members):
         return next((n for n in members if data.said[n].measured), members[0]), None, 0.9  # two encoders

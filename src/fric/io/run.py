@@ -141,7 +141,7 @@ def read_run_provenance(path: Path) -> dict[str, Any]:
 
 
 def read_prediction(path: Path) -> Prediction | None:
-    """Return what schemes should leave of the circle of a run file; None where no machines were drawn for that."""
+    """Return the predictions of schemes on the circle of a run file; None where no machines were drawn."""
     with open_file(path, hint=AGAIN) as file, foreign(path, AGAIN, lacking=True):
         key = f"{MONTE_CARLO}/prediction"
         return prediction_of(json.loads(file[key][()])) if key in file else None

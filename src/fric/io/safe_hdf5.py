@@ -21,7 +21,7 @@ from fric.output import staged
 
 
 class Unfailing:
-    """A file for HDF5's ``fileobj`` driver that keeps errors to itself until they are asked for.
+    """A file for HDF5's ``fileobj`` driver that keeps errors until `check` raises them.
 
     HDF5 does not survive a write that fails: it repeats the write when the file is closed, and the process ends in a
     segmentation fault. So a failed write is noted and later writes are skipped; the file is lost, and `check` raises

@@ -24,7 +24,7 @@ class Sample(NamedTuple):
     measured: float  # m, position as the encoder measures it
     input: float  # V, of the last sample, as limited
     control: float  # V, of the last sample: the input less the friction feedforward
-    excess: float  # V, by how much the limit cut the voltage of the last sample; 0 where it did not
+    excess: float  # V, the part of the last sample's voltage that the limit cut; 0 where it did not
     estimate: float  # V, what the observers took off the voltage of the last sample
 
 

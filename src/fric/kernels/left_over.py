@@ -57,7 +57,7 @@ def travels_along(position: Real, play: float, found: Real) -> None:
 
 @compiled_step
 def left_over_step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
-    """Advance the inner model, and add what is left over at this travel since the last reversal, linear in between."""
+    """Advance the inner model, and add the residual force at this travel since the last reversal, linear in between."""
     travelled(dz, parameters[_PLAY], state)
     n, knee = int(parameters[_POINTS]), parameters[_KNEE]
     play = parameters[_PLAY]

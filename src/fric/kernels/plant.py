@@ -29,9 +29,9 @@ DEPTH = 16
 WORK = 400
 """Friction steps after which steps are made longer again before the input changes: friction that is nowhere smooth."""
 TOLERANCE = 4e-14
-"""By how much the velocity [m/s, rad/s] may change with the number of parts, unless less is asked for."""
+"""Largest change of the velocity [m/s, rad/s] with the number of parts, unless less is required."""
 ROUNDING = 1e-14
-"""And by how much of itself: what many roundings come to."""
+"""The same relative to the velocity: the sum of many roundings."""
 LASTING = 20
 """For how many inputs an error of the friction force is taken to push, before the loop holds against it."""
 
@@ -49,7 +49,7 @@ class PlantConstants(NamedTuple):
     set_valued: float  # 1 where the friction has no memory: it holds a body at rest by itself
     ahead: float = 0.0  # m, where the axis begins, from where the reference does
     v_0: float = 0.0  # m/s, velocity that it begins with
-    tolerance: float = TOLERANCE  # m/s, by how much the velocity may change with the number of parts
+    tolerance: float = TOLERANCE  # m/s, largest change of the velocity with the number of parts
     drift: float = 0.0  # final acceleration per volt over the initial, less 1
     warming: float = 1.0  # s, time constant of that
     began: float = 0.0  # s, since it began to

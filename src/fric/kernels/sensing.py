@@ -18,7 +18,7 @@ class Sensing(NamedTuple):
     wave: float = 0.0  # rad/m, 2π over the pitch of the scale
     phase: float = 0.0  # rad, at position 0
     spring: float = 0.0  # 0 for one rigid mass; with two masses 1 where the encoder is on the motor, 2 on the table
-    shift: float = 0.0  # m, by how much its counts lie below whole steps of the position
+    shift: float = 0.0  # m, distance of its counts below whole steps of the position
 
 
 FAULTLESS = Sensing()

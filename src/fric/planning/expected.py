@@ -36,7 +36,7 @@ PLACES = 64.0
 """Counts of the encoder over which a record begins anywhere: a slow axis hunts between two by where they are."""
 
 ACCURACY = 1e-10
-"""By how much the integration may move the position [m]: 0.01 N of a stiffness of 100 N/µm."""
+"""Largest error of the position by the integration [m]: 0.01 N of a stiffness of 100 N/µm."""
 
 NOTABLE = 1.2
 """Widening by unmodelled friction above which it is reported."""
@@ -51,7 +51,7 @@ IDENTIFIED_BY = {
 """The parameters that each kind of record determines."""
 
 Wanted = Mapping[str, tuple[float, bool]]
-"""Half-width that is asked for by parameter, and whether it is relative to the value."""
+"""Requested half-width by parameter, and whether it is relative to the value."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def anywhere(axis: Axis, trials: Sequence[Trial], seed: int) -> list[Trial]:
 
 
 def left_over(known: FrictionDocument) -> dict[str, float]:
-    """Return what fits left over [N], by section: of the static map between strokes, of GMS in the virgin curve."""
+    """Return the residuals of fits [N], by section: of the static map between strokes, of GMS in the virgin curve."""
     static, gms = known.fit_of("static"), known.fit_of("gms")
     between = static.between_strokes if static.between_strokes and static.between_strokes.value else static.rmse
     given = {"static": between, "gms": gms.virgin_curve_rmse}
@@ -277,7 +277,7 @@ def planned_for(
     """Return the experiments that give the requested half-widths, as far as any do, and the expected intervals.
 
     axis, limits: The axis as known beforehand, and its limits.
-    wanted: Half-width that is asked for by parameter, and whether it is relative to the value.
+    wanted: Requested half-width by parameter, and whether it is relative to the value.
     advance, draws, known, plant: As in `expected`.
     micro_steps: As in `choose`.
     """

@@ -187,7 +187,7 @@ def _slopes(
 
 
 def _moved(model: GMS, name: str, by: float, *, linear: bool) -> tuple[GMS, float]:
-    """Return the model with a parameter moved on its scale, and by how much it could be: bounds are kept."""
+    """Return the model with a parameter moved on its scale, and the step within the bounds."""
     if name == "offset":
         return model, by
     if linear:

@@ -12,7 +12,7 @@ SHORTEST = 8e-3
 """Time between two points at least [s]."""
 
 TOLERANCE = 1e-7
-"""By how much straight pieces may leave the motion [m, rad], where the shortest time allows."""
+"""Largest deviation of straight pieces from the motion [m, rad], where the shortest time allows."""
 
 EVEN = 1e-6
 """Share of the largest acceleration up to which a motion counts as even."""

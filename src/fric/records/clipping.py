@@ -82,7 +82,7 @@ def clipped_among(records: Sequence[Real]) -> list[int]:
     """Count the samples of each record at which a channel is clipped, judged from all its records.
 
     A record that stays at the very extreme of all is flat for its range, or for coarse counts; it is clipped where the
-    others show that the channel is finer than that, and none goes beyond.
+    others show that the channel is finer than that, and none exceeds it.
     """
     found = [clipped_samples(one) for one in records]
     if any(_fine(one) for one in records):

@@ -157,7 +157,7 @@ def energy_per_cycle(energies: Real) -> Estimate | None:
 
 
 def drift(values: Real) -> tuple[float, float]:
-    """Return by how much values change from the first to the last by their line, and half its 95 % interval.
+    """Return the change of values from the first to the last along their line, and half its 95 % interval.
 
     values: One value a cycle, shape (cycles,), three or more.
     """

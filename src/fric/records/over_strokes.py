@@ -181,7 +181,7 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
 
 
 def along_axis(strokes: Sequence[tuple[Log, Segment]]) -> tuple[float, float] | None:
-    """Return by how much the force rises along the axis [N/m], and half its 95 % interval; None where it does not.
+    """Return the slope of the force along the axis [N/m], and half its 95 % interval; None where it is 0.
 
     It is estimated from the later halves of strokes, settled or not: a rise along a stroke looks like settling.
 

@@ -35,7 +35,7 @@ def acting_force(time: Real, force: Real, delay: float) -> Real:
     undone.
 
     time, force: Instants [s] and logged force [N], each of shape (n,).
-    delay: By how much later the logged force acts [s], ``T_d - force_lag`` of a plant; negative where it is logged
+    delay: Delay of the action of the logged force [s], ``T_d - force_lag`` of a plant; negative where it is logged
         late.
     """
     if delay == 0.0:
@@ -51,9 +51,9 @@ class Drive(NamedTuple):
     K_f
         Force constant [N/V]; None where it is not known.
     T_d
-        By how much later than the voltage that makes it a force acts [s].
+        Delay of the force behind the voltage that makes it [s].
     force_lag
-        By how much later than that voltage it is logged [s].
+        Lag of the logged force behind that voltage [s].
     """
 
     K_f: float | None = None
@@ -85,7 +85,7 @@ class Preparation:
     """How a record was prepared for the replay, as data.
 
     source: the channel that the force is from; input times the force constant
-    delay: by how much later the force acts than it is logged; negative where it is logged late [s]
+    delay: delay of the action of the force after its log [s]; negative where it is logged late
     timing: standard deviation of the lag between force and position [s]
     encoder: the encoder's step; 0 where none is visible [m]
     mass: mass whose inertia was taken off [kg]

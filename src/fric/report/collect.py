@@ -94,7 +94,7 @@ class Item:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Contour(Candidate):
-    """What one compensation scheme leaves of a contour: a candidate of the verdict, with what is drawn of it."""
+    """Result of one compensation scheme on a contour: a candidate of the verdict, with its curves."""
 
     # rms, range: root mean square, and largest less smallest contour error [m]
     rms: float

@@ -117,7 +117,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._send(200, json.dumps(found).encode(), "application/json")
 
     def _word(self) -> str | None:
-        """Return what is asked for behind the token; None where the token or the host is another."""
+        """Return the request behind the token; None where the token or the host is another."""
         local = self.headers.get("Host", "") == f"{HOST}:{self._page.port}"  # else a name was bent to this computer
         head, token, word = self.path.split("/", 2) if self.path.count("/") > 1 else ("", "", "")
         right = compare_digest(token.encode(), self._page.token.encode())

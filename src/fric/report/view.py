@@ -232,7 +232,7 @@ UNEVEN = 1.3
 def observations(test: ContourTest, presliding: float | None = None) -> list[str]:
     """Return what the contours of one test show in addition to the verdict, of relevant differences.
 
-    test: What each scheme leaves of one contour.
+    test: Result of each scheme on one contour.
     presliding: Displacement over which friction builds up after a reversal [m], where a friction file holds it.
     """
     found = [*overcompensation(test), *too_weak(test.contours), *observer_share(test), *observer_spoils(test)]

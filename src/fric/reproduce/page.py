@@ -117,7 +117,7 @@ def design_rows(
 
 @dataclass(frozen=True)
 class SchemeRow:
-    """What a scheme left of a circle, beside what was published."""
+    """Result of a scheme on a circle, beside the published result."""
 
     run: CircleRun  # The run
     published: float | None  # The published glitch [m], where given

@@ -170,7 +170,7 @@ def run_axis(
     excitation: Voltage added to the control voltage [V], shape (n,).
     against: Voltage fed forward against friction in place of what the scheme's model gives [V], shape (n,).
     halvings: How often every step of the plant is halved, to see that this changes nothing.
-    accuracy: By how much the integration of the plant may move the position [m]; 0 for the last digits.
+    accuracy: Largest error of the position by the integration of the plant [m]; 0 for the last digits.
     began: Time since the machine was switched on, for what drifts [s].
     Raises FricError: When the scheme asks for a model or a block that the axis does not have, or the loop is not
         stable.

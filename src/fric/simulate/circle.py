@@ -58,7 +58,7 @@ class CircleRun(ContourRun[Circle, Circularity]):
 
     @property
     def circularity(self) -> Circularity:
-        """What the scheme leaves of it."""
+        """Result of the scheme."""
         return self.contour
 
 
@@ -103,7 +103,7 @@ class Grid:
     # feeds, radii: feeds [m/s] and radii [m] of the circles, in all combinations
     feeds: tuple[float, ...]
     radii: tuple[float, ...]
-    accuracy: float  # By how much the integration may move a glitch [m]
+    accuracy: float  # Largest error of a glitch by the integration [m]
 
     def __post_init__(self) -> None:
         if not (self.feeds and self.radii):
@@ -180,7 +180,7 @@ class CircleMap:
         return found
 
     def less(self, one: Scheme, other: Scheme) -> Real:
-        """Return by how much a scheme leaves less than another, by radius and feed [m]; negative where it spoils."""
+        """Return the reduction of the glitch against another scheme, by radius and feed [m]; negative where worse."""
         names = [scheme.name for scheme in self.grid.schemes]
         both = self.glitches
         return np.asarray(both[names.index(other.name)] - both[names.index(one.name)])

@@ -105,7 +105,7 @@ class ContourRun(Generic[Followed, Left]):
     test: Followed  # The contour
     # What each axis recorded, by its name; an axis that is not simulated follows its reference exactly
     traces: Mapping[str, Trace]
-    contour: Left  # What the scheme leaves of it
+    contour: Left  # Result of the scheme
     warnings: tuple[Notice, ...] = ()  # What the user should know
     # Its errors at each place between two counts (`fric.simulate.contour_run`); empty where one run is enough
     places: tuple[Figures, ...] = ()
@@ -176,7 +176,7 @@ def follow(
     scheme, test: The compensation scheme, and the contour.
     only: Name of the one axis that is simulated, while the other follows its reference exactly.
     halvings: How often every step of the plant is halved, to see that this changes nothing.
-    accuracy: By how much the integration of the plant may move a position [m]; 0 for the last digits.
+    accuracy: Largest error of a position by the integration of the plant [m]; 0 for the last digits.
     Raises FricError: When the machine has no two linear axes at one controller rate, the feed asks for more voltage
         than a drive has, or a run is not possible.
     """
@@ -247,6 +247,6 @@ def run_warnings(scheme: Scheme, traces: Mapping[str, Trace]) -> tuple[Notice, .
 
 
 def reduction(run: ContourRun[Any, Any], runs: Sequence[ContourRun[Any, Any]]) -> float | None:
-    """Return by how much a scheme lowers the glitch against the run without compensation; None where there is none."""
+    """Return the reduction of the glitch by a scheme against the run without compensation; None where there is none."""
     bare = next((other.contour.glitch for other in runs if other.scheme.bare), 0.0)
     return None if not bare or run.contour.glitch == bare else 1 - run.contour.glitch / bare

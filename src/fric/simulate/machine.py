@@ -32,7 +32,7 @@ class NominalFriction:
     gain
         Share of the nominal friction that is fed forward.
     lead
-        By how much friction and inverse model are fed forward ahead of the reference [s]; ``auto`` for the delay T_d of
+        Lead of the feedforward of friction and inverse model [s]; ``auto`` for the delay T_d of
         the nominal plant, which is when the drive answers.
     """
 

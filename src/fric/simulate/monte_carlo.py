@@ -26,7 +26,7 @@ QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.97
 """Quantiles of the glitch that are reported, by their keys in JSON and run files."""
 
 ACCURACY = 5e-9
-"""By how much the integration of the plant may move a glitch [m], where machines differ by micrometres."""
+"""Largest error of a glitch by the integration of the plant [m], where machines differ by micrometres."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Study:
     # `fric.circles.next_circle`
     completion: Callable[[Machine, int], Machine] | None = None
     only: str | None = None  # Name of the one axis that is simulated
-    accuracy: float = ACCURACY  # By how much the integration of the plant may move a glitch [m]; 0 for the last digits
+    accuracy: float = ACCURACY  # Largest error of a glitch by the integration of the plant [m]; 0 for the last digits
 
     def __post_init__(self) -> None:
         check_spreads(self.spreads)
@@ -135,8 +135,8 @@ class MonteCarlo:
     """Outcomes of a study."""
 
     study: Study  # What was run
-    asked: int  # Machines that were asked for
-    # Those that were run: machines 0, 1, 2, …, fewer than asked for where the study was interrupted
+    asked: int  # Requested number of machines
+    # Those that were run: machines 0, 1, 2, …, fewer than requested where the study was interrupted
     outcomes: tuple[Outcome, ...]
 
     def __len__(self) -> int:
@@ -190,7 +190,7 @@ class MonteCarlo:
 
 
 def _unused(found: MonteCarlo) -> Iterator[Notice]:
-    if found.study.spreads is DEFAULT_SPREADS:  # nobody asked for them
+    if found.study.spreads is DEFAULT_SPREADS:  # they were not requested
         return
     ran = [outcome for outcome in found.outcomes if len(outcome.failures) < len(found.study.schemes)]
     drawn = {key.partition(".")[2] for outcome in ran for key in outcome.drawn}

@@ -119,7 +119,7 @@ class Candidate:
     planned: Planned  # The experiment
     lasting: float  # How long it lasts [s]
     half_width: float  # Half the 95 % interval of the predicted glitch with it [m]
-    # By how much that would differ with other noise, and from other places between two encoder counts [m]
+    # Scatter of it with other noise, and other places between two encoder counts [m]
     scatter: float
 
 

@@ -78,7 +78,7 @@ class Dialect:
 
 
 def helper(name: str, dialect: Dialect) -> str:
-    """Return the definition of an intrinsic function that C's library is not asked for."""
+    """Return the definition of an intrinsic function that is not taken from C's library."""
     number, fabs = dialect.number, dialect.function("fabs")
     return HELPERS[name].format(
         real=dialect.real, prefix=dialect.prefix, fabs=fabs, zero=number(0.0), one=number(1.0), two=number(2.0),

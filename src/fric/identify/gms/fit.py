@@ -97,7 +97,7 @@ class GMSFit:
     hysteresis: tuple[HysteresisCycles, ...]
     blocks: Blocks
     choice: Choice | None  # How the number of blocks was chosen; None where the user gave it
-    asked: int | None  # Number of blocks that the user asked for; None where it was left to the criterion
+    asked: int | None  # Number of blocks that the user requested; None where the criterion chose it
     # knots_given, refined: true where the user gave the knots; where the parameters are from replay
     knots_given: bool
     refined: bool

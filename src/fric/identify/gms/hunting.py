@@ -165,6 +165,6 @@ def _counts(record: Prepared) -> bool:
 
 
 def _left_over(model: FrictionModel, records: Sequence[Prepared]) -> float:
-    """Return what a model leaves of the force of records that hunt, root mean square [N]."""
+    """Return the residual force of records that hunt, root mean square [N]."""
     rest = [(record.force - record.fitted(model))[record.used] for record in records if _counts(record)]
     return float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))

@@ -95,7 +95,7 @@ def _begins_loaded(record: Prepared, reversals: Indices) -> bool:
     edges = np.linspace(0.0, travel * (1.0 + 1e-9), PARTS + 1)
 
     def unlike(n: int) -> float:
-        """Return by how much two strokes of one direction differ, but for a constant [N]."""
+        """Return the difference of two strokes of one direction, but for a constant [N]."""
         along = []
         for begin, end in ((reversals[m], reversals[m + 1]) for m in (n, n + 2)):
             part = np.clip(np.digitize(np.abs(z[begin:end] - z[begin]), edges) - 1, 0, PARTS - 1)

@@ -59,7 +59,7 @@ class ForceScale:
     """K_f, and how late the logged force is."""
 
     K_f: Estimate | None  # Force constant [N/V]; None where it is not known
-    # By how much the logged force is later than the logged input at low frequency, filter included [s]; None where no
+    # Lag of the logged force behind the logged input at low frequency, filter included [s]; None where no
     # record has both
     lag: Estimate | None = None
     # Corner of the first-order filter that is part of the lag [Hz]; None where none is seen

@@ -30,7 +30,7 @@ from fric.records.motion import butterworth, zero_phase
 from fric.records.timing import even_sampling
 
 SEGMENTS = 8
-"""Length of the record over that of a Welch segment, unless another is asked for."""
+"""Length of the record over that of a Welch segment, unless another is given."""
 
 
 DISTORTED = 1.5

@@ -131,7 +131,7 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
         transport = replace(transport, value=float(transport) - half, ci95=(low - half, high - half))  # type: ignore[operator]
     notices = list(described(fits, solution, influence, estimates, rate))
     if {A_OPEN.code, A_HOLDS_FRICTION.code} <= {notice.code for notice in notices if notice.severity != "note"}:
-        # what is left of it is friction: strokes show all that is viscous, where no damping is taken off them
+        # the rest is friction: strokes show all viscous friction, where no damping is subtracted
         high = float(estimates["A"]) + float(solution.half_widths()[0])
         estimates["A"] = replace(estimates["A"], value=0.0, ci95=(0.0, high), assumed=True)
     return PlantFit(

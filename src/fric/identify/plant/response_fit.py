@@ -77,7 +77,7 @@ def select(
 
 
 def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float]:
-    """Return A, ln B, T_d near the best, and what is left of the squares.
+    """Return A, ln B, T_d near the best, and the residual sum of squares.
 
     They are from a grid: the phase is wrapped, so that no unwrapping can go wrong.
 
@@ -162,7 +162,7 @@ EQUATION_1 = Form()
 
 @dataclass(frozen=True)
 class Solution:
-    """Parameters of eq. (1), and of Coulomb friction and a second mass where they were asked for."""
+    """Parameters of eq. (1), and of Coulomb friction and a second mass where they were requested."""
 
     # A [1/s], ln B, T_d [s], F_c/M [m/s²] where friction was fitted, and those of a second mass as in `Form`; shape
     # (p,)
@@ -371,7 +371,7 @@ class PlantFit:
     responses: tuple[ResponseFit, ...]  # Each response with its separate fit
     friction: FrictionInfluence  # What friction does to A
     hold: float | None  # Sampling rate of the hold [Hz]; None for a continuous response
-    transport: Estimate  # What is left of T_d without half a sample of hold [s]
+    transport: Estimate  # T_d without half a sample of hold [s]
     # Frequency, ratio and damping of a table on a spring, see `fric.drive.resonance`; None where none is seen
     second_mass: dict[str, Estimate] | None = None
     warnings: tuple[Notice, ...] = ()  # Warnings: what the data do not determine

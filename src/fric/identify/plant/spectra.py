@@ -123,7 +123,7 @@ def periods(values: Real, period: int) -> Complex:
 
 
 def drift(values: Real, period: int) -> float:
-    """Return by how much a signal that repeats itself rises in one sample, on average."""
+    """Return the average rise of a periodic signal in one sample."""
     return float(np.mean(values[period:] - values[:-period])) / period
 
 
@@ -207,7 +207,7 @@ def moved_at(spectra: Spectra, *, is_input: bool) -> Mask:
 
 
 def estimate(spectra: Spectra) -> tuple[Complex, Real, Real]:
-    """Return Z/U [m/V], its relative deviation, and the coherence that goes with it, each of shape (n,).
+    """Return Z/U [m/V], its relative deviation, and its coherence, each of shape (n,).
 
     Input and position are each regressed on the driver, and the response is the quotient of both (joint input-output;
     Pintelon and Schoukens, System Identification, 2nd ed., section 2.5). What noise the loop feeds back is in

@@ -328,7 +328,7 @@ def _seconds(model: FrictionModel, records: Sequence[Prepared]) -> float:
 
 
 def _lead(records: Sequence[Prepared], best: Sequence[Real], other: Sequence[Real]) -> tuple[float, float]:
-    """Return by how much the mean squared residual of the best is lower, and half the 95 % interval of that [N²].
+    """Return the advantage of the best in the mean squared residual, and half its 95 % interval [N²].
 
     The strokes between reversals are the independent pieces (thirty equal pieces where there are few strokes).
     """

@@ -78,7 +78,7 @@ class Coordinates:
         level: bool = False,
         negative: StaticMap | None = None,
     ) -> Coordinates:
-        """Return the coordinates of a model where all is free that is not held, and the level where it is asked for.
+        """Return the coordinates of a model with all free that is not held, and the level where requested.
 
         Raises FricError: When there is nothing left to fit.
         """

@@ -34,7 +34,7 @@ BLOCKS = 3
 
 
 def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate]:
-    """Return by how much the force is logged later than the position [s], by record; of cycles alone.
+    """Return the lag of the logged force behind the position [s], by record; of cycles alone.
 
     It is one Gauss–Newton step from the solution, in the lag of each record and all parameters together, and its
     interval includes the error of the model that recurs in each cycle, and an alignment of the channels to half a
@@ -103,7 +103,7 @@ def one_lag(late: Mapping[str, Estimate], clear: float) -> bool:
 
 
 def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *, sure: bool) -> Notice:
-    """Say by how much the force of records is late, and whether it was moved back by the mean of that.
+    """Return the warning about the lag of the force of records, and whether its mean was corrected.
 
     records: The records.
     late: The lag of each [s].

@@ -27,13 +27,13 @@ from fric.records.judgement import RESOLVED, identifiability_of
 ROW, MOST = 160, 40_000
 """Blocks of the row, and samples that it is replayed along."""
 BEYOND = 1.5
-"""By how much the row is wider than the blocks, to either side, in the logarithm of k/alpha."""
+"""Excess width of the row over the blocks, to either side, in the logarithm of k/alpha."""
 WORSE = 1.02
 """Ratio of squared residuals above which a place is rejected: the force is interpolated between blocks of the row."""
 TRIED, SETTLED, STEPS = 20_000, 40, 24
 """Places on the grid that are tried at most, those that are settled, and steps of least squares from each."""
 RIVALS, APART = 3, 0.05
-"""Points kept beside the best, and by how much they differ at least, in the logarithm of k/alpha of some block."""
+"""Points kept beside the best, and their least difference in the logarithm of k/alpha of some block."""
 DRAWS, LEAST = 96, 1e-4
 """How often noise is drawn, and the share of a step over which its effect is linear."""
 

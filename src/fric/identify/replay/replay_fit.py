@@ -61,7 +61,7 @@ class ReplayFit:
     coordinates: Coordinates
     x: Real
     covariance: Covariance  # How the parameters that were fitted err together
-    # By how much the force is logged later than the position [s], by record, see `lateness`
+    # Lag of the logged force behind the position [s], by record, see `lateness`
     late: Mapping[str, Estimate]
     warnings: tuple[Notice, ...] = ()  # Warnings: what the records do not determine
     # Standard deviation of the ``level`` [1], the ``offset`` [N] and the ``mass`` [kg] of records, where seen
@@ -357,8 +357,7 @@ def replay_information(
     records: Records with the friction of this model, ready for replay.
     model: The model.
     ranges: Between which values the records could show it.
-    beyond: What the covariance gains besides, where the residuals do not tell it.
-    Returns the parameters, and a matrix (p, p).
+    beyond: Increase of the covariance that the residuals do not show. Returns the parameters, and a matrix (p, p).
     """
     held = {("static", name): float(getattr(model.static, name)) for name in STATIC_PARAMETERS}
     level = not all(record.slides for record in records)

@@ -37,7 +37,7 @@ class Point:
     """State of a search."""
 
     x: Real  # Coordinates, shape (p,)
-    residual: Real  # What is left of the force there, weighted [N], shape (n,)
+    residual: Real  # Residual force there, weighted [N], shape (n,)
     gradient: Real  # The derivatives of the residual, shape (n, p)
 
 
@@ -184,7 +184,7 @@ class Search:
 def spread(record: Prepared, model: FrictionModel) -> Real:
     """Return the standard deviation of each residual [N] at the samples used: ``σ² = σ_F² + (σ_z·dF/dz)²``.
 
-    What is left of the encoder's steps in the motion is magnified by the stiffness of the contact (effective variance:
+    The rest of the encoder's steps in the motion is magnified by the stiffness of the contact (effective variance:
     Orear, Am. J. Phys. 50 (1982) 912). σ_F and σ_z are fitted to the squared residuals, and σ_z is no more than
     ``step/√12``, that of a bare count: what a model misses near a reversal is not taken for the encoder's.
     """

@@ -265,7 +265,7 @@ def _errors(known: list[_Stroke], taken: Real, shared: _Shared) -> Real:
 
 
 def _settled(strokes: Strokes, one: _Stroke, shared: _Shared) -> SpeedPoint:
-    """Return the point of a stroke without what is left of its settling."""
+    """Return the point of a stroke without the rest of its settling."""
     point, (log, segment) = strokes.points[one.number], strokes.stretches.by_number[one.number]
     force = log.require("force", "the friction map")[segment.start : segment.stop]
     fall, error = one.fall(shared.log_C)
@@ -286,7 +286,7 @@ def _shared(known: list[_Stroke]) -> _Shared | None:
     centred = force - np.repeat(np.add.reduceat(force, begins) / counts, counts)
 
     def residuals(log_C: float) -> Real:
-        """Return what falls as `_Stroke.fall` leave over, of all strokes one after the other [1]."""
+        """Return the residuals of falls as `_Stroke.fall`, of all strokes one after the other [1]."""
         shape = np.exp(-rate * np.exp(log_C))
         around = shape - np.repeat(np.add.reduceat(shape, begins) / counts, counts)
         power = np.maximum(np.add.reduceat(around**2, begins), 1e-12)

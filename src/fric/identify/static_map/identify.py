@@ -353,7 +353,7 @@ def directions_differ(fit: MapFit) -> Sequence[Notice]:
 def damping_notices(fit: MapFit) -> Sequence[Notice]:
     """Return a warning when a plant removed more than the damping of the drive, or all viscous friction with it.
 
-    A response shows the sum of both in A; sigma is then what is left of it, and 0 within its error and the plant's.
+    A response shows the sum of both in A; sigma is then the rest of it, and 0 within its error and the plant's.
     """
     problem, theta, asked = fit.problem, fit.solution.theta, fit.asked
     if asked.plant is None or theta["sigma"] > 0 or "sigma" not in problem.free:

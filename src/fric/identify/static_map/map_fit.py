@@ -166,7 +166,7 @@ def chosen(fitted: Fitted, *, fall: bool, shape: bool, fixed: bool) -> tuple[Fit
 
 
 def _with_ageing(plain: StribeckProblem, solution: Solution, held_out: HeldOut) -> HeldOut:
-    """Return how well eq. (2) predicts with an F_s that ages, and by how much it does where that is clearly better."""
+    """Return how well eq. (2) predicts with an F_s that ages, and the ageing where that is clearly better."""
     ageing = aged(plain, solution)
     tried = held_out.entered("ages", by_leverage(plain, ageing.residual, ageing.jacobian))
     clearly = tried.better("ages") and tried["ages"] < CLEARLY * tried["stribeck"]
@@ -268,7 +268,7 @@ DIMENSIONS = {p.name: p.dimension for p in StaticMap.parameters} | {"offset": "f
 class MapFit:
     """Eq. (2) fitted to points of both directions, or of one."""
 
-    asked: Asked  # What was asked for
+    asked: Asked  # The arguments
     problem: StribeckProblem  # What was minimised; the standard errors include ``between``
     solution: Solution  # Where the minimum is
     estimates: Mapping[str, Estimate]

@@ -95,7 +95,7 @@ class StribeckProblem:
         return np.sign(self.v) * level + theta["sigma"] * self.v + theta["offset"]
 
     def _shares(self, v_s: float, delta: float) -> Real:
-        """Return what is left of the Stribeck rise at each stroke, averaged over its swing, shape (n,)."""
+        """Return the remaining Stribeck rise at each stroke, averaged over its swing, shape (n,)."""
         if self.swing is None:
             return stribeck_shares(self.v, v_s, delta)
         nodes = np.cos(np.pi * (np.arange(8) + 0.5) / 8)  # of Gauss and Chebyshev: a sine spends its time so

@@ -28,7 +28,7 @@ Weights = Literal["error", "equal"]
 
 @dataclass(frozen=True)
 class Asked:
-    """What `identify_static` was asked for: its arguments, by their names."""
+    """The arguments of `identify_static`, by their names."""
 
     motion: Motion = "linear"
     plant: Plant | None = None

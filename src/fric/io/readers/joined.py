@@ -128,7 +128,7 @@ class Joined(Table):
         self.notices += [note for other in others for note in other.moved(str(self.path), lead)]
 
     def _asked(self, part: int, wanted: Sequence[int]) -> list[tuple[int, int]]:
-        """Return the channels of a part that are asked for."""
+        """Return the requested channels of a part."""
         return list(dict.fromkeys(self._places[n - 1] for n in wanted if n and self._places[n - 1][0] == part))
 
 

@@ -112,14 +112,14 @@ class Dwell:
 
 @dataclass(frozen=True)
 class Drift:
-    """A factor that goes from 1 to 1 + amount.
+    """A factor that changes from 1 to 1 + amount.
 
     It does so while the machine runs, as ``1 + amount·(1 - exp(-t/time))``.
 
     Parameters
     ----------
     amount
-        Where it goes, less 1 [1].
+        Its final value, less 1 [1].
     time
         Time constant, from the first experiment of a session [s].
     """
