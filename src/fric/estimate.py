@@ -100,7 +100,7 @@ def as_filed(value: T) -> T:
 
 
 Scale = Literal["linear", "log", "logit"]
-"""Of what a covariance is: of the value, of its logarithm, of ``log(p/(1 - p))`` of a share."""
+"""The scale of a covariance: the value, its logarithm, or ``log(p/(1 - p))`` of a share."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Covariance:
     names
         The parameters, ``k_2`` being that of the second block.
     scales
-        Of what the covariance is, by parameter.
+        The scale of the covariance, by parameter.
     matrix
         The covariance, rows in the order of the names, in SI.
     """
@@ -176,7 +176,7 @@ DIGITS = 8
 
 
 def _size(value: float, interval: Any) -> float:
-    """Return what a value and its interval are read in: the value, or a tenth of a limit far beyond it."""
+    """Return the size that sets the prefix of a value and its interval: the value, or a tenth of a far limit."""
     limits = [abs(limit) for limit in interval or () if limit is not None and not isinf(limit)]
     far = max(limits, default=0.0)
     return abs(value) if far < 1e4 * abs(value) else 0.1 * far

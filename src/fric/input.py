@@ -73,7 +73,7 @@ def foreign(path: Path | str, hint: str = "Make it again.", *, lacking: bool = F
 
 
 def _ours(error: Exception) -> bool:
-    """Say whether an exception arose in fric's code, and not in a library that it calls."""
+    """Return whether an exception arose in fric's code, and not in a library that it calls."""
     place = error.__traceback__
     while place is not None and place.tb_next is not None:
         place = place.tb_next

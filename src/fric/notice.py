@@ -72,7 +72,7 @@ class Notice(str):
         return Notice(self.says, self.code, severity or self.severity, self.values, where, carried or self.carried)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return what a copy in another process is made from."""
+        """Return the arguments for a copy in another process."""
         return Notice, (self.says, self.code, self.severity, dict(self.values), self.where, self.carried)
 
     @classmethod

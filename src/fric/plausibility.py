@@ -172,7 +172,7 @@ class Finding:
     usual: float = 0.0
 
     def beyond(self) -> bool:
-        """Say whether it is beyond what a drive can be; a value that is not known is not."""
+        """Return whether it is beyond what a drive can be; a value that is not known is not."""
         bound = BOUNDS[self.name]
         low, high = bound.rotary if rotates(self.motion) else bound.linear
         return isfinite(self.value) and not low <= self.value <= high and not self._of_drive
@@ -183,7 +183,7 @@ class Finding:
         return bool(drive_unit(self.motion)) and BOUNDS[self.name].dimension in OF_FORCE
 
     def unusual(self) -> bool:
-        """Say whether few machines have it."""
+        """Return whether few machines have it."""
         return not rotates(self.motion) and not self._of_drive and 0.0 < self.value < self.usual
 
     def notice(self) -> Notice:

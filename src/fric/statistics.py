@@ -228,7 +228,7 @@ def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: 
     1) - mean S_r``, as far as it is positive (DerSimonian and Laird 1986, in several variables). The joint estimate is
     ``Σ W_r·θ_r``, ``W_r = (XᵀX)⁻¹X_rᵀX_r``, and gains ``Σ W_r·T·W_rᵀ``, with Student's t of R - 1 for its quantile.
 
-    parts, residuals: The observations X_r (n, p) of each record, and what the joint fit leaves there (n,).
+    parts, residuals: The observations X_r (n, p) of each record, and the residuals of the joint fit (n,).
     quantile: By which the covariance is multiplied for an interval.
     """
     count, size = len(parts), parts[0].shape[1]

@@ -1,6 +1,6 @@
 """Units, parsed at the edge: every number inside fric is a float in SI (rad and N·m for a rotary axis).
 
-A *dimension* is what a number measures (``force``, ``velocity``, …). Its SI unit depends on the motion of the
+A *dimension* is the quantity of a number (``force``, ``velocity``, …). Its SI unit depends on the motion of the
 axis: a force is in N on a linear axis and a torque in N·m on a rotary one. Where a drive logs it in another unit (A, %
     of rated, V, counts), that is the unit of all forces of the axis, without conversion to newtons: the mass is in
     A·s²/m, the force constant in A/V.
@@ -57,7 +57,7 @@ OF_FORCE = {"force": "", "mass": "*s^2/{m}", "viscous": "*s/{m}", "stiffness": "
 
 
 def rotates(motion: str) -> bool:
-    """Say whether an axis turns."""
+    """Return whether an axis turns."""
     return motion.startswith("rotary")
 
 
@@ -160,7 +160,7 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
 
 
 def converts(unit: str | None, dimension: str, motion: Motion = "linear") -> bool:
-    """Say whether there is a unit, and it is a unit of a dimension."""
+    """Return whether there is a unit, and it is a unit of a dimension."""
     if not unit:
         return False
     try:
@@ -171,7 +171,7 @@ def converts(unit: str | None, dimension: str, motion: Motion = "linear") -> boo
 
 
 def is_unit(text: str) -> bool:
-    """Say whether a text is a known unit of any dimension."""
+    """Return whether a text is a known unit of any dimension."""
     registry = _registry()
     try:
         registry.Unit(_spelled(text))
@@ -222,7 +222,7 @@ def _fits(unit: str, dimension: str, motion: Motion) -> bool:
 
 
 def _measured(unit: str) -> str:
-    """Name what a unit measures, for an error message: '[length]', '[mass] / [time] ** 2'."""
+    """Name the dimension of a unit, for an error message: '[length]', '[mass] / [time] ** 2'."""
     dimensionality = _registry().Quantity(1.0, unit).dimensionality
     for dimension, units in SI_UNITS.items():
         for si in units:

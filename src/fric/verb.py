@@ -314,7 +314,7 @@ class Form:
         return found
 
     def _value(self, expression: ast.expr) -> Any:
-        """Return what an annotation or a default is; its names are imported from where the source has them."""
+        """Return the object of an annotation or a default; its names are imported from where the source has them."""
         names = {one.id for one in ast.walk(expression) if isinstance(one, ast.Name)}
         known = {name: self._imported(name) for name in names}
         return eval(ast.unparse(expression), {name: value for name, value in known.items() if value is not None})

@@ -79,7 +79,7 @@ class Candidate:
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Between what the glitch lies on the machines that were drawn [m]: 2.5 % are below, 5 % above `stays_under`.
+        """Range of the glitch on the drawn machines [m]: 2.5 % are below, 5 % above `stays_under`.
 
         None where it ran on none. Without machines the range by chance, where it depends on counts.
         """
@@ -168,7 +168,7 @@ class Verdict:
 
     @property
     def result(self) -> tuple[str, str]:
-        """Return ``pass``, ``fail`` or ``not decided``, and what that means; both empty where no tolerance was asked.
+        """Return ``pass``, ``fail`` or ``not decided``, and its meaning; both empty where no tolerance was given.
 
         It passes where the tolerance is kept and nothing at all speaks against the verdict.
         """
@@ -211,7 +211,7 @@ class Verdict:
 
     @property
     def settled_by_code(self) -> list[str]:
-        """The codes of what a measured circle settles, each once."""
+        """The codes of the flaws that a measured circle settles, each once."""
         return list(dict.fromkeys(one.code or str(one) for one in self.settled))
 
 
@@ -235,7 +235,7 @@ def candidates_of(
 
 
 def facts(machine: Machine, runs: Sequence[ContourRun[Any, Any]]) -> dict[str, Any]:
-    """Return what a run file keeps of a machine, as plain data that `evidence_of` reads."""
+    """Return the data of a machine for a run file, as plain data that `evidence_of` reads."""
     names = list(runs[0].traces)
     return provenance() | {
         "machine": machine.name,
@@ -325,7 +325,7 @@ encoders 0.2 µm; limit cycles of too fast observers on a second mass leave 3 to
 CYCLE_RATIO = 2.5
 """Ratio of the oscillation to that without compensation from which it is a limit cycle.
 
-A loop with a peak sensitivity of 6 dB doubles what the guideway does.
+A loop with a peak sensitivity of 6 dB doubles the disturbances of the guideway.
 """
 
 
@@ -435,7 +435,7 @@ def surely_less(better: Candidate, worse: Candidate, least: float) -> bool:
 def difference(one: Candidate, other: Candidate) -> tuple[float, float]:
     """Return the 95 % interval of the difference of what two stay under [m], by drawing the drawn machines again.
 
-    The same machines for both: what a machine does to both falls out. Without machines it is the plain difference, or
+    The same machines for both: effects of a machine on both cancel. Without machines it is the plain difference, or
     where it depends on counts the range by chance.
     """
     if not one.drawn or len(one.drawn) != len(other.drawn):

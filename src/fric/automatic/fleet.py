@@ -203,8 +203,7 @@ def drifts(found: Sequence[UnitOutcome]) -> list[Drift]:
 
 
 def holm(p: Real) -> Real:
-    """Return probabilities adjusted for their number, shape (n,): a value of at most 5 % occurs by chance in 5 % of all
-    families.
+    """Return probabilities adjusted for their number, shape (n,): one of at most 5 % is chance in 5 % of all families.
 
     Holm's step-down (Scandinavian Journal of Statistics 6, 1979): ``max over j ≤ i of (n - j + 1)·p_(j)``, for any
     dependence of the tests.

@@ -81,7 +81,7 @@ class Sources:
     copies: list[Path] = field(default_factory=list)  # Foreign files whose records another file holds already
     # Foreign files that are read with a bundled mapping, by its name
     guessed: dict[str, list[Path]] = field(default_factory=dict)
-    refused: dict[str, list[Path]] = field(default_factory=dict)  # Foreign files that cannot be read, by what they lack
+    refused: dict[str, list[Path]] = field(default_factory=dict)  # Foreign files that cannot be read, by reason
     open: Guessed = field(default_factory=lambda: Guessed(()))  # What is open of foreign files
 
 
@@ -183,7 +183,7 @@ def _guessed(
 
 
 def _is_paper(path: Path) -> bool:
-    """Say whether a file that is no log is there to be read by people, by its name."""
+    """Return whether a file that is no log is there to be read by people, by its name."""
     return bool(_PAPER.match(path.name)) and path.suffix.lower() in {".txt", ".md", ".rst", ".log", ".dat"}
 
 
@@ -294,7 +294,7 @@ def _records(path: Path, mapping: str, axis: str | None = None, *, assume: bool 
 def _read(
     path: Path, mapping: str, found: Sources, seen: list[Record], *, axis: str | None = None, assume: bool = False
 ) -> str:
-    """Take the records of a foreign log; return why there are none, else nothing."""
+    """Take the records of a foreign log; return why there are none, else None."""
     records = _records(path, mapping, axis, assume=assume)
     if isinstance(records, str):
         return records

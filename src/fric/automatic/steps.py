@@ -263,7 +263,7 @@ class Session:
         self.script += [f"cat > {shlex.quote(str(path))} <<'END'", dump(tree).rstrip(), "END"]
 
     def close(self) -> None:
-        """Write the script, and what the steps printed."""
+        """Write the script, and the output of the steps."""
         texts = {"steps.sh": self.script, "steps.log": self.log}
         files = {
             name: "\n".join([*lines, ""]).encode("utf-8", "surrogateescape") for name, lines in texts.items() if lines
@@ -451,14 +451,14 @@ def circle_step(machine: Path, folder: Path, options: Mapping[str, Any], reads: 
 
 
 def diagnosis_step(circle: Path, machine: Path, folder: Path, reads: Iterable[Path] = ()) -> Step:
-    """Return the step that holds a measured circle against what the machine file predicts."""
+    """Return the step that compares a measured circle with the prediction of the machine file."""
     read = [circle, machine, *reads]
     figure = folder / f"{circle.stem}.png"
     return step(f"{circle.stem}: diagnosis", "diagnose", [circle], {"machine": machine}, read, plot=figure)
 
 
 def tune_step(circles: Sequence[Path], machine: Path, folder: Path, reads: Iterable[Path] = ()) -> Step:
-    """Return the step that refits what the controllers believe to measured circles."""
+    """Return the step that refits the nominal parameters of the controllers to measured circles."""
     given, target = [machine, *circles], folder / "tuned"
     return step("tune", "tune", given, {}, [*given, *reads], output=target, leaves=[target / "machine.yaml"])
 

@@ -1,1 +1,1 @@
-"""Circle tests that were measured: taken apart, compared with a prediction, and what a controller learns from them."""
+"""Measured circle tests: diagnosis, comparison with a prediction, and what a controller learns from them."""

@@ -57,7 +57,7 @@ def predict(
     draws: int = DRAWS,
     done: Callable[[], object] = lambda: None,
 ) -> tuple[Diagnosis, dict[str, tuple[float, float]] | None]:
-    """Return what a machine would show on the circle that was measured, and between what its glitches lie.
+    """Return the prediction of a machine for the measured circle, with the range of its glitches.
 
     The interval is that of machines drawn from all that is open about what was identified, as for any prediction, about
     the machine itself, widened by a step of the encoder.
@@ -106,7 +106,7 @@ def agreement(
     measured: Diagnosis, predicted: Diagnosis, intervals: Mapping[str, tuple[float, float]] | None, scheme: str,
     step: float = 0.0, known: Collection[str] = ("x", "y"),
 ) -> Agreement:  # fmt: skip
-    """Hold a prediction against what was measured, quadrant by quadrant, and name the likely cause of a difference.
+    """Compare a prediction with the measurement, quadrant by quadrant, and name the likely cause of a difference.
 
     measured, predicted: The diagnoses of both circles.
     intervals: Interval of each predicted glitch [m]; None where there is none.

@@ -157,7 +157,7 @@ def identifiability_warnings(
     behind: Sequence[Mapping[str, float]],
     largest: float,
 ) -> tuple[Notice, ...]:
-    """Return what the tests leave open: squareness, backlash, scale, scatter, glitches that do not end.
+    """Return the warnings of the tests: squareness, backlash, scale, scatter, glitches that do not end.
 
     tests, circles: The tests, and their revolutions.
     geometry: What was fitted.
@@ -231,13 +231,13 @@ class Diagnosis:
         return max(abs(glitch.value) for glitch in self.glitches.values())
 
     def pulses(self, n: int = 0) -> dict[str, Pulse]:
-        """Return what a test shows around its reversals, less geometry and pitch."""
+        """Return the deviation of a test around its reversals, less geometry and pitch."""
         tested = self.tests[n]
         return pulses(tested.angle, tested.deviation - self.model[n], tested.revolution, tested.test.direction)
 
 
 def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
-    """Take the radial trace of one circle test apart, or of both directions of one circle.
+    """Separate the causes in the radial trace of one circle test, or of both directions of one circle.
 
     To first order a radial deviation is a sum of what each cause leaves at the angle θ, with s = 1 counter-clockwise:
 

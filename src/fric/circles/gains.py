@@ -30,7 +30,7 @@ WINDOW = 0.01
 TRIED, CLEAR = tuple(np.geomspace(0.25, 4.0, 17)), 0.8
 """Gains that are tried, over the stated gains, and the largest accepted share of their error."""
 QUIET = 0.25
-"""Share of what a controller misses in all, up to which its median is: the rest comes in pulses, and is added."""
+"""Largest ratio of the median to the total error of a controller whose error is in pulses, and was added."""
 ABOVE = 6.0
 """Times the spread of quiet samples above which a voltage was added."""
 
@@ -71,7 +71,7 @@ class StatedController:
 def stated_voltage(
     cascade: Cascade, plant: LinearPlant, reference: Real, measured: Real, rate: float, *, ahead: bool
 ) -> tuple[Real, Real, Real]:
-    """Return what a controller gives along a recorded motion [V], (n,): all, its proportional part, its integral part.
+    """Return the output of a controller along a recorded motion [V], (n,): all, proportional part, integral part.
 
     cascade: The controller.
     plant: The plant of its inverse model.
@@ -276,7 +276,7 @@ class _Fit:
         return np.asarray(values - self.basis @ (self.basis.T @ values))
 
     def volts(self, log_values: Real) -> Real:
-        """Return what a cascade gives without anything fed forward [V]."""
+        """Return the output of a cascade without feedforward [V]."""
         from scipy.signal import lfilter
 
         K_v, K_p, K_i, corner = np.exp(log_values)

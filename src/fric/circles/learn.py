@@ -109,7 +109,7 @@ def learn_from(
     test: The circle test, with reference, position and voltage.
     machine: The machine, whose nominal plants are taken.
     how: How; by the feed where not given.
-    before: By axis, what this round fed forward against friction [V], shape (n,); nothing where not given.
+    before: By axis, the feedforward against friction in this round [V], shape (n,); none where not given.
     Raises FricError: When a channel is missing, or what was fed forward before is of another length.
     """
     how = how or Learning.at(test.feed)

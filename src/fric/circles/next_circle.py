@@ -168,7 +168,7 @@ class NextCircle:
     radius: float
     scheme: str  # The scheme
     chance: Chance  # Its largest glitch at each place between two counts [m]
-    ci95: tuple[float, float]  # Between what it lies [m]
+    ci95: tuple[float, float]  # Its range [m]
     model: Chance  # The same as `chance`, with the identified friction alone
     # Whether the residual makes the glitch larger than model and encoder explain
     other_law: bool = False
@@ -264,7 +264,7 @@ def _of_the_encoder(
 def recorded_once_more(
     test: MeasuredCircle, n: int, before: Mapping[str, Axis], tuned: Mapping[str, TunedAxis]
 ) -> Chance:
-    """Return what a circle leaves that is recorded again, with what controllers believed before [m].
+    """Return the glitch of a circle that is recorded again, with the former models of the controllers [m].
 
     test, n: The circle that was recorded, and its number.
     before, tuned: Its axes as they were, and what was found of them.
@@ -340,13 +340,14 @@ def worse_ahead(
     *,
     doubtful: bool = False,
 ) -> str:
-    """Return the text that the next circle should be worse than the recorded circle; empty where it should not. The
-    recorded circle is a single draw, and its repetition scatters as the identified machine does. A glitch below a count
-    need not be avoided.
+    """Return the text that the next circle should be worse than the recorded circle; empty where it should not.
+
+    The recorded circle is a single draw, and its repetition scatters as the identified machine does. A glitch below a
+    count need not be avoided.
 
     tests: The circle tests.
     predicted: What the next circles should show, for each the better scheme counts.
-    again: Gives what the n-th circle leaves that is recorded again, with what controllers believed before [m].
+    again: Gives the glitch of the n-th circle, recorded again with the former models of the controllers [m].
     count: A count of the encoders [m].
     doubtful: Whether friction of this shape does not explain the circles: only the upper end of a prediction counts
         then.
@@ -493,7 +494,7 @@ def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
 
 
 def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
-    """Yield what is wrong where the recorded voltage is not what the stated controller gives, without compensation.
+    """Yield the warnings where the recorded voltage is not that of the stated controller, without compensation.
 
     Its inverse model may be of another plant than that identified since: that is no wrong gain.
     """
@@ -522,7 +523,7 @@ def observers_distrust(schemes: Sequence[Scheme], notices: Iterable[Notice]) -> 
 
 
 LEARNED = "learned"
-"""What a scheme feeds forward that feeds forward what was learned."""
+"""Name of the friction model of a scheme that feeds forward what was learned."""
 CLEARLY = 0.6
 """Largest share of the glitch under the best model that remains after learning, for learning to judge the model."""
 

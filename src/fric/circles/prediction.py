@@ -1,4 +1,4 @@
-"""What a prediction of a circle knows, and what it does not: the glitch of each scheme, and why not to trust it."""
+"""A prediction of a circle: the glitch of each scheme, and reasons not to trust it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Predicted:
     """Prediction of one scheme on machines drawn from the uncertainty of the identified machine.
 
     glitch: median of the largest glitch over the machines that were drawn [m]
-    ci95: between what it lies on 95 % of them, the encoder's step taken in; null where a loop is not stable [m]
+    ci95: its range on 95 % of them, the encoder's step included; null where a loop is not stable [m]
     under: what 95 % of the machines stay under [m]
     quadrants: 95 % interval of the signed glitch [m]
     axes: 95 % interval of the largest glitch at the two reversals of an axis that was run [m]

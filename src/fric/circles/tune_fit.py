@@ -1,6 +1,6 @@
 """The belief that explains the voltages of recorded circles: least squares with the plant eliminated.
 
-Beside it what encoder counts do to it: how far it is off where what it found is recorded again, a parametric bootstrap
+Also the effect of encoder counts: its error where the result is recorded again, a parametric bootstrap
 (`recorded_again`), and inertia and delay without what counts pull them by (`Instruments`).
 """
 
@@ -387,7 +387,7 @@ GROWN = 1.02
 
 @dataclass(frozen=True)
 class Instruments:
-    """Instruments about a fit, and what they weigh: inertia and delay without what encoder counts pull them by.
+    """Instruments about a fit, and their weights: inertia and delay without the bias from encoder counts.
 
     Counts are noise in z̈, and the loop makes voltage of them: regressors and residual share it, and least squares
     takes it for less inertia and more delay (median 0.05 % of B and 4 % of T_d on drawn machines). Instruments Z that
@@ -442,7 +442,7 @@ def instrumented(found: Fitted) -> Fitted:
 
 
 def whole(found: Fitted) -> Fitted:
-    """Return a fit in the coordinates of the whole shape: the point found, and what the whole shape leaves from there.
+    """Return a fit in the coordinates of the whole shape: the point found, and the residual from there.
 
     The choice between four parameters and the whole shape may depend on little, and the intervals must not depend on
     it. The residual is that of the step of the whole shape's fit, to first order: the additional residual of four

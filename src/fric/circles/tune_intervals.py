@@ -45,7 +45,7 @@ MISFIT = 3.0
 def identifiability_warnings(
     axis: Axis, tests: Sequence[MeasuredCircle], before: Fitted, found: Fitted
 ) -> Iterator[Notice]:
-    """Yield what the circles leave open, and what the fit shows of them.
+    """Yield the warnings about what the circles leave open, and what the fit shows of them.
 
     axis: The axis as it was nominally.
     tests: The circle tests.
@@ -60,7 +60,7 @@ def identifiability_warnings(
         )
         yield circle.ONE_FEED.found(where, feed=Estimate(feeds[-1], "m/s"), missing=missing)
     noise = found.noise()
-    # what the encoder's counts add repeats from turn to turn, and is no misfit
+    # the effect of encoder counts repeats from turn to turn, and is no misfit
     if noise is not None and found.rms > MISFIT * noise and found.rms > SHAPE * explained(found):
         yield circle.CIRCLE_MISFIT.found(where, left=Estimate(found.rms, "V"), noise=Estimate(noise, "V"))
     yield from _drifts(axis, found)
@@ -121,8 +121,8 @@ def groups_alike(found: Fitted) -> list[list[int]]:
 
 def merged(found: Fitted) -> Fitted | None:
     """Return a fit with its residual, and its derivatives where blocks that slip together have the same displacement.
-    There the blocks are not separable, and the distance that the fit found is noise. None where no blocks slip
-    together.
+
+    There the blocks are not separable, and the distance that the fit found is noise. None where none slip together.
     """
     groups = groups_alike(found)
     if not groups:

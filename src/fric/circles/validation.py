@@ -47,7 +47,7 @@ class Compared:
 
 @dataclass(frozen=True)
 class Validation:
-    """A record and what the identified axis makes of it."""
+    """A record and its simulation by the identified axis."""
 
     loop: Loop  # ``closed``, ``open`` or ``inverse``
     log: Log  # The record

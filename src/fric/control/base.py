@@ -1,4 +1,4 @@
-"""What a control block is: parameters with units and bounds, a compiled step, and what it is packed for."""
+"""The control block: parameters with units and bounds, a compiled step, and the data that it is packed for."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping

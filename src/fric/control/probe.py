@@ -61,7 +61,7 @@ class Probed:
 
 
 def probed(block: ControlBlock, setting: Setting) -> Probed:
-    """Return the matrices of a block: what its step makes of each unit state and each unit input.
+    """Return the matrices of a block: the response of its step to each unit state and each unit input.
 
     They describe a linear block completely and exactly. A block that is not linear is linearised around rest, from
     states and inputs of 1e-6.
@@ -78,7 +78,7 @@ def probed(block: ControlBlock, setting: Setting) -> Probed:
 def impulses(block: ControlBlock, setting: Setting, inputs: Sequence[str], wait: int, samples: int) -> Real:
     """Return the output of a linear block [V] over ``samples`` samples after 1 in some of its inputs, shape (samples,).
 
-    ``wait`` are the samples of rest before, in which a block that repeats gets what it looks back at.
+    ``wait`` are the samples of rest before, in which a block that repeats fills its memory.
     """
     step, _, state, parameters = block.ready(setting)
     state, rows, out = state.copy(), np.zeros((len(Commands._fields), wait + samples)), []

@@ -1,4 +1,4 @@
-"""A repetitive controller: each sample gets what the same place of the contour took one period ago.
+"""A repetitive controller: each sample gets the voltage that the same place of the contour needed one period ago.
 
 ::
 

@@ -153,7 +153,7 @@ def check_cascade(plant: LinearPlant, cascade: Cascade, requirement: Requirement
 def _checked(
     plant: LinearPlant, cascade: Cascade, asked: Requirement, nearest: Callable[[], Cascade | None]
 ) -> CascadeDesign:
-    """Return the design, or raise with what it misses and the nearest that does not."""
+    """Return the design, or raise with the missed requirement and the nearest design that meets it."""
     try:
         design = assess_cascade(plant, cascade)
     except FricError as error:
@@ -215,7 +215,7 @@ def _nearest(holds: Callable[[float], bool], tried: np.ndarray, wanted: float) -
 
 
 def _infeasible(plant: LinearPlant, tried: list[Cascade], asked: Requirement, name: str) -> FricError:
-    """Say which margins can be had: those of the tried cascade with the largest phase margin."""
+    """Return the error with the possible margins: those of the tried cascade with the largest phase margin."""
     best: tuple[float, float] = (0.0, 1.0)
     for cascade in tried:
         loop = SampledLoop(plant, cascade)

@@ -58,7 +58,7 @@ class WholeLoop:
     """The loop opened at the plant's input, with what is known of the true plant.
 
     plant, cascade: The axis and its controller.
-    perturbation: Delta; what it holds beyond the plant's delay multiplies the sampled plant.
+    perturbation: Delta; its part beyond the plant's delay multiplies the sampled plant.
     controller: The control block in place of the cascade, where there is one.
     setting: What blocks are packed for; the plant where not given.
     """

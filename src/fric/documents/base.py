@@ -166,7 +166,7 @@ class Document(Part):
     ) -> Self:
         """Return a document that this process makes of some content, checked against the schema as one that is read.
 
-        content: What it holds, by key; or what the schema reads it off (`fric.documents.quantity.Of`).
+        content: Its content, by key; or the object that the schema reads it from (`fric.documents.quantity.Of`).
         notices: Its warnings.
         logs: Records that it was made from.
         also: Further keys of its provenance.

@@ -50,7 +50,7 @@ def examples() -> dict[str, str]:
 
 
 def example(name: str) -> dict[str, bytes]:
-    """Return the files of an example by their paths: a bundled document, and what it names; of `RIG` logs as well.
+    """Return the files of an example by their paths: a bundled document, and its files; of `RIG` logs, too.
 
     Raises
     ------

@@ -21,7 +21,7 @@ def _by_scheme(made: Any) -> dict[str, Any]:
 
 
 class ChancePart(Written):
-    """Between what 95 % of further runs lie, where counts of the encoder decide on what a run leaves."""
+    """Range of 95 % of further runs, where counts of the encoder determine the result of a run."""
 
     places: Annotated[int, Of(lambda run: len(run.places))] = Field(
         description="places between two counts at which it was run; every figure is their median"

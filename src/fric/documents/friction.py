@@ -52,7 +52,7 @@ class FitRecord(Part):
 
 
 class Fit(Part):
-    """How well a model fits, what it was fitted to, and what was done to the records before."""
+    """How well a model fits, what it was fitted to, and how the records were prepared."""
 
     method: str = ""
     plant: PlantPart | None = Field(None, description="the plant whose part was taken off the logged force")
@@ -180,7 +180,7 @@ class FrictionDocument(OfAxis):
     def friction(self, name: str) -> FrictionModel:
         """Return one friction model of this file (``static``, ``gms``, …), with a map a direction where it has them.
 
-        Raises FricError: When there is no such model, or the file lacks what it needs.
+        Raises FricError: When there is no such model, or the file lacks its parameters.
         """
         sections = {key: self.estimates(key) for key in self.sections()}
         if (model := model_type(name)) is None:

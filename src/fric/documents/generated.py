@@ -32,7 +32,7 @@ HELD: dict[Any, Any] = {Estimate: Quantity, Covariance: CovarianceBlock, Notice:
 
 
 class PartOf(Physical, Generic[T]):
-    """A part that holds each field of a dataclass, and what that has as properties where a subclass names them."""
+    """A part that holds each field of a dataclass, and its properties that a subclass names."""
 
     held: ClassVar[type[Any]]
 
@@ -130,7 +130,7 @@ def _part(base: type[PartOf[Any]], kind: type[Any]) -> Any:
 
 
 def described_fields(kind: type[Any]) -> tuple[str, dict[str, str]]:
-    """Return what a docstring says of a class, its first paragraph, and of each field: a sentence, without the unit.
+    """Return the description of a class, the first paragraph of its docstring, and a sentence for each field.
 
     A field is described below ``Parameters``, as in NumPy, or in a line ``name: …``; several of one line have commas
     between them.

@@ -131,7 +131,7 @@ class Identified:
     warnings: tuple[Notice, ...]  # Which parameters cannot be drawn from their interval
 
     def drawn(self) -> dict[str, Any]:
-        """Return what a study draws its machines from."""
+        """Return the uncertainty that a study draws its machines from."""
         return {
             "intervals": self.intervals, "covariances": self.covariances, "discrepancies": self.discrepancies
         }  # fmt: skip

@@ -98,7 +98,7 @@ class FileMapping(Part):
     files: str | list[str] | None = Field(default=None, description='of a part: names of its files, as "*.csv"')
 
     def fits(self, path: Path, names: Collection[str]) -> bool:
-        """Say whether the mapping is of a file: by the patterns of names, and by its columns where there are such."""
+        """Return whether the mapping is of a file: by the patterns of names, and by its columns, if any."""
         wanted = {one.column for one in self.columns.values() if isinstance(one.column, str)}
         patterns = ["*"] if self.files is None else [self.files] if isinstance(self.files, str) else self.files
         return any(fnmatch(path.name, pattern) for pattern in patterns) and wanted <= set(names)

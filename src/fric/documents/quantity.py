@@ -42,9 +42,9 @@ LEFT_OUT: Any = object()
 
 
 class Of:
-    """How a key of a document that fric writes is read off what the document is made of.
+    """How a key of a document that fric writes is read from the object that it is made of.
 
-    source: An attribute, by its dotted name, or a function of what the document is made of.
+    source: An attribute, by its dotted name, or a function of that object.
     unit: Of a number: with it the number becomes a quantity.
     may_lack: Whether the key is left out where there is nothing.
     """
@@ -62,7 +62,7 @@ class Of:
 
 
 def read_off(kind: type[BaseModel], holder: Any, but: Container[str] = ()) -> dict[str, Any]:
-    """Return what a schema holds of an object, by key: as `Of` beside the key says, or the attribute of its name."""
+    """Return the values of a schema from an object, by key: by the `Of` of the key, or the attribute of its name."""
     found = {}
     for name, field in kind.model_fields.items():
         if name not in but:
@@ -190,7 +190,7 @@ class Physical(Part):
 
     @classmethod
     def of(cls, given: object, motion: Motion) -> dict[str, Any]:
-        """Return what the fields of something in SI are in a file; what is None, infinite or not there is left out."""
+        """Return the fields of an object in SI for a file; None, infinite and missing values are left out."""
         values = {name: getattr(given, name, None) for name in cls.model_fields}
         kept = {name: value for name, value in values.items() if value not in (None, inf)}
         return kept | in_units(kept, cls.dimensions, motion)

@@ -27,7 +27,7 @@ class InspectedTable(PartOf[TableInspection]):
 
 
 class InspectionDocument(Document):
-    """What records hold, and what they are good for."""
+    """The content of records, and their uses."""
 
     type: ClassVar[str] = "inspection"
 

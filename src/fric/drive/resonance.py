@@ -47,7 +47,7 @@ class Resonance:
             )  # fmt: skip
 
     def factor(self, A: float, frequency: Real) -> Complex:
-        """Return what the second mass makes of Z/U of eq. (1) with this A [1/s], at frequencies [Hz], shape (n,)."""
+        """Return the factor of the second mass on Z/U of eq. (1) with this A [1/s], at frequencies [Hz], shape (n,)."""
         s = 2j * np.pi * np.asarray(frequency, float)
         omega, m1, m2 = 2 * np.pi * self.frequency, 1 - self.ratio, self.ratio
         link = m1 * m2 * omega * (omega + 2 * self.damping * s)

@@ -1,4 +1,4 @@
-"""What is exported, and what a target makes of it: files by name."""
+"""The exported part of a machine, and targets, which make files of it."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Part:
     Parameters
     ----------
     role
-        ``compensation`` for what a controller does, with what it believes; ``machine`` for the axis with its true
+        ``compensation`` for the controller, with its nominal models; ``machine`` for the axis with its true
         friction, as a plant to try a controller on.
     machine, axis, motion
         Where it belongs.
@@ -142,8 +142,7 @@ class BlockPart:
     step: Any  # Its compiled step
     parameters: NDArray[Any]  # As the step reads them
     state: NDArray[Any]  # State of an axis at rest at 0
-    # per_position, per_measured: what a metre of the position commanded, and of that measured, where the axis begins
-    # adds to the state
+    # per_position, per_measured: change of the state per metre of the commanded, and of the measured start position
     per_position: NDArray[Any]
     per_measured: NDArray[Any]
 
@@ -161,7 +160,7 @@ class Target:
     """A language or a controller that a part can be exported to."""
 
     name: str  # Its name on the command line
-    doc: str  # One line on what it writes
+    doc: str  # Its output in one line
     files: Callable[..., Files]  # Returns the files of a part by name; takes the options that the target knows
     options: frozenset[str] = field(default_factory=frozenset)  # Names of the options that it knows
     parts: tuple[str, ...] = ("compensation",)  # The part of an axis that it exports: ``compensation``, ``machine``

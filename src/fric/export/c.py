@@ -27,7 +27,7 @@ SUB_STEPS = 50
 
 
 def name_of(part: Part) -> str:
-    """Return what the files of a part are called: ``fric_AXIS``, ``fric_AXIS_machine``."""
+    """Return the names of the files of a part: ``fric_AXIS``, ``fric_AXIS_machine``."""
     return f"fric_{identifier(part.axis)}" + ("_machine" if part.role == "machine" else "")
 
 
@@ -82,7 +82,7 @@ def plain_text(of: object) -> str:
 
 
 def c_values(part: Part, *, single: bool = False) -> dict[str, Any]:
-    """Return what the templates of C need to know of a part."""
+    """Return the data of a part for the templates of C."""
     dialect = Dialect(f"{name_of(part)}_", single)
     number = dialect.number
     values = values_of(part, number) | {

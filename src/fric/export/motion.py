@@ -74,7 +74,7 @@ class Dialect:
 
 
 def shown_scale(motion: Motion) -> tuple[float, str]:
-    """Return what a position in SI is multiplied by for people and machine tools, and the unit: mm, or degrees."""
+    """Return the factor of a position in SI for people and machine tools, and the unit: mm, or degrees."""
     return (1e3, "mm") if not rotates(motion) else (57.29577951308232, "deg")
 
 

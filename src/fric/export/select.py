@@ -17,9 +17,9 @@ from fric.simulate.machine import Machine
 
 
 def compensation_of(machine: Machine, name: str, scheme: Scheme) -> Part:
-    """Return what the controller of an axis does under a scheme, with what it believes.
+    """Return the controller of an axis under a scheme, with its nominal models.
 
-    Raises FricError: When the scheme asks for what the axis does not have, or there is no such axis.
+    Raises FricError: When the scheme needs something that the axis does not have, or there is no such axis.
     """
     axis = machine.axis(name)
     if scheme.joint:

@@ -64,7 +64,7 @@ class Pulse:
 
 
 def through_controller(part: Part, decay: float, t: Real) -> Real:
-    """Return what a velocity pulse of 1 m/s becomes behind the speed controller [V], at times t behind the reversal."""
+    """Return the response of the speed controller to a velocity pulse of 1 m/s [V], at times t after the reversal."""
     left = np.exp(-t / decay)
     return part.K_p * left + part.K_i * decay * (1 - left)
 
@@ -94,7 +94,7 @@ def flat(amplitude: float, decay: float) -> Pulse:
 def fitted(axis: Axis, part: Part) -> tuple[Pulse, list[float]]:
     """Return the characteristic that leaves least on the circles of `FEEDS`, and the best amplitude of each [m/s].
 
-    By simulation. For each decay the amplitude follows from what the friction model does behind the fastest reversal;
+    By simulation. For each decay the amplitude follows from the friction model after the fastest reversal;
     then amplitudes are tried about it at each feed. The characteristic passes through the best of each, or is flat,
     whichever leaves less over all of them.
     """
@@ -140,7 +140,7 @@ def fitted(axis: Axis, part: Part) -> tuple[Pulse, list[float]]:
 
 
 def as_block(part: Part, pulse: Pulse) -> dict[str, float]:
-    """Return the values of the block ``reversal-pulse`` that does what the machine data make the controller do."""
+    """Return the values of the block ``reversal-pulse`` that is equivalent to the machine data."""
     return {
         "slow": part.K_p * pulse.largest, "middle": part.K_p * pulse.largest, "fast": part.K_p * pulse.smallest,
         "slow_at": pulse.a_1, "middle_at": pulse.a_2, "fast_at": pulse.a_3, "decay": pulse.decay, "straight": 1.0,

@@ -153,7 +153,7 @@ def reversal_figure(runs: Sequence[CircleRun]) -> Figure:
     """Return error and voltages over time around the last reversal of an axis, one column per scheme.
 
     Above the tracking error of the axis, position less reference; below the control voltage, and in it the friction
-    feedforward and what the observer adds, which is its estimate with the sign turned.
+    feedforward and the output of the observer, which is its estimate with opposite sign.
 
     runs: One run per scheme, of one circle; drawn is the first axis that was simulated.
     """

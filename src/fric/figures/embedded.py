@@ -103,7 +103,7 @@ def _leaves(container: Any) -> list[Artist]:
 
 
 def _panel(axes: Axes, width: float, height: float) -> dict[str, Any]:
-    """Return where a panel is in the drawing, and what its places mean."""
+    """Return the frame of a panel in the drawing, and its scales."""
     figure = axes.get_figure(root=True)
     assert figure is not None
 

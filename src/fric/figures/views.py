@@ -40,7 +40,7 @@ def view(name: str, of: str, *, usual: bool = False) -> Callable[[Draw], Draw]:
     """Enter a function as a figure of a type.
 
     name: Its name in ``--plot NAME=FILE``.
-    of: Name of the type that it draws: a figure imports none of what it draws.
+    of: Name of the type that it draws: a figure does not import the types that it draws.
     usual: Whether it is what ``--plot FILE`` draws of that type; one figure is.
     """
 

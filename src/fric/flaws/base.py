@@ -51,7 +51,7 @@ class Flaw:
     """What to do."""
     _: KW_ONLY
     widens: Mapping[str, float] = field(default_factory=dict)
-    """By parameter, what a prediction may be off by: 95 % lie between this share less and more."""
+    """By parameter, the error of a prediction: 95 % lie within this share to either side."""
     circle_settles: bool = False
     """Whether a measured circle settles it: each machine that is drawn has the level of friction of that circle."""
     no_response: bool = False

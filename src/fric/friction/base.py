@@ -1,4 +1,4 @@
-"""What a friction model is: parameters with units and bounds, a steady state, and one compiled step."""
+"""The friction model: parameters with units and bounds, a steady state, and one compiled step."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -25,12 +25,12 @@ class Parameter:
     # lower, upper: physical bounds in SI
     lower: float = 0.0
     upper: float = float("inf")
-    doc: str = ""  # One line on what it is
+    doc: str = ""  # Its description in one line
     per_block: bool = False  # True where there is one value per slip block
     # Value for a linear feed drive, in SI: where a fit may start, and what the tests that all models share use
     typical: float | tuple[float, ...] = float("nan")
     held: bool = False  # True where a fit leaves it at its typical value unless it is asked to free it
-    at_least: str = ""  # Name of the parameter that is a lower bound of this parameter in a fit
+    at_least: str = ""  # Name of the parameter that bounds this parameter from below in a fit
     shares: bool = False  # True where the values of the blocks sum to 1
 
 

@@ -14,7 +14,7 @@ from fric.kernels.left_over import AHEAD, Grid, left_over_step, travels_along
 from fric.kernels.signatures import Step
 
 PLAY = 1e-6
-"""Travel back that makes a reversal [m]: what an encoder's counts make of a motion is none."""
+"""Travel back that makes a reversal [m]: fluctuations by encoder counts are smaller."""
 KNEE, RATIO, APART = 28, 0.25, 3e-4
 """Points that are a ratio ``e^RATIO`` apart, up to a millimetre, and the distance of those behind [m]."""
 

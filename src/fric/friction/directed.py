@@ -32,7 +32,7 @@ def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> floa
 class Directed(FrictionModel):
     """A friction model with the level ``s_+(v)`` forwards and ``s_-(v)`` backwards, and viscous friction likewise.
 
-    It is what a friction file with ``static_negative`` gives of each of its models; a force that both directions
+    A friction file with ``static_negative`` gives each of its models in this form; a force that both directions
     share (gravity, the bias of an amplifier) is the ``offset``, and no friction.
 
     Parameters

@@ -113,8 +113,7 @@ STATIC_PARAMETERS = tuple(one.name for one in StaticMap.parameters)
 
 @dataclass(frozen=True)
 class OnStaticMap(FrictionModel):
-    """A dynamic model whose steady state is a static map; its file has a ``static`` section besides the section of the
-    model.
+    """A dynamic model whose steady state is a static map; its file has a ``static`` section, too.
 
     Parameters
     ----------

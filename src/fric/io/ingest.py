@@ -165,7 +165,7 @@ class Clock:
         self._rows.append(rows[: cut : self._window].copy())
 
     def stop(self) -> list[Notice]:
-        """End the record; return what the user should know of its clock.
+        """End the record; return the warnings about its clock.
 
         Raises FricError: When the record was sampled at two rates: a tenth of it or more, or its beginning or end.
         """
@@ -273,7 +273,7 @@ class WholeRows:
 
 
 def joined(files: Sequence[tuple[Table, Plan]]) -> tuple[Joined, Plan]:
-    """Return one table of the channels of several files, and what its columns mean.
+    """Return one table of the channels of several files, and the meaning of its columns.
 
     files: Table and plan of each file; each plan has a time and the channels that the file holds.
     Raises FricError: When a channel is in two files, none has a position or velocity, or a file logged no time.

@@ -190,7 +190,7 @@ class StatedCircle:
 
 @dataclass(frozen=True)
 class IngestedCircles:
-    """What was read: the tests, the file they are in, and what the user should know."""
+    """What was read: the tests, the file they are in, and warnings."""
 
     output: str
     tests: tuple[MeasuredCircle, ...]

@@ -30,7 +30,7 @@ MOST_FILES = 16
 
 
 class Question(NamedTuple):
-    """What is open: of which channel, and what the likeliest answer is and else may be."""
+    """An open question: its channel, the likeliest answer and the others."""
 
     channel: str
     text: str
@@ -290,7 +290,7 @@ def assumption(guess: Guess) -> str:
 
 
 def _unread_force(guess: Guess) -> bool:
-    """Say whether a column is named a force, and none was found."""
+    """Return whether a column is named a force, and none was found."""
     taken = [role.column for role in guess.axis.roles.values() if role.column is not None]
     return "force" not in guess.axis.roles and any(
         named_as(column) == "force" for n, column in enumerate(guess.table.columns) if n not in taken
@@ -298,7 +298,7 @@ def _unread_force(guess: Guess) -> bool:
 
 
 def _holds_means(table: Table, guess: Axis) -> bool:
-    """Say whether a table looks like mean forces at velocities: both, no time, and a deviation, an error or n."""
+    """Return whether a table looks like mean forces at velocities: both, no time, and a deviation, an error or n."""
     names = {OF_MEANS.get(plain_name(column.name), plain_name(column.name)) for column in table.columns}
     timed = guess.roles.get("time")
     named = timed is not None and timed.column is not None and named_as(table.columns[timed.column]) == "time"
@@ -477,7 +477,7 @@ def guessed(
 
 
 def says_all(path: Path, kind: Kind | None = None, motion: Motion | None = None) -> str | None:
-    """Return what the header of a foreign file leaves out: nothing, or the ``force``; None where it does not read."""
+    """Return the channel that the header of a foreign file lacks: none, or the ``force``; None where unreadable."""
     left = ""
     with closing(tables(path, None)) as opened:
         for table in opened:

@@ -176,7 +176,7 @@ def _of_units(found: Sequence[Guess]) -> Question | None:
 
 
 def _is_open(guess: Guess) -> bool:
-    """Say whether units of the motion are open."""
+    """Return whether units of the motion are open."""
     roles = wanted_roles(guess.axis)
     shown = [roles[channel] for channel in ("time", "position", "velocity") if channel in roles]
     unsure = any(one.unit_likelihood < SURE for one in shown if one.column is not None)

@@ -223,7 +223,7 @@ def _clock(data: Samples) -> Role:
 
 
 def _is_rounded(stamps: Real) -> bool:
-    """Say whether stamps that are repeated are those of an even clock, cut to their digits."""
+    """Return whether stamps that are repeated are those of an even clock, cut to their digits."""
     steps = np.diff(stamps)
     even = np.linspace(stamps[0], stamps[-1], len(stamps))
     return bool(np.abs(stamps - even).max() < 2.0 * steps[steps > 0].min())
@@ -330,7 +330,7 @@ def tag(column: Column) -> str | None:
 
 
 def _apart(first: Column, second: Column) -> bool:
-    """Say whether two names are of different axes."""
+    """Return whether two names are of different axes."""
     a, b = tag(first), tag(second)
     return a is not None and b is not None and a != b
 
@@ -431,7 +431,7 @@ def _movement(data: Samples, t: Real, pairs: Pairs, members: list[int]) -> _Move
 
 
 def _is_difference(data: Samples, n: int, reference: int, position: int) -> bool:
-    """Say whether a column is the following error, which may well go as the velocity does."""
+    """Return whether a column is the following error, which may well go as the velocity does."""
     rows = data.rows(1)
     error, y = data.x[rows, reference] - data.x[rows, position], data.x[rows, n]
     slope, level = np.polyfit(error, y, 1) if np.ptp(error) > 1e-9 * np.abs(error).max() else (0.0, 0.0)

@@ -88,7 +88,7 @@ class Unfailing:
 
 @contextmanager
 def _interrupts_held() -> Iterator[Callable[[], None]]:
-    """Hold Ctrl-C and a polite kill back, and give a function that lets them through where it is called.
+    """Hold SIGINT and SIGTERM back, and give a function that lets them through where it is called.
 
     An exception that strikes inside h5py is lost there, or leaves the file half closed.
     """

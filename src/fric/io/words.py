@@ -109,8 +109,9 @@ def _of_word(word: str, channel: str) -> str:
 
 
 def axis_of(*names: str) -> str | None:
-    """Return the axis that names show, as ``X actual position`` or ``y_strokes``; None where none or several do. A
-    letter denotes an axis where it is the first or the last word and not the only word.
+    """Return the axis that names show, as ``X actual position`` or ``y_strokes``; None where none or several do.
+
+    A letter denotes an axis where it is the first or the last word and not the only word.
     """
     found = set()
     for name in names:
@@ -130,7 +131,9 @@ def measures(column: Column, channel: str) -> bool:
 
 
 def looking_like(table: Table, channel: str, taken: Collection[int]) -> list[int]:
-    """Return the columns that look like a channel, those whose name shows it first, without ``taken``. A column whose
+    """Return the columns that look like a channel, those whose name shows it first, without ``taken``.
+
+    A column whose
     name shows another channel is excluded, with any unit; time is recognised by its name or its unit.
     """
     by_name, by_unit = [], []
@@ -254,7 +257,7 @@ def _has(name: str, known: tuple[str, ...]) -> bool:
 
 
 def _unit_of(column: Column) -> str | None:
-    """Return the unit of a column that means something: that of the header, or what its name ends in."""
+    """Return the valid unit of a column: that of the header, or the end of its name."""
     unit = (column.unit or "").strip()
     if unit.endswith("%") or unit in {"A", "mA", "%"}:
         return "%" if unit.endswith("%") else unit

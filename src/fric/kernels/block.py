@@ -1,4 +1,4 @@
-"""The one signature that every compiled control block has, and what a block sees of a sample.
+"""The signature of every compiled control block, and the signals of a sample that a block sees.
 
 A block is compiled with this explicit signature and handed to the loop as a first-class function, as a friction step
 is (`fric.kernels.signatures`): the loop is compiled once for all blocks.
@@ -25,7 +25,7 @@ class Sample(NamedTuple):
     input: float  # V, of the last sample, as limited
     control: float  # V, of the last sample: the input less the friction feedforward
     excess: float  # V, the part of the last sample's voltage that the limit cut; 0 where it did not
-    estimate: float  # V, what the observers took off the voltage of the last sample
+    estimate: float  # V, subtracted by the observers from the voltage of the last sample
 
 
 class Commands(NamedTuple):
@@ -50,9 +50,9 @@ BLOCK = types.float64(
     ARRAY,
     ARRAY,
 )
-"""``volts = step(sample, n, rows, state, parameters)``: what a block gives in sample n; it changes ``state``.
+"""``volts = step(sample, n, rows, state, parameters)``: the output of a block in sample n; it changes ``state``.
 
-``rows[ROW, n + m]`` is what is asked m samples later (`Commands`). All that a block keeps is in ``state``. What the
+``rows[ROW, n + m]`` is the command m samples later (`Commands`). All that a block keeps is in ``state``. What the
 volts do depends on the kind: a controller's are the control voltage, a feedforward's are added to it unseen by the
 observers, and an observer's, its estimate of the disturbance, are taken off it."""
 

@@ -24,8 +24,7 @@ def shares(s_0: float, s_1: float, rate: float, length: float) -> tuple[float, f
 
 @compiled("Tuple((f8, f8))(f8, f8, f8, f8)", makes_arrays=False)
 def relax(s_0: float, s_1: float, rate: float, length: float) -> tuple[float, float]:
-    """Return the share of a load after a relaxation, and its pull towards the level, while the level goes from s_0 to
-    s_1.
+    """Return the share of a load after a relaxation, and its pull, while the level changes from s_0 to s_1.
 
     ``u(length) = left·u(0) + pull`` solves ``du/dx = rate·(1 - u/s)`` for a level that changes linearly and 1/s taken
     at the middle: second order, and exact for a constant level. It is a weighted mean of u(0), s_0 and s_1, so the

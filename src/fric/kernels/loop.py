@@ -65,7 +65,7 @@ class Traces(NamedTuple):
     """What the loop writes down, one value a controller sample."""
 
     position: Real  # m, true: of the table, where there is one on a spring
-    sensed: Real  # m, true, of what the encoder is on
+    sensed: Real  # m, true, of the body that the encoder is on
     measured: Real  # m, by the encoder
     velocity: Real  # m/s, true
     input: Real  # V, as it leaves the controller

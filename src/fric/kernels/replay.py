@@ -28,8 +28,7 @@ def _loads(step: Step, position: Real, velocity: Real, time: Real, state: Real, 
 def replay_loads(
     step: Step, position: Real, velocity: Real, time: Real, state: Real, parameters: Real, count: int
 ) -> Real:
-    """Return the loads of ``count`` blocks [N], shape (n, count), which follow the first two numbers of a model's
-    state.
+    """Return the loads of ``count`` blocks [N], shape (n, count), which follow the first two numbers of a state.
 
     The arguments are as in `replay`.
     """

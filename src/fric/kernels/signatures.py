@@ -1,4 +1,4 @@
-"""The one signature that every compiled friction step has.
+"""The signature of every compiled friction step.
 
 A step is compiled with this explicit signature and handed to the loops as a first-class function: a loop is
 compiled once for all models, starts warm from the cache in a new process, and sees an edit of a model.

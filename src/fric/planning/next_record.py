@@ -37,7 +37,7 @@ NORMAL = 1.959963984540054
 """Half a 95 % interval in standard deviations."""
 
 ASSUMED = {"C": log(10.0) / NORMAL}
-"""Standard deviation of the logarithm of what a file only assumes: C to a factor of ten."""
+"""Standard deviation of the logarithm of an assumed parameter: C to a factor of ten."""
 
 SURE = 0.4
 """Share to which the information of one more record is known: half-widths of simulated records are good to 20 %."""

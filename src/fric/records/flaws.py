@@ -93,7 +93,7 @@ def encoder_error(strokes: Sequence[tuple[Log, Segment]]) -> EncoderError | None
 
 
 def _hums(line: _Line, lines: Sequence[_Line]) -> bool:
-    """Say whether a line has one frequency in time, in segments of different speed."""
+    """Return whether a line has one frequency in time, in segments of different speed."""
     alike = [
         other.speed
         for other in lines
@@ -180,8 +180,7 @@ def coarse_force(step: float, log: Log) -> list[Notice]:
 
 
 def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
-    """Return the warnings about the clock of records from their positions: samples lost without notice, instants that
-    jitter.
+    """Return the warnings about the clock of records from their positions: lost samples, instants that jitter.
 
     logs: The records.
     purpose: What they are wanted for: the mean of a stroke bears jitter, a response and an acceleration do not.

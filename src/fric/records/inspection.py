@@ -176,7 +176,7 @@ class TableInspection(InspectedRecord):
 
 
 def inspect_response(record: FrequencyResponse) -> ResponseInspection:
-    """Return what a measured frequency response holds."""
+    """Return the content of a measured frequency response."""
     frequency = record.frequency
     coherence = None if record.coherence is None else float(np.min(record.coherence))
     decades = float(np.log10(frequency[-1] / frequency[0])) if len(frequency) > 1 and frequency[0] > 0 else 0.0
@@ -191,7 +191,7 @@ def inspect_response(record: FrequencyResponse) -> ResponseInspection:
 
 
 def inspect_table(record: ForceVelocity) -> TableInspection:
-    """Return what a table of forces and velocities holds, and whether a map can be fitted to it."""
+    """Return the content of a table of forces and velocities, and whether a map can be fitted to it."""
     moving = record.velocity != 0.0
     v, F = record.velocity[moving], record.force[moving]
     speeds = np.unique(np.round(np.abs(v), 12))

@@ -125,7 +125,7 @@ def _profile(z: Real, F: Real, edges: Real) -> Real:
 
 
 def _common(pairs: Sequence[tuple[Real, Real]]) -> _Common | None:
-    """Return what the pairs that meet at enough places have in common; None where there are fewer than three."""
+    """Return the common part of the pairs that meet at enough places; None where there are fewer than three."""
     found, seen = [], set()
     for a, b in pairs:
         at = np.flatnonzero(np.isfinite(a) & np.isfinite(b))
@@ -210,7 +210,7 @@ class _Trends(NamedTuple):
 
 
 def _trends(strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bool = True) -> _Trends | None:
-    """Return what the slopes of strokes are made of, from a share of each stroke on."""
+    """Return the terms of the slopes of strokes, from a share of each stroke on."""
     rows, slopes, errors = [], [], []
     for log, segment in strokes:
         first = segment.start if settled else segment.onset

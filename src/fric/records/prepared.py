@@ -198,7 +198,7 @@ class Prepared:
 
     @cached_property
     def phase(self) -> Indices:
-        """Number of the part of a cycle that each sample belongs to, shape (n,): what a model misses comes again there.
+        """Number of the part of a cycle that each sample belongs to, shape (n,): the error of a model recurs there.
 
         Sixteenths of the samples by the travel since the reversal (where there is none: by velocity), in either sense.
         """

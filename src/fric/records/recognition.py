@@ -286,7 +286,7 @@ def force_rises(log: Log, reversals: Indices) -> list[tuple[float, int, float]]:
 
 
 def _is_broad_band(log: Log) -> bool:
-    """Say whether input and velocity are spread over many lines, and the motion is more than noise of the encoder."""
+    """Return whether input and velocity are spread over many lines, and the motion exceeds noise of the encoder."""
     if log.input is None or log.position is None or len(log) < 256:
         return False
     velocity = np.gradient(log.position, log.time)

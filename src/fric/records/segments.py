@@ -308,7 +308,7 @@ def _regressed(x: Real, y: Real) -> tuple[float, float]:
 def _lasts(
     segment: Segment, found: list[Segment], pieces: list[tuple[int, int, float, float, float]], samples: int
 ) -> bool:
-    """Say whether a segment is no mere moment between longer accelerations, such as the crest of a sine.
+    """Return whether a segment is no mere moment between longer accelerations, such as the crest of a sine.
 
     An acceleration reaches up to the next segment, or the next piece at rest (or slower by far).
     """
@@ -390,7 +390,7 @@ def settled_from(force: Real) -> tuple[int, bool]:
 
 
 def _is_transient(head: Real, tail: Real) -> bool:
-    """Say whether the head settles into the tail, rather than being part of how the force wanders.
+    """Return whether the head settles into the tail, rather than being part of how the force wanders.
 
     It differs from the tail by more than four standard errors, and begins outside the range that the tail keeps to.
     """

@@ -97,7 +97,7 @@ def _lost(steps: Real, encoder: float) -> float:
 
 
 def _jitter(z: Real, t: Real, encoder: float) -> Timing:
-    """Return the deviation of the instants, and what it moves, by regression of noise on speed²."""
+    """Return the deviation of the instants, and its effect on the position, by regression of noise on speed²."""
     count = len(z) // WINDOW
     power, higher = (_power(z, order, count) for order in ORDERS)
     speed = np.abs(z[WINDOW - 1 : count * WINDOW : WINDOW] - z[: count * WINDOW : WINDOW])

@@ -165,7 +165,7 @@ def _alike(one: float, other: float) -> bool:
 
 @dataclass(frozen=True)
 class ReportInput:
-    """All that was given for a report, the newest of each, and what it takes the place of."""
+    """All that was given for a report, the newest of each, and the older data that it replaces."""
 
     items: tuple[Item, ...] = ()  # The newest document of each kind and axis
     tests: tuple[ContourTest, ...] = ()  # The newest run of each contour
@@ -179,7 +179,7 @@ class ReportInput:
     machine: str = ""  # The machine file that was given, or that the runs were made with; empty where there is none
     tolerance: float | None = None  # Glitch that is allowed [m]; None where nothing was asked
     failed: tuple[str, ...] = ()  # Steps that failed on the way to what is reported, and why
-    maps: tuple[tuple[str, CircleMapDocument], ...] = ()  # Names of the maps over feed and radius, and what they hold
+    maps: tuple[tuple[str, CircleMapDocument], ...] = ()  # Names of the maps over feed and radius, and their content
 
     def of(self, kind: str, axis: str) -> Item | None:
         """Return the document of a kind for an axis, or None."""
@@ -235,7 +235,7 @@ BINS = 720
 
 
 def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: float | None = None) -> ReportInput:
-    """Read what a report is made of; each file is recognised by its content.
+    """Read the data of a report; each file is recognised by its content.
 
     Run files, log files, documents of friction, plant, controller and observer, and earlier reports, which contain
     their data. Of two files on the same subject, the later is reported, and the earlier is compared with it. Measured

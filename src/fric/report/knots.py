@@ -1,4 +1,4 @@
-"""Knots of the virgin curve, moved by hand: a page on this computer alone, and what it asks.
+"""Knots of the virgin curve, moved by hand: a page on this computer alone, and its requests.
 
 The page has a random address, and is served to this computer alone. A request is one of three words; no request names a
 file.
@@ -28,7 +28,7 @@ Fit = Callable[[Sequence[float]], "GMSResult"]
 
 
 class KnotPage:
-    """A page with the virgin curve, its knots, what they give by eq. (6), and what a replay then leaves.
+    """A page with the virgin curve, its knots, the blocks by eq. (6), and the residual of a replay.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class KnotPage:
         return self.knots
 
     def answer(self, word: str, asked: Any) -> dict[str, Any]:
-        """Return what the page asked: ``try`` fits knots, ``save`` takes them.
+        """Return the answer to a request: ``try`` fits knots, ``save`` takes them.
 
         Raises FricError: When the knots are none, or do not suit the curve.
         """
@@ -104,7 +104,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(404, b"", "text/plain")
 
     def do_POST(self) -> None:
-        """Answer what the page asks."""
+        """Answer a request of the page."""
         word, size = self._word(), self.headers.get("Content-Length", "")
         known = word in {"try", "save"} and self.headers.get_content_type() == "application/json"
         if not (known and size.isascii() and size.isdigit() and int(size) <= MOST):
@@ -134,11 +134,11 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(content)
 
     def log_message(self, format: str, *given: Any) -> None:
-        """Say nothing on standard error."""
+        """Write nothing to standard error."""
 
 
 def _found(result: GMSResult) -> dict[str, Any]:
-    """Return what the page shows of a fit: rows of blocks, and of records."""
+    """Return the content of the page about a fit: rows of blocks, and of records."""
     gms, fit = result.document["gms"], result.document["gms_fit"]
     ends = gms["alpha"].get("ci95"), gms["k"].get("ci95")
     return {

@@ -42,7 +42,7 @@ POINTS = 1500
 
 @dataclass(frozen=True)
 class Drawn:
-    """A figure of the page, what is written above and below it, and what it shows, for those who do not see it."""
+    """A figure of the page, the text above and below it, and a description for those who do not see it."""
 
     id: str
     title: str

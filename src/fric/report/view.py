@@ -413,7 +413,7 @@ class TestView:
     test: ContourTest
     figure: Drawn
     decision: Drawn | None  # the picture beside the verdict
-    sizes: Mapping[str, tuple[str, float]]  # what the glitch is now, with the choice, and at most [m], by its class
+    sizes: Mapping[str, tuple[str, float]]  # the glitch now, with the choice, and at most [m], by its class
     reversals: Sequence[Drawn]
     lines: Sequence[Line]
     verdict: Verdict

@@ -44,7 +44,7 @@ class Row:
 
 
 def plant_rows(part: AxisPart, found: PlantDocument, motion: Motion) -> list[Row]:
-    """Compare eq. (1) with what the response gave."""
+    """Compare eq. (1) with the result of the response."""
     given, estimates = part.plant.estimates(motion), found.estimates(motion)
     rows = [_row(name, given[name], estimates[name]) for name in ("A", "B", "T_d", "K_f") if name in estimates]
     sigma = float(part.friction.estimates("static").get("sigma", Estimate(0.0, "")))
@@ -57,7 +57,7 @@ def plant_rows(part: AxisPart, found: PlantDocument, motion: Motion) -> list[Row
 
 
 def static_rows(part: AxisPart, found: FrictionDocument, motion: Motion, *, published_plant: bool) -> list[Row]:
-    """Compare Table 1's map with what the strokes gave."""
+    """Compare Table 1's map with the result of the strokes."""
     given, estimates = part.friction.estimates("static"), found.estimates("static")
     names = [name for name in (*STATIC_PARAMETERS, "offset") if name in given]
     rows = [_row(name, given[name], estimates[name]) for name in names]
@@ -76,7 +76,7 @@ def static_rows(part: AxisPart, found: FrictionDocument, motion: Motion, *, publ
 
 
 def gms_rows(part: AxisPart, found: FrictionDocument, motion: Motion) -> list[Row]:
-    """Compare Table 1's blocks with what the loops gave: block by block where there are as many, else by the curve."""
+    """Compare Table 1's blocks with those of the loops: block by block where there are as many, else by the curve."""
     given, estimates = part.friction.estimates("gms"), found.estimates("gms")
     true, model = (
         GMS.from_sections({n: one.estimates(n) for n in ("static", "gms")}) for one in (part.friction, found)

@@ -1,4 +1,4 @@
-"""One axis in closed loop along a reference, and the blocks of its scheme: packed for what its controller believes."""
+"""One axis in closed loop along a reference, and the blocks of its scheme: packed for its nominal models."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -27,7 +27,7 @@ from fric.threads import one_blas_thread
 
 
 def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:
-    """Return what the blocks of a scheme are packed for on an axis that starts at rest.
+    """Return the data that the blocks of a scheme are packed for on an axis that starts at rest.
 
     Raises FricError: When the scheme feeds friction forward that the axis' controller does not believe in.
     """
@@ -104,7 +104,7 @@ def _key(kind: type[ControlBlock], setting: Setting, scheme: Scheme) -> tuple[ob
 
 
 _DESIGNED: dict[tuple[object, ...], ControlBlock] = {}
-"""Blocks that were designed for what a controller believes, which many machines and schemes share."""
+"""Blocks that were designed for the nominal models of a controller, which many machines and schemes share."""
 _JOINT: dict[tuple[object, ...], JointDesign] = {}
 """Blocks that were designed with their cascade, by the same."""
 
@@ -147,7 +147,7 @@ class Trace:
     feedforward: Real  # Friction feedforward [V], shape (n,)
     disturbance: Real  # The observers' estimate d̂ [V], shape (n,)
     saturated: int  # Samples at which the voltage was limited
-    sensed: Real | None = None  # True position of what the encoder is on [m], shape (n,); None where that is `position`
+    sensed: Real | None = None  # True position of the encoder's body [m], shape (n,); None where that is `position`
 
 
 @one_blas_thread()
@@ -168,7 +168,7 @@ def run_axis(
     reference: What is asked of it.
     scheme: The scheme.
     excitation: Voltage added to the control voltage [V], shape (n,).
-    against: Voltage fed forward against friction in place of what the scheme's model gives [V], shape (n,).
+    against: Voltage fed forward against friction in place of that of the scheme's model [V], shape (n,).
     halvings: How often every step of the plant is halved, to see that this changes nothing.
     accuracy: Largest error of the position by the integration of the plant [m]; 0 for the last digits.
     began: Time since the machine was switched on, for what drifts [s].
@@ -254,7 +254,7 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
 
 
 def require_learning(axis: Axis, block: ControlBlock, loop: SampledLoop, setting: Setting) -> None:
-    """Raise a `FricError` where what a block learns of one period does not shrink in the next."""
+    """Raise a `FricError` where the error of a learning block does not shrink from period to period."""
     share, frequency = learned_share(block, loop, setting)
     if share >= 1.0:
         raise FricError(

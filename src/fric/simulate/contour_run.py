@@ -137,8 +137,7 @@ def at_places(
     places: int,
     only: str | None = None,
 ) -> Run:
-    """Return a run; where it depends on the counts of encoders, that of the median glitch of several, with the errors
-    of all.
+    """Return a run; where it depends on the counts of encoders, that of the median glitch, with the errors of all.
 
     It does so below `SLOW`, and where its glitch is less than a count.
 

@@ -49,7 +49,7 @@ class Trial:
         return run_axis(axis, self.reference, excitation=self.excitation, began=began, accuracy=accuracy)
 
     def log(self, axis: Axis, run: Trace, seed: int = 0) -> Log:
-        """Return what the drive logs of its run, with the seed of all that is random in that."""
+        """Return the log of its run by the drive, with the seed of all that is random in it."""
         return logged(axis, run, self.window, self.samples, self.name, self.kind, seed)
 
 
@@ -278,7 +278,7 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
 
 
 def trials_of_kind(axis: Axis, kind: str, seed: int = 0, **settings: object) -> list[Trial]:
-    """Return what one kind of experiment asks of an axis; raise a `FricError` where there is no such kind."""
+    """Return the motions of one kind of experiment; raise a `FricError` where there is no such kind."""
     if kind not in EXPERIMENTS:
         raise FricError(f"there is no experiment '{kind}'", hint=f"There are {', '.join(EXPERIMENTS)}.")
     return _MADE[kind].planned(axis, seed, **settings)

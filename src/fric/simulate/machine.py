@@ -1,4 +1,4 @@
-"""The machine that is simulated: its axes, each with what is true of it and what its controller believes."""
+"""The machine that is simulated: its axes, each with its true properties and the nominal models of its controller."""
 
 from __future__ import annotations
 

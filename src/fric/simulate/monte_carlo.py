@@ -176,7 +176,7 @@ class MonteCarlo:
         return found
 
     def warnings(self) -> tuple[Notice, ...]:
-        """Return what the user should know: machines that could not run, drives that saturate, spreads without use."""
+        """Return the warnings: machines that could not run, drives that saturate, spreads without use."""
         warnings = []
         for name, found in self.distributions().items():
             if found.failed:

@@ -130,7 +130,7 @@ class Narrowing:
     half_width: float  # Half the 95 % interval of the predicted glitch so far [m]
     # Share of its variance that is due to each parameter alone, with what errs with it [1]; they sum to 1
     shares: Mapping[str, float]
-    # Records by what they leave, the best first; of those that differ by less than they scatter the shortest
+    # Records by the expected interval, the best first; of those that differ by less than they scatter the shortest
     candidates: tuple[Candidate, ...]
     test: Circle  # The circle
     scheme: str  # Name of the compensation

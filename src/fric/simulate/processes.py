@@ -50,7 +50,7 @@ def _run(index: int) -> Any:
 
 
 def _started() -> BaseContext:
-    """Return how workers are started: from a server that has imported what they need, and has no threads.
+    """Return how workers are started: from a server that has imported their modules, and has no threads.
 
     The server, and so each worker from its first moment on, leaves Ctrl-C to the parent. Where there is none (Windows),
     each worker starts from nothing.

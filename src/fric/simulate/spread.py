@@ -1,7 +1,7 @@
 """Machines around a nominal machine: which of its true parameters are spread, how, and machine number i of a seed.
 
-What is drawn is what is true of a machine: its friction, its plant. What its controller believes stays: the friction
-that is fed forward, the nominal plant of the inverse model, the observer.
+Drawn are the true properties of a machine: its friction, its plant. The nominal models of its controller stay: the
+friction that is fed forward, the nominal plant of the inverse model, the observer.
 """
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence

@@ -157,7 +157,7 @@ class _Routine:
         self.lines.append("    " * self.depth + text)
 
     def block(self, body: tuple[ir.Statement, ...], result: ir.Expression | None = None) -> None:
-        """Write a block; declare first what it sets in several of its parts, or inside them and after."""
+        """Write a block; declare first the variables that it sets in several of its parts, or inside them and after."""
         for name in self.late(body, result):
             self.declared.add(name.name)
             self.write(f"{c_type(name.type, self.dialect)} {self.name(name.name)};")

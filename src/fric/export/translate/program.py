@@ -146,7 +146,7 @@ class Count:
 
 @dataclass(frozen=True)
 class Evaluate:
-    """A call for what it does."""
+    """A call for its effect."""
 
     call: Call
 

@@ -1,4 +1,4 @@
-"""An identified GMS model, with what it was seen in."""
+"""An identified GMS model, with the records that it was identified from."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -118,7 +118,7 @@ def fit_blocks(curve: VirginCurve, count: int, seed: int = 0, begun: list[Real] 
 
 @dataclass(frozen=True)
 class Choice:
-    """The number of blocks that an information criterion chose, and what it chose from."""
+    """The number of blocks that an information criterion chose, and the candidates."""
 
     candidates: tuple[Blocks, ...]  # The fit with 1, 2, … blocks
     rms: tuple[float, ...]  # Misfit of each [N]

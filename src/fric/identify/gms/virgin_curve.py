@@ -83,7 +83,7 @@ class HysteresisCycles:
 
 
 def _begins_loaded(record: Prepared, reversals: Indices) -> bool:
-    """Say whether the first stroke of a record is unlike the next in its direction, where later strokes repeat.
+    """Return whether the first stroke of a record differs from the next in its direction, where later strokes repeat.
 
     A contact that comes to rest loaded is so where a record begins. Until each block has slipped, or has not along a
     whole stroke, the force depends on that; from the second reversal on it shows as a constant at most.
@@ -217,7 +217,7 @@ class VirginCurve:
                 above.pop()
             above.append(n)
         below = (np.interp(z, z[above], F[above]) - F)[1:]
-        count = np.isfinite(self.cycles).sum(axis=0)  # not the band, which may hold what a model misses
+        count = np.isfinite(self.cycles).sum(axis=0)  # not the band, which may include errors of the model
         scatter = np.sqrt(np.nansum((self.cycles - self.force) ** 2, axis=0) / np.maximum(count * (count - 1), 1))
         below -= 2.5 * np.hypot(scatter, self.blur)
         for _, end in self.record[:-1]:

@@ -151,7 +151,7 @@ def _measured(log: Log, period: float | None, segment: float | None) -> Measured
 
 
 def _dead_zone(log: Log, delay: float, corner: float) -> Notice | None:
-    """Say where small inputs make no force: beyond a dead zone ±u_0 it is ``K_f·(u - u_0·sgn u)``.
+    """Return the warning where small inputs make no force: beyond a dead zone ±u_0 it is ``K_f·(u - u_0·sgn u)``.
 
     u_0 is regressed with K_f by parts of the record, both columns late as the force is [s]: of what a lag or a filter
     would leave, the sign of an input that is no Gaussian noise takes a part.
@@ -180,7 +180,7 @@ def _matters(lag: Estimate, sampling: float) -> bool:
 
 
 def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Motion) -> list[Notice]:
-    """Hold K_f/B against the moving mass that the user states, or take K_f from it where it is not known otherwise.
+    """Compare K_f/B with the moving mass that the user states, or take K_f from it where it is not known otherwise.
 
     estimates: B, and K_f where it is known; K_f is added where it is not.
     mass: Stated moving mass [kg or kg·m²]; None where the user does not know it.
@@ -306,7 +306,7 @@ def _first_delay(lines: ForceLines) -> float:
 
 
 def pooled_lags(fits: Sequence[FittedLag]) -> tuple[Real, Real, float]:
-    """Return the mean of records, weighted, its covariance with what they differ by, and its freedom."""
+    """Return the weighted mean of records, its covariance with their differences, and its freedom."""
     freedom = sum(fit.freedom for fit in fits)
     if len(fits) == 1:
         return fits[0].values, fits[0].covariance, freedom
@@ -330,7 +330,7 @@ BENT = 0.02
 
 
 def steady_force_constant(logs: Sequence[Log], motion: Motion) -> tuple[Estimate | None, tuple[Notice, ...]]:
-    """Return K_f [N/V] as the slope of mean force over mean input of steady segments, and what the user should know.
+    """Return K_f [N/V] as the slope of mean force over mean input of steady segments, and warnings.
 
     logs: Strokes at constant velocity; those without force or input have no part in it.
     motion: Motion of the axis.

@@ -347,7 +347,7 @@ def _score(lines: Lines, solution: Solution) -> float:
 
 
 def _starts(lines: Lines, encoder: Encoder, frequencies: Real) -> list[tuple[Resonance, Real]]:
-    """Return second masses by how well eq. (1) explains what they leave, the best first."""
+    """Return second masses by how well eq. (1) explains the rest of the response, the best first."""
     tried = []
     for frequency in frequencies:
         for ratio in (0.15, 0.4, 0.7) if encoder == "motor" else (UNDETERMINED,):

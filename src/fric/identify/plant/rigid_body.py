@@ -219,7 +219,7 @@ def _plant(  # noqa: PLR0913 - what a motion tells and what is given besides
 
 
 def _directions(X: Real, y: Real, lengths: Sequence[int], estimates: Mapping[str, Estimate]) -> Iterator[Notice]:
-    """Say that viscous friction differs by direction: ``F_v·ż + d·|ż|`` has F_v + d forwards and F_v - d backwards."""
+    """Warn that viscous friction differs by direction: ``F_v·ż + d·|ż|`` has F_v + d forwards and F_v - d backwards."""
     if "F_v" not in estimates:
         return
     more = np.column_stack([X, np.abs(X[:, 1])])
@@ -234,7 +234,7 @@ def _directions(X: Real, y: Real, lengths: Sequence[int], estimates: Mapping[str
 
 
 def _varies(between: Between | None, estimates: Mapping[str, Estimate]) -> Iterator[Notice]:
-    """Say how the records differ, where chance alone does not."""
+    """Warn about the difference of records, where chance does not explain it."""
     if between is not None and between.chance < DIFFERENT:
         units = [one.unit for one in estimates.values()]
         by = [

@@ -79,7 +79,7 @@ def find_period(values: Real) -> int | None:
 
 
 def _at_lines(x: Real, lag: int, period: int) -> float:
-    """Return how much of what a signal differs from itself at a lag is at its lines, a share of the power."""
+    """Return the share of the lines in the power of the difference of a signal from itself at a lag."""
     own, differing = (
         np.abs(fft.rfft(signal[-(len(signal) // period * period) :])) ** 2 for signal in (x, x[lag:] - x[:-lag])
     )
@@ -108,7 +108,7 @@ def period_spectra(input: Real, position: Real, period: int, sampling: float) ->
             hint="Log two periods or more, ten are good; or give the right `period=`.",
         )
     U, Z = (periods(x, period) for x in (input, position))
-    if count > 2 and _swings_in(U, Z):  # what it swings in by is no drift of the others
+    if count > 2 and _swings_in(U, Z):  # its transient is no drift of the others
         U, Z = (periods(x[-(count - 1) * period :], period) for x in (input, position))
     frequency = np.arange(1, U.shape[1] + 1) * sampling / period
     return Spectra(frequency, np.ones_like(U), U, Z, len(U), 1.0)

@@ -71,7 +71,7 @@ class Placement:
         return best if self.search.cost(best) < WORSE * self.search.cost(x) else x
 
     def unsettled(self, size: float) -> Real:
-        """Return what a covariance (p, p) gains since noise moves blocks otherwise than to first order.
+        """Return the increase of a covariance (p, p) since noise moves blocks otherwise than to first order.
 
         White noise is added to the force and the blocks are placed anew, from each known point: so an interval includes
         the curvature of the misfit over a knot, and other places as often as noise makes them better. The outer 5 % of

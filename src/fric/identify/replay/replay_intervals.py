@@ -243,7 +243,7 @@ def order(coordinates: Coordinates, values: Mapping[str, Mapping[str, float | tu
 
 
 def edges(coordinates: Coordinates, x: Real, seen: Mask, covariance: Real) -> Iterator[Notice]:
-    """Say which parameters sit at the edge of what was searched, and which blocks are not seen."""
+    """Warn about parameters at the edge of their search range, and blocks that are not seen."""
     for c, at, is_seen, near in zip(coordinates.free, x, seen, _near(coordinates, covariance), strict=True):
         if not is_seen:
             yield PARAMETER_UNSEEN.found(parameter=c.label, left="")

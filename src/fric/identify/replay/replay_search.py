@@ -61,7 +61,7 @@ class Search:
         return list(zip(given, bases, strict=True))
 
     def projected(self, forces: Sequence[Real]) -> Real:
-        """Return a force of each record, shape (n,), weighted, at the samples used, less what the record can add.
+        """Return a force of each record, shape (n,), weighted, at the samples used, less the terms of the record.
 
         What enters linearly is so projected out (variable projection: Golub, Pereyra 1973). Several forces are columns.
         """
@@ -186,7 +186,7 @@ def spread(record: Prepared, model: FrictionModel) -> Real:
 
     The rest of the encoder's steps in the motion is magnified by the stiffness of the contact (effective variance:
     Orear, Am. J. Phys. 50 (1982) 912). σ_F and σ_z are fitted to the squared residuals, and σ_z is no more than
-    ``step/√12``, that of a bare count: what a model misses near a reversal is not taken for the encoder's.
+    ``step/√12``, that of a bare count: an error of the model near a reversal is not taken for that of the encoder.
     """
     replayed = record.replay(model)
     residual = (record.force - replayed - record.own @ record.record_part(record.force - replayed))[record.used]

@@ -33,7 +33,7 @@ FEW_STROKES = 3
 
 
 def between_records(strokes: Strokes) -> Correction | None:
-    """Take off what is predicted of each record's level and offset, and allow for how these vary.
+    """Remove the predicted level and offset of each record, and allow for their variation.
 
     The force of stroke i of record r is ``F_i = F̂(v_i) + u_r·f(v_i) + o_r + e_i``, F̂ being the map with offset and
     damping and f its friction; the record's level u and offset o are normal about zero. By Henderson's equations (1950)
@@ -90,7 +90,7 @@ FINER = 4
 
 
 def place(strokes: Strokes) -> Correction | None:
-    """Take off what comes again at the places of strokes, where held-out strokes are predicted better so."""
+    """Remove what recurs at the places of strokes, where held-out strokes are then predicted better."""
     asked = strokes.asked.over_position
     few = len(strokes.stretches.with_position) < FEWEST
     if asked == "off" or few or (asked == "auto" and strokes.stretches.place is None):
@@ -160,11 +160,11 @@ class Profile:
         return np.asarray(np.array(self._means) @ np.linalg.solve(normal + bound, right))
 
     def held_out(self, points: Sequence[SpeedPoint]) -> list[SpeedPoint]:
-        """Return the points without what the profile of all other strokes adds to each."""
+        """Return the points without the effect of the profile of all other strokes on each."""
         return self._without(points, np.array([self.means(n)[n] for n in range(len(self.numbers))]))
 
     def taken_off(self, points: Sequence[SpeedPoint]) -> tuple[list[SpeedPoint], Real]:
-        """Return the points without what the profile adds to each, and how that errs, by leaving out each stroke.
+        """Return the points without the effect of the profile on each, and its error, by leaving out each stroke.
 
         The errors [N], shape (strokes, n), are directions in which the forces of all points move together: the sum of
         their squares is that of half a 95 % interval.
@@ -209,7 +209,7 @@ class _Stroke(NamedTuple):
         return np.asarray(np.exp(-self.late * np.exp(log_C) / self.level))
 
     def off(self, log_C: float) -> float:
-        """Return what the fall adds to the mean of those samples [N]."""
+        """Return the effect of the fall on the mean of those samples [N]."""
         return self.fall(log_C)[0] * float(np.mean(self.shape(log_C)))
 
     def fall(self, log_C: float) -> tuple[float, float]:

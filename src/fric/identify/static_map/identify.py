@@ -225,7 +225,7 @@ def _is_flat(fit: MapFit) -> bool:
 
 
 def _fall(fit: MapFit) -> Iterator[Notice]:
-    """Say where strokes do not show how friction falls with speed."""
+    """Warn where strokes do not show how friction falls with speed."""
     of, slowest, theta = fit.asked.of, _slowest(fit), fit.solution.theta
     speed = float(slowest)
     if not fit.problem.fall:
@@ -248,7 +248,7 @@ def _interval(fit: MapFit, name: str) -> Interval:
 
 
 def _ageing(fit: MapFit) -> Iterator[Notice]:
-    """Say that F_s grows with the time of contact."""
+    """Warn that F_s grows with the time of contact."""
     if (rise := fit.held_out.ages) is not None:
         plain, ageing = (fit.asked.of(fit.held_out[form], "force") for form in ("stribeck", "ages"))
         more = fit.asked.of(rise * log(10.0), "force")
@@ -256,7 +256,7 @@ def _ageing(fit: MapFit) -> Iterator[Notice]:
 
 
 def _strokes(fit: MapFit) -> Iterator[Notice]:
-    """Say which strokes were left out, and which weigh less."""
+    """Name the strokes that were left out, and those with reduced weight."""
     if fit.left_out:
         yield flaws.STROKES_LEFT_OUT.found(strokes=[_named(fit, one) for one in fit.left_out])
     if fit.standing_off:
@@ -295,7 +295,7 @@ def _scatter(fit: MapFit) -> Iterator[Notice]:
 
 
 def _misfit(fit: MapFit) -> Iterator[Notice]:
-    """Say where the residuals are no noise."""
+    """Warn where the residuals are no noise."""
     problem = fit.problem
     smooth = smoother_than_noise((fit.residual / problem.standard_error)[np.argsort(problem.v)], -2.33)
     missed = 0.0 if smooth else _missed_both_ways(fit)
@@ -308,7 +308,7 @@ def _missed_both_ways(fit: MapFit) -> float:
 
     It is 0 where that is little, or where they differ between the directions by as much.
 
-    Half the sum of their residuals is what the map misses, half the difference what does not repeat. Few speeds show so
+    Half the sum of their residuals is the error of the map, half the difference does not repeat. Few speeds show so
     what no test of neighbours does: of ten, a wave of the residuals has two or three.
     """
     problem = fit.problem
@@ -327,7 +327,7 @@ def _missed_both_ways(fit: MapFit) -> float:
 
 
 def directions_differ(fit: MapFit) -> Sequence[Notice]:
-    """Say where the directions differ by more than an offset: half their sum then changes with speed."""
+    """Warn where the directions differ by more than an offset: half their sum then changes with speed."""
     problem, v = fit.problem, np.abs(fit.problem.v)
     n = len(v) - len(problem.free) - 2
     if n < 4 or len(np.unique(np.sign(problem.v))) < 2:

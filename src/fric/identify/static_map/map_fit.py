@@ -287,7 +287,7 @@ class MapFit:
         return StaticMap(**known | {"sigma": max(known["sigma"], 0.0)})
 
     def describe_form(self, held_out: HeldOut) -> str:
-        """Say which form the map has, and why: how well others do."""
+        """Return the notice on the form of the map, with the errors of the others."""
         form = "eq. (2)" if self.problem.fall else "Coulomb plus viscous friction"
         form += " with delta free" if "delta" in self.problem.free else ""
         if len(tried := held_out.as_dict()) < 2:
@@ -365,7 +365,7 @@ def fit_map(strokes: Strokes, offset: float | None = None) -> MapFit:
 
 
 def widened(estimate: Estimate, by: Callable[[float], float], least: float = -np.inf) -> Estimate:
-    """Return an estimate with each half of its interval made what a function gives of it, down to a least limit."""
+    """Return an estimate with each half of its interval mapped by a function, down to a least limit."""
     if not isinstance(estimate.ci95, tuple):
         return estimate
     value = float(estimate)
@@ -394,7 +394,7 @@ def _estimates(fitted: Fitted, asked: Asked) -> tuple[dict[str, Estimate], Real]
 
 
 def _less_damping(fitted: Fitted, estimates: dict[str, Estimate], asked: Asked) -> tuple[Fitted, dict[str, Estimate]]:
-    """Take the damping that the plant holds off what was fitted; sigma alone knows of it, and of its error."""
+    """Subtract the damping of the plant from the fit; only sigma changes, with its error."""
     theta, problem = dict(fitted.solution.theta), fitted.problem
     theta["sigma"] -= asked.damping
     solution = replace(fitted.solution, theta=theta)
@@ -408,7 +408,7 @@ def _less_damping(fitted: Fitted, estimates: dict[str, Estimate], asked: Asked) 
 
 
 def _with_common_errors(estimates: dict[str, Estimate], fitted: Fitted, together: Real) -> dict[str, Estimate]:
-    """Widen the intervals by what the map moves where the forces of all strokes move together, by half widths [N]."""
+    """Widen the intervals by the change of the map where the forces of all strokes shift by half widths [N]."""
     problem, solution = fitted.problem, fitted.solution
     thetas = [replace(problem, F=problem.F + shift).solve(start=solution).theta for shift in together if shift.any()]
     if not thetas:

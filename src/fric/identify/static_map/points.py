@@ -117,7 +117,7 @@ def slid(points: Sequence[SpeedPoint]) -> tuple[list[SpeedPoint], list[SpeedPoin
 
 
 def _rises(point: SpeedPoint) -> bool:
-    """Say whether the size of the force still rises in the second half of a stroke that had not settled."""
+    """Return whether the size of the force still rises in the second half of a stroke that had not settled."""
     if point.settled or point.stretch is None or point.swing:
         return False
     log, segment = point.stretch
@@ -293,7 +293,7 @@ GLITCH = 8.0
 LEVELS = 16
 """Levels of a segment's force up to which its steps are coarse."""
 GLITCHES = 0.01
-"""Share of the samples that glitches are at most: more of them is what the drive did."""
+"""Largest share of glitches in the samples: more of them are real motion."""
 
 
 @dataclass(frozen=True)

@@ -235,7 +235,7 @@ def profile_interval(
     best_value = best.theta[name]
     force = 10.0 * float(np.abs(problem.F).max())
     walls = {
-        # searched up to here, and what the limit is where the data set none
+        # searched up to here, and the limit where the data set none
         "F_c": ((0.0, force), (0.0, np.inf)),
         "F_s": ((0.0, force), (0.0, np.inf)),
         "v_s": (problem.v_s_range(), (0.0, np.inf)),

@@ -66,7 +66,7 @@ _LISTENING: dict[str, tuple[list[_Heard], list[tuple[logging.Logger, list[loggin
 
 @contextmanager
 def heard(form: Format, path: Path) -> Iterator[list[Notice]]:
-    """Keep from standard error what the library of a format logs meanwhile; give the list that it is put into.
+    """Collect in a list what the library of a format logs meanwhile, instead of on standard error; give the list.
 
     Files may be open at once, and be closed in any order: the library logs as before when the last file is closed.
     """

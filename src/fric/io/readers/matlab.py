@@ -136,7 +136,7 @@ def _tree(node: Any, file: h5py.File, depth: int = 0) -> Any:
 
 
 def _lies(columns: int, rows: int) -> bool:
-    """Say whether the rows of a matrix are signals: no log has so many columns and so few rows."""
+    """Return whether the rows of a matrix are signals: no log has so many columns and so few rows."""
     return columns > max(MOST_COLUMNS, 4 * rows)
 
 

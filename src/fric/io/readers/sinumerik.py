@@ -146,7 +146,7 @@ def _instants(time: Real, values: Real, interval: float) -> Indices:
 
 
 def _rotates(signals: list[Signal]) -> bool:
-    """Say whether an axis turns: its speeds are in revolutions, and none is along a line."""
+    """Return whether an axis turns: its speeds are in revolutions, and none is along a line."""
     units = {signal.units for signal in signals}
     return "veloRot" in units and "velo" not in units
 

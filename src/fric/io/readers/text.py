@@ -75,7 +75,7 @@ def split(line: str, delimiter: str) -> list[str]:
 
 
 def is_number(cell: str, decimal: str) -> bool:
-    """Say whether a cell is a number."""
+    """Return whether a cell is a number."""
     return _NUMBER[decimal].fullmatch(cell) is not None
 
 
@@ -228,7 +228,7 @@ def _unit(cell: str) -> bool:
 
 
 def _preamble(lines: list[str], delimiter: str) -> dict[str, str]:
-    """Return what the lines above the header name, as in ``Sampling period:;51.200`` or ``# load: 3 kg``."""
+    """Return the named values above the header, as in ``Sampling period:;51.200`` or ``# load: 3 kg``."""
     found: dict[str, str] = {}
     for line in lines:
         head, mark, rest = line.partition(delimiter if delimiter != "whitespace" else ":")

@@ -46,7 +46,7 @@ class Excitation:
 
 @dataclass(frozen=True)
 class Reality:
-    """What the axis has beyond the model: simulated in logs and circles, never part of what a controller believes.
+    """Properties of the axis beyond the model: simulated in logs and circles, never in nominal models.
 
     force: resolution, lag and clipping of the logged force
     clock: jitter and lost samples of the log

@@ -120,7 +120,7 @@ def _between(values: Real, at: Real, part: Callable[[Real], Real] | None = None)
 
 
 def _driven(axis: Axis, voltage: Real) -> Callable[[Real], Real]:
-    """Return what a held voltage (n,) adds to the position [m], over places in samples: ``B·∬u(t - τ)``.
+    """Return the effect of a held voltage (n,) on the position [m], over places in samples: ``B·∬u(t - τ)``.
 
     Its second derivative steps between the samples, which no spline through them knows (0.4 % of magnitude and 3 mrad
     at an eighth of the sampling rate).
