@@ -50,12 +50,12 @@ from .results.controller import identify_controller as identify_controller
 from .results.diagnose import DiagnosisResult as DiagnosisResult
 from .results.diagnose import diagnose as diagnose
 from .results.example import ExampleResult as ExampleResult
+from .results.example import FormatsResult as FormatsResult
 from .results.example import example as example
+from .results.example import formats as formats
 from .results.experiment import experiment as experiment
 from .results.export import ExportResult as ExportResult
 from .results.export import export_axis as export_axis
-from .results.formats import FormatsResult as FormatsResult
-from .results.formats import formats as formats
 from .results.gms import GMSResult as GMSResult
 from .results.gms import identify_gms as identify_gms
 from .results.ingest import CirclesResult as CirclesResult

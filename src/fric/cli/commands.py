@@ -187,7 +187,7 @@ COMMANDS: dict[str, Home] = {
         "fric.report.summary:make_report", Output("REPORT.html", "The page to write.", writes="HTML"), plausible=False,
         doing="machines", flags={"circles": "--circle"},
     ),
-    "schema": "fric.cli.pages:schema",
+    "schema": "fric.cli.special:schema",
     "reproduce": Command(
         "fric.reproduce.paper:reproduce_paper", plausible=False, replaces=False, doing="reproduce",
         flags={"folder": "-o --output"},
@@ -212,7 +212,7 @@ COMMANDS: dict[str, Home] = {
     "example": Command(
         "fric.results.example:example", plausible=False, places=["name"], flags={"output": "-o --output"}
     ),
-    "help": "fric.cli.pages:manual",
+    "help": "fric.cli.special:manual",
     "design": group("design", "Design controller, disturbance observer and other control blocks of an axis.", DESIGN),
     "identify": group("identify", "Identify friction and plant from logs.", IDENTIFY),
     "simulate": group("simulate", "Virtual experiments, and the circular test.", SIMULATE),

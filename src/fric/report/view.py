@@ -42,8 +42,7 @@ from fric.report.plots import (
     virgin_curves,
 )
 from fric.results.design import perturbation_of
-from fric.results.names import plain_names
-from fric.results.text import Table
+from fric.results.text import Table, plain_names
 from fric.units import readable, rotates, significant
 from fric.verdict import EARNED, Candidate, Evidence, Verdict, bare, decide, machine_name
 

@@ -20,8 +20,7 @@ from fric.results.base import Identified
 from fric.results.design import Design
 from fric.results.given import circles_of, document_of, in_si, positive, quantity
 from fric.results.kinds import AxisName, CircleLike, PlantLike, Quantity, SchemeName
-from fric.results.names import plain_names
-from fric.results.text import Piece, parameters
+from fric.results.text import Piece, parameters, plain_names
 from fric.units import Motion, parse_gain, readable
 from fric.verb import verb
 

@@ -12,7 +12,7 @@ from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.plausibility import of_amplitudes, of_friction, of_level, of_logs, of_shares, settled
 from fric.records.clipping import without_clipped
 from fric.records.prepared import prepared
-from fric.results.friction import IdentifiedFriction
+from fric.results.base import IdentifiedFriction
 from fric.results.given import friction_of, logs_of, plant_of
 from fric.results.kinds import Count, FrictionLike, LogLike, PlantLike, Seed
 from fric.results.text import Piece, parameters

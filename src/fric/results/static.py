@@ -17,7 +17,7 @@ from fric.identify.static_map.identify import identify_static as fit_static
 from fric.identify.static_map.strokes import ShapeFactor
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.plausibility import Finding, of_friction, of_logs, of_strokes, settled
-from fric.results.friction import IdentifiedFriction
+from fric.results.base import IdentifiedFriction
 from fric.results.given import document_of, in_si, plant_of, records_of
 from fric.results.kinds import LogLike, PlantLike, Quantity
 from fric.results.text import Piece, parameters
