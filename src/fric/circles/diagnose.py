@@ -92,16 +92,13 @@ def iso230(tests: Sequence[Revolutions]) -> Iso230:
             angle, mean = tested.angle % (2 * pi), tested.deviation
         centred, level = around_its_centre(angle, mean)
         paths[tested.test.direction] = (angle, centred, level)
-    both = len(paths) == 2
-    angle = np.concatenate([path[0] for path in paths.values()])
-    joint = np.concatenate([path[1] for path in paths.values()])
+    angles, deviations, levels = zip(*paths.values(), strict=True)
+    both, angle, joint = len(paths) == 2, np.concatenate(angles), np.concatenate(deviations)
     return Iso230(
         {direction: minimum_zone(angle_, d) for direction, (angle_, d, _) in paths.items()},
-        minimum_zone(angle, joint) if both else None,
-        max(float(d.max()) for _, d, _ in paths.values()),
-        min(float(d.min()) for _, d, _ in paths.values()),
-        float(np.mean([level for _, _, level in paths.values()])) if both else None,
-    )
+        minimum_zone(angle, joint) if both else None, float(joint.max()), float(joint.min()),
+        float(np.mean(levels)) if both else None,
+    )  # fmt: skip
 
 
 def lags(tests: Sequence[Revolutions], behind: Sequence[Mapping[str, float]], fit: Geometry) -> dict[str, Estimate]:

@@ -213,16 +213,11 @@ EXPLAINED = 0.9
 
 @dataclass(frozen=True)
 class FoundController:
-    """A controller that a recorded voltage shows.
+    """A controller that a recorded voltage shows."""
 
-    cascade: the controller
-    estimates: its gains with their 95 % intervals
-    explained: share of the voltage beyond what is fed forward that it explains [1]
-    """
-
-    cascade: Cascade
-    estimates: Mapping[str, Estimate]
-    explained: float
+    cascade: Cascade  # The controller
+    estimates: Mapping[str, Estimate]  # Its gains with their 95 % intervals
+    explained: float  # Share of the voltage beyond what is fed forward that it explains [1]
 
 
 def controller_of(test: MeasuredCircle, name: str) -> FoundController:
@@ -303,8 +298,7 @@ class _Fit:
         other[[0, 2]] = found[2] - found[1], found[0] + found[1]  # K_v and K_i/K_p in each other's place
         found = min((found, other), key=self._apart)
         rest, jacobian = self.rest(found), np.asarray(best.jac, float)
-        alike = _alike(rest)
-        return found, np.linalg.pinv(jacobian.T @ jacobian) * float(np.mean(rest**2)) * alike
+        return found, np.linalg.pinv(jacobian.T @ jacobian) * float(np.mean(rest**2)) * _alike(rest)
 
     def _linear(self, corner: float) -> Real:
         """Return the logarithms of K_v, K_p and K_i that a fit linear in the sums of gains begins from."""
