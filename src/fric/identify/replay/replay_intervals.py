@@ -117,7 +117,7 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
     u = found[: count - 1]
     chance = float(chdtrc(count - 1, float(u @ np.linalg.solve(V, u))))
     variance = max(float(u @ u - np.trace(V)) / (count - 1), 0.0)
-    if variance == 0.0 or (count == 2 and chance > OF_TWO):
+    if variance == 0.0 or chance > OF_TWO:
         return None
     H = np.linalg.lstsq(shown, columns, rcond=None)[0]
     wider = float(stdtrit(count - 1, 0.975)) / quantile
