@@ -275,6 +275,16 @@ def resting(off: float) -> Log:
     return Log(time=t, position=moves, force=force, name="a")
 
 
+def compensated(lead: float) -> Log:
+    """Return a sine whose axis is off by 1 µm between reversals, and kicked by a lead after each [m]."""
+    t = np.arange(12_000) / 1e3
+    after = (t - 1.0) % 2.0  # since the last reversal [s]
+    sense = np.where((t - 1.0) // 2.0 % 2 == 0, -1.0, 1.0)
+    reference = 1e-3 * np.sin(0.5 * np.pi * t)
+    off = 1e-6 * np.exp(-(((after - 1.0) / 0.2) ** 2)) + lead * sense * np.exp(-after / 0.05) * (t >= 1.0)
+    return Log(time=t, position=reference + off, reference=reference, name="a")
+
+
 def uneven_motion(by: float) -> Log:
     """Return a motion whose viscous friction differs from its mean by a share, up and down with the direction."""
     t = np.arange(8000) / 1e3
@@ -314,6 +324,7 @@ SHOWN: dict[str, Show] = {
     "energy-in-one-segment": lambda s: energies(off=s * judgement.STANDS_OFF),
     "force-coarse": lambda s: forces(np.arange(1000) % (round(flaws.COARSE / s) + 1) * 0.1),
     "drive-off": lambda s: flaws.record_flaws([resting(s * clipping.OFF)], "gms"),
+    "foreign-compensation": lambda s: [flaws.foreign_compensation(compensated(s * flaws.KICKED * 1e-6))],
     "force-clipped": lambda s: forces(cut(s)),
     "input-clipped": lambda s: forces(np.linspace(0.0, 1.0, 400), "plant", input=cut(s)),
     "clipped-unused": lambda s: clipping.without_clipped([of_force(np.arange(400.0)), of_force(cut(s))], 0.0)[1],

@@ -39,6 +39,10 @@ INPUT_CLIPPED = Flaw("input-clipped", "wrong",
 CLIPPED_UNUSED = Flaw("clipped-unused", "doubt",
     "The force is clipped in {counted}: {left_out:these records are left out|these samples are not compared}.",
     "Log with a larger range of the trace.", widens={"level": 0.1})
+FOREIGN_COMPENSATION = Flaw("foreign-compensation", "wrong",
+    "At {count} of {reversals} reversals the axis jumps {height} ahead of its reference, first at {time} and {place}, "
+    "and is back after {decay}: the control compensates friction, {when}.",
+    "Switch its friction compensation off, and log again.", widens={"level": 0.1, "k": 1.0})
 DRIVE_OFF = Flaw("drive-off", "note",
     "The drive is off for {share:.0%} of {records}: the force is exactly 0 while the axis rests. That is left out.")
 FORCE_COARSE = Flaw("force-coarse", "doubt",

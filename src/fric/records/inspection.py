@@ -8,7 +8,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.columns import FORCE_VELOCITY, PRESLIDING, Kind
 from fric.estimate import Estimate
-from fric.flaws.channel import ONE_DIRECTION
+from fric.flaws.channel import FOREIGN_COMPENSATION, ONE_DIRECTION
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.records.clipping import STUCK, clipped_samples, counts
@@ -277,7 +277,9 @@ def inspect(record: Record) -> Inspected:
     seen = 0.0
     if log.position is not None and len(reversals) > 2:
         seen = resolved_travel(log.position, reversals) / float(np.median(np.abs(np.diff(log.position[reversals]))))
-    gms = _too_slow(log, rises) or _gms_use(found, seen, stairs)
+    kicked = any(notice.code == FOREIGN_COMPENSATION.code for notice in warnings)
+    gms = Use("gms", False, "the control compensates friction at reversals") if kicked else None
+    gms = gms or _too_slow(log, rises) or _gms_use(found, seen, stairs)
     return replace(found, uses=(_static_use(found), gms, _plant_use(found)))
 
 

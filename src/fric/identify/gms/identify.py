@@ -37,7 +37,7 @@ from fric.log import Log
 from fric.notice import Notice
 from fric.plausibility import of_shares, settled
 from fric.records.clipping import without_clipped
-from fric.records.flaws import record_flaws
+from fric.records.flaws import record_flaws, without_kicked
 from fric.records.prepared import Prepared, prepared
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
@@ -87,6 +87,7 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
             "the static map has no friction at break-away (F_s is 0), and alpha is a share of it",
             hint="Look at what `fric identify static` says of that map, or leave `static=` out.",
         )
+    presliding, kicked = without_kicked(presliding)
     presliding, left_out = without_clipped(presliding, 0.0)
     given = prepared([*presliding, *sliding], plant)
     slow, unsuited = _suited(given[: len(presliding)], cycles)
@@ -108,7 +109,7 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
         unsuited.append(RECORD_LEFT_OUT.found(one.log.where, why=error.what))
     warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
     amiss = record_flaws([*presliding, *sliding], "gms")
-    return replace(result, warnings=(*lateness, *warnings, *amiss, *doubtful, *left_out, *unsuited))
+    return replace(result, warnings=(*lateness, *warnings, *amiss, *doubtful, *left_out, *kicked, *unsuited))
 
 
 def _suited(
