@@ -87,7 +87,7 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
     )
 
 
-def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | None = None) -> Real:
+def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | None = None, most: float = 12.0) -> Real:
     """Return the covariance (p, p) of least-squares estimates, valid where neighbouring residuals are correlated.
 
     ``(XᵀX)⁻¹·S·(XᵀX)⁻¹`` with S the long-run covariance of the scores ``x_i·e_i``, by autoregressions (den Haan and
@@ -98,11 +98,12 @@ def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | No
     regressors: The observation matrix X, shape (n, p).
     residual: What the fit leaves, shape (n,).
     lengths: Rows of each record, in order, where several are stacked: nothing is shared between records.
+    most: Order of the autoregressions at most, for a hundred values.
     """
     # Orthonormal regressors: the scores are then of one size, and the inverse is that of R alone.
     q, r = np.linalg.qr(regressors)
     back = np.linalg.inv(r)
-    covariance: Real = back @ score_covariance(q, residual, lengths) @ back.T
+    covariance: Real = back @ score_covariance(q, residual, lengths, most) @ back.T
     return covariance
 
 

@@ -36,7 +36,8 @@ LEVEL_BETWEEN_RECORDS = Flaw("level-between-records", "doubt",
     "Friction differs by {by:.1%} between records: {least:.3f} of the model in '{first}', {most:.3f} in '{second}'.")
 RECORDS_VARY = Flaw("records-vary", "doubt",
     "Records differ: {by} (standard deviation). In their order: {order}.",
-    "Intervals are of the mean over records, and allow for it.")
+    "Intervals are of the mean over records, and allow for it.{one_speed: Each holds one speed: log several in each, "
+    "which separates records from friction over speed.|}")
 FRICTION_DIFFERS = Flaw("friction-differs", "doubt",
     "The records differ by {by:2} where the curves of two of them continue each other: friction changed between them.")
 REST_RAISES_FRICTION = Flaw("rest-raises-friction", "wrong", "Where records continue each other, the slower ends "

@@ -50,6 +50,16 @@ class Halves:
         """Share of the parameters whose halves differ by less than a half-width [1]: 0.95 where intervals hold."""
         return float(np.mean([one.half_widths <= 1.0 for one in self.found])) if self.found else float("nan")
 
+    @property
+    def conclusion(self) -> str:
+        """How many halves agree, and which are farthest apart, in a sentence for a page or a terminal."""
+        count = len(self.found)
+        text = f"{round(self.within * count)} of {count} differ by less than the half-width of their difference"
+        far = max(self.found, key=lambda one: one.half_widths)
+        parts = f"; farthest apart: {far.parameter} by {far.by}, {far.half_widths:.1f} half-widths"
+        apart = parts if far.half_widths > 1.0 else ""
+        return f"{text}{apart}; 95 % do where intervals hold"
+
 
 def halves(logs: Sequence[Log], plant: Plant | None = None) -> Halves:
     """Identify halves of the records apart, by time, in turns, by record, direction and place.

@@ -120,10 +120,8 @@ class HalvesResult(Result):
                 (one.by, one.parameter, f"{first} ({width})", f"{second} ({other})", unit, f"{one.half_widths:.2f}")
             )
         columns = ("halved by", "", "first half", "second half", "unit", "half-widths apart")
-        count = len(self.halves.found)
-        share = f"{round(self.halves.within * count)} of {count} differ by less than the half-width of their difference"
         untold = [f"{by}: {why}" for by, why in self.halves.untold.items()]
-        return [Table(columns, rows), f"{share}; 95 % do where intervals hold", *untold]
+        return [Table(columns, rows), self.halves.conclusion, *untold]
 
     def by_row(self) -> dict[str, dict[str, Any]]:
         """Return by how many half-widths the halves differ, by halving and parameter."""

@@ -128,7 +128,8 @@ class Hunting:
         gradient[of_again:] *= np.sqrt(of_again / whole)
         step = -np.linalg.lstsq(gradient, residual, rcond=None)[0]
         quantile = float(stdtrit(max(of_again - len(step), 1), 0.975))
-        covariance = replay_covariance(gradient, residual, made.records, quantile)
+        # hunting itself has a long memory, which is the error that is looked for
+        covariance = replay_covariance(gradient, residual, made.records, quantile, most=1.0)
         distance = float(step @ np.linalg.pinv(covariance, hermitian=True) @ step)
         sure = max(1.0 - len(step) / distance, 0.0) if distance > 0.0 else 0.0
         left = [_left_over(model, records) for records in (search.records, again)]

@@ -264,7 +264,8 @@ def _described(
     if levels is not None and levels.chance < DIFFERENT:
         others = [f"the {name} by {readable(float(by), by.unit, 2)}" for name, by in between.items() if name != "level"]
         each = [f"{1.0 + one:.3f} of the friction" for one in levels.each]
-        warnings.append(RECORDS_VARY.found(by=[f"friction by {levels.deviation:.1%}", *others], order=each))
+        by = [f"friction by {levels.deviation:.1%}", *others]
+        warnings.append(RECORDS_VARY.found(by=by, order=each, one_speed=False))
     return ReplayFit(
         model, records[0].log.axis, motion, estimates, records, level, own, rmse, r2, independent, coordinates, x,
         joint(coordinates, x, covariance, seen, blocks), lateness(search, best, quantile), tuple(warnings), between,

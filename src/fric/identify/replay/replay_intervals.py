@@ -36,7 +36,7 @@ def white(residual: Real, lengths: Sequence[int]) -> bool:
     return bool(chdtrc(LAGS * len(lengths), statistic) >= 0.01)
 
 
-def covariance_of(gradient: Real, residual: Real, lengths: Sequence[int]) -> Real:
+def covariance_of(gradient: Real, residual: Real, lengths: Sequence[int], most: float = 12.0) -> Real:
     """Return the covariance (p, p) of a least-squares fit.
 
     Where the residuals are `white`, it is that of ordinary least squares; else that of `hac_covariance`, which is
@@ -44,15 +44,18 @@ def covariance_of(gradient: Real, residual: Real, lengths: Sequence[int]) -> Rea
 
     gradient, residual: Derivatives (n, p) and residuals (n,) of all records one after the other.
     lengths: Samples of each record.
+    most: As in `hac_covariance`.
     """
     if not white(residual, lengths):
-        return hac_covariance(gradient, residual, lengths)
+        return hac_covariance(gradient, residual, lengths, most)
     n, p = gradient.shape
     back = np.linalg.inv(np.linalg.qr(gradient, mode="r"))
     return np.asarray(back @ back.T * float(residual @ residual) / (n - p))
 
 
-def replay_covariance(gradient: Real, residual: Real, records: Sequence[Prepared], quantile: float) -> Real:
+def replay_covariance(
+    gradient: Real, residual: Real, records: Sequence[Prepared], quantile: float, most: float = 12.0
+) -> Real:
     """Return the covariance (p, p) of a fit by replay.
 
     It is that of `covariance_of`, and where the residuals are not white, widened where one of two resamplings gives
@@ -63,9 +66,10 @@ def replay_covariance(gradient: Real, residual: Real, records: Sequence[Prepared
     gradient, residual: As in `covariance_of`.
     records: The records.
     quantile: Half widths are this many standard deviations.
+    most: As in `hac_covariance`.
     """
     lengths = [int(record.used.sum()) for record in records]
-    covariance = covariance_of(gradient, residual, lengths)
+    covariance = covariance_of(gradient, residual, lengths, most)
     if white(residual, lengths):
         return covariance
     resampled = [

@@ -28,6 +28,8 @@ from fric.records.flaws import coarse_force
 from fric.records.over_strokes import PLACES, along_axis, over_place
 from fric.statistics import DIFFERENT, OF_TWO, mixed_model, sandwich
 
+RECORDS = 8
+"""Records of one speed each from which on their levels are seen beside the map."""
 FEW_STROKES = 3
 """Least strokes of a record, at two speeds or more, with which its level is separable from the map."""
 
@@ -40,7 +42,7 @@ def between_records(strokes: Strokes) -> Correction | None:
     weighted least squares on the forces without what is predicted of their record, together with how that prediction
     errs, is generalised least squares: the map is that of the mean over records, and the intervals know their number.
     """
-    names = _told(strokes.points)
+    names, one_speed = _told(strokes.points)
     if len(names) < 2:
         return None
     fitted, _ = solved(strokes, strokes.offset)
@@ -63,16 +65,22 @@ def between_records(strokes: Strokes) -> Correction | None:
     if chance < DIFFERENT:
         by = [f"friction by {level:.1%}", f"the offset by {strokes.asked.says(offset, 'force', 2)}"][: len(kinds)]
         order = [f"{1.0 + one:.3f} of the friction" for one in found.predicted[: len(names)]]
-        notices.append(RECORDS_VARY.found(by=by, order=order))
+        notices.append(RECORDS_VARY.found(by=by, order=order, one_speed=one_speed))
     return Correction(points=points, together=together, notices=notices, between_records=scatter)
 
 
-def _told(points: Sequence[SpeedPoint]) -> list[str]:
-    """Return the records, in the order of the strokes' times, whose level is seen beside the map."""
+def _told(points: Sequence[SpeedPoint]) -> tuple[list[str], bool]:
+    """Return the records, in the order of time, whose level is seen beside the map, and whether each holds one speed.
+
+    A record of one speed shows its level where all do, and they are more than a map has parameters: by how much several
+    strokes in it are alike, beside a curve.
+    """
     speeds: dict[str, list[float]] = {}
     for point in points:
         speeds.setdefault(point.of_record, []).append(abs(point.velocity))
-    return sorted(name for name, v in speeds.items() if len(v) >= FEW_STROKES and max(v) > 1.5 * min(v))
+    enough = {name: v for name, v in speeds.items() if len(v) >= FEW_STROKES}
+    several = sorted(name for name, v in enough.items() if max(v) > 1.5 * min(v))
+    return several or (sorted(enough) if len(enough) >= RECORDS else []), not several
 
 
 def _friction(problem: StribeckProblem, solution: Solution, v: Real) -> Real:
