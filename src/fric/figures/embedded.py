@@ -58,7 +58,7 @@ def embedded(figure: Figure, key: str, alt: str) -> str:
 
     text = re.sub(r"<[^>]+>", tag, text)
     text = re.sub(r">\s*\n\s*<", "><", text)
-    told = escape(json.dumps([_panel(axes, width, height) for axes in figure.axes], separators=(",", ":")))
+    told = escape(json.dumps([_panel(figure, axes, width, height) for axes in figure.axes], separators=(",", ":")))
     return (
         f'<svg class="plot" role="img" tabindex="0" aria-label="{escape(alt)}" data-panels="{told}" '
         f'viewBox="0 0 {width:g} {height:g}" style="max-width: {1.25 * width:.0f}pt">{text}'
@@ -102,10 +102,8 @@ def _leaves(container: Any) -> list[Artist]:
     ]
 
 
-def _panel(axes: Axes, width: float, height: float) -> dict[str, Any]:
+def _panel(figure: Figure, axes: Axes, width: float, height: float) -> dict[str, Any]:
     """Return the frame of a panel in the drawing, and its scales."""
-    figure = axes.get_figure(root=True)
-    assert figure is not None
 
     def place(x: float, y: float) -> list[float]:
         across, up = figure.transFigure.inverted().transform(axes.transData.transform((x, y)))
