@@ -20,7 +20,7 @@ from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
-from fric.io.propose import Guessed, axes_said, guessed, is_sure, says_all
+from fric.io.propose import Guessed, axes_said, first_of, guessed, is_sure, says_all
 from fric.io.questions import Ask, answered, beside
 from fric.io.readers import endings
 from fric.io.recognise import HDF5_SIGNATURE, recognise
@@ -137,13 +137,13 @@ def find_sources(
         document = read_document(path, ControllerDocument)
         found.controllers.setdefault(document.axis, path)
     if found.copies:
-        found.description.append(FILE_COPIES.found(files=_first(found.copies)))
+        found.description.append(FILE_COPIES.found(files=first_of(found.copies)))
     for why, files in found.refused.items():
         propose = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
         propose = propose if "column" in why else ""
-        found.description.append(FILE_LEFT_OUT.found(_first(files), why=why, propose=propose))
+        found.description.append(FILE_LEFT_OUT.found(first_of(files), why=why, propose=propose))
     for name, files in found.guessed.items():
-        found.description.append(MAPPING_BUNDLED.found(mapping=name, files=_first(files)))
+        found.description.append(MAPPING_BUNDLED.found(mapping=name, files=first_of(files)))
     return found
 
 
@@ -185,10 +185,6 @@ def _guessed(
 def _is_paper(path: Path) -> bool:
     """Return whether a file that is no log is there to be read by people, by its name."""
     return bool(_PAPER.match(path.name)) and path.suffix.lower() in {".txt", ".md", ".rst", ".log", ".dat"}
-
-
-def _first(files: list[Path]) -> str:
-    return f"{files[0]}" + (f" and {len(files) - 1} more" if len(files) > 1 else "")
 
 
 def _files(given: Iterable[Path]) -> Iterator[Path]:

@@ -2,7 +2,6 @@
 
 import ctypes
 import hashlib
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing
@@ -11,13 +10,13 @@ from functools import partial
 from itertools import chain
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fric.arrays import Mask, Real
-from fric.columns import CHANNELS, FORCE_VELOCITY, KINDS, Kind
+from fric.columns import CHANNELS, FORCE_VELOCITY, Kind
 from fric.documents.mapping import FileMapping, MappingDocument, filled
 from fric.errors import FricError
 from fric.flaws.files import CELLS_DROPPED, COLUMNS_LEFT_OUT, SAMPLES_MISSING
@@ -31,9 +30,6 @@ from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
 from fric.units import Motion, drive_unit, words_of
 
-BEHIND = 4
-"""Pieces of a file that its digest may lag behind."""
-
 
 def digest_of(path: Path) -> str:
     """Return the sha256 of a file."""
@@ -42,39 +38,6 @@ def digest_of(path: Path) -> str:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise FricError(f"cannot be read: {error.strerror}", where=str(path)) from None
-
-
-def digest_of_all(paths: Iterable[Path]) -> str:
-    """Return the sha256 of files that make one record: of their digests, one after the other."""
-    return hashlib.sha256("".join(map(digest_of, paths)).encode()).hexdigest()
-
-
-class FileDigest:
-    """The digest of a file: of its bytes while they are read, or else of the file read for this purpose.
-
-    path: The file.
-    beside: A single thread, which takes the bytes in while the work goes on.
-    """
-
-    def __init__(self, path: Path, beside: ThreadPoolExecutor) -> None:
-        self._path, self._beside = path, beside
-        self._sum = hashlib.sha256()
-        self._taken: deque[Future[None]] = deque()
-        self._found: str | None = None
-
-    def take(self, content: bytes) -> None:
-        """Take the next bytes of the file into the sum, in a thread beside the work."""
-        self._taken.append(self._beside.submit(self._sum.update, content))
-        if len(self._taken) > BEHIND:
-            self._taken.popleft().result()
-
-    def result(self) -> str:
-        """Return the digest of the whole file."""
-        if self._found is None:
-            for taken in self._taken:
-                taken.result()
-            self._found = self._sum.hexdigest() if self._taken else digest_of(self._path)
-        return self._found
 
 
 WINDOW = 32
@@ -351,10 +314,6 @@ class StatedLog:
     window: tuple[float, float] = EVERYTHING  # First and last time that is read, as the files count it [s]
     join: bool = False  # Make one record of all files, which hold its channels on a common clock, in memory
 
-    def __post_init__(self) -> None:
-        if self.kind is not None and self.kind not in KINDS:
-            raise FricError(f"'{self.kind}' is not a kind of record", hint=f"Kinds are {', '.join(KINDS)}.")
-
 
 class Session:
     """One call of `ingest`: its arguments, and its progress."""
@@ -384,14 +343,12 @@ class Session:
 
     def read(self, path: Path, found: Iterable[Table], writer: LogWriter, axis: str, motion: Motion) -> None:
         """Add the records of one file, which are its tables."""
-        digest, none, before = FileDigest(path, self._beside), list[FricError](), len(self.records)
+        digest, none, before = self._beside.submit(digest_of, path), list[FricError](), len(self.records)
         if self.known and digest.result() in self.known:
             self.skipped.append((str(path), self.known[digest.result()]))
             self._progress(path.stat().st_size)
             return
         for table in found:
-            if not self.known and table.passes_bytes:
-                table.listener = digest.take
             try:
                 own = self.of_axis(table, (axis, motion))
             except FricError as error:
@@ -457,7 +414,8 @@ class Session:
 
     def join(self, paths: Sequence[Path], found: Iterable[Iterable[Table]], writer: LogWriter, motion: Motion) -> None:
         """Add one record whose channels are in several files."""
-        sha256, source = digest_of_all(paths), " + ".join(map(str, paths))
+        sha256 = hashlib.sha256("".join(map(digest_of, paths)).encode()).hexdigest()
+        source = " + ".join(map(str, paths))
         if sha256 in self.known:
             self.skipped.append((source, self.known[sha256]))
             return
@@ -533,7 +491,7 @@ class Session:
         return {name: values[kept] for name, values in channels.items()}
 
 
-def _digest(table: Table, file: FileDigest) -> str:
+def _digest(table: Table, file: Future[str]) -> str:
     """Return the digest of a record, or that of its file, with the record's name where the file holds several."""
     said = table.said
     return said.get("sha256") or file.result() + (f":{said['name']}" if "name" in said else "")
@@ -611,15 +569,14 @@ def ingest(
     held = header_of(output) if append and output.exists() else None
     with ThreadPoolExecutor(1) as beside, ExitStack() as files:  # digests are taken while the file is read
         session = Session(stated, progress or (lambda _: None), beside)
-        opened, refused = _first_readable(sources, stated, session, held, files)
-        chosen_axis, chosen_motion = opened.axis
+        first, opened, (chosen_axis, chosen_motion), refused = _first_readable(sources, stated, session, held, files)
         with log_writer(output, axis=chosen_axis, motion=chosen_motion, append=append, force=force) as writer:
             session.known = writer.digests()
             if join and not refused:
-                tables_of = [opened.tables, *(_tables(source, mapping, files, stated.axis) for source in sources[1:])]
+                tables_of = [opened, *(_tables(source, mapping, files, stated.axis) for source in sources[1:])]
                 session.join(sources, tables_of, writer, chosen_motion)
-            for n, source in enumerate([] if join else sources[opened.number :], opened.number):
-                found = opened.tables if n == opened.number else _tables(source, mapping, files, stated.axis)
+            for n, source in enumerate([] if join else sources[first:], first):
+                found = opened if n == first else _tables(source, mapping, files, stated.axis)
                 try:
                     session.read(source, found, writer, chosen_axis, chosen_motion)
                 except FricError as error:
@@ -633,28 +590,20 @@ def ingest(
     )  # fmt: skip
 
 
-class _Opened(NamedTuple):
-    """The first file that could be opened: its number, its tables, the axis that it is of."""
-
-    number: int
-    tables: Iterable[Table]
-    axis: tuple[str, Motion]
-
-
 def _first_readable(
     sources: Sequence[Path],
     stated: StatedLog,
     session: Session,
     held: tuple[str, Motion] | None,
     files: ExitStack,
-) -> tuple[_Opened, list[FricError]]:
+) -> tuple[int, Iterable[Table], tuple[str, Motion], list[FricError]]:
     """Open the first file that can be, and return it with what is wrong with those before it."""
     refused: list[FricError] = []
     for n, source in enumerate(sources):
         try:
             rest = _tables(source, stated.mapping, files, stated.axis)
             first = next(rest)
-            return _Opened(n, chain([first], rest), session.of_axis(first, held)), refused
+            return n, chain([first], rest), session.of_axis(first, held), refused
         except FricError as error:
             refused.append(error)
     raise _together(refused, len(sources))

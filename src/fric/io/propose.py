@@ -17,7 +17,7 @@ from fric.io.channels import plan
 from fric.io.readers import tables
 from fric.io.readers.base import OF_SEVERAL, Column, Table, plain_name
 from fric.io.recognise import is_hdf5
-from fric.io.roles import LIKELY, SURE, Axis, Role, axes_of, in_memory, tag, without_data
+from fric.io.roles import LIKELY, SURE, Axis, Role, axes_of, in_memory, tag
 from fric.io.words import OF_MEANS, axis_of, bare, looking_like, measures, named_as, spoken
 from fric.notice import Notice
 from fric.output import staged
@@ -113,7 +113,7 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
         with closing(tables(path, None)) as of_file:
             for table in of_file:  # which is read as long as its file is open
                 members = groups.setdefault(tuple(table.columns), [])
-                members.append(in_memory(table) if len(members) < MOST_FILES else without_data(table))
+                members.append(in_memory(table, rows=len(members) < MOST_FILES))
     found = [guess for members in groups.values() for guess in _of_group(members)]
     motions: dict[str, Motion] = {}
     for guess in found:  # what is of another motion, or in other units, is another axis
@@ -426,7 +426,7 @@ class Guessed:
         """Return what was assumed, and what was sure."""
         told = []
         for one in self.usable:
-            files = _files(one)
+            files = first_of(one.files)
             roles = one.axis.roles.items()
             means = ", ".join(f'{k} is "{one.table.columns[r.column].name}"' for k, r in roles if r.column is not None)
             if what := assumption(one):
@@ -437,17 +437,17 @@ class Guessed:
 
     def asked(self) -> list[Notice]:
         """Return what is open, a notice for files of one kind."""
-        return [
-            MAPPING_OPEN.found(files=_files(one), what=assumption(one) or "another of its axes") for one in self.found
-        ]
+        whats = [(first_of(one.files), assumption(one) or "another of its axes") for one in self.found]
+        return [MAPPING_OPEN.found(files=files, what=what) for files, what in whats]
 
     def error(self) -> FricError:
         """Return all that is open in one error."""
         return asked(self.found)
 
 
-def _files(guess: Guess) -> str:
-    return f"{guess.files[0]}" + (f" and {len(guess.files) - 1} more" if len(guess.files) > 1 else "")
+def first_of(files: Sequence[Path]) -> str:
+    """Return the first of files, and how many more there are."""
+    return f"{files[0]}" + (f" and {len(files) - 1} more" if len(files) > 1 else "")
 
 
 def guessed(

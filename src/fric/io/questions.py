@@ -13,7 +13,7 @@ from fric.arrays import Real
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.io.propose import NEEDED, Guess, Guessed, wanted_roles
+from fric.io.propose import NEEDED, Guess, Guessed, first_of, wanted_roles
 from fric.io.readers import tables
 from fric.io.roles import SURE, Axis, Role, take_reading
 from fric.io.words import Reading
@@ -105,9 +105,9 @@ def beside(path: Path) -> tuple[Path, list[str | None]] | None:
 def _named(guesses: Sequence[Guess]) -> str:
     """Return the axes and files of guesses, for a question."""
     axes = list(dict.fromkeys(one.axis.name for one in guesses))
-    files = list(dict.fromkeys(path.name for one in guesses for path in one.files))
+    files = list(dict.fromkeys(Path(path.name) for one in guesses for path in one.files))
     text = f"axis {axes[0]}" if len(axes) == 1 else f"axes {', '.join(axes[:6])}"
-    return f"{text} ({files[0]}{f' and {len(files) - 1} more' if len(files) > 1 else ''})"
+    return f"{text} ({first_of(files)})"
 
 
 def _of_rate(found: Sequence[Guess]) -> Question | None:

@@ -134,15 +134,11 @@ def _turn(x: Real) -> float:
     return next((one for one in sorted(usual) if span <= one < 1.03 * turn), turn)
 
 
-def in_memory(table: Table) -> Memory:
-    """Return a table with its first rows in memory, for when its file is closed."""
-    head = _head(table, MOST_VALUES // max(len(table.columns), 1) // 4)
-    return Memory(table.path, table.columns, list(head.T), table.constants, table.said)
-
-
-def without_data(table: Table) -> Memory:
-    """Return a table without its rows."""
-    return Memory(table.path, table.columns, [np.empty(0)] * len(table.columns), table.constants, table.said)
+def in_memory(table: Table, *, rows: bool = True) -> Memory:
+    """Return a table with its first rows in memory, or none of them, for when its file is closed."""
+    count = MOST_VALUES // max(len(table.columns), 1) // 4
+    head = list(_head(table, count).T) if rows else [np.empty(0)] * len(table.columns)
+    return Memory(table.path, table.columns, head, table.constants, table.said)
 
 
 def _head(table: Table, most: int) -> Real:

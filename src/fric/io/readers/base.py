@@ -6,7 +6,7 @@ import logging
 import re
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -150,16 +150,8 @@ class Table(ABC):
     said: What the file itself says of the record: ``axis``, ``motion``, ``name``, ``kind``, ``sha256``, ``source``.
     """
 
-    listener: Callable[[bytes], object] | None = None
-    """Is given all bytes of the file in their order, as `blocks` reads them, by a reader that `passes_bytes`."""
-
     notices: Sequence[Notice] = ()
     """What the user should know of the table, once it is read."""
-
-    @property
-    def passes_bytes(self) -> bool:
-        """Whether `blocks` reads the file from its first byte to its last."""
-        return False
 
     def __init__(
         self,

@@ -91,7 +91,8 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
     for axis in axes:
         members = [n for n, signal in enumerate(trace.signals) if signal.axis in {axis, ""}]
         about = {"axis": f"axis{axis}", "name": f"{path.stem}-axis{axis}", OF_SEVERAL: names} if names else {}
-        rotary = _rotates([trace.signals[n] for n in members])
+        units = {trace.signals[n].units for n in members}
+        rotary = "veloRot" in units and "velo" not in units  # its speeds are in revolutions, and none is along a line
         columns = dict(zip(members, _columns([trace.signals[n] for n in members], rotary=rotary), strict=True))
         parts = []
         for interval in sorted({trace.signals[n].interval for n in members}):
@@ -143,12 +144,6 @@ def _instants(time: Real, values: Real, interval: float) -> Indices:
         return there
     phase = (time[there] - time[there[0]]) / interval if interval else np.zeros(len(there))
     return np.asarray(there[np.abs(phase - np.rint(phase)) < 0.25])
-
-
-def _rotates(signals: list[Signal]) -> bool:
-    """Return whether an axis turns: its speeds are in revolutions, and none is along a line."""
-    units = {signal.units for signal in signals}
-    return "veloRot" in units and "velo" not in units
 
 
 def _columns(signals: list[Signal], *, rotary: bool) -> list[Column]:

@@ -342,27 +342,17 @@ class TextTable(Table):
                     yield Block(row, [_numbers(frame[n], self._shape.decimal) for n in wanted], size)
                     row += len(frame)
 
-    @property
-    def passes_bytes(self) -> bool:
-        """A compressed file, and a file whose digits are no single bytes, are not read directly."""
-        return not (self._zipped or self._wide)
-
-    @property
-    def _wide(self) -> bool:
-        return "\0".encode(self._shape.encoding) != b"\0"
-
     def _pieces(self) -> Iterator[list[memoryview]]:
         """Cut the data into pieces of whole lines, each of some parts, in an encoding in which a digit is a byte."""
-        wide, pass_on = self._wide, self.listener or (lambda _: None)
+        wide = "\0".encode(self._shape.encoding) != b"\0"
         rest: list[memoryview] = []
         try:
             with _opened(self.path, self._zipped, self._shape.encoding if wide else None) as file:
                 for _ in range(self._shape.first):
-                    pass_on(file.readline())
+                    file.readline()
                 read_so_far = 0
                 while read := file.read(PIECE):
                     content = read.encode() if wide else read
-                    pass_on(content)
                     end, whole = content.rfind(b"\n") + 1, memoryview(content)
                     read_so_far += len(content)
                     self._refuse_bomb(read_so_far, len(content) if end else sum(map(len, rest)) + len(content))

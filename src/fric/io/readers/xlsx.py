@@ -137,14 +137,14 @@ class _Sheet(Table):
     def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
         """Read the sheet row by row."""
         row, rows = 0, self._rows()
-        while part := self._part(rows):
+        while True:
+            with warned(self.path, self._heard):
+                part = list(islice(rows, ROWS))
+            if not part:
+                return
             columns = [np.array([self._number(cells, n, row + k) for k, cells in enumerate(part)]) for n in wanted]
             yield Block(row, columns, 8 * len(part) * len(wanted))
             row += len(part)
-
-    def _part(self, rows: Iterator[Sequence[Any]]) -> list[Sequence[Any]]:
-        with warned(self.path, self._heard):
-            return list(islice(rows, ROWS))
 
     def place(self, row: int, column: int | None = None) -> str:
         """Return sheet and row as the workbook counts them."""
