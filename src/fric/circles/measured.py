@@ -8,7 +8,6 @@ from math import pi
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
-from scipy.fft import next_fast_len
 
 from fric.arrays import Complex, Real
 from fric.columns import channel_dimension
@@ -32,6 +31,8 @@ def smoothed(t: Real, r: Real, error: Real, acceleration: Real | None = None) ->
     t, r, error: Even instants [s], reference [m], and tracking error as measured [m], shape (n,).
     acceleration: Acceleration of the error from the voltages [m/s²]; above the filter's corner it determines the error.
     """
+    from scipy.fft import next_fast_len  # reading a circle does without
+
     n, dt = len(t), float(t[1] - t[0])
     length = next_fast_len(2 * n, real=True)
     f = np.fft.rfftfreq(length, dt)

@@ -6,9 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import sparse
-from scipy.interpolate import BSpline
-from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from fric.arrays import Indices, Mask, Real
 from fric.errors import FricError
@@ -151,6 +148,10 @@ def _rests(t: Real, z: Real, counted: Indices, step: float) -> tuple[Real, Real,
 
 def _smoothest(t: Real, instant: Real, value: Real, spread: Real, knot: float) -> Any:
     """Return the spline of least jerk whose distance from the values is their spread (a P-spline)."""
+    from scipy import sparse  # not at the start: who reads a friction file does without
+    from scipy.interpolate import BSpline
+    from scipy.linalg import cho_solve_banded, cholesky_banded
+
     count = int(np.ceil((t[-1] - t[0]) / knot))
     knots = t[0] + knot * np.arange(-DEGREE, count + DEGREE + 1)
     unit = float(np.median(spread))
