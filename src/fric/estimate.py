@@ -105,7 +105,7 @@ Scale = Literal["linear", "log", "logit"]
 
 @dataclass(frozen=True)
 class Covariance:
-    """How parameters that were identified together err together.
+    """Covariance of parameters that were identified together.
 
     Parameters
     ----------

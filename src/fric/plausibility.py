@@ -33,10 +33,10 @@ TOGETHER = 0.99
 
 
 def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding]:
-    """Yield what can be held against physics in records: speed, rate, and whether their channels agree.
+    """Yield the quantities of records with physical bounds: speed, rate, and whether their channels agree.
 
     logs: Records of one axis.
-    plant: The plant, whose force constant the force is held against.
+    plant: The plant, with whose force constant the force is compared.
     """
     import numpy as np  # `fric --help` need not
 
@@ -85,7 +85,7 @@ def _speed(log: Log) -> float:
 
 
 def of_friction(static: StaticMap, motion: Motion, mass: float | None = None, where: str = "") -> Iterator[Finding]:
-    """Yield what can be held against physics in a static map, and in its size beside the mass that it moves."""
+    """Yield the quantities of a static map with physical bounds, and its size relative to the mass that it moves."""
     level = max(abs(static.F_s), abs(static.F_c))
     yield Finding("friction", level, motion, where, usual=0.5)
     if mass:
@@ -135,7 +135,7 @@ def of_shares(shares: Iterable[tuple[Log, float | None, float | None]]) -> Itera
 
 
 def of_plant(plant: Plant, motion: Motion, where: str = "") -> Iterator[Finding]:
-    """Yield what can be held against physics in a plant."""
+    """Yield the quantities of a plant with physical bounds."""
     for name, value in (("A", plant.A), ("B", plant.B), ("T_d", plant.T_d), ("mass", plant.M)):
         yield Finding(name, value, motion, where)
 
@@ -160,7 +160,7 @@ def lifted() -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Finding:
-    """A quantity that is to be held against its bound: the bound's name, the value in SI, and where it is from.
+    """A quantity that is compared with its bound: the bound's name, the value in SI, and where it is from.
 
     A value below what is ``usual`` for a linear axis of a machine is possible, but gives a warning.
     """

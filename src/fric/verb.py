@@ -240,7 +240,7 @@ class Form:
     """The source of a verb: its text, and its arguments in their order.
 
     The source is read, not imported: a command's help waits for no library. What its annotations name is imported from
-    where the source says; those of an argument are read when it is asked for.
+    where the source states it; those of an argument are read when they are needed.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The verdict: what it rests on, and the function that decides for every command, page and ``--json``."""
+"""The verdict: its evidence, and the function that decides for every command, page and ``--json``."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class Candidate:
 
     @property
     def demand(self) -> int:
-        """How much it asks for: 1 for a static map or a control block, 2 for a model with pre-sliding."""
+        """Its effort: 1 for a static map or a control block, 2 for a model with pre-sliding."""
         model = 0 if self.scheme.friction is None else 1 if self.scheme.friction == "static" else 2
         return model + len(self.scheme.blocks) + int(self.scheme.controller != "cascade")
 
@@ -121,7 +121,7 @@ class Evidence:
     axes: tuple[str, ...] = ()  # Names of the axes that were run; the verdict is of no other
     resolution: float = 0.0  # The coarsest step of their encoders [m]: no smaller difference is spoken of
     exact: bool = False  # Whether the controllers believe exactly the friction and the plant that the machine has
-    compared: bool = False  # Whether a measured circle was held against the prediction
+    compared: bool = False  # Whether a measured circle was compared with the prediction
     disagreements: Sequence[Notice] = ()  # Where a measured circle is not as predicted, with the likely cause
     notices: Sequence[Notice] = ()  # What the files that the machine is made of, and the runs, warn of
     distrust: Sequence[Notice] = ()  # Why no interval of a prediction must be trusted
@@ -162,7 +162,7 @@ class Verdict:
     # What less, or more, effort would change, as far as differences are sure; what must not be used
     effort: tuple[str, ...] = ()
     next: tuple[str, ...] = ()  # What to type next
-    kept: bool | None = None  # Whether the tolerance is kept on 95 % of the machines; None where none was asked
+    kept: bool | None = None  # Whether the tolerance is kept on 95 % of the machines; None where none was given
     settled: tuple[Notice, ...] = ()  # As in `Evidence`
     compared: tuple[float, float] | None = None  # The predicted and the measured glitch of a measured circle [m]
 
@@ -184,7 +184,7 @@ class Verdict:
 
     @property
     def passes(self) -> bool | None:
-        """Whether the tolerance is kept; None where none was asked, and where that is not decided."""
+        """Whether the tolerance is kept; None where none was given, and where that is not decided."""
         return {"pass": True, "fail": False}.get(self.result[0])
 
     @property
@@ -413,7 +413,7 @@ def distrust(evidence: Evidence) -> Iterator[Notice]:
 
 
 def _choose(usable: Sequence[Candidate], evidence: Evidence) -> Candidate:
-    """Return what asks for the least of those that keep the tolerance; else of those as good as the best."""
+    """Return the scheme of least effort of those that keep the tolerance; else of those as good as the best."""
     best = min(usable, key=lambda one: one.stays_under)
     good = [one for one in usable if evidence.tolerance is not None and one.stays_under <= evidence.tolerance]
     good = good or [one for one in usable if one is best or not _worth(one, best, usable, evidence)]

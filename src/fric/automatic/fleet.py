@@ -1,6 +1,6 @@
 """A fleet: a folder ``DIR/machine/date`` of logs, identified on all cores or on a cluster, and what changed since.
 
-Every number at two dates is held against its intervals, with as many chances in mind.
+Every number at two dates is compared with its intervals, corrected for multiple comparisons.
 """
 
 import re
@@ -46,7 +46,7 @@ LEVEL = 0.05
 FREEDOM = {"gms": 4.0, "plant": 7.0, "glitch": 7.0}
 """Degrees of freedom of intervals: cycles of a record, periods of an excitation, less one.
 
-Of a glitch as few as of a plant: its intervals are held against 400 circles, and no more of their tails is known.
+A glitch has as few as a plant: its intervals are tested with 400 circles, which show no more of their tails.
 """
 
 SHOWN = ("F_c", "F_s", "v_s", "sigma")

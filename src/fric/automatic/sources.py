@@ -37,7 +37,7 @@ from fric.units import Motion
 MOTION = "motion"
 """Use of records of any kind whose motion determines mass, viscous and Coulomb friction."""
 PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ""})
-"""Endings of what may lie beside logs, and is none."""
+"""Endings of files that may lie beside logs, and are no logs."""
 
 
 _PAPER = re.compile(
@@ -59,7 +59,7 @@ class Source:
     axis: str
     motion: Motion
     kinds: frozenset[str]  # The kind of each record, stated or recognised
-    uses: frozenset[str]  # What its records are good for: ``static``, ``gms``, ``plant``
+    uses: frozenset[str]  # Uses of its records: ``static``, ``gms``, ``plant``
     # Mapping of its columns, by its name or file; empty where the header does, None for a log file of fric's
     mapping: str | None = None
     both: bool = False  # Whether every record has force and input: then it determines the force constant
@@ -156,7 +156,7 @@ def _guessed(
         file = answered(guess, ask, *places) if ask and not assume else None
         assume = assume or file is not None
         wanted = guess.usable if assume else tuple(one for one in guess.usable if is_sure(one))
-        if not assume:  # a file of which one axis is open is left whole: half of it would pass for all
+        if not assume:  # a file with an open axis is skipped as a whole: half of it would pass for all
             unsure = {path for one in guess.found if one not in wanted for path in one.files}
             wanted = tuple(one for one in wanted if not unsure & set(one.files))
         found.open = replace(guess, found=tuple(one for one in guess.found if one.whole and one not in wanted))

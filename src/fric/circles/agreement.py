@@ -40,7 +40,7 @@ class Agreement:
     agrees: Mapping[str, bool]  # By quadrant of an axis that is known, whether measured and predicted intervals meet
     causes: Mapping[str, str]  # By quadrant that does not agree, a key of `CAUSES`
     scheme: str  # The scheme that was simulated
-    warnings: tuple[Notice, ...]  # What the user should know
+    warnings: tuple[Notice, ...]  # Warnings
 
     @property
     def all_agree(self) -> bool:

@@ -255,7 +255,7 @@ def controller_of(test: MeasuredCircle, name: str) -> FoundController:
 
 
 class _Fit:
-    """The recorded voltage beside that of a cascade, of which what is fed forward is taken off."""
+    """The recorded voltage beside that of a cascade, without what is fed forward."""
 
     def __init__(self, r: Real, z: Real, u: Real, rate: float) -> None:
         self.rate, self.r, self.z, self.used = rate, r, z, slice(int(START * len(r)), None)
@@ -286,7 +286,7 @@ class _Fit:
         return self.without - self._off(self.volts(log_values))
 
     def best(self) -> tuple[Real, Real]:
-        """Return the logarithms of the gains, and how they err."""
+        """Return the logarithms of the gains, and their covariance."""
         from scipy.optimize import least_squares
 
         tried = []

@@ -165,7 +165,7 @@ class Geometry:
 
 
 def columns_of(tested: Revolutions, n: int, many: int, both: bool, lines: Sequence[Periodic] = ()) -> Real:
-    """Return the columns of `diagnose`'s table for one of its tests, shape (samples, parameters): pitch comes last."""
+    """Return the columns of `diagnose`'s table for one of its tests, shape (samples, parameters): pitch is last."""
     angle, s = tested.angle, float(tested.test.direction)
     cos, sin = np.cos(angle), np.sin(angle)
     centres = [column if k == n else np.zeros_like(angle) for k in range(many) for column in (cos, sin)]
@@ -186,7 +186,7 @@ def quiet(tested: Revolutions, behind: Mapping[str, float]) -> Mask:
 def fit_geometry(
     tests: Sequence[Revolutions], behind: Sequence[Mapping[str, float]], lines: Sequence[Periodic], both: bool
 ) -> Geometry:
-    """Return the geometry of one or two tests by least squares, with the tails of their glitches beside it.
+    """Return the geometry of one or two tests by least squares, fitted together with the tails of their glitches.
 
     tests: Revolutions of each test.
     behind: Per test and quadrant, up to what angle behind the reversal a glitch is left out [rad].

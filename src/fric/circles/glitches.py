@@ -48,7 +48,7 @@ def pulses(angle: Real, rest: Real, revolution: Indices, direction: int) -> dict
 
 
 def smoothed(pulse: Pulse, width: float) -> tuple[Real, Real]:
-    """Return angles [rad] and means [m] of the deviation over windows of a width [rad], half of which they overlap."""
+    """Return angles [rad] and means [m] of the deviation over windows of a width [rad] that overlap by half."""
     sums, places = np.concatenate([[0.0], np.cumsum(pulse.rest)]), np.concatenate([[0.0], np.cumsum(pulse.phi)])
     centres = np.arange(pulse.phi[0] + width / 2, pulse.phi[-1] - width / 2, width / 4)
     low, high = np.searchsorted(pulse.phi, centres - width / 2), np.searchsorted(pulse.phi, centres + width / 2)
@@ -75,7 +75,7 @@ def glitch_of(pulse: Pulse, radius: float, base: float, resolution: float) -> Gl
 
     pulse: The pulse.
     radius: Radius of the circle [m].
-    base: Standard error of what was taken off as geometry, at the reversal [m].
+    base: Standard error of the subtracted geometry, at the reversal [m].
     resolution: One step of the encoder [m]; 0 where none is seen.
     """
     near = np.abs(pulse.phi) <= WINDOW

@@ -1,4 +1,4 @@
-"""What a controller believes, refitted to recorded circles: friction, plant, delay."""
+"""The nominal parameters of a controller, refitted to recorded circles: friction, plant, delay."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -44,7 +44,7 @@ from fric.records.timing import timing
 from fric.simulate.machine import Axis, Machine, NominalFriction
 
 GROWS = 0.8
-"""Margin of the falling branch below which a loop is designed anew: with more, errors grow by less than e² as an axis
+"""Margin of the falling branch below which a loop is redesigned: with more, errors grow by less than e² as an axis
 passes at 10 mm/s, and stiffer gains would cost as much in encoder counts."""
 
 UNHELD, CAUTION, LEAST = 0.9, 0.09, 0.97
@@ -82,7 +82,7 @@ def holding(one: TunedAxis) -> TunedAxis:
 
 
 def loop_warnings(axes: Mapping[str, TunedAxis]) -> Iterator[Notice]:
-    """Yield which axes' loops do not hold their falling friction, and which were designed anew for it."""
+    """Yield which axes' loops do not hold their falling friction, and which were redesigned for it."""
     for name, one in axes.items():
         if not one.improves:
             continue
@@ -172,9 +172,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
 
 
 def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
-    """Return an axis whose controller believes a friction and a plant, as a file holds them: feedforward with lead, and
-    observer.
-    """
+    """Return an axis with a nominal friction and plant, as a file holds them: feedforward with lead, and observer."""
     friction, plant = as_filed(friction), as_filed(plant)
     static = directed(gms_of(friction).static, friction.negative if isinstance(friction, Directed) else None)
     models = {**axis.nominal_friction.models, "static": static, "gms": friction}
@@ -183,7 +181,7 @@ def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
 
 
 def in_part(one: TunedAxis, before: Axis, names: Sequence[str]) -> TunedAxis:
-    """Return a tuned axis whose controller believes a part of the friction that was found, and the plant.
+    """Return a tuned axis with a part of the identified friction, and the plant, as nominal models.
 
     one: The tuned axis.
     before: The axis as it was.
@@ -249,7 +247,7 @@ def tune(
     machine: The machine.
     tests: Circle tests with reference, position and voltage of both axes; a fast and a slow circle are needed.
     done: Called `steps_of_tuning` times.
-    loop: Whether loops that do not hold their falling friction are designed anew (`fric.design.falling`).
+    loop: Whether loops that do not hold their falling friction are redesigned (`fric.design.falling`).
     Raises FricError: When a test lacks a channel, or an axis that the machine has, or there is no nominal GMS model.
     """
     if not tests:

@@ -470,11 +470,11 @@ class TunedEstimates:
     negative: dict[str, Estimate] | None
     gms: dict[str, Estimate]
     plant: dict[str, Estimate]
-    covariance: Covariance  # How the parameters that were fitted err together, in their logarithms
+    covariance: Covariance  # Covariance of the logarithms of the fitted parameters
     coordinates: Real  # Covariance of the coordinates that were searched, shape (p, p)
 
     def at(self, friction: FrictionModel) -> TunedEstimates:
-        """Return the estimates where a controller believes another friction: what differs is fixed there."""
+        """Return the estimates with another nominal friction: what differs is fixed there."""
         negative, model = friction.negative if isinstance(friction, Directed) else None, gms_of(friction)
 
         def fixed(section: dict[str, Estimate], values: Mapping[str, Any]) -> dict[str, Estimate]:
@@ -510,7 +510,7 @@ class TunedAxis:
     full: bool  # Whether the full shape was fitted
     improves: bool  # Whether the result is better than the nominal parameters
     warnings: tuple[Notice, ...]  # Warnings: what the circles do not determine
-    loop: bool = False  # Whether its loop was designed anew
+    loop: bool = False  # Whether its loop was redesigned
 
     @property
     def parameters(self) -> dict[str, Estimate]:

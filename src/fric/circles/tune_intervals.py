@@ -265,7 +265,8 @@ def _covariance(about: Fitted, left: list[Real]) -> Real:
 def _beyond(about: Fitted, left: list[Real]) -> float:
     """Return how many times what repeats of the residual exceeds what circles leave that are recorded again.
 
-    Least 1. What is more is no encoder of this step: its ripple, or friction of another shape, and errs as much more.
+    Least 1. A larger factor is not due to this step: a ripple of the encoder, or friction of another shape, with a
+    larger error.
     """
     again = float(np.sqrt(np.mean([replace(about, residual=one).rms ** 2 for one in left])))
     repeats = max(about.rms**2 - (about.noise() or 0.0) ** 2, 0.0) ** 0.5

@@ -165,7 +165,7 @@ def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None =
     rate = sampling / every
     thin = t[::every]
     angle, revolution, used = _seen(test, thin, where) if like is None else (like.angle, like.revolution, like.used)
-    rate_of = np.gradient(z_m, t)  # behind the filter of what is compared, noise and all: no motion is taken off
+    rate_of = np.gradient(z_m, t)  # behind the filter of the comparison, noise included: no motion is removed
     a = np.gradient(rate_of, t)
     a[1:-1] = (z_m[2:] - 2 * z_m[1:-1] + z_m[:-2]) * sampling**2
     sections = low_pass(COMPARED, rate)
@@ -196,8 +196,8 @@ def refined(
 ) -> VoltageRecord:
     """Return a record whose motion is known above the smoothing filter too, from the balance of the voltages.
 
-    Smoothing takes off what is fast in the motion behind a reversal, and friction replayed along the rest sets in
-    late. What the filter takes off is put back from ``z̈ = (u(t - T_d) - a·ż - o - F/K_f)/m``, twice integrated.
+    Smoothing removes the fast motion after a reversal, and friction replayed along the rest sets in late. What the
+    filter removes is restored from ``z̈ = (u(t - T_d) - a·ż - o - F/K_f)/m``, twice integrated.
 
     record: The record.
     model, T_d: The friction and the delay [s] found so far.

@@ -5,7 +5,7 @@
     w[n] = (h∗(u_t - u_m))[n - N] + (g∗e)[n - N + T_d/T_s],   g = (h″ + A·h′)/B,   e = r - z
 
 u_m is the inverse model's voltage, h a Gaussian that has fallen by 3 dB at the cutoff, over ±24 samples: the voltage
-of the last period is kept, and what was amiss with the position is added as the voltage that would have moved it,
+of the last period is kept, and the position error is added as the voltage that would have corrected it,
 taken T_d ahead. Nothing is learned above the cutoff. From one period to the next, without friction, w is multiplied
 by ``h·(1 - G/G_n)/(1 + G·K)``, which is small where the plant is known (`fric.design.loop`). Both signals are kept
 for N + 64 samples, N the period of the contour: the filters look back at what is older than one period, and a memory

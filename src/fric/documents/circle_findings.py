@@ -46,7 +46,7 @@ class PredictedGlitch(GlitchPart):
 
 
 class PitchPart(Written):
-    """What comes again along an axis."""
+    """A periodic deviation along an axis."""
 
     axis: str
     pitch: Quantity
@@ -154,7 +154,7 @@ def _ahead(made: Any) -> dict[str, dict[str, Any]]:
 
 
 class TuningDocument(Document):
-    """What controllers believe, refitted to recorded circles."""
+    """The nominal parameters of controllers, refitted to recorded circles."""
 
     type: ClassVar[str] = "tuning"
 
@@ -276,7 +276,7 @@ def _feedforward(name: str, one: TunedAxis) -> dict[str, Any]:
 
 
 def _loop(one: TunedAxis) -> dict[str, Any]:
-    """Return the gains of a loop that was designed anew, as parts of an axis."""
+    """Return the gains of a redesigned loop, as parts of an axis."""
     own, watch = one.axis.cascade, one.axis.observer
     gains = {name: gain.as_dict() for name, gain in ControllerPart.of(own, one.axis.motion).items()}
     if watch is None:

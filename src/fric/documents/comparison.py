@@ -1,4 +1,4 @@
-"""What is held against records, as `--json` prints it: ``fric: comparison/1``, ``halves/1`` and ``validation/1``."""
+"""Comparisons with records, as `--json` prints them: ``fric: comparison/1``, ``halves/1`` and ``validation/1``."""
 
 from operator import itemgetter
 from typing import Annotated, Any, ClassVar

@@ -137,7 +137,7 @@ def block_values(name: str, given: Mapping[str, Any], motion: Motion, where: str
     """Return the parameters of a control block in SI.
 
     Raises FricError: When there is no such block, or a value is out of its bounds.
-    Raises ValueError: When a parameter is not known, or of the wrong unit: with the mend.
+    Raises ValueError: When a parameter is not known, or has the wrong unit, with what to do.
     """
     block = block_type(name)
     raw = {key: value.model_dump() if isinstance(value, Quantity) else value for key, value in given.items()}

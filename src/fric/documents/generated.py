@@ -42,7 +42,7 @@ class PartOf(Physical, Generic[T]):
 
     @classmethod
     def entry(cls, field: Field[Any], kind: Any, text: str | None) -> dict[str, tuple[Any, Any]]:
-        """Return the keys of a field in a document, each with its type and what pydantic is to know of it."""
+        """Return the keys of a field in a document, each with its type and its data for pydantic."""
         if field.name == "warnings":
             aliases = AliasChoices("warnings_coded", "warnings")
             coded: Any = pydantic.Field(default_factory=list, validation_alias=aliases)
@@ -92,7 +92,7 @@ class FilePart(PartOf[T]):
         return {field.name: (Annotated[asked, *kind.__metadata__], pydantic.Field(given, description=text))}
 
     def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
-        """Return its numbers, once every part within has been looked at too; raise ValueError with the mend."""
+        """Return its numbers, with those of every part within; raise ValueError with what to do."""
         for name, one in self:
             for n, part in enumerate(one if isinstance(one, list) else [one]):
                 if isinstance(part, FilePart):

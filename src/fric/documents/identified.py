@@ -25,7 +25,7 @@ CROSSED = 50.0
 OPEN = 2.0
 """Factor to either side within which a parameter lies whose interval is open, or does not hold its estimate."""
 AT_LEAST = 1e-3
-"""Errors under this share are none to speak of."""
+"""Errors below this share are neglected."""
 FORM: Mapping[str, float] = {"k": 0.1, "alpha": 0.05, "C": 0.2, "v_s": 0.1, "T_d": 0.05, "B": 0.01}
 """Least difference of a real axis from a model of a few blocks and one mass, for any intervals."""
 
@@ -224,7 +224,7 @@ def _merged(of_machine: FrictionDocument, identified: FrictionDocument) -> Frict
 
 
 def _together(friction: FrictionDocument) -> Iterator[Covariance]:
-    """Yield how the parameters of each section err together, by the names that they are drawn by."""
+    """Yield the covariance of the parameters of each section, with the names by which they are drawn."""
     for section in friction.sections():
         block = friction.fit_of(section).covariance if section != "at_speed" else None
         if block is not None:

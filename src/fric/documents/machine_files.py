@@ -367,7 +367,7 @@ def read_machine(
 
 
 def _of_axis(axis: Axis, where: str) -> Iterator[Finding]:
-    """Yield what can be held against physics in an axis: both plants, all frictions beside the mass, the sampling."""
+    """Yield the quantities of an axis with physical bounds: both plants, all frictions with the mass, the sampling."""
     where = f"{where}, axis {axis.name}"
     for plant in filter(None, (axis.plant, axis.nominal)):
         yield from of_plant(plant, axis.motion, where)

@@ -24,7 +24,7 @@ Known = Annotated[float | None, BeforeValidator(_finite)]
 
 @contextmanager
 def refused(place: str = "") -> Iterator[None]:
-    """Let what raises a `FricError` within be an error of the schema, with its place and the mend."""
+    """Turn a `FricError` within the block into an error of the schema, with its place and what to do."""
     try:
         yield
     except FricError as error:

@@ -138,7 +138,7 @@ class BlockPart:
     """A control block of a scheme, packed for an axis."""
 
     title: str  # Its name in schemes
-    kind: str  # ``observer``: its voltage is taken off; ``feedforward``: it is added
+    kind: str  # ``observer``: its voltage is subtracted; ``feedforward``: it is added
     step: Any  # Its compiled step
     parameters: NDArray[Any]  # As the step reads them
     state: NDArray[Any]  # State of an axis at rest at 0

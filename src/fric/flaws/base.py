@@ -18,7 +18,7 @@ LISTED = 8
 
 
 SMALL = 0.01
-"""Share of the friction up to which what varies over place or time is no more than good to know."""
+"""Share of the friction up to which a variation over place or time is only a note."""
 HALF_WIDTHS = 1.0
 """Half-widths of the tightest interval of a level above which the variation makes an estimate wrong."""
 

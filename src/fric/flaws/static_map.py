@@ -6,7 +6,7 @@ from fric.flaws.base import Flaw, by_size
 from fric.notice import Severity
 
 REMOVED = 0.05
-"""Share of friction up to which what is taken off leaves nothing to do: by so much a prediction is widened beyond."""
+"""Subtracted share of friction up to which nothing is to be done: beyond, it widens a prediction."""
 SCATTERED = 0.1
 """Scatter between strokes, as a share of their force, above which a map of speed is doubted."""
 SMALL, LARGE = 0.01, 0.1

@@ -18,7 +18,7 @@ from fric.verb import require_numbers
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a friction model: what files, fits and error messages need to know of it."""
+    """One parameter of a friction model: its data for files, fits and error messages."""
 
     name: str  # The paper's symbol, also the field of the model and the key in files
     dimension: str  # Its dimension, see `fric.units`
@@ -29,7 +29,7 @@ class Parameter:
     per_block: bool = False  # True where there is one value per slip block
     # Value for a linear feed drive, in SI: where a fit may start, and what the tests that all models share use
     typical: float | tuple[float, ...] = float("nan")
-    held: bool = False  # True where a fit leaves it at its typical value unless it is asked to free it
+    held: bool = False  # True where a fit keeps its typical value unless it is freed
     at_least: str = ""  # Name of the parameter that bounds this parameter from below in a fit
     shares: bool = False  # True where the values of the blocks sum to 1
 

@@ -15,7 +15,7 @@ from fric.friction.stribeck import OnStaticMap
 
 @dataclass(frozen=True)
 class OnBlocks(OnStaticMap):
-    """A model of N slip blocks that bear shares of the Stribeck level.
+    """A model of N slip blocks that carry shares of the Stribeck level.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Any model, and the force that a measured circle shows beside it, over the travel since the last reversal."""
+"""Any model with the residual force of a measured circle, over the travel since the last reversal."""
 
 from dataclasses import dataclass
 from typing import ClassVar

@@ -503,8 +503,8 @@ _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # malloc.h of glibc
 def keep_freed_memory() -> None:
     """Let glibc's malloc keep up to 64 MiB of freed bytes a heap, instead of handing large blocks back to the kernel.
 
-    A stream allocates and frees blocks of some hundred KiB over and over; fetching each anew from the kernel, page by
-    page, takes a third of the time of an ingest. Where there is no glibc, nothing is done.
+    A stream allocates and frees blocks of some hundred KiB over and over; fetching each from the kernel, page by page,
+    takes a third of the time of an ingest. Where there is no glibc, nothing is done.
     """
     try:
         mallopt = ctypes.CDLL(None).mallopt
@@ -525,7 +525,7 @@ class Ingested:
     records: tuple[IngestedRecord, ...]  # Records that were added, in order
     # Files (or records of a log file) that were there already, with the name of the record they are
     skipped: tuple[tuple[str, str], ...]
-    warnings: tuple[Notice, ...]  # What the user should know
+    warnings: tuple[Notice, ...]  # Warnings
 
     @property
     def samples(self) -> int:

@@ -24,7 +24,7 @@ from fric.output import staged
 from fric.units import MOTIONS, Motion, converts, rotates, si_unit
 
 NEEDED = ("time", "position", "velocity", "force")
-"""Channels that are asked about where they are not sure; of the others what is not sure is left out."""
+"""Channels that need a question where they are not sure; other unsure channels are left out."""
 MOST_FILES = 16
 """Files of the same columns whose values are looked at."""
 
@@ -358,7 +358,7 @@ def _quoted(text: str) -> str:
 
 
 def _line(table: Table, role: Role, motion: Motion, file: str, *, assume: bool) -> str:
-    """Return the line of a channel, with what speaks for it, and what else may be."""
+    """Return the line of a channel, with its reasons and alternatives."""
     if role.column is None:
         known = role.unit and (assume or role.unit_likelihood >= SURE)
         period = role.unit if known else "? ms"

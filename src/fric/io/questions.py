@@ -21,7 +21,7 @@ from fric.output import staged
 from fric.units import Motion, converts, factor, in_units_of, parse, rotates
 
 MOST = 3
-"""Questions that are asked at most; of what is open then the likeliest is taken."""
+"""Largest number of questions; of the rest the likeliest answer is taken."""
 NAME = "fric-mapping"
 """Name of the mapping that answers become, in the folder of the logs."""
 NO_TIME = Role("time", None, "", 1.0, 0.0, "as was answered")

@@ -49,7 +49,7 @@ INPUT = ("input", "voltage", "volt", "spannung", "control signal", "tensione")
 ASKED = (*REFERENCE, "nominal")
 """What the reference of an axis of a circle is called; a nominal torque of a log is none."""
 SENSED = ("encoder", "enc", "actual", "act", "measured", "meas", "feedback", "fb", "position", "pos", "ist", "")
-"""What the position of an axis of a circle is called beside its axis, the surest first; an axis alone comes last."""
+"""Names of the position of an axis of a circle besides its axis, the surest first; an axis alone is last."""
 DRIVEN = ("input", "voltage", "u", "control", "output", "command", "signal", "drive", "motor", "spannung", "")
 """What the voltage of an axis of a circle is called."""
 PUSHED = ("force", "motor", "thrust", "drive", "kraft", "")
@@ -184,7 +184,7 @@ QUANTITIES = {
     "input": INPUT,
     "load": LOAD,
 }
-"""Words of each quantity, in the order in which they are asked."""
+"""Words of each quantity, in the order in which they are tried."""
 OF_UNITS = {"time": "time", "position": "position", "velocity": "velocity", "force": "force", "input": "input",
             "acceleration": "acceleration"}  # fmt: skip
 """Dimensions that a unit shows, and the quantity of each."""

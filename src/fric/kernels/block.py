@@ -29,7 +29,7 @@ class Sample(NamedTuple):
 
 
 class Commands(NamedTuple):
-    """What is asked of the axis, one value a controller sample: rows of a table that a block may look ahead in."""
+    """The commands to the axis, one value a controller sample: rows of a table that a block may look ahead in."""
 
     position: Real  # m
     velocity: Real  # m/s
@@ -54,7 +54,7 @@ BLOCK = types.float64(
 
 ``rows[ROW, n + m]`` is the command m samples later (`Commands`). All that a block keeps is in ``state``. What the
 volts do depends on the kind: a controller's are the control voltage, a feedforward's are added to it unseen by the
-observers, and an observer's, its estimate of the disturbance, are taken off it."""
+observers, and an observer's, its estimate of the disturbance, are subtracted from it."""
 
 BLOCK_FUNCTION = types.FunctionType(BLOCK)
 

@@ -44,7 +44,7 @@ def _sources(function: FunctionType) -> set[str]:
 
 @cache
 def _link_runtime() -> None:
-    """Let cached machine code find Numba's memory management, which `rtsys.initialize` would also compile anew."""
+    """Let cached machine code find Numba's memory management, which `rtsys.initialize` would also compile again."""
     from llvmlite.binding import add_symbol
     from numba.core.runtime._nrt_python import c_helpers
 

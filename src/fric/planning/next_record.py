@@ -60,7 +60,7 @@ def narrowing(
     machine: The machine that runs the circle.
     axis: The axis at the last result: its friction is the GMS model that was identified.
     limits: What it may do.
-    covariances: How the parameters of its static map and of its GMS model err, as in its friction file.
+    covariances: Covariances of the parameters of its static map and of its GMS model, as in its friction file.
     between: Standard deviation of strokes beyond their noise [N].
     scheme: The compensation whose glitch is predicted.
     advance: Is called for each circle and each record.
@@ -135,7 +135,7 @@ class _Known:
 
 
 def _known(covariances: Sequence[Covariance], model: GMS) -> _Known:
-    """Return how the parameters err; the last share follows from the others."""
+    """Return the covariance of the parameters; the last share follows from the others."""
     last = f"alpha_{len(model.alpha)}"
     names: list[str] = []
     linear: set[str] = set()

@@ -1,4 +1,4 @@
-"""What is amiss with records, judged once for `inspect` and every `identify`: clock, encoder, place and time."""
+"""Flaws of records, judged once for `inspect` and every `identify`: clock, encoder, place and time."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -192,7 +192,7 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     """Return the warnings about the clock of records from their positions: lost samples, instants that jitter.
 
     logs: The records.
-    purpose: What they are wanted for: the mean of a stroke bears jitter, a response and an acceleration do not.
+    purpose: Their purpose: the mean of a stroke tolerates jitter, a response and an acceleration do not.
     """
     found = [(log, timing(log)) for log in logs]
     warnings = []
@@ -311,7 +311,7 @@ def stroke_flaws(
     place: What `over_place` gives of them.
     force, half_width: Friction that was identified from them, and half of the tighter of the intervals of Coulomb
         friction and offset [N]; these set how much is too much.
-    taken_off: Whether what comes again at the same places was taken off the map.
+    taken_off: Whether what recurs at the same places was subtracted from the map.
     """
     if not strokes:
         return []

@@ -36,7 +36,7 @@ SPEEDS = 5
 
 @dataclass(frozen=True)
 class Use:
-    """Whether a record is good for an identification, and why."""
+    """Whether a record is suited to an identification, and why."""
 
     purpose: str
     good: bool
@@ -79,7 +79,7 @@ class InspectedRecord:
     kind: the experiment that it is
     stated: whether the record states it, else it is recognised
     uses: its possible uses, and others with the reason why not
-    warnings: what is amiss with its clock, its encoder, its strokes
+    warnings: flaws of its clock, its encoder, its strokes
     """
 
     name: str

@@ -1,7 +1,7 @@
 """The force within strokes at constant velocity, where a map has a single number: it varies over place and time.
 
 Along the stroke, what the force shows in both directions with one sign is a force over position (cogging, a cable, a
-balance); what turns its sign with the direction is friction over position. Both come again at every speed, which noise
+balance); what changes its sign with the direction is friction over position. Both recur at every speed, which noise
 does not. Over time, the size of the force rises or falls by a rate that is the same at all speeds, as a drive or a
 guideway warms up.
 """
@@ -44,7 +44,7 @@ LIKELY_RATE, SURE_RATE = 0.99, 0.999
 
 @dataclass(frozen=True)
 class OverPlace:
-    """What comes again at the same place in stroke after stroke."""
+    """What recurs at the same place in stroke after stroke."""
 
     cogging: float  # Root mean square of the force over position [N]
     friction: float  # Root mean square of the friction over position [N]

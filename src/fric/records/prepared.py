@@ -88,7 +88,7 @@ class Preparation:
     delay: delay of the action of the force after its log [s]; negative where it is logged late
     timing: standard deviation of the lag between force and position [s]
     encoder: the encoder's step; 0 where none is visible [m]
-    mass: mass whose inertia was taken off [kg]
+    mass: mass whose inertia was subtracted [kg]
     damping: linear damping of the drive, subtracted [N·s/m]
     inertia_share: size of the inertia (99 % quantile) relative to the logged force
     damping_share: size of the drive's damping (99 % quantile) relative to the logged force
@@ -151,12 +151,12 @@ class Prepared:
 
     @property
     def drive(self) -> Real:
-        """The drive's force as it acts [N], shape (n,): friction, and the inertia and damping that were taken off."""
+        """The drive's force as it acts [N], shape (n,): friction, and the inertia and damping that were subtracted."""
         return self.force + self.taken_off
 
     @property
     def taken_off(self) -> Real:
-        """Inertia and linear damping that were taken off [N], shape (n,)."""
+        """Inertia and linear damping that were subtracted [N], shape (n,)."""
         return (self.done.mass or 0.0) * self.motion.acceleration + (self.done.damping or 0.0) * self.motion.velocity
 
     @cached_property
@@ -267,7 +267,7 @@ def prepared(
     """Return records ready for replay: ``F = F_drive(t - delay) - M·z̈ - M·A·ż``.
 
     logs: Records of one axis with a force, or with an input where the force constant is known.
-    plant: The plant, after whose delay the force acts, and whose inertia and linear damping are taken off.
+    plant: The plant, after whose delay the force acts, and whose inertia and linear damping are subtracted.
     drive: Force constant and delays, where a plant is yet to be found.
     filters: The published filter for each record, behind which the motion is taken; its border is not used. Without it
         the motion is that behind the encoder's counts (`smooth_motion`).

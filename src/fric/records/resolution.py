@@ -20,7 +20,7 @@ _FALLS = 0.64
 
 
 _KEPT = 4096
-"""Channels whose lattice is remembered, by their digest: all that judges a record asks for that of its position."""
+"""Channels whose lattice is cached, by their digest: every judgement of a record needs that of its position."""
 _known: dict[bytes, float | None] = {}
 
 

@@ -75,7 +75,7 @@ class Axis:
     force_noise
         Noise of a logged force sample, root mean square [N].
     reality
-        What it has beyond the model, in its logs and in its motion; no controller knows of it.
+        Its properties beyond the model, in its logs and in its motion; they are not known to a controller.
     second_mass
         Its table on a spring, where it is no rigid body.
     """
@@ -101,7 +101,7 @@ class Axis:
         return f"axis {self.name}: plant {plant} (SI); friction {self.friction.name}, nominal friction {known}"
 
     def believing(self, given: Any) -> Axis:
-        """Return the axis with a controller that believes something else, as in `Machine.with_belief`."""
+        """Return the axis with other nominal models of its controller, as in `Machine.with_belief`."""
         if getattr(given, "axis", self.name) != self.name:
             raise FricError(f"axis {self.name} was given what is known of axis {given.axis}")
         known = as_filed(getattr(given, "belief", given))
@@ -131,7 +131,7 @@ class Axis:
 
     @property
     def constant_load(self) -> float:
-        """The load, and gravity where it is a flaw that no controller knows of [N]."""
+        """The load, and gravity where it is a flaw that is not known to a controller [N]."""
         return self.load + self.reality.gravity
 
 

@@ -124,7 +124,7 @@ class RecordedPath:
     """
 
     time: Real  # Sample instants [s], strictly increasing, shape (n,)
-    # x, y: where the axes were asked to be [m], each of shape (n,)
+    # x, y: reference of the axes [m], each of shape (n,)
     x: Real
     y: Real
 

@@ -128,7 +128,7 @@ class Narrowing:
     """What the glitch is not known for, and what narrows it."""
 
     half_width: float  # Half the 95 % interval of the predicted glitch so far [m]
-    # Share of its variance that is due to each parameter alone, with what errs with it [1]; they sum to 1
+    # Share of its variance that is due to each parameter with its covariances [1]; they sum to 1
     shares: Mapping[str, float]
     # Records by the expected interval, the best first; of those that differ by less than they scatter the shortest
     candidates: tuple[Candidate, ...]

@@ -83,7 +83,7 @@ def run_all(
 
     study, machines, workers: As in `outcomes`.
     scheduler: Address of a Dask cluster that runs them instead, see `cluster_outcomes`.
-    advance, interrupted: Is called for each machine; asked after each whether to stop.
+    advance, interrupted: Called for each machine; called after each whether to stop.
     Raises FricError: As `outcomes` and `cluster_outcomes`.
     """
     opened = cluster_outcomes(study, machines, scheduler) if scheduler else outcomes(study, machines, workers=workers)

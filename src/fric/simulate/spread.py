@@ -32,7 +32,7 @@ def normals(
 ) -> dict[str, float]:
     """Return a standard normal number for each parameter of a covariance, correlated accordingly.
 
-    covariances: How parameters err together, block by block.
+    covariances: Covariances of parameters, block by block.
     drawn: Parameters that are drawn from their intervals; the others of a block are passed over.
     normal: Gives an independent standard normal number for a name: the numbers do not depend on the order of the names.
     """
@@ -58,7 +58,8 @@ def draw_within(value: float, interval: tuple[float, float], lower: float, norma
     value: The estimate.
     interval: Its 95 % interval, both limits finite, around the value.
     lower: The parameter's lower bound; 0 where it is positive by its nature.
-    normal: A standard normal number; correlated with those of other parameters where they err together (`normals`).
+    normal: A standard normal number; correlated with those of other parameters where these have a covariance
+        (`normals`).
     """
     low, high = interval
     z = normal / NORMAL_97_5

@@ -32,7 +32,7 @@ _INTRINSICS: dict[object, str] = {
 
 
 class Routines(Protocol):
-    """What a body asks of the reader of the whole program: other routines, and types."""
+    """Services that a body needs from the reader of the whole program: other routines, and types."""
 
     inner: Any
     """The step at an address in the parameters; None where there is none."""
@@ -463,7 +463,7 @@ def read_program(*entries: Entry) -> ir.Program:
     """Return compiled steps, and all that they call, as one program.
 
     Raises FricError: When a step does what a controller's program cannot, or must not: a loop whose length depends on
-        the data, a function that controllers do not have, a look at what will be asked of the axis.
+        the data, a function that controllers do not have, access to later commands to the axis.
     """
     reader = _Reader(names={*INTERFACE, *(entry.name for entry in entries)})
     routines: list[ir.Routine] = []

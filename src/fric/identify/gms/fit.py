@@ -102,7 +102,7 @@ class GMSFit:
     knots_given: bool
     refined: bool
     records: tuple[Replay, ...]  # Each record, measured against replayed
-    covariance: Covariance | None  # How the parameters err together; None where they were not refined by replay
+    covariance: Covariance | None  # Covariance of the parameters; None where they were not refined by replay
     # Standard deviation of the ``level`` [1] and the ``offset`` [N] of records, where seen
     between_records: Mapping[str, Estimate]
     warnings: tuple[Notice, ...]  # Warnings: what the data do not determine

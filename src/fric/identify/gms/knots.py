@@ -27,7 +27,7 @@ BARE = 2.0
 """Difference of Schwarz's criterion that is "not worth more than a bare mention" (Kass, Raftery, JASA 90, 1995)."""
 
 LEAST_SHARE = 1e-5
-"""Share of the friction that a block bears at least; less is no more than a step of a 16-bit force channel."""
+"""Least share of the friction of a block; less is no more than a step of a 16-bit force channel."""
 
 
 @dataclass(frozen=True)

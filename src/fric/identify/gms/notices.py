@@ -36,7 +36,7 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
 
     fit: The fit.
     sliding_logged: Whether a record in sliding was among the logs.
-    plant_given: Whether inertia and damping were taken off.
+    plant_given: Whether inertia and damping were subtracted.
     """
     metre, newton, F_s = si_unit("position", fit.motion), si_unit("force", fit.motion), fit.static.F_s
     if not fit.static_given:

@@ -57,7 +57,7 @@ class HysteresisCycles:
 
     @property
     def force(self) -> Real:
-        """Friction force [N], inertia and linear damping taken off where a plant is known, shape (n,)."""
+        """Friction force [N], without inertia and linear damping where a plant is known, shape (n,)."""
         return self.record.force
 
     @property
@@ -271,7 +271,7 @@ def virgin_curve(
     directions have a map each, ``q = (|s_±(v)| + F_s∓)/(F_s+ + F_s-)``, and the plateau is at the mean of the two.
 
     hysteresis: Pre-sliding records.
-    static: The static map; without it no correction is made, and nothing viscous is taken off.
+    static: The static map; without it no correction is made, and no viscous friction is subtracted.
     negative: That of the negative direction, where each direction has a map.
     """
     ordered = sorted(hysteresis, key=lambda one: one.amplitude)

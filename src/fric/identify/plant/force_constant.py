@@ -65,7 +65,7 @@ class ForceScale:
     # Corner of the first-order filter that is part of the lag [Hz]; None where none is seen
     filter: Estimate | None = None
     sampling: float = 0.0  # Sampling rate of the records [Hz]
-    warnings: tuple[Notice, ...] = ()  # What the user should know of them
+    warnings: tuple[Notice, ...] = ()  # Their warnings
 
     @property
     def shift(self) -> float:

@@ -87,7 +87,7 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     given_force_constant
         K_f [N/V], where no force was logged.
     mass
-        Moving mass [kg], where the user knows it: K_f/B is held against it, or K_f taken from it.
+        Moving mass [kg], where the user knows it: K_f/B is checked against it, or K_f taken from it.
     strokes
         Records at constant velocity, which determine K_f where no record of a response has a force.
 
@@ -234,7 +234,7 @@ def plant_records(
     """Return the method, and the records that serve it: frequency responses where there are any, or motions.
 
     records: Records of one axis.
-    method: The method, where the user asks for one; a record of any kind then serves.
+    method: The method, where the user chooses it; a record of any kind is then used.
     Raises FricError: When no record serves, or the records are of different axes.
     """
     axes = {(record.axis, record.motion) for record in records}

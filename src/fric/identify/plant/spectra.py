@@ -90,7 +90,7 @@ def _at_lines(x: Real, lag: int, period: int) -> float:
 
 
 def period_spectra(input: Real, position: Real, period: int, sampling: float) -> Spectra:
-    """Return the spectra of whole periods, counted back from the end, mean drifts taken off.
+    """Return the spectra of whole periods, counted back from the end, without mean drifts.
 
     The driver is 1: the excitation is the same in each period.
 

@@ -60,7 +60,7 @@ class ReplayFit:
     # coordinates, x: the search coordinates that are free in the end, and their values
     coordinates: Coordinates
     x: Real
-    covariance: Covariance  # How the parameters that were fitted err together
+    covariance: Covariance  # Covariance of the fitted parameters
     # Lag of the logged force behind the position [s], by record, see `lateness`
     late: Mapping[str, Estimate]
     warnings: tuple[Notice, ...] = ()  # Warnings: what the records do not determine

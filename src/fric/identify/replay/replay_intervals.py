@@ -217,7 +217,7 @@ def _within_search(
 ) -> tuple[Real, Real]:
     """Return limits that are open where they leave what was searched, or the value sits on its edge.
 
-    The records were not asked there. A parameter that is never below another has no open limit downwards.
+    The records were not evaluated there. A parameter with another as its lower bound has no open limit downwards.
     """
     of = [n for n, c in enumerate(coordinates.free) if (c.section, c.parameter.name) == key]
     scale, near = coordinates.free[of[0]].scale, _near(coordinates, covariance)[of]

@@ -40,7 +40,8 @@ def between_records(strokes: Strokes) -> Correction | None:
     The force of stroke i of record r is ``F_i = F̂(v_i) + u_r·f(v_i) + o_r + e_i``, F̂ being the map with offset and
     damping and f its friction; the record's level u and offset o are normal about zero. By Henderson's equations (1950)
     weighted least squares on the forces without what is predicted of their record, together with how that prediction
-    errs, is generalised least squares: the map is that of the mean over records, and the intervals know their number.
+    errs, is generalised least squares: the map is that of the mean over records, and the intervals depend on their
+    number.
     """
     names, one_speed = _told(strokes.points)
     if len(names) < 2:
@@ -201,7 +202,7 @@ GAIN = 20.0
 VISIBLE = 0.5
 """Error in standard errors of a stroke's mean above which it is corrected."""
 RISING = 0.1
-"""Share of all that is taken off by which forces may rise: from break-away on they fall."""
+"""Share of the correction by which forces may rise: from break-away on they fall."""
 
 
 class _Stroke(NamedTuple):
@@ -263,7 +264,7 @@ def settling(strokes: Strokes) -> Correction | None:
 
 
 def _errors(known: list[_Stroke], taken: Real, shared: _Shared) -> Real:
-    """Return how what is taken off errs [N]: by C, and by whether strokes share it, half widths, shape (2, n)."""
+    """Return the errors of the correction [N]: by C, and by a common C of strokes, half widths, shape (2, n)."""
     step = min(shared.half, 0.3)
     up, down = (np.array([one.off(shared.log_C + by) for one in known]) for by in (step, -step))
     alike = [one._replace(level=float(np.median([one.level for one in known]))) for one in known]

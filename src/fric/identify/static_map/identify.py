@@ -43,7 +43,7 @@ class StaticFit:
     at_speed: Mapping[str, Estimate]  # Where one speed alone was logged: ``velocity`` and ``force`` there
     warnings: tuple[Notice, ...]  # Warnings: what the data do not determine
     method: str  # How the fit was made, in words
-    plant: Plant | None = None  # The plant whose damping was taken off; None where nothing was
+    plant: Plant | None = None  # The plant whose damping was subtracted; None where none was
     between_records: Mapping[str, Estimate] = field(default_factory=dict)
     """Standard deviation of the ``level`` [1] and the ``offset`` [N] of records, where these are seen."""
 
@@ -112,7 +112,7 @@ def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
 def stroke_forces(
     records: Sequence[Log | ForceVelocity], motion: Motion, plant: Plant | None
 ) -> tuple[SpeedPoint, ...]:
-    """Return the points that a map is fitted to, corrected as `identify_static` does unless it is asked otherwise."""
+    """Return the points that a map is fitted to, corrected by default as in `identify_static`."""
     strokes = corrected(Strokes.of(records, Asked(motion, plant)), AT_ANY_SPEED)
     speed = np.abs(strokes.velocity)
     several = np.ptp(speed) > 0.02 * speed.max()
@@ -286,7 +286,7 @@ def _correlated(fit: MapFit) -> Iterator[Notice]:
 def _scatter(fit: MapFit) -> Iterator[Notice]:
     """Return the warning about scatter of strokes beyond their noise, unless single strokes explain it."""
     problem = fit.problem
-    own = problem.standard_error**2 - fit.between**2  # of each stroke's noise, which may be lost beside the scatter
+    own = problem.standard_error**2 - fit.between**2  # of each stroke's noise, which may be small beside the scatter
     single = float(np.sum(fit.residual**2 / own)) if own.min() > 0 else np.inf
     if fit.between and chdtrc(problem.degrees_of_freedom, single) < 0.01:
         share = fit.between / float(np.median(np.abs(problem.F)))

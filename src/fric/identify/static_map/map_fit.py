@@ -203,7 +203,7 @@ def _solved(fitted: Fitted, problem: StribeckProblem, start: Solution | None, *,
 def each_direction(problem: StribeckProblem, solution: Solution, damping: float) -> Real | None:
     """Return the errors at held-out strokes of a map for each direction, with the offset of both [N].
 
-    None where there are too few strokes for that. What was taken off the forces [N·s/m] may be more than there is.
+    None where there are too few strokes for that. The subtracted damping [N·s/m] may exceed the true damping.
     """
     errors = np.empty_like(problem.F)
     for sign in (1.0, -1.0):
@@ -282,7 +282,7 @@ class MapFit:
 
     @property
     def static_map(self) -> StaticMap:
-        """The friction map, without the offset; sigma is 0 where more damping was taken off than there is."""
+        """The friction map, without the offset; sigma is 0 where the subtracted damping exceeds the true damping."""
         known = {name: value for name, value in self.solution.theta.items() if name != "offset"}
         return StaticMap(**known | {"sigma": max(known["sigma"], 0.0)})
 

@@ -47,7 +47,7 @@ class SpeedPoint:
     stop: float  # Time in the record at which it ends [s]
     settled: bool = True  # False where the force had not settled by half of the stroke
     swing: float = 0.0  # Root mean square of the velocity about its mean over that mean [1]; 0 where it does not swing
-    over_position: float = 0.0  # What was taken off the force because it comes again at the places of this stroke [N]
+    over_position: float = 0.0  # Force subtracted since it recurs at the places of this stroke [N]
     rounding: float = 0.0  # What steps in which the force was logged have of the standard error [N]
     stretch: tuple[Log, Segment] | None = field(default=None, repr=False, compare=False)
     """The record and the samples; None of a row of a table."""
@@ -138,7 +138,7 @@ def logs_of_strokes(records: Sequence[Log | ForceVelocity]) -> list[Log]:
 def rounded_by(points: Sequence[SpeedPoint]) -> float:
     """Return the common error of strokes at neighbouring speeds by the steps of the logged force [N].
 
-    It is half a step where no noise helps, of which the error of each point has 1/√3.
+    It is half a step without noise; the error of each point includes 1/√3 of it.
     """
     return float(np.sqrt(3.0) * np.median([point.rounding for point in points]))
 

@@ -423,7 +423,7 @@ def _beyond(problem: StribeckProblem, solution: Solution, own: Real) -> Real:
 
 
 def _mirrored(problem: StribeckProblem, some: Mask) -> Mask:
-    """Return which of some strokes have another of them beside them at their speed, in the other direction."""
+    """Return which strokes have another stroke of their speed in the other direction."""
     v = np.where(some, problem.v, np.nan)
     return np.asarray(np.any(np.abs(v[:, np.newaxis] + v) <= REPEATED * np.abs(v), axis=0))
 

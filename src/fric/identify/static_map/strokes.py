@@ -1,4 +1,4 @@
-"""Strokes of one axis on their way to a map: what was asked, their points, and what corrections did to these."""
+"""Strokes of one axis on their way to a map: the arguments, their points, and the corrections of these."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -43,7 +43,7 @@ class Asked:
 
     @property
     def damping(self) -> float:
-        """The plant's damping, which was taken off the forces [N·s/m]."""
+        """The plant's damping, which was subtracted from the forces [N·s/m]."""
         return self.plant.damping if self.plant else 0.0
 
     def of(self, value: float, dimension: str) -> Estimate:
@@ -85,7 +85,7 @@ class Correction:
     """What one thing that bends the forces of strokes does to them, and to the problem that is fitted to them."""
 
     points: Sequence[SpeedPoint] | None = None  # The points without it; None where they do not change
-    records: Sequence[Log | ForceVelocity] | None = None  # The records without it, where it is taken off each sample
+    records: Sequence[Log | ForceVelocity] | None = None  # The records without it, if subtracted from each sample
     together: Callable[["Strokes"], Real] | Real | None = None
     """Directions in which its error moves the forces of all points [N], half widths, shape (m, n)."""
     notices: Sequence[Notice] = ()  # Its warnings
@@ -105,7 +105,7 @@ class Strokes:
     records: Sequence[Log | ForceVelocity]
     points: Sequence[SpeedPoint]
     stretches: Stretches
-    together: Real  # Directions in which the forces of all points err together [N], half widths, shape (m, n)
+    together: Real  # Correlated errors of the forces of all points [N], half widths, shape (m, n)
     notices: tuple[Notice, ...] = ()
     tried: Mapping[str, float] = field(default_factory=dict)
     """Errors at held-out strokes of what was tried beside the forms of the map [N], by name."""

@@ -151,7 +151,7 @@ class Table(ABC):
     """
 
     notices: Sequence[Notice] = ()
-    """What the user should know of the table, once it is read."""
+    """Warnings about the table, once it is read."""
 
     def __init__(
         self,

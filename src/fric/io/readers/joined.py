@@ -183,7 +183,7 @@ class _Stream:
         return found
 
     def taken(self) -> int:
-        """Return the bytes that were read since this was last asked."""
+        """Return the bytes that were read since the last call."""
         size, self._size = self._size, 0
         return size
 

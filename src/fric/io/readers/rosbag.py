@@ -54,7 +54,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
 
 
 def _bound_chunks(path: Path) -> None:
-    """Let the library unpack a chunk up to `MOST_CHUNK`: bz2 makes a GiB of 800 bytes, and it asks for no bound."""
+    """Let the library unpack a chunk up to `MOST_CHUNK`: bz2 makes a GiB of 800 bytes, and the library has no bound."""
     import bz2
 
     ros_1: Any = import_module("rosbags.rosbag1.reader")
@@ -99,7 +99,7 @@ class _Topic(Table):
         row, messages = 0, self._messages()
         while (
             True
-        ):  # messages are let go one by one: kept by the thousand they are what collecting garbage goes through
+        ):  # messages are released one by one: thousands of them would slow garbage collection
             values = (
                 take(message) if take else self._time(at, message)
                 for at, message in islice(messages, MESSAGES) for take in taken

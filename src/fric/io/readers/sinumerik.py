@@ -119,7 +119,7 @@ def _as_logged(path: Path, signals: list[Signal], time: Real, values: Real) -> l
 
 
 def _filled(path: Path, trace: "_Trace", time: Real, values: Real) -> tuple[Real, Real]:
-    """Return the trace with what is as before: values that lack, and records where nothing changed."""
+    """Return the trace with unchanged data filled in: missing values, and records where nothing changed."""
     order = np.argsort(time, kind="stable")
     time, values = time[order], values[order]
     step = min(signal.interval for signal in trace.signals if signal.interval)

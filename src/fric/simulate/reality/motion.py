@@ -67,7 +67,7 @@ def true_axis(axis: Axis, place: float, began: float) -> tuple[Step, Real, Real,
 
 
 def sensing_of(axis: Axis) -> Sensing:
-    """Return what is amiss with the encoder of an axis, and where its counts lie."""
+    """Return the errors of the encoder of an axis, and the place of its counts."""
     error, second, shift = axis.reality.encoder, axis.second_mass, axis.encoder.shift
     spring = 0.0 if second is None else 1.0 if second.encoder == "motor" else 2.0
     if error is None:
