@@ -26,7 +26,7 @@ def __getattr__(name: str) -> Any:
 
 
 def _verb(name: str) -> str:
-    """Return the module of a verb of `fric.results` that the stub does not name; nothing where there is none."""
+    """Return the module of a verb of `fric.results` that the stub does not name; empty where there is none."""
     from fric.verb import verbs_in
 
     return verbs_in("fric.results").get(name, "").partition(":")[0]

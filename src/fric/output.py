@@ -131,7 +131,7 @@ def _take(lock: int) -> None:
 
 
 def _remove_leftovers(target: Path) -> None:
-    """Remove what processes that were killed while they wrote this output have left."""
+    """Remove the temporary files of processes that were killed while they wrote this output."""
     ours = re.compile(re.escape(f".{target.stem}-") + "[0-9a-f]{8}" + re.escape(target.suffix))
     for found in target.parent.iterdir():
         if not ours.fullmatch(found.name):
@@ -217,7 +217,7 @@ def _counted(path: Path, made: list[Path]) -> Iterator[None]:
 
 @contextmanager
 def together(*paths: Path) -> Iterator[list[Path]]:
-    """Give a list for those files that the block has made: where it fails they are removed, and all are there or none.
+    """Give a list for the files that the block has made: where it fails they are removed, so that all exist or none.
 
     Files that existed before are then not touched, old or new.
     """

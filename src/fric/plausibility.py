@@ -194,7 +194,7 @@ class Finding:
 
 
 def settled(findings: Iterable[Finding], hint: str = "") -> list[Notice]:
-    """Return what is unusual, or, where that is lifted, what is implausible, as warnings.
+    """Return unusual values as warnings; implausible values, too, where `lifted`.
 
     findings: What was found.
     hint: What to do about an error; by default to look at the units of the file.

@@ -31,10 +31,10 @@ def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Moti
     """Keep the series of a dataclass as arrays of doubles.
 
     holder: The dataclass.
-    dimensions: Names of its series, and the dimension of each. One that is None, and may be, is left out.
+    dimensions: Names of its series, and the dimension of each. An optional series that is None is left out.
     where: File and record, for messages.
     motion: Of the axis.
-    least: Values that a series has at least.
+    least: Least number of values of a series.
     Raises FricError: Where a series is no row of numbers, is shorter than ``least`` or not as long as the others, holds
         a value that is no number or that no machine reaches, or ``time`` does not rise throughout.
     """

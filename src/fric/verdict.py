@@ -46,7 +46,7 @@ class Candidate:
     # Glitch on each of the machines that were drawn [m], the same machines for every scheme; nan on a machine where the
     # scheme cannot run. Empty where none was drawn.
     drawn: tuple[float, ...] = ()
-    # What swings where no axis reverses [m] (`fric.contour.Circularity.oscillation`); 0 where it is not known
+    # Oscillation where no axis reverses [m] (`fric.contour.Circularity.oscillation`); 0 where it is not known
     oscillation: float = 0.0
     swings: tuple[float, ...] = ()  # The same on each of the machines that were drawn [m]; empty where it is not known
     # Results on the machines drawn from what was identified, with the encoder's step included, and why that must
@@ -104,7 +104,7 @@ class Candidate:
 
 
 def upper(drawn: Real) -> Real:
-    """Return the `SHARE` quantile of each row of glitches [m]; nan, a machine that could not run, is beyond all."""
+    """Return the `SHARE` quantile of each row of glitches [m]; nan (the machine could not run) is the largest."""
     return np.asarray(np.quantile(np.where(np.isnan(drawn), np.inf, drawn), SHARE, axis=1, method="higher"))
 
 
@@ -119,7 +119,7 @@ class Evidence:
 
     candidates: Sequence[Candidate] = ()  # What was run
     axes: tuple[str, ...] = ()  # Names of the axes that were run; the verdict is of no other
-    resolution: float = 0.0  # The coarsest step of their encoders [m]: no smaller difference is spoken of
+    resolution: float = 0.0  # The coarsest step of their encoders [m]: smaller differences are not reported
     exact: bool = False  # Whether the controllers believe exactly the friction and the plant that the machine has
     compared: bool = False  # Whether a measured circle was compared with the prediction
     disagreements: Sequence[Notice] = ()  # Where a measured circle is not as predicted, with the likely cause

@@ -99,7 +99,7 @@ def run_step(step: Step) -> Result:
 
 
 def _plain(verb: Callable[..., Result]) -> Callable[[Step, Advance], Result]:
-    """Return how a step of a verb is made that takes the options of its command."""
+    """Return the factory of steps of a verb that take the options of its command."""
 
     def made(step: Step, _: Advance) -> Result:
         return verb(*step.given, **step.options)

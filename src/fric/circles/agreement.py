@@ -35,7 +35,7 @@ class Agreement:
     """A prediction beside what was measured."""
 
     predicted: Diagnosis  # The diagnosis of the simulated circle
-    # Between what each quadrant's glitch is predicted [m], 95 %; None where the machine file has no intervals
+    # 95 % interval of the predicted glitch of each quadrant [m]; None where the machine file has no intervals
     intervals: Mapping[str, tuple[float, float]] | None
     agrees: Mapping[str, bool]  # By quadrant of an axis that is known, whether measured and predicted intervals meet
     causes: Mapping[str, str]  # By quadrant that does not agree, a key of `CAUSES`

@@ -317,7 +317,7 @@ class _Fit:
         return np.log([high, D, low * D])
 
     def _apart(self, log_values: Real) -> float:
-        """Return what is left with the velocity of the reference through the loop's integral [V²], or without."""
+        """Return the residual with the velocity of the reference through the loop's integral [V²], or without."""
         _, _, K_i, _ = np.exp(log_values)
         others = np.linalg.qr(self.fed[:, [0, 2, 3]] / np.abs(self.fed[:, [0, 2, 3]]).max(axis=0))[0]
         rests = [self.u - self.volts(log_values) - share * K_i * self.fed[:, 1] for share in (0.0, 1.0)]

@@ -42,7 +42,7 @@ def periodic_errors(angle: Real, rest: Real, geometry: Real, radius: float, most
     angle, rest: Angle [rad] and residual radial deviation [m] outside the glitches, shape (n,).
     geometry: Columns that were fitted, shape (n, p): a line is fitted together with them.
     radius: Radius [m].
-    most: Lines an axis that are looked for.
+    most: Largest number of lines per axis.
     """
     found: list[Periodic] = []
     spacing = 2 * pi * radius / max(len(np.unique(np.round(angle % (2 * pi), 6))), 1)
@@ -96,7 +96,7 @@ def _powers(axis: int, frequencies: Real, angle: Real, rest: Real, radius: float
 
 
 BEFORE, FIRST, LARGEST = np.radians(2.0), np.radians(30.0), np.radians(40.0)
-"""Around a reversal this much is left out of the geometry: before it, behind it at first, behind it at most [rad]."""
+"""Angles around a reversal that the geometry leaves out: before it, after it at first, after it at most [rad]."""
 FADES = np.radians(np.geomspace(0.7, 14.0, 13))
 """Angles in which the tail of a glitch may fade to a third [rad]."""
 STEPS = 6

@@ -30,7 +30,7 @@ from fric.simulate.contour_run import ACCURACY, PLACES, figures, pair, require_v
 from fric.simulate.machine import Axis, Machine
 
 FAST = 0.05
-"""Feed from which a round is learned whole, over 200 Hz; below it half of it, over 100 Hz [m/s]."""
+"""Feed above which the whole correction is learned, up to 200 Hz; below it half of it, up to 100 Hz [m/s]."""
 
 
 @dataclass(frozen=True)

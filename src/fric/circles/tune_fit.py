@@ -156,7 +156,7 @@ RESTS = 1e-4
 STEP = 4e-3
 """Step of the derivatives, in the logarithm."""
 NOISE = 0.5e-3
-"""Voltage that a residual is weighed against the priors with, at least [V]."""
+"""Least standard deviation of a residual relative to the priors [V]."""
 
 
 @dataclass(frozen=True)
@@ -297,7 +297,7 @@ def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: in
 
     balance: What is balanced.
     starts: Points to start from, each of shape (p,); all are searched coarsely, and the best to the end.
-    sigma: Standard deviation that a sample is weighed against the priors with [V].
+    sigma: Standard deviation of a sample relative to the priors [V].
     most: Steps at most.
     """
     search, few = Search(balance, max(sigma, NOISE)), most if len(starts) == 1 else 7

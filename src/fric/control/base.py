@@ -21,7 +21,7 @@ Kind = Literal["controller", "feedforward", "observer"]
 feedforward
     Gives a voltage against friction ahead of the motion, which no observer sees.
 observer
-    Gives an estimate of the disturbance as a voltage, which is taken off the control voltage.
+    Gives an estimate of the disturbance as a voltage, which is subtracted from the control voltage.
 """
 
 ROLES = {"controller": CONTROLLER, "feedforward": FEEDFORWARD, "observer": OBSERVER}

@@ -1,4 +1,4 @@
-"""What measured circles show, as `--json` prints it: taken apart, tuned to, learned of; files of a tuned machine."""
+"""Results of measured circles, as `--json` prints them: diagnosis, tuning, learning; files of a tuned machine."""
 
 from __future__ import annotations
 

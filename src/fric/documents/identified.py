@@ -122,7 +122,7 @@ class Identified:
     """A machine as it was identified."""
 
     machine: Machine  # The machine, true to the estimates
-    # By axis and parameter, the 95 % intervals that hold their estimate and are closed
+    # By axis and parameter, the 95 % intervals that include their estimate and are closed
     intervals: Mapping[str, Intervals]
     covariances: Mapping[str, Sequence[Covariance]]  # By axis, covariance of these parameters, where the files hold it
     # By axis, factors of additional differences, from misfit and warnings of the files

@@ -20,7 +20,7 @@ MARKERS = "osD^v"
 
 @view("response", of="PlantFit", usual=True)
 def draw_plant(fit: PlantFit) -> Figure:
-    """Draw measured responses with 95 % bars and eq. (1) with its band; below, what eq. (1) leaves.
+    """Draw measured responses with 95 % bars and eq. (1) with its band; below, the residual of eq. (1).
 
     Where two amplitudes were compared, a further panel shows A over the gain of Coulomb friction.
 
@@ -73,7 +73,7 @@ def _measured(top: Axes, middle: Axes, response: ResponseFit, colour: str, marke
 
 
 def _branch(response: ResponseFit) -> Real:
-    """Return the measured phase [rad] on the branch of the model, which no noise has unwrapped."""
+    """Return the measured phase [rad] on the branch of the model, so that noise does not affect its unwrapping."""
     model = _phase(response.model(response.measured.table.frequency))
     return model + np.angle(response.measured.response / response.model(response.measured.table.frequency))
 

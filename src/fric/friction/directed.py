@@ -78,7 +78,7 @@ class Directed(FrictionModel):
 
 
 def directed(model: FrictionModel, negative: StaticMap | None) -> FrictionModel:
-    """Return a model with another static map backwards; the model itself where there is none, or it has none."""
+    """Return a model with another static map backwards; the model itself where either lacks such a map."""
     on_map = isinstance(model, StaticMap | OnStaticMap)
     return Directed(model, negative) if negative is not None and on_map else model
 

@@ -100,5 +100,5 @@ class Rolling(GMS):
         return np.array([len(self.amplitude), *waves, *super().packed()])
 
     def initial_state(self) -> Real:
-        """Return ``[z, the GMS parameters as they hold at z, GMS state]`` of a relaxed contact."""
+        """Return ``[z, the GMS parameters at z, GMS state]`` of a relaxed contact."""
         return np.array([0.0, *super().packed(), *super().initial_state()])

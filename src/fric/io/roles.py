@@ -219,7 +219,7 @@ def _clock(data: Samples) -> Role:
 
 
 def _is_rounded(stamps: Real) -> bool:
-    """Return whether stamps that are repeated are those of an even clock, cut to their digits."""
+    """Return whether repeated stamps are those of an even clock, rounded to their digits."""
     steps = np.diff(stamps)
     even = np.linspace(stamps[0], stamps[-1], len(stamps))
     return bool(np.abs(stamps - even).max() < 2.0 * steps[steps > 0].min())
@@ -671,7 +671,7 @@ def _in_units(
 
 
 def take_reading(axis: Axis, reading: Reading) -> None:
-    """Take the units of a reading for those of an axis, of which no more is open."""
+    """Take the units of a reading as those of an axis, which closes its questions."""
     force = axis.roles.get("force")
     if force and force.unit in {"N", "N*m"} and force.unit_likelihood < SURE:
         axis.roles["force"] = replace(force, unit="N*m" if reading.motion == "rotary" else "N")

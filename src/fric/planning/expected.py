@@ -30,7 +30,7 @@ from fric.simulate.machine import Axis
 from fric.simulate.plan import Expected, Limits, Planned
 
 DRAWS = 9
-"""Times that a plan is run and identified: the least and the largest of nine have the next between them in 80 %."""
+"""Runs of a plan that are identified: the range of nine includes the next in 80 % of cases."""
 
 PLACES = 64.0
 """Counts of the encoder over which a record begins anywhere: a slow axis hunts between two by where they are."""

@@ -127,7 +127,7 @@ def _parts(one: Planned) -> Iterator[Planned]:
 
 @dataclass(frozen=True)
 class _Known:
-    """What is not known exactly, by name: standard deviations, on a linear scale or not, and the covariance."""
+    """The uncertain parameters by name: standard deviations, on a linear scale or not, and the covariance."""
 
     deviation: dict[str, float]
     linear: frozenset[str]

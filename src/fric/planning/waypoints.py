@@ -15,7 +15,7 @@ TOLERANCE = 1e-7
 """Largest deviation of straight pieces from the motion [m, rad], where the shortest time allows."""
 
 EVEN = 1e-6
-"""Share of the largest acceleration up to which a motion counts as even."""
+"""Share of the largest acceleration up to which the speed counts as constant."""
 
 
 @dataclass(frozen=True, eq=False)

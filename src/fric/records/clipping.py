@@ -18,7 +18,7 @@ OFF = 0.05
 """Time without motion and with a force of exactly 0 after which the drive is off [s]."""
 
 LEVELS = 40
-"""Steps that a channel's range has at least, for being flat at its end to mean anything."""
+"""Least number of steps in a channel's range for a flat end to be clipping."""
 
 
 def counts(values: Real) -> float | None:

@@ -150,7 +150,7 @@ Strokes = Sequence[tuple["Log", "Segment"]]
 FASTER = 1.2
 """Ratio of speeds above which a record shows the jitter that a slower record does."""
 COARSE = 12
-"""Steps of the force's range up to which means over strokes and hysteresis cycles are off by the steps."""
+"""Number of steps in the force's range up to which the steps affect means over strokes and hysteresis cycles."""
 
 
 def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:

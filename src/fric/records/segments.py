@@ -33,7 +33,7 @@ SHORTEST = 16
 
 @dataclass(frozen=True)
 class Path:
-    """Position over time, and how far it may be off a chord for no reason but resolution and noise.
+    """Position over time, and its tolerance about a chord from resolution and noise alone.
 
     `explained` takes the number of samples of a piece (for a random walk, the distance grows with it).
     """
@@ -177,7 +177,7 @@ TREND = 0.01
 """Change of velocity over a segment, as a share of it, that is not taken for an acceleration."""
 
 SETTLING = 0.5
-"""Share of the samples that is given up at most until the force has settled."""
+"""Largest share of the samples that is dropped until the force has settled."""
 
 BATCHES = 64
 """Batches that the settling is looked for in."""

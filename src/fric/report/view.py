@@ -471,7 +471,7 @@ def view(inputs: ReportInput) -> View:
 
 
 def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[str, Notice]]:
-    """Return the warnings with where they are from, each once, the gravest first; what a circle settled is a note."""
+    """Return the warnings with their source, each once, the gravest first; those that a circle settled are notes."""
     found: list[tuple[str, Sequence[Notice]]] = [
         (f"{item.kind} of axis {item.axis}", item.warnings) for item in inputs.items
     ]

@@ -161,7 +161,7 @@ class RecordedPath:
 
 
 class PathRun(ContourRun[PointPath | RecordedPath, ContourError]):
-    """What one scheme makes of a path: contour error and glitches, where the feed is full."""
+    """Result of one scheme on a path: contour error and glitches, where the feed is full."""
 
     @property
     def path(self) -> PointPath | RecordedPath:

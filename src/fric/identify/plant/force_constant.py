@@ -140,7 +140,7 @@ def force_constant(
 
 
 def _measured(log: Log, period: float | None, segment: float | None) -> MeasuredResponse:
-    """Return F/U, over segments where no period serves: that of a sweep is none."""
+    """Return F/U, over segments where there is no usable period, as in a sweep."""
     try:
         return measure_response(log, period=period, segment=segment, output="force")
     except FricError:

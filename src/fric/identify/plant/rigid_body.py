@@ -51,7 +51,7 @@ class MotionFit:
     channel: Literal["force", "input"]
     # M, F_v, F_c and offset; or M and F_v, F_c of either direction. Intervals allow for correlated residuals.
     estimates: dict[str, Estimate]
-    # Standard deviation of each as ordinary least squares gives it, as if residuals were independent
+    # Standard deviation of each by ordinary least squares, for independent residuals
     deviation: dict[str, float]
     plant: dict[str, Estimate]  # A, B, T_d of eq. (1), and K_f where it is known.
     relative_error: float  # ``‖residual‖/‖force‖`` [1]

@@ -223,7 +223,7 @@ def velocity_swing(log: Log, segment: Segment) -> float:
     n = n // each
     z = z[: n * each].reshape(n, each).mean(axis=1)
     z, sampling = z - z.mean(), sampling / each
-    # the sawtooth of whole counts, under whichever alias, has less than this of the velocity below that frequency
+    # the sawtooth of whole counts, at any alias, has less than this share of the velocity below that frequency
     top = min(0.25 * sampling, SWINGS / np.sqrt(2) * abs(segment.velocity) / count if count else np.inf)
     if float(np.std(z)) * 2 * np.pi * top < SWINGS * abs(segment.velocity):
         return 0.0

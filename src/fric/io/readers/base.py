@@ -254,7 +254,7 @@ _NAMED = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^
 
 
 def named(header: str) -> Column:
-    """Take a header such as ``force [N]`` or ``force (N)`` apart into name and unit; of ``force_N`` the name stays."""
+    """Split a header such as ``force [N]`` or ``force (N)`` into name and unit; ``force_N`` stays a name."""
     text = header.strip().strip("\"'").lstrip("#%").strip()
     found = _NAMED.fullmatch(text)
     if found is None or not found["name"]:

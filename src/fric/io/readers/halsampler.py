@@ -31,7 +31,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
 
 
 def _counting(head: bytes) -> list[tuple[int, int]]:
-    """Return the columns of whole numbers that go on by one step, with the step."""
+    """Return the columns of whole numbers that rise by a constant step, with the step."""
     rows = [line.split() for line in head.splitlines()[:-1] if not line.startswith(b"overrun")]
     if len(rows) < FEW or len({len(row) for row in rows}) != 1:
         return []

@@ -120,7 +120,7 @@ class _Topic(Table):
 
 
 def _numbers(message: Any, name: str, depth: int = 0) -> Iterator[tuple[str, Taken]]:
-    """Yield each number of a message: its name, and how it is taken from another message of the kind."""
+    """Yield each number of a message: its name, and a function that reads it from another message of the type."""
     joints = getattr(message, "name", None)
     for field in getattr(message, "__dataclass_fields__", {}):
         value = getattr(message, field)
