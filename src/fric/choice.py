@@ -29,7 +29,7 @@ def simplest(scores: Iterable[float], scatter: float | Sequence[float] = 0.0) ->
 
 
 def ranked(scores: Sequence[float], scatter: Sequence[float] | None = None) -> list[int]:
-    """Return the indices of candidates, the best first; a simpler one is before those that are as good (`simplest`).
+    """Return the indices of candidates, the best first; a simpler candidate before those as good (`simplest`).
 
     scores: As in `simplest`.
     scatter: Scatter of each score, independent of the others; 0 where not given.

@@ -8,7 +8,7 @@ Kind = Literal[
 ]  # fmt: skip
 KINDS: tuple[Kind, ...] = get_args(Kind)
 PRESLIDING = frozenset({"presliding-sine", "micro-steps"})
-"""Kinds of a motion back and forth that tells friction before sliding."""
+"""Kinds of a motion back and forth that shows friction before sliding."""
 
 CHANNELS = ("time", "position", "velocity", "force", "input", "reference", "added")
 """What a record in time can hold; each is a dimension of `fric.units`, or has that of another channel."""

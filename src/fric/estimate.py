@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Estimate:
-    """An identified or given value in SI units, with its 95 % interval where there is one.
+    """An identified or given value in SI units, with its 95 % interval, if any.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Estimate:
 
     @property
     def half_width(self) -> float:
-        """Half the width of the 95 % interval of one number; 0 of a number without one."""
+        """Half the width of the 95 % interval of one number; 0 of a number without an interval."""
         low, high = self.ci95 or (0.0, 0.0)
         return 0.5 * (float(high) - float(low))  # type: ignore[arg-type]
 

@@ -18,7 +18,7 @@ def minimised(search: nlopt.opt, cost: Callable[[Real], float], start: Real) -> 
     """Return where a search of NLopt finds the least cost, shape (n,).
 
     An exception of the cost ends the search and is raised. NLopt itself would go on with the error set and raise nested
-    SystemErrors, so that a SIGTERM during a search would end in one.
+    SystemErrors, so that a SIGTERM during a search would end in such an error.
     """
     from nlopt import ForcedStop  # of which `design` does without until it searches
 

@@ -1,7 +1,7 @@
 """Units, parsed at the edge: every number inside fric is a float in SI (rad and N·m for a rotary axis).
 
 A *dimension* is the quantity of a number (``force``, ``velocity``, …). Its SI unit depends on the motion of the
-axis: a force is in N on a linear axis and a torque in N·m on a rotary one. Where a drive logs it in another unit (A, %
+axis: a force is in N on a linear axis and a torque in N·m on a rotary axis. Where a drive logs it in another unit (A, %
     of rated, V, counts), that is the unit of all forces of the axis, without conversion to newtons: the mass is in
     A·s²/m, the force constant in A/V.
 """

@@ -136,7 +136,7 @@ class Evidence:
     circle: str = "CIRCLE.h5"
     command: str = ""  # The command that simulated; empty where it is not known
     rotary: bool = False  # Whether all axes are rotary, which no circle is of
-    # The largest glitch, predicted and measured, of the measured circle [m]; None without one
+    # The largest glitch, predicted and measured, of the measured circle [m]; None without a circle
     glitches: tuple[float, float] | None = None
 
     @property
@@ -194,7 +194,7 @@ class Verdict:
 
     @property
     def checked(self) -> str:
-        """The comparison of the prediction with a measured circle, in a sentence; empty without one."""
+        """The comparison of the prediction with a measured circle, in a sentence; empty without a circle."""
         if self.compared is None:
             return ""
         predicted, measured = (readable(one, "m", 3) for one in self.compared)

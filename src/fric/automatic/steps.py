@@ -423,7 +423,7 @@ def axis_steps(
             missing.append("C of the GMS model: a sine in sliding, around a steady speed")
     else:
         missing.append("GMS: slow sines of some ten micrometres before sliding, or micro-steps, with force")
-        if moving and not (strokes or responses or lean):  # what a motion tells of friction
+        if moving and not (strokes or responses or lean):  # what a motion shows of friction
             identify("lugre", moving, friction, known, damping)
     if lean:
         return AxisSteps(tuple(steps), tuple(missing))

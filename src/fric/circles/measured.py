@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fric.simulate.circle import CircleRun
 
 MOST_MISSING = 4.0
-"""Samples that the time of one that was recorded may hold on average."""
+"""Average number of samples per recorded sample."""
 SMOOTHED = 200.0
 """Corner of the filter over the tracking error [Hz]."""
 

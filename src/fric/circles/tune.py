@@ -49,7 +49,7 @@ passes at 10 mm/s, and stiffer gains would cost as much in encoder counts."""
 
 UNHELD, CAUTION, LEAST = 0.9, 0.09, 0.97
 """Margin below which less than the whole friction is fed forward, the reduction per missing margin, and the least share
-that is fed forward. An axis that is pushed ahead of its friction runs away from it, one that lags sticks: of 46
+that is fed forward. An axis that is pushed ahead of its friction runs away from it, an axis that lags sticks: of 46
 machines of 200 that lack margin, exact knowledge leaves 11 to 13 with more than 1.1 µm at 10 mm/s, and 4 to 6 with a
 tenth less for each margin missing. That costs 0.1 µm at 100 mm/s with an observer, 0.3 without."""
 

@@ -252,7 +252,7 @@ def _covariance(about: Fitted, left: list[Real]) -> Real:
     Z = np.vstack(rows)
     scale = np.linalg.norm(Z, axis=0)
     scale[scale == 0] = 1.0
-    lengths = list(map(len, rows))  # what comes again in each turn is told by circles that are recorded again
+    lengths = list(map(len, rows))  # circles that are recorded again show what recurs in each turn
     scores = np.outer(scale, scale) * score_covariance(Z / scale, np.concatenate(residuals), lengths, most=1.0)
     scores += np.diag(instruments.power * instruments.prior)
     errors = _beyond(about, left) * np.array([instruments.error(weights * one) for one in left])

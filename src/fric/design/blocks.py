@@ -28,7 +28,7 @@ class BlockDesign:
     response: OpenLoop | None = None  # The open loop as a function of the frequencies [Hz], where it has margins
 
     def loops(self) -> dict[str, Loop]:
-        """Return the whole loop with its margins, where there is one."""
+        """Return the whole loop with its margins, if any."""
         if self.margins is None or self.response is None:
             return {}
         title = f"with {self.block.name}" + ("" if self.block.linear else ", around rest")

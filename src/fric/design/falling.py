@@ -66,7 +66,7 @@ def hold_falling(
     where none of `GAINS` does, those with the largest margin.
 
     plant, cascade, friction: As `falling_margin`.
-    observer: The disturbance observer of the axis, if it has one.
+    observer: The disturbance observer of the axis, if any.
     """
     Delta = model_perturbation(plant, cascade.sampling / 2)
     fastest = max(FASTEST * cascade.sampling, cascade.velocity_filter)

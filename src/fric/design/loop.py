@@ -43,7 +43,7 @@ class SampledLoop:
     plant: LinearPlant  # Eq. (1) of the axis.
     cascade: Cascade  # Its controller, and the sampling
     blocks: tuple[ControlBlock, ...] = ()  # Its further blocks; a block that is not linear is linearised around rest
-    controller: ControlBlock | None = None  # The block in place of the cascade, where there is one
+    controller: ControlBlock | None = None  # The block in place of the cascade, if any
     setting: Setting | None = None  # What the blocks are packed for; the plant of the axis where not given
 
     @property
@@ -77,7 +77,7 @@ class SampledLoop:
         return self.sampled.response(frequency, self.cascade.sampling)
 
     def velocity(self, frequency: Real, G: Complex | None = None) -> Complex:
-        """Return the open velocity loop, L = C·G·D with the cascade; with a measured G [m/V] where one is given.
+        """Return the open velocity loop, L = C·G·D with the cascade; with a measured G [m/V] where given.
 
         The position loop is open where the reference follows the position.
         """

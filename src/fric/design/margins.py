@@ -67,7 +67,7 @@ def rounded_down(value: float) -> str:
 
 
 def border(holds: Callable[[float], bool], inside: float, outside: float, precision: float = 1e-8) -> float:
-    """Return the last admissible value between one that is admissible and one that is not, to a relative precision."""
+    """Return the last admissible value between an admissible value and one beyond, to a relative precision."""
     while abs(outside / inside - 1.0) > precision:
         middle = float(np.sqrt(inside * outside))
         inside, outside = (middle, outside) if holds(middle) else (inside, middle)

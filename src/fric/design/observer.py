@@ -59,7 +59,7 @@ class WholeLoop:
 
     plant, cascade: The axis and its controller.
     perturbation: Delta; its part beyond the plant's delay multiplies the sampled plant.
-    controller: The control block in place of the cascade, where there is one.
+    controller: The control block in place of the cascade, if any.
     setting: What blocks are packed for; the plant where not given.
     """
 
@@ -117,7 +117,7 @@ def design_observer(
     peak_sensitivity: float = PEAK_SENSITIVITY,
     perturbation: Perturbation | None = None,
 ) -> ObserverDesign:
-    """Return the observer with the largest Q that both limits allow, or with a given one that they allow.
+    """Return the observer with the largest Q that both limits allow, or with a given Q that they allow.
 
     The limits: |T·Delta| ≤ 1 at every frequency (eq. (8)), and a peak sensitivity of the whole loop, in which cascade
     and observer are opened at the plant's input together.

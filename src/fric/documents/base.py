@@ -164,7 +164,7 @@ class Document(Part):
         logs: Iterable[Record] = (),
         also: Mapping[str, Any] | None = None,
     ) -> Self:
-        """Return a document that this process makes of some content, checked against the schema as one that is read.
+        """Return a document that this process makes of some content, checked against the schema as when it is read.
 
         content: Its content, by key; or the object that the schema reads it from (`fric.documents.quantity.Of`).
         notices: Its warnings.

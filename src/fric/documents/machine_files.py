@@ -281,7 +281,7 @@ def read_friction(path: Path | str, model: str | None = None) -> FrictionModel:
     path
         The friction file.
     model
-        Its name, as ``static``; else the one that builds upon the others.
+        Its name, as ``static``; else the model that is based on the others.
 
     Raises
     ------

@@ -75,7 +75,7 @@ class PlantPart(Physical):
         return Plant(**values)
 
     def damping_error(self, motion: Motion) -> float:
-        """Return half the 95 % interval of the drive's damping K_f·A/B [N·s/m], of A's interval; 0 without one."""
+        """Return half the 95 % interval of the drive's damping K_f·A/B [N·s/m], of A's interval; 0 without it."""
         known = self.estimates(motion)
         limits = known["A"].ci95
         if limits is None or not {"B", "K_f"} <= known.keys():

@@ -184,7 +184,7 @@ class Physical(Part):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
-        """Note the dimension of each field that has one."""
+        """Note the dimension of each field, if any."""
         given = ((name, one) for name, field in cls.model_fields.items() for one in field.metadata)
         cls.dimensions = {name: one for name, one in given if isinstance(one, str)}
 

@@ -28,7 +28,7 @@ def draw_diagnosis(found: Diagnosis, agreement: Agreement | None = None) -> Figu
 
     On the polar plot the mean of the revolutions, a colour for each direction, and as a thin line the part that
     geometry and pitch explain. Beside it the deviation around each reversal less that part: the glitch, with the
-    prediction where there is one.
+    prediction, if any.
 
     found: What the circle shows.
     agreement: What was predicted of it.

@@ -20,7 +20,7 @@ Draw = TypeVar("Draw", bound="Callable[..., Figure]")
 
 @dataclass(frozen=True)
 class View:
-    """One figure: its name, the type that it draws (or a sequence of), the function, whether it is the usual one."""
+    """One figure: its name, the type that it draws (or a sequence of), the function, whether it is drawn by default."""
 
     name: str
     of: str

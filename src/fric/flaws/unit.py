@@ -26,7 +26,7 @@ class Bound:
     reason: str
     """Why nothing real is beyond."""
     units: str
-    """What is to be looked at."""
+    """What to check."""
 
 
 BOUNDS: Mapping[str, Bound] = {

@@ -38,7 +38,7 @@ class Directed(FrictionModel):
     Parameters
     ----------
     model
-        The model with the static map of the positive direction: a `StaticMap`, or a model built on one.
+        The model with the static map of the positive direction: a `StaticMap`, or a model with a static map.
     negative
         Static map of the negative direction.
     """

@@ -1,4 +1,4 @@
-"""A mapping as fric would guess it, with comments, to be looked at and edited."""
+"""A mapping as fric would guess it, with comments, to be checked and edited."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -26,7 +26,7 @@ from fric.units import MOTIONS, Motion, converts, rotates, si_unit
 NEEDED = ("time", "position", "velocity", "force")
 """Channels that need a question where they are not sure; other unsure channels are left out."""
 MOST_FILES = 16
-"""Files of the same columns whose values are looked at."""
+"""Number of files of the same columns whose values are read."""
 
 
 class Question(NamedTuple):

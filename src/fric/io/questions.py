@@ -32,16 +32,16 @@ _DOTS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 
 @dataclass(frozen=True)
 class Question:
-    """A question, and its answers with what they stand for, the likeliest first."""
+    """A question, and its answers with their meanings, the likeliest first."""
 
     text: str
     choices: Sequence[tuple[str, Any]]
-    apply: Callable[[Any], None]  # Takes what an answer stands for
+    apply: Callable[[Any], None]  # Receives the meaning of an answer
     pictures: Sequence[Sequence[str]] = ()  # One, or one for each answer
-    understood: Callable[[str], Any] = lambda _: None  # What other text stands for; None where nothing
+    understood: Callable[[str], Any] = lambda _: None  # The meaning of other text; None where it has none
 
     def take(self, answer: str) -> bool:
-        """Take an answer: a number, other text, or nothing for the first; say whether it is one."""
+        """Take an answer: a number, other text, or nothing for the first; return whether it is valid."""
         answer = answer.strip() or "1"
         number = int(answer) if answer.isdecimal() and len(answer) < 3 else 0
         known = 0 < number <= len(self.choices)

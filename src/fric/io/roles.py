@@ -26,7 +26,7 @@ LIKELY = ("time", "reference", "position", "velocity", "force", "input")
 SURE = 0.95
 """Likelihood above which a choice is taken without a question."""
 MOST_VALUES = 8_000_000
-"""Numbers of all tables together that are looked at."""
+"""Numbers of all tables together that are used."""
 ROWS = 12_000
 """Increments that a pair of columns is judged by."""
 WINDOWS = (2, 8, 32, 128, 512)

@@ -273,7 +273,7 @@ def _unit_of(column: Column) -> str | None:
 
 @cache
 def _quantity_of(unit: str) -> str | None:
-    """Return the quantity that a unit is of; ``other`` of one that is of no channel."""
+    """Return the quantity of a unit; ``other`` for a unit of no channel."""
     if unit in DRIVE_UNITS:
         return "force"
     for dimension, quantity in OF_UNITS.items():
@@ -302,7 +302,7 @@ TOLERANCE = 0.02
 SIZE = log(12.0)
 """Spread of usual travels and speeds."""
 SMALL_CURRENT, LARGE_CURRENT = 5.0, 400.0
-"""Currents of drives: below the first value it is in A, above the second in mA; % of the rated one is between them."""
+"""Currents of drives: below the first value it is in A, above the second in mA; % of the rated current between them."""
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 

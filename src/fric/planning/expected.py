@@ -115,7 +115,7 @@ def _elements(section: Mapping[str, Estimate]) -> Iterator[tuple[str, float, tup
 
 
 def typical(halves: Sequence[float]) -> float:
-    """Return the geometric mean of half-widths, their median where one is open.
+    """Return the geometric mean of half-widths, their median where any is open.
 
     An interval may be of one of two sizes, depending on a test within the identification: a median of some runs
     is that of one of them, by chance.

@@ -47,7 +47,7 @@ HEIGHT = 8.0
 AROUND = 40
 """Lines to each side that it is compared with."""
 PEAKS = 3
-"""Lines of a segment that are looked at: its highest."""
+"""Number of lines of a segment that are used: its highest."""
 SEGMENTS = 3
 """Least number of segments that show a pitch."""
 SPREAD = 1.4
@@ -113,7 +113,7 @@ def _hums(line: _Line, lines: Sequence[_Line]) -> bool:
 
 
 def _lines(log: Log, segment: Segment, n: int) -> list[_Line]:
-    """Return the highest lines of a segment that stand out of those around them."""
+    """Return the highest lines of a segment that are clearly above those around them."""
     if log.position is None or len(segment) < SAMPLES:
         return []
     t, z = (values[segment.start : segment.stop] for values in (log.time, log.position))

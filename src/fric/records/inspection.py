@@ -371,7 +371,7 @@ def _gms_use(found: Inspection, seen: float, stairs: Staircase | None) -> Use:
 
 
 def _too_slow(log: Log, rises: list[tuple[float, int, float]]) -> Use | None:
-    """Return why a log whose force comes up between its samples, or over no pre-sliding, tells none; else None."""
+    """Return why a log whose force rises between its samples, or over no pre-sliding, shows none; else None."""
     samples, travel = (float(np.median([rise[n] for rise in rises])) if rises else np.inf for n in (1, 2))
     usual = float(np.median(np.abs(np.diff(travelled(log)))))
     if samples < 2 * SAMPLES or travel < 2 * SAMPLES * usual < np.inf:

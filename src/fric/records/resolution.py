@@ -12,7 +12,7 @@ _EVIDENCE = 16
 FINEST = 1e-3
 """Step, as a share of the usual gap between neighbouring values, below which any gap is near a multiple of it."""
 _GAPS = 400
-"""Gaps that are looked at, of many."""
+"""Largest number of gaps that are used."""
 _ORDER = 6
 """Highest order of the differences that noise is estimated from."""
 _FALLS = 0.64

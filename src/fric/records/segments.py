@@ -218,7 +218,7 @@ def steady_segments(log: Log) -> list[Segment]:
 
 @one_blas_thread()
 def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
-    """Return the segments as `steady_segments` does, and where the axis stands still: first sample, one past last."""
+    """Return the segments as `steady_segments` does, and where the axis is at rest: first sample, one past last."""
     if len(log) < SHORTEST or log.kind in {*PRESLIDING, "sliding-sine", "frequency-response"}:
         return [], []
     path = path_of(log)
@@ -248,7 +248,7 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
 
 
 def _accepted(path: Path, start: int, stop: int) -> Segment | None:
-    """Return the segment, or None where it is too short, stands still, or its velocity has a trend."""
+    """Return the segment, or None where it is too short, at rest, or its velocity has a trend."""
     n = stop - start
     if n < SHORTEST:
         return None

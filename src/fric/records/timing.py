@@ -24,7 +24,7 @@ from fric.statistics import robust_deviation
 ORDERS = (6, 8)
 """Orders of the differences that noise is estimated from: motion of f Hz scales with that power of f over rate."""
 WHITE = 0.8
-"""Power by the higher order over that by the lower one, of white noise 1; a motion has less."""
+"""Power by the higher order over that by the lower order, of white noise 1; a motion has less."""
 GAP = 1.5
 """Sampling intervals above which samples are missing, as the time shows."""
 WINDOW = 32

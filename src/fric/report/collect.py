@@ -333,7 +333,7 @@ def _sorted(items: Sequence[Item], tests: Sequence[ContourTest], records: Sequen
 
 
 def _by_date(things: list[T]) -> list[T]:
-    """Sort by date where each has one; else the order given is that of time."""
+    """Sort by date where each has a date; else the given order is that of time."""
     return sorted(things, key=lambda thing: thing.created) if all(thing.created for thing in things) else things
 
 

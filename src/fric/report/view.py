@@ -225,7 +225,7 @@ SAME_SIGN_LEFT = 0.1
 """Share of the glitch that a feedforward of the whole friction may leave before it is called too weak."""
 
 UNEVEN = 1.3
-"""Ratio of the glitches of two axes, or of the two ends of one, from which they are called different."""
+"""Ratio of the glitches of two axes, or of the two ends of an axis, above which they are called different."""
 
 
 def observations(test: ContourTest, presliding: float | None = None) -> list[str]:

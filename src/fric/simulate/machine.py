@@ -215,7 +215,7 @@ class Machine:
         ----------
         beliefs
             By axis: a friction model (or several by name) to feed forward, a nominal plant, a cascade, a disturbance
-            observer, or a result that holds one; several of these in a list.
+            observer, or a result with one of these; several in a list.
 
         Raises
         ------

@@ -31,7 +31,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Array:
-    """An array of reals, or a part of one."""
+    """An array of reals, or a part of an array."""
 
     symbol: str  # The name of the whole array, ``state`` or ``parameters``, in every routine
     size: int  # How many numbers it has
@@ -181,7 +181,7 @@ class Program:
         )
 
     def changes(self, routine: Routine, array: str) -> bool:
-        """Return whether a routine, or one that it calls, writes to an array."""
+        """Return whether a routine, or a routine that it calls, writes to an array."""
         targets = [statement.target for statement in every(routine.body) if isinstance(statement, Assign)]
         if any(isinstance(target, Element) and target.array.name == array for target in targets):
             return True

@@ -115,7 +115,7 @@ CHANGES = 0.03
 """Share of F_s by which friction or offset must change to give a warning."""
 
 PIECES = 30
-"""Pieces of a record in which its misfit is looked at."""
+"""Segments of a record in which its misfit is evaluated."""
 
 STANDS_OFF = 3.0
 """Ratio to the usual misfit above which the misfit of a segment is an outlier."""

@@ -39,7 +39,7 @@ LEAST_FILTER = 0.2
 """T_f [samples] above which the lag is taken for a filter."""
 
 FORM = 0.01
-"""Error of the lag of a filter [samples] where the filter is taken for a continuous one."""
+"""Error of the lag of a filter [samples] where the filter is taken for continuous."""
 
 DESCRIBED = 0.1
 """Lag [samples] above which there is a warning."""

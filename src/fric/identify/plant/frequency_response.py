@@ -85,7 +85,7 @@ def measure_response(
 
     record: A record in time with input and position, or a measured response.
     period: Period of the excitation [s]; found in the record where not given.
-    segment: Length of a Welch segment [s]; given, the record is not looked at for periods.
+    segment: Length of a Welch segment [s]; where given, the record is not searched for periods.
     output: The channel that answers the input; of a force the magnitude is F/U [N/V].
     driven: Which lines of the period are driven, where that is known already.
     Raises FricError: When input or output were not logged, the record is unevenly sampled or too short, or nothing is
@@ -125,7 +125,7 @@ def _table(record: FrequencyResponse) -> MeasuredResponse:
 
 
 def _period(record: Log, u: Real) -> int | None:
-    """Return the period of what drives the axis in samples: of the reference where it has one, or of the input."""
+    """Return the period of what drives the axis in samples: of the reference, if periodic, or of the input."""
     r = record.reference
     found = find_period(np.diff(r)) if r is not None and _accelerates(r) else None
     return find_period(u) if found is None else found

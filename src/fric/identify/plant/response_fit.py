@@ -83,7 +83,7 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float
 
     lines: The lines.
     dampings: Values of A that are tried.
-    most: Lines that are looked at.
+    most: Largest number of lines that are used.
     Raises FricError: When the response is that of eq. (1) with the sign turned.
     """
     thin = slice(None, None, -(-len(lines.frequency) // most))
@@ -207,7 +207,7 @@ def modelled(plant: LinearPlant, frequency: Real, hold: float | None, resonance:
     plant: Eq. (1).
     frequency: Frequencies [Hz], shape (n,).
     hold: Sampling rate of the hold [Hz], None for the continuous response.
-    resonance: A second mass, where there is one.
+    resonance: A second mass, if any.
     """
     if resonance is not None:
         return resonance.response(plant, frequency, hold)

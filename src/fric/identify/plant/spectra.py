@@ -128,7 +128,7 @@ def drift(values: Real, period: int) -> float:
 
 
 def _swings_in(U: Complex, Z: Complex) -> bool:
-    """Return whether the first period differs from the later ones by more than ten times their variance."""
+    """Return whether the first period differs from the later periods by more than ten times their variance."""
     first, others = 0.0, 0.0
     for X in (U, Z):
         rest = X[1:]
@@ -199,7 +199,7 @@ def moved_at(spectra: Spectra, *, is_input: bool) -> Mask:
     """Return the lines at which the driver has power, apart from what the window leaks from lower lines.
 
     spectra: Spectra of segments or neighbouring lines.
-    is_input: Whether the driver is the input; a reference, which falls with frequency, is looked at by its speed.
+    is_input: Whether the driver is the input; a reference, which falls with frequency, is evaluated by its speed.
     """
     size = np.sqrt(np.mean(np.abs(spectra.driver) ** 2, axis=0)) * (1.0 if is_input else spectra.frequency)
     driven: Mask = size > (0.05 if is_input else 0.01) * np.maximum.accumulate(size)
@@ -326,7 +326,7 @@ def distortion(spectra: Spectra, driven: Mask, neighbours: int = 12) -> Real:
     """Return the relative deviation that what repeats itself without being driven brings to each driven line.
 
     Friction's harmonics and an encoder's steps repeat themselves from period to period, and no scatter over periods
-    shows them. The lines between the driven ones do (Pintelon and Schoukens, System Identification, 2nd ed., section
+    shows them. The lines between the driven lines do (Pintelon and Schoukens, System Identification, 2nd ed., section
     4.3): they show the voltage ``|Z_j/G - U_j|``, with G between the driven lines; its median over the nearest lines j
     that are not driven, over U_k, is the error of line k.
 

@@ -111,7 +111,7 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
     start: A model to start from; there is no coarse search then.
     with_level: Whether each record has a level of friction, which then scales F_c and F_s of the static map that is
         kept.
-    beyond: What the covariance gains besides, where the residuals do not tell it.
+    beyond: Increase of the covariance that the residuals do not show.
     Raises FricError: When there is no such model, or no such parameter, or no sample to compare.
     """
     model = _known(name)

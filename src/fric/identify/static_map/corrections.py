@@ -95,7 +95,7 @@ def _friction(problem: StribeckProblem, solution: Solution, v: Real) -> Real:
 
 
 FINER = 4
-"""Cells that a place is looked at in."""
+"""Number of cells of the travel in which places are evaluated."""
 
 
 def place(strokes: Strokes) -> Correction | None:
@@ -194,7 +194,7 @@ class Profile:
 
 
 BATCHES, SAMPLES = 96, 24
-"""Batches that a stroke is looked at in, and samples that it has at least."""
+"""Number of batches of a stroke, and its least number of samples."""
 UNLIKE = 2.0
 """Chi-squared over its freedom above which the strokes do not settle like this."""
 GAIN = 20.0

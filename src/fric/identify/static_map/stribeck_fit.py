@@ -311,7 +311,7 @@ def _polished(cost: Cost, start: Real, lower: Real, upper: Real, *, near: bool) 
 
 
 _unchecked: Any = None
-"""The function behind SciPy's public one, whose checks take twice the time of so small a problem: 8 % of `identify
+"""The function behind SciPy's public function, whose checks take twice the time of so small a problem: 8 % of `identify
 gms`.
 
 Where another SciPy has it elsewhere, its public function is called."""

@@ -21,7 +21,7 @@ from fric.io.safe_hdf5 import open_file
 
 _V73 = b"MATLAB 7.3 MAT-file"
 MOST_DEPTH = 16
-"""Structs and cells in one another at most."""
+"""Largest depth of nested structs and cells."""
 MOST_TEXT = 10_000
 """Letters of a text at most."""
 _V5 = b"MATLAB 5.0 MAT-file"

@@ -25,7 +25,7 @@ MESSAGES = 16_384
 MOST = 64
 """Elements of an array that are columns at most: an image is none."""
 DEEP = 8
-"""Messages in one another at most."""
+"""Largest depth of nested messages."""
 
 MOST_CHUNK = 256 << 20
 """Bytes that a chunk unpacks to at most."""
@@ -97,9 +97,7 @@ class _Topic(Table):
         getters = [None, *self._taken.values()]
         taken = [getters[n] for n in wanted]
         row, messages = 0, self._messages()
-        while (
-            True
-        ):  # messages are released one by one: thousands of them would slow garbage collection
+        while True:  # messages are released one by one: thousands of them would slow garbage collection
             values = (
                 take(message) if take else self._time(at, message)
                 for at, message in islice(messages, MESSAGES) for take in taken

@@ -248,7 +248,7 @@ PIECE = 2 << 20
 AHEAD = 4
 """Pieces that may wait, parsed or not."""
 LOOK = 32_768
-"""Bytes at the beginning that are looked at to find how the file is written."""
+"""Bytes at the beginning that are read to find how the file is written."""
 MOST_PACKED, SMALL = 200, 64 << 20
 """Bytes that a packed byte of text becomes at most, and bytes that any packed file may hold."""
 MOST_LINE = 2 << 20

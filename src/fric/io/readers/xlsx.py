@@ -20,7 +20,7 @@ from fric.notice import Notice
 
 FORMAT = Format("Excel", (".xlsx", ".xlsm"), "openpyxl", "xlsx")
 LOOK = 64
-"""Rows at the beginning that are looked at to find the header."""
+"""Rows at the beginning that are read to find the header."""
 ROWS = 16_384
 """Rows a block: cells are objects until they are numbers."""
 MOST = 4 << 30
