@@ -244,7 +244,7 @@ def foreign_compensation(log: Log) -> Notice | None:
     least = max(KICKED * float(np.quantile(np.abs(rest[far]), 0.99)), KICK_COUNTS * visible_step(log.position))
     found = [_kick(t, log.reference, rest, *span) for span in spans]
     kicks = [one for one in found if one.lead > max(least, BEFORE * one.before)]
-    if 2 * len(kicks) <= len(found):
+    if len(kicks) < 2 or 2 * len(kicks) <= len(found):  # a single one is hunting or a disturbance
         return None
     lead, lag, late, decay = (
         float(np.median([getattr(one, n) for one in kicks])) for n in ("lead", "lag", "late", "decay")
