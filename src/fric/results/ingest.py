@@ -19,8 +19,6 @@ from fric.errors import FricError
 from fric.flaws.files import COLUMNS_LEFT_OUT, MAPPING_BESIDE, THERE_ALREADY
 from fric.io.ingest import Ingested, sizes
 from fric.io.ingest import ingest as read_foreign
-from fric.io.ingest_circle import IngestedCircles, StatedCircle
-from fric.io.ingest_circle import ingest_circles as read_circles
 from fric.io.propose import guessed
 from fric.io.questions import Ask, answered, beside
 from fric.notice import Notice
@@ -34,6 +32,8 @@ from fric.verb import Kind, verb
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
+
+    from fric.io.ingest_circle import IngestedCircles
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -112,6 +112,9 @@ def ingest_circles(
         When a file does not read, or there is no whole circle in it.
     """
     paths, direction = list(map(Path, files)), -1 if clockwise else 1
+    from fric.io.ingest_circle import StatedCircle  # which brings what models are compiled by
+    from fric.io.ingest_circle import ingest_circles as read_circles
+
     stated = StatedCircle(
         quantity(radius, "position"),
         quantity(feed, "velocity"),
