@@ -19,7 +19,7 @@ from fric.friction.directed import directed
 from fric.friction.stribeck import StaticMap
 from fric.log import Log, Record
 from fric.notice import Notice
-from fric.records.prepared import Preparation
+from fric.records.preparation import Preparation
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:

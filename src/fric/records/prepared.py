@@ -7,19 +7,19 @@ records from here, and so does the fit of a rigid axis to its motion: all use th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from fric.arrays import Indices, Mask, Real
 from fric.drive.plant import Plant
 from fric.errors import FricError
-from fric.estimate import STAYS
 from fric.log import Log
 from fric.records.clipping import clipped, drive_off
 from fric.records.motion import Conditioning, Motion, filtered_motion, smooth_motion
+from fric.records.preparation import Own, Preparation
 from fric.records.recognition import kind_of
 from fric.records.reversals import find_reversals
 from fric.records.segments import travelled
@@ -71,43 +71,6 @@ def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", 
     if log.force is None and drive.K_f is not None and log.input is not None:
         return drive.K_f * log.input, "input", 0.0
     return log.require("force", "a replay"), "force", drive.force_lag
-
-
-Own = Literal["offset", "damping", "mass"]
-"""Terms of a record: a constant force, a force over the velocity, and a force over the acceleration."""
-
-DIMENSIONS: dict[Own, str] = {"offset": "force", "damping": "viscous", "mass": "mass"}
-"""The dimension of the coefficient of each (see `fric.units`)."""
-
-
-@dataclass(frozen=True)
-class Preparation:
-    """How a record was prepared for the replay, as data.
-
-    source: the channel that the force is from; input times the force constant
-    delay: delay of the action of the force after its log [s]; negative where it is logged late
-    timing: standard deviation of the lag between force and position [s]
-    encoder: the encoder's step; 0 where none is visible [m]
-    mass: mass whose inertia was subtracted [kg]
-    damping: linear damping of the drive, subtracted [N·s/m]
-    inertia_share: size of the inertia (99 % quantile) relative to the logged force
-    damping_share: size of the drive's damping (99 % quantile) relative to the logged force
-    own: terms of the record, fitted beside the model
-    every: every n-th sample was taken
-    plant: that was used; None where none is known
-    """
-
-    source: Literal["force", "input"]
-    delay: Annotated[float, "time"]
-    timing: Annotated[float, "time"]
-    encoder: Annotated[float, "position"]
-    mass: Annotated[float | None, "mass"] = None
-    damping: Annotated[float | None, "viscous"] = None
-    inertia_share: float | None = None
-    damping_share: float | None = None
-    own: tuple[Own, ...] = ("offset",)
-    every: int = 1
-    plant: Plant | None = field(default=None, metadata=STAYS)
 
 
 MOST = 400_000

@@ -35,7 +35,8 @@ from fric.identify.replay.replay_search import HOP, Point, Search
 from fric.notice import Notice
 from fric.records.flaws import record_flaws
 from fric.records.judgement import identifiability_of, too_coarse
-from fric.records.prepared import DIMENSIONS, Own, Prepared
+from fric.records.preparation import DIMENSIONS, Own
+from fric.records.prepared import Prepared
 from fric.statistics import DIFFERENT
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit

@@ -1,0 +1,43 @@
+"""How a record was prepared for a replay, as files hold it: files are read without the module that prepares."""
+
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+from fric.drive.plant import Plant
+from fric.estimate import STAYS
+
+Own = Literal["offset", "damping", "mass"]
+"""Terms of a record: a constant force, a force over the velocity, and a force over the acceleration."""
+
+DIMENSIONS: dict[Own, str] = {"offset": "force", "damping": "viscous", "mass": "mass"}
+"""The dimension of the coefficient of each (see `fric.units`)."""
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """How a record was prepared for the replay, as data.
+
+    source: the channel that the force is from; input times the force constant
+    delay: delay of the action of the force after its log [s]; negative where it is logged late
+    timing: standard deviation of the lag between force and position [s]
+    encoder: the encoder's step; 0 where none is visible [m]
+    mass: mass whose inertia was subtracted [kg]
+    damping: linear damping of the drive, subtracted [N·s/m]
+    inertia_share: size of the inertia (99 % quantile) relative to the logged force
+    damping_share: size of the drive's damping (99 % quantile) relative to the logged force
+    own: terms of the record, fitted beside the model
+    every: every n-th sample was taken
+    plant: that was used; None where none is known
+    """
+
+    source: Literal["force", "input"]
+    delay: Annotated[float, "time"]
+    timing: Annotated[float, "time"]
+    encoder: Annotated[float, "position"]
+    mass: Annotated[float | None, "mass"] = None
+    damping: Annotated[float | None, "viscous"] = None
+    inertia_share: float | None = None
+    damping_share: float | None = None
+    own: tuple[Own, ...] = ("offset",)
+    every: int = 1
+    plant: Plant | None = field(default=None, metadata=STAYS)
