@@ -153,8 +153,7 @@ SMEARED = 4.0
 """Uncertainty that the residual adds to the glitch, over the residual's effect on it: a filter of 70 Hz, the mean over
 strokes and travels, and an axis that breaks away in a jump reduce the residual. Of 18 machines with other laws of
 friction all 70 next circles are within their intervals then; they left 2.9 times what the model alone predicts
-(median), 1.3 times what is predicted with it. A circle recorded without compensation, whose reversals jump, needs
-3.6."""
+(median), 1.3 times what is predicted with it. A circle without compensation, whose reversals jump, needs 3.6."""
 DIFFERS, MORE = 1.5, 0.15e-6
 """Ratio to, and difference from, the model's prediction [m], above which there is another law of friction."""
 

@@ -113,8 +113,7 @@ class ControlBlock(ABC):
     """A control block. Each is a frozen dataclass, in one file, with its equations, their source and a compiled step.
 
     A subclass states its `name` (its key in files), its `kind`, its `parameters`, whether it is `linear`, what it
-    `asks` of a controller and its compiled `step` (see `fric.kernels.block`), and defines how it is packed for the
-    step.
+    `asks` of a controller and its compiled `step` (see `fric.kernels.block`), and how it is packed for the step.
     """
 
     name: ClassVar[str]

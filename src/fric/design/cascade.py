@@ -99,8 +99,7 @@ def design_cascade(
     corner_ratio: Crossover of the velocity loop over corner of its PI.
     separation: Crossover of the velocity loop over K_v/2π.
     crossover: Crossover of the velocity loop [Hz], where it is given instead of sought.
-    Raises FricError: When no cascade of this form has the margins, or that with the given crossover has not: with the
-        nearest.
+    Raises FricError: When no cascade of this form has the margins, or that with the given crossover: with the nearest.
     """
     asked = requirement or Requirement()
     for name, value in (("corner ratio", corner_ratio), ("separation", separation)):

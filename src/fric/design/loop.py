@@ -36,7 +36,7 @@ LAST_VOLTAGE = ("input", "control")
 class SampledLoop:
     """The loop of one axis.
 
-    Raises FricError: When the plant's delay is shorter than the hold of the controller, or a block is not suited to the
+    Raises FricError: When the plant's delay is shorter than the hold of the controller, or a block does not suit the
         sampling.
     """
 

@@ -24,9 +24,8 @@ LINES = 4
 def polar_figure(runs: Sequence[CircleRun]) -> Figure:
     """Return the radial error of each scheme on a polar plot, all at one magnification (Figs. 8 and 9 of the paper).
 
-    The heavy grey circle is the reference; the grid is in µm, outwards positive; the arrow shows the
-    direction of the motion; the number at each reversal is its glitch in µm. The magnification is that of the error
-    against the circle.
+    The heavy grey circle is the reference; the grid is in µm, outwards positive; the arrow shows the direction of the
+    motion; the number at each reversal is its glitch in µm. The magnification is that of the error against the circle.
 
     runs: One run per scheme, of one circle.
     """

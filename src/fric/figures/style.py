@@ -69,8 +69,7 @@ def shade(axes: Axes, band: Band, colour: str, *, line: str = "-", label: str | 
 def look(n: int) -> dict[str, Any]:
     """Return the colour and the dashes of the n-th of curves that may coincide.
 
-    A later curve is drawn above an earlier
-    curve, with gaps that show it.
+    A later curve is drawn above an earlier curve, with gaps that show it.
     """
     return {"color": CYCLE[n % len(CYCLE)], "linestyle": DASHES[n % len(DASHES)]}
 

@@ -1,7 +1,6 @@
 """The catalogue of what can be wrong with records, models and predictions: one file a family, one entry a flaw.
 
-All that depends on a flaw is asked here: what it widens in a prediction, whether a measured circle settles it, its
-page.
+It holds all that depends on a flaw: what it widens in a prediction, whether a measured circle settles it, its page.
 """
 
 import re

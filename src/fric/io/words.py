@@ -133,8 +133,7 @@ def measures(column: Column, channel: str) -> bool:
 def looking_like(table: Table, channel: str, taken: Collection[int]) -> list[int]:
     """Return the columns that look like a channel, those whose name shows it first, without ``taken``.
 
-    A column whose
-    name shows another channel is excluded, with any unit; time is recognised by its name or its unit.
+    A column whose name shows another channel is excluded, with any unit; time is recognised by its name or its unit.
     """
     by_name, by_unit = [], []
     for n, column in enumerate(table.columns):

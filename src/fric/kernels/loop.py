@@ -7,8 +7,7 @@
              inverse model ────┘     ├──── friction feedforward                      │
                                      └──(-)── observers <──── encoder <──────────────┘
 
-Controller, feedforward and observers are control blocks (`fric.kernels.block`), and every block sees all signals of a
-sample.
+Controller, feedforward and observers are control blocks (`fric.kernels.block`), and each sees all signals of a sample.
 """
 
 from collections.abc import Sequence

@@ -85,8 +85,7 @@ def compiled(signature: object, *, makes_arrays: bool = True) -> Callable[[Funct
     Division by zero gives inf or nan, as in NumPy. There is no fast-math: same input, same output.
 
     Numba checks only the file of the function to find whether its cache is stale. But the machine code also holds the
-    functions that it calls, so that ``gms.py`` would miss an edit of ``stribeck.py``. Here the stamp covers all the
-    files.
+    functions that it calls, so that ``gms.py`` would miss an edit of ``stribeck.py``. Here the stamp covers all files.
 
     signature: The types of the result and of the arguments, as Numba writes them.
     makes_arrays: False where the function makes no arrays, and views only of its arguments. Then they are not counted,

@@ -31,8 +31,7 @@ if TYPE_CHECKING:
 def acting_force(time: Real, force: Real, delay: float) -> Real:
     """Return the force that acts at each sample, where what is logged acts later by a delay.
 
-    Between samples it is interpolated, at the ends it is held. This is the one place where a lag of the force is
-    undone.
+    Between samples it is interpolated, at the ends it is held. Only here is a lag of the force undone.
 
     time, force: Instants [s] and logged force [N], each of shape (n,).
     delay: Delay of the action of the logged force [s], ``T_d - force_lag`` of a plant; negative where it is logged

@@ -135,8 +135,7 @@ def _power(z: Real, order: int, count: int) -> Real:
 def even_sampling(log: Log) -> float:
     """Return the sampling rate [Hz] of an evenly sampled record: the samples over the time that they took.
 
-    Raises FricError: When the record has fewer than 16 samples, or an interval between samples is not the mean
-        interval.
+    Raises FricError: When the record has fewer than 16 samples, or an interval between samples is not the mean.
     """
     if len(log) < 16:
         raise FricError(f"the record has {len(log)} samples", where=log.where, hint="Log a longer motion.")

@@ -172,8 +172,7 @@ def run_axis(
     halvings: How often every step of the plant is halved, to see that this changes nothing.
     accuracy: Largest error of the position by the integration of the plant [m]; 0 for the last digits.
     began: Time since the machine was switched on, for what drifts [s].
-    Raises FricError: When the scheme asks for a model or a block that the axis does not have, or the loop is not
-        stable.
+    Raises FricError: When the scheme asks for a model or a block that the axis lacks, or the loop is not stable.
     """
     arguments = _loop_arguments(axis, reference, scheme, excitation, accuracy, began, against)
     traces, saturated = closed_loop(*arguments, halvings, sensing_of(axis))

@@ -42,8 +42,8 @@ class Trial:
     def run(self, axis: Axis, began: float = 0.0, accuracy: float = 0.0) -> Trace:
         """Run it on an axis, ``began`` seconds after the session did.
 
-        ``accuracy`` is that of `run_axis`; an excitation is integrated to the last digits: small errors in its lines
-        change A.
+        ``accuracy`` is that of `run_axis`; an excitation is integrated to the last digits: errors in its lines change
+        A.
         """
         accuracy = accuracy if self.excitation is None else 0.0
         return run_axis(axis, self.reference, excitation=self.excitation, began=began, accuracy=accuracy)

@@ -159,8 +159,8 @@ def _beyond_load(
     """Return the difference of the offsets of two records [N], and both, where their loads do not explain it.
 
     Blocks that do not slip along a cycle of amplitude a keep the load that they had where the record begins: up to
-    ``V(inf) - V(a)`` on the virgin curve V, which shows as an offset. Where the end of the curve is not known, it may
-    be any.
+    ``V(inf) - V(a)`` on the virgin curve V, which shows as an offset. Where the end of the curve is unknown, it may be
+    any.
     """
     if len(offsets) < 2 or not (fit.static_given or fit.curve.saturates):
         return None

@@ -129,8 +129,7 @@ MISFIT = 0.99
 class Form(NamedTuple):
     """Which parameters there are: A, ln B, T_d; F_c/M of Coulomb friction; ln f, ln ζ and the ratio of a second mass.
 
-    Where the encoder is at the table the ratio is not determined, and not fitted: the response depends on it by A/ω
-    alone.
+    Where the encoder is at the table the ratio is not fitted: the response depends on it by A/ω alone.
     """
 
     friction: bool = False

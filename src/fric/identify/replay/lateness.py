@@ -37,8 +37,7 @@ def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate
     """Return the lag of the logged force behind the position [s], by record; of cycles alone.
 
     It is one Gauss–Newton step from the solution, in the lag of each record and all parameters together, and its
-    interval includes the error of the model that recurs in each cycle, and an alignment of the channels to half a
-    sample.
+    interval includes the error of the model that recurs in each cycle, and alignment of the channels to half a sample.
 
     search, best: The search, and where it ended.
     quantile: Half widths are this many standard deviations.

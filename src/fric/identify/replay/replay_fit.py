@@ -110,8 +110,7 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
     free: Names of parameters to fit that are held by default (`delta`).
     seed: Seed of the coarse search.
     start: A model to start from; there is no coarse search then.
-    with_level: Whether each record has a level of friction, which then scales F_c and F_s of the static map that is
-        kept.
+    with_level: Whether each record has a level of friction, which then scales F_c and F_s of the kept static map.
     beyond: Increase of the covariance that the residuals do not show.
     Raises FricError: When there is no such model, or no such parameter, or no sample to compare.
     """

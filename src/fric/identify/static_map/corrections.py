@@ -40,8 +40,7 @@ def between_records(strokes: Strokes) -> Correction | None:
     The force of stroke i of record r is ``F_i = F̂(v_i) + u_r·f(v_i) + o_r + e_i``, F̂ being the map with offset and
     damping and f its friction; the record's level u and offset o are normal about zero. By Henderson's equations (1950)
     weighted least squares on the forces without what is predicted of their record, together with how that prediction
-    errs, is generalised least squares: the map is that of the mean over records, and the intervals depend on their
-    number.
+    errs, is generalised least squares: the map is that of the mean over records, and intervals depend on their number.
     """
     names, one_speed = _told(strokes.points)
     if len(names) < 2:

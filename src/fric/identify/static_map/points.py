@@ -318,9 +318,8 @@ def huber_mean(samples: Real, step: float = 0.0) -> Mean:
     push to one side (2.5 % off, thirty standard errors): where they differ by more than its standard error, which noise
     makes of one segment in ten thousand, the mean of what is no glitch is given.
 
-    The standard error is that of an M-estimate from correlated samples,
-    ``se² = s²·tau·E[psi²] / (n·E[psi']²)``, with tau from the winsorised samples, so that glitches lengthen
-    neither the mean nor the memory.
+    The standard error is that of an M-estimate from correlated samples, ``se² = s²·tau·E[psi²] / (n·E[psi']²)``, with
+    tau from the winsorised samples, so that glitches lengthen neither the mean nor the memory.
     """
     x = np.asarray(samples, float)
     centre = float(np.median(x))
