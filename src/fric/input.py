@@ -65,7 +65,7 @@ def foreign(path: Path | str, hint: str = "Make it again.", *, lacking: bool = F
     except MemoryError:
         raise FricError("asks for more memory than there is", where=str(path), hint=hint) from None
     except Exception as error:
-        value = lacking and isinstance(error, KeyError | ValueError | TypeError | IndexError | AttributeError)
+        value = lacking and isinstance(error, KeyError | ValueError | TypeError | IndexError | AttributeError | OverflowError)
         if not (value or isinstance(error, RecursionError | OSError)) and _ours(error):
             raise
         text = printable(str(error).partition("\n")[0] or type(error).__name__, 160)

@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 
 from fric.circles.measured import AxisTrace, MeasuredCircle
+from fric.circles.revolutions import find_circles
 from fric.circles.voltage import voltage_record
 from fric.control.cascade import Cascade
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
+from fric.input import foreign
 from fric.io.hdf5 import read_records, write_logs
 from fric.io.ingest import ingest
 from fric.io.run import read_runs
@@ -128,6 +130,15 @@ def turning(seconds: float, rate: float = 2000.0, **gaps: float) -> MeasuredCirc
         name: replace(one, position=one.position * 2e-3, reference=one.reference * 2e-3) for name, one in axes.items()
     }
     return MeasuredCircle(2e-3, 0.05, 1, axes)
+
+
+def test_no_samples_hold_no_circle() -> None:
+    assert find_circles(*np.empty((3, 0))) == []
+
+
+def test_an_infinite_attribute_is_damage_of_the_file(tmp_path: Path) -> None:
+    with pytest.raises(FricError, match="is damaged"), foreign(tmp_path / "a.h5", "Export it again.", lacking=True):
+        int(np.inf)
 
 
 def test_an_axis_that_stands_still_on_a_circle_is_refused() -> None:

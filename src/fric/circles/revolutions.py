@@ -67,8 +67,8 @@ def _moving(time: Real, x: Real, y: Real) -> list[tuple[int, int]]:
     The motion is evaluated over spans of at least a 400th of it, to which noise and quantisation matter little.
     """
     n = len(time)
-    size = 0.5 * max(float(np.ptp(x)), float(np.ptp(y)))
-    if n < 16 or not size > 0:
+    size = 0.5 * max(float(np.ptp(x)), float(np.ptp(y))) if n >= 16 else 0.0
+    if not size > 0:
         return []
     step = np.hypot(np.diff(x), np.diff(y))
     period = float(np.median(np.diff(time)))

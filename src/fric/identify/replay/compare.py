@@ -212,7 +212,7 @@ def compare_models(
     scores = sorted((_with_bits(score, independent) for score in scores), key=lambda score: score.parameters)
     scores = [scores[n] for n in ranked([score.rms for score in scores])]
     columns = {"constant force": _nothing, "Coulomb and viscous": _coulomb_viscous}
-    if static:
+    if static and {"F_c", "F_s", "v_s"} <= set(static):
         columns["static map"] = partial(_static_map, static, negative)
     plain = tuple(_baseline(name, look, records, splits, near) for name, look in columns.items())
     others: list[Score | Baseline] = [*scores[1:], *plain]
