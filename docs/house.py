@@ -1,4 +1,4 @@
-"""The rooms of the code in the order of their imports, and the way of data from a log to a decision (figures/house.png).
+"""The rooms of the code in the order of their imports, and the way of data from a log to a decision.
 
 The floors are those of the import contract in pyproject.toml; run `python docs/house.py` after a change of it.
 """

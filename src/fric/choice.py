@@ -23,8 +23,8 @@ def simplest(scores: Iterable[float], scatter: float | Sequence[float] = 0.0) ->
     """
     found = [score if isfinite(score) else float("inf") for score in map(float, scores)]
     best = min(found)
-    each = [float(scatter)] * len(found) if isinstance(scatter, int | float) else [float(one) for one in scatter]
-    allowed = (one + ROUNDING * abs(best) for one in each)
+    each = [float(scatter)] * len(found) if isinstance(scatter, int | float) else [float(value) for value in scatter]
+    allowed = (value + ROUNDING * abs(best) for value in each)
     return next(n for n, (score, by) in enumerate(zip(found, allowed, strict=True)) if score <= best + by)
 
 

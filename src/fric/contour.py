@@ -16,7 +16,7 @@ QUADRANTS = ("+x", "+y", "-x", "-y")
 
 def of_axes(names: Sequence[str], known: Collection[str]) -> tuple[str, ...]:
     """Return the reversals of a circle, of `QUADRANTS`, that are of axes which are known; its axes are ``names``."""
-    return tuple(one for n, one in enumerate(QUADRANTS) if names[n % len(names)] in known)
+    return tuple(text for n, text in enumerate(QUADRANTS) if names[n % len(names)] in known)
 
 
 def beside(name: str) -> tuple[str, str]:

@@ -16,7 +16,7 @@ def clean(text: str) -> str:
     if text.replace("\n", "").isprintable():
         return str(text)
     blank = "\N{REPLACEMENT CHARACTER}"
-    return "".join(one if one.isprintable() or one == "\n" else " " if one.isspace() else blank for one in text)
+    return "".join(text if text.isprintable() or text == "\n" else " " if text.isspace() else blank for text in text)
 
 
 def printable(text: str, most: int = MOST) -> str:
@@ -34,7 +34,7 @@ def as_options(text: str, flags: Mapping[str, str] = FLAGS) -> str:
 
     def option_of(found: re.Match[str]) -> str:
         flag = flags.get(found[1], f"--{found[1].replace('_', '-')}")
-        flag = next(one for one in flag.split() if one.startswith("--"))
+        flag = next(text for text in flag.split() if text.startswith("--"))
         value = found[2].strip("'")
         shown = "" if value in {"", "True"} else f" '{value}'" if " " in value else f" {value}"
         return flag + shown

@@ -93,9 +93,11 @@ def as_filed(value: T) -> T:
     elif isinstance(value, tuple | list):
         found = (list if isinstance(value, list) else tuple)(map(as_filed, value))
     elif isinstance(value, Mapping):
-        found = {key: as_filed(one) for key, one in value.items()}
+        found = {key: as_filed(item) for key, item in value.items()}
     elif is_dataclass(value) and not isinstance(value, type):
-        found = replace(value, **{one.name: as_filed(getattr(value, one.name)) for one in fields(value) if one.init})
+        found = replace(
+            value, **{field.name: as_filed(getattr(value, field.name)) for field in fields(value) if field.init}
+        )
     return found
 
 
@@ -143,7 +145,9 @@ def estimate_rows(section: Mapping[str, Estimate | Mapping[str, Any]]) -> list[t
     interval justifies. A vector has one row an element, all in one unit.
     """
     rows, sizes = [], dict[int, float]()
-    entries = {name: one.as_dict() if isinstance(one, Estimate) else one for name, one in section.items()}
+    entries = {
+        name: estimate.as_dict() if isinstance(estimate, Estimate) else estimate for name, estimate in section.items()
+    }
     for _, value, interval, entry in elements(entries):
         sizes[id(entry)] = max(_size(value, interval), sizes.get(id(entry), 0.0))
     for name, value, interval, entry in elements(entries):

@@ -40,7 +40,7 @@ def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a fil
 def missing(path: Path, names: Sequence[str] = ()) -> FricError:
     """Return the error of a missing file, with a similar name of a file in its folder or of a bundled file."""
     try:
-        beside = near(path.name, [one.name for one in path.parent.iterdir()])
+        beside = near(path.name, [path.name for path in path.parent.iterdir()])
     except OSError:
         beside = ""
     bundled = near(str(path), names).replace("?", ", which comes with fric?")
@@ -65,7 +65,9 @@ def foreign(path: Path | str, hint: str = "Make it again.", *, lacking: bool = F
     except MemoryError:
         raise FricError("asks for more memory than there is", where=str(path), hint=hint) from None
     except Exception as error:
-        value = lacking and isinstance(error, KeyError | ValueError | TypeError | IndexError | AttributeError | OverflowError)
+        value = lacking and isinstance(
+            error, KeyError | ValueError | TypeError | IndexError | AttributeError | OverflowError
+        )
         if not (value or isinstance(error, RecursionError | OSError)) and _ours(error):
             raise
         text = printable(str(error).partition("\n")[0] or type(error).__name__, 160)
@@ -112,9 +114,9 @@ def other_kind(path: Path, given: str, wanted: str) -> FricError:
     path: The file.
     given, wanted: Its stated type, as ``plant/1``, and the required type.
     """
-    kind, asked = (one.partition("/")[0] for one in (given, wanted))
+    kind, asked = (text.partition("/")[0] for text in (given, wanted))
     name = shlex.quote(str(path))
-    use = " or ".join(f"`{one.format(name)}`" for one in TAKEN.get(kind, ()))
+    use = " or ".join(f"`{text.format(name)}`" for text in TAKEN.get(kind, ()))
     hints = [f"Use it in {use}."] if use else []
     hints += [f"A {asked} file is made by {MADE[asked]}."] if asked in MADE else []
     what = f"is a {kind} file, and a {asked} file is asked for" if kind in TAKEN else f"holds {given}, not {wanted}"

@@ -88,7 +88,7 @@ class Notice(str):
         """Return it as ``warnings_coded`` holds it in documents; what is empty is left out."""
         more = {"values": _plain(self.values), "where": self.where, "carried": self.carried}
         head = {"code": self.code, "severity": self.severity, "text": str(self)}
-        return head | {name: one for name, one in more.items() if one}
+        return head | {name: item for name, item in more.items() if item}
 
 
 def once(notices: Iterable[Notice]) -> tuple[Notice, ...]:
@@ -99,9 +99,9 @@ def once(notices: Iterable[Notice]) -> tuple[Notice, ...]:
 def _plain(value: Any) -> Any:
     """Return a value of a notice as JSON holds it; a number with a unit as ``{value, unit}``."""
     if isinstance(value, Mapping):
-        return {name: _plain(one) for name, one in value.items()}
+        return {name: _plain(item) for name, item in value.items()}
     if hasattr(value, "as_dict"):
         return _plain(value.as_dict())
     if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
+        return [_plain(item) for item in value]
     return None if isinstance(value, float) and not isfinite(value) else value

@@ -17,7 +17,6 @@ from math import isfinite, nan
 from typing import TYPE_CHECKING
 
 from fric.columns import PRESLIDING
-from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.unit import BOUNDS, IMPLAUSIBLE, UNUSUAL
@@ -25,7 +24,8 @@ from fric.log import Log
 from fric.notice import Notice, once
 from fric.units import OF_FORCE, Motion, drive_unit, rotates, si_unit
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # which compile
+    from fric.drive.plant import Plant
     from fric.friction.stribeck import StaticMap
 
 TOGETHER = 0.99
@@ -104,7 +104,7 @@ def of_strokes(logs: Sequence[Log]) -> Iterator[Finding]:
         elif log.velocity is not None:
             strokes.append((float(np.abs(log.velocity[1:]) @ np.diff(log.time)), log))
     if strokes:
-        travel, log = max(strokes, key=lambda one: one[0])
+        travel, log = max(strokes, key=lambda pair: pair[0])
         yield Finding("stroke", travel, log.motion, log.where)
         yield Finding("speed", max(_speed(log) for _, log in strokes), log.motion, log.where, usual=5e-4)
 

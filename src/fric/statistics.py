@@ -48,10 +48,10 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
     """
     from scipy.optimize import minimize  # which reading a log does without
 
-    Z, counts = np.hstack(kinds), [one.shape[1] for one in kinds]
+    Z, counts = np.hstack(kinds), [kind.shape[1] for kind in kinds]
     X = X / np.linalg.norm(X, axis=0)
     size = float(np.mean((y - X @ np.linalg.lstsq(X, y, rcond=None)[0]) ** 2)) or 1.0
-    units = size / np.array([1.0, *(float(np.sum(one**2)) / np.count_nonzero(one) for one in kinds)])
+    units = size / np.array([1.0, *(float(np.sum(kind**2)) / np.count_nonzero(kind) for kind in kinds)])
 
     def seen(variances: Real) -> tuple[Real, Real, float]:
         """Return the root of D, the products of y and Z over P, and the likelihood."""
@@ -76,7 +76,7 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
         return float(found.fun), np.append(found.x, rest)
 
     without, _ = least([1.0], 1)
-    tried = [least([1.0, *(one,) * len(kinds)], len(units)) for one in (0.1, 1.0)]
+    tried = [least([1.0, *(value,) * len(kinds)], len(units)) for value in (0.1, 1.0)]
     likelihood, variances = tried[int(tried[1][0] < tried[0][0])]
     tau, P, _ = seen(variances)
     covariance = np.diag(tau**2) - np.outer(tau**2, tau**2) * P[1:, 1:]
@@ -122,7 +122,7 @@ def score_covariance(
     filters = [_autoregression([part[:, j] for part in parts], order) for j in range(p)]
     longest, whiten = max(map(len, filters)), [np.append(1.0, -a) for a in filters]
     whitened = np.vstack([
-        np.transpose([np.convolve(x, one)[longest : len(x)] for x, one in zip(part.T, whiten, strict=True)])
+        np.transpose([np.convolve(x, array)[longest : len(x)] for x, array in zip(part.T, whiten, strict=True)])
         for part in parts
     ])  # fmt: skip
     sums = np.array([float(a.sum()) + (1.0 + 3.0 * max(float(a.sum()), 0.0)) / n * bool(len(a)) for a in filters])
@@ -169,9 +169,9 @@ def smoother_than_noise(residual: Real, quantile: float) -> bool:
 
 def widened(covariance: Real, *others: Real) -> Real:
     """Return a covariance (p, p) with each deviation the largest of several covariances."""
-    own, *beside = (np.sqrt(np.maximum(np.diag(one), 0.0)) for one in (covariance, *others))
-    widest = np.max([own, *beside], axis=0)
-    widen = np.divide(widest, own, out=np.ones_like(own), where=own > 0)
+    errors, *beside = (np.sqrt(np.maximum(np.diag(array), 0.0)) for array in (covariance, *others))
+    widest = np.max([errors, *beside], axis=0)
+    widen = np.divide(widest, errors, out=np.ones_like(errors), where=errors > 0)
     return np.asarray(covariance * np.outer(widen, widen))
 
 
@@ -236,14 +236,14 @@ def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: 
     if count < 2 or any(len(X) < 4 * size or np.linalg.matrix_rank(X) < size for X in parts):
         return None
     off = np.array([np.linalg.lstsq(X, e, rcond=None)[0] for X, e in zip(parts, residuals, strict=True)])
-    own = np.array([hac_covariance(X, e - X @ d) for X, e, d in zip(parts, residuals, off, strict=True)])
-    weights = np.linalg.inv(own)
+    covariances = np.array([hac_covariance(X, e - X @ d) for X, e, d in zip(parts, residuals, off, strict=True)])
+    weights = np.linalg.inv(covariances)
     middle = np.linalg.solve(weights.sum(axis=0), np.einsum("rij,rj->i", weights, off))
     distance = float(np.einsum("ri,rij,rj", off - middle, weights, off - middle))
     chance = float(chdtrc(size * (count - 1), distance))
     if count == 2 and chance > OF_TWO:
         return None
-    within = own.mean(axis=0)
+    within = covariances.mean(axis=0)
     values, vectors = eigh(np.cov(off.T), within)
     back = within @ vectors
     T = (back * np.maximum(values - 1.0, 0.0)) @ back.T

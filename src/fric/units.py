@@ -68,12 +68,12 @@ def drive_unit(motion: str) -> str:
 
 def kinds_of(motion: Motion | None) -> tuple[Motion, ...]:
     """Return the motions that agree with a stated motion: those in the drive's units, where none is stated."""
-    return tuple(one for one in MOTIONS if motion is None or one == motion or one.partition("/")[0] == motion)
+    return tuple(name for name in MOTIONS if motion is None or name == motion or name.partition("/")[0] == motion)
 
 
 def in_units_of(motion: Motion, unit: str | None) -> Motion:
     """Return a motion with forces in the drive's unit, where the unit of a force is such a unit."""
-    return next((one for one in kinds_of(motion) if converts(unit, "force", one)), motion)
+    return next((name for name in kinds_of(motion) if converts(unit, "force", name)), motion)
 
 
 def words_of(motion: str) -> str:

@@ -132,16 +132,16 @@ _signature = cache(signature)
 def _hints(function: Callable[..., Any]) -> dict[str, Any]:
     """Return the annotations as types; Any where an annotation needs an import that only type checkers make."""
     found = {}
-    for name, one in _signature(function).parameters.items():
-        hint = one.annotation
+    for name, parameter in _signature(function).parameters.items():
+        hint = parameter.annotation
         if isinstance(hint, str):
             try:
                 hint = eval(hint, function.__globals__)
             except NameError:
                 hint = Any
-        if one.kind is Parameter.VAR_POSITIONAL:
+        if parameter.kind is Parameter.VAR_POSITIONAL:
             hint = Iterable[hint]  # type: ignore[valid-type]
-        found[name] = Any if one.kind is Parameter.VAR_KEYWORD or hint is Parameter.empty else hint
+        found[name] = Any if parameter.kind is Parameter.VAR_KEYWORD or hint is Parameter.empty else hint
     return found
 
 
@@ -150,7 +150,7 @@ def _fits(given: Any, hint: Any) -> bool:
     if origin is Annotated:
         return _fits(given, inner[0])
     if origin in {Union, UnionType}:
-        return any(_fits(given, one) for one in inner)
+        return any(_fits(given, item) for item in inner)
     if origin is Literal:
         return isinstance(given, str) and given in inner
     if hint in NUMBERS:
@@ -159,7 +159,7 @@ def _fits(given: Any, hint: Any) -> bool:
         return callable(given)
     if isinstance(origin, type) and issubclass(origin, Iterable):
         right = isinstance(given, origin) and not isinstance(given, str | bytes)
-        return right and (issubclass(origin, Mapping) or all(_fits(one, inner[0]) for one in _again(given)))
+        return right and (issubclass(origin, Mapping) or all(_fits(item, inner[0]) for item in _again(given)))
     return hint is Any or not isinstance(hint, type) or isinstance(given, hint)
 
 
@@ -171,9 +171,9 @@ def kinds_of(hint: Any) -> list[Kind]:
     """Return the metadata of an annotation besides the type, outermost first; of an optional type, too."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
-        return [*(one for one in inner[:0:-1] if isinstance(one, Kind)), *kinds_of(inner[0])]
+        return [*(kind for kind in inner[:0:-1] if isinstance(kind, Kind)), *kinds_of(inner[0])]
     if origin in {Union, UnionType} and NoneType in inner:
-        return [kind for one in inner for kind in kinds_of(one)]
+        return [kind for item in inner for kind in kinds_of(item)]
     return []
 
 
@@ -267,16 +267,22 @@ class Form:
     def names(self) -> list[str]:
         """The names of the arguments, in their order."""
         taken = self._arguments
-        return [one.arg for one in [*taken.args, *([taken.vararg] if taken.vararg else []), *taken.kwonlyargs]]
+        return [
+            argument.arg for argument in [*taken.args, *([taken.vararg] if taken.vararg else []), *taken.kwonlyargs]
+        ]
 
     def __getitem__(self, name: str) -> Argument:
         taken = self._arguments
         found = next(
-            one for one in [*taken.args, taken.vararg, *taken.kwonlyargs] if one is not None and one.arg == name
+            argument
+            for argument in [*taken.args, taken.vararg, *taken.kwonlyargs]
+            if argument is not None and argument.arg == name
         )
-        defaults = dict(zip([one.arg for one in taken.args][::-1], taken.defaults[::-1], strict=False))
+        defaults = dict(zip([argument.arg for argument in taken.args][::-1], taken.defaults[::-1], strict=False))
         defaults |= {
-            one.arg: default for one, default in zip(taken.kwonlyargs, taken.kw_defaults, strict=True) if default
+            argument.arg: default
+            for argument, default in zip(taken.kwonlyargs, taken.kw_defaults, strict=True)
+            if default
         }
         default = self._value(defaults[name]) if name in defaults else Parameter.empty
         assert found.annotation is not None
@@ -315,7 +321,7 @@ class Form:
 
     def _value(self, expression: ast.expr) -> Any:
         """Return the object of an annotation or a default; its names are imported from where the source has them."""
-        names = {one.id for one in ast.walk(expression) if isinstance(one, ast.Name)}
+        names = {node.id for node in ast.walk(expression) if isinstance(node, ast.Name)}
         known = {name: self._imported(name) for name in names}
         return eval(ast.unparse(expression), {name: value for name, value in known.items() if value is not None})
 

@@ -64,8 +64,8 @@ class Candidate:
 
         The glitch of the one machine where none was drawn.
         """
-        own = float(upper(np.array([self.drawn]))[0]) if self.drawn else self.glitch
-        return own if self.predicted is None else max(own, self.predicted.under)
+        bound = float(upper(np.array([self.drawn]))[0]) if self.drawn else self.glitch
+        return bound if self.predicted is None else max(bound, self.predicted.under)
 
     @property
     def chance(self) -> Chance:
@@ -110,7 +110,7 @@ def upper(drawn: Real) -> Real:
 
 def bare(candidates: Iterable[Candidate]) -> Candidate | None:
     """Return the candidate without any compensation."""
-    return next((one for one in candidates if one.scheme.bare), None)
+    return next((candidate for candidate in candidates if candidate.scheme.bare), None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,14 +142,14 @@ class Evidence:
     @property
     def designed(self) -> bool:
         """Whether the gains are those that fric designed, and no measured circle shows them."""
-        return any(one.code == GAINS_DESIGNED.code for one in self.notices) and bool(
+        return any(notice.code == GAINS_DESIGNED.code for notice in self.notices) and bool(
             not self.compared or self.disagreements
         )
 
     @property
     def machines(self) -> int:
         """Machines that were drawn for every candidate."""
-        return min((len(one.drawn) for one in self.candidates), default=0)
+        return min((len(candidate.drawn) for candidate in self.candidates), default=0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -197,7 +197,7 @@ class Verdict:
         """The comparison of the prediction with a measured circle, in a sentence; empty without a circle."""
         if self.compared is None:
             return ""
-        predicted, measured = (readable(one, "m", 3) for one in self.compared)
+        predicted, measured = (readable(value, "m", 3) for value in self.compared)
         return f"Predicted {predicted}, measured {measured}: {'trusted' if self.trusted else 'not trusted yet'}."
 
     def lines(self) -> list[str]:
@@ -212,7 +212,7 @@ class Verdict:
     @property
     def settled_by_code(self) -> list[str]:
         """The codes of the flaws that a measured circle settles, each once."""
-        return list(dict.fromkeys(one.code or str(one) for one in self.settled))
+        return list(dict.fromkeys(notice.code or str(notice) for notice in self.settled))
 
 
 def candidates_of(
@@ -223,8 +223,8 @@ def candidates_of(
     for n, run in enumerate(runs):
         found.append(
             Candidate(
-                scheme=run.scheme, glitches=tuple(one.median for one in run.glitches), glitch=run.chance().median,
-                places=tuple(one.glitch for one in run.places), warnings=run.warnings,
+                scheme=run.scheme, glitches=tuple(glitch.median for glitch in run.glitches), glitch=run.chance().median,
+                places=tuple(place.glitch for place in run.places), warnings=run.warnings,
                 oscillation=run.chance("oscillation").median,
                 drawn=tuple(map(float, many.glitches[:, n])) if many else (),
                 swings=tuple(map(float, many.swings[:, n])) if many else (),
@@ -239,7 +239,7 @@ def facts(machine: Machine, runs: Sequence[ContourRun[Any, Any]]) -> dict[str, A
     names = list(runs[0].traces)
     return provenance() | {
         "machine": machine.name,
-        "warnings_coded": [Notice.of(one).as_dict() for one in machine.warnings],
+        "warnings_coded": [Notice.of(warning).as_dict() for warning in machine.warnings],
         "axes": names,
         "resolution": max((machine.axes[name].encoder.resolution for name in names), default=0.0),
         "exact": machine.is_nominal([run.scheme.friction for run in runs], names),
@@ -271,9 +271,11 @@ def evidence_of(
     distrust = prediction.distrust if prediction else ()
     seen = {Path(where.partition(", test ")[0]).name for where in (prediction.measured if prediction else ())}
     compared = compared or bool(seen)
-    against = [one for one in distrust if flaw_of(one).disagrees]
+    against = [notice for notice in distrust if flaw_of(notice).disagrees]
     distrust = tuple(
-        one for one in distrust if one not in against and not (compared and one.code == NO_MEASURED_CIRCLE.code)
+        notice
+        for notice in distrust
+        if notice not in against and not (compared and notice.code == NO_MEASURED_CIRCLE.code)
     )
     settled = list[Notice]()
     for file, found in disagreements.items():
@@ -281,8 +283,8 @@ def evidence_of(
     coded = [*map(Notice.of, made.get("warnings_coded", ()))]
     notices = more.pop("notices", coded)
     if seen:
-        settled += [one for one in notices if flaw_of(one).circle_settles and one.severity == "wrong"]
-        notices = [one for one in notices if not flaw_of(one).circle_settles]
+        settled += [notice for notice in notices if flaw_of(notice).circle_settles and notice.severity == "wrong"]
+        notices = [notice for notice in notices if not flaw_of(notice).circle_settles]
     file = str(made.get("origin", {}).get("path", ""))
     names = {"machine": machine_name(file) if file else "MACHINE.yaml", "command": str(made.get("command", ""))}
     names |= {"circle": min(seen)} if seen else {}
@@ -337,11 +339,11 @@ def decide(evidence: Evidence) -> Verdict:
 
     evidence: What was run, drawn and measured.
     """
-    why = tuple({_same(one): one for one in distrust(evidence)}.values())
-    refused = [(one, text) for one in evidence.candidates for text in forbidden(one, evidence)]
-    usable = [one for one in evidence.candidates if all(one is not other for other, _ in refused)]
+    why = tuple({_same(notice): notice for notice in distrust(evidence)}.values())
+    refused = [(candidate, text) for candidate in evidence.candidates for text in forbidden(candidate, evidence)]
+    usable = [candidate for candidate in evidence.candidates if all(candidate is not other for other, _ in refused)]
     kept = None if evidence.tolerance is None else False
-    said = tuple(f"{one.named} must not be used: {text}" for one, text in refused)
+    said = tuple(f"{candidate.named} must not be used: {text}" for candidate, text in refused)
     if evidence.disagreements or not usable:
         return Verdict(
             choice=None, headline=nothing(evidence), why=why, effort=said, next=tuple(steps(evidence, None)), kept=kept,
@@ -361,37 +363,37 @@ def decide(evidence: Evidence) -> Verdict:
     )  # fmt: skip
 
 
-def _same(one: Notice) -> str:
+def _same(notice: Notice) -> str:
     """Return the key of a reason: of reasons with the same key one is reported, but errors of two files both."""
-    if flaw_of(one).disagrees:
+    if flaw_of(notice).disagrees:
         return "disagrees"
-    return str(one) if one.severity == "wrong" else one.code or str(one)
+    return str(notice) if notice.severity == "wrong" else notice.code or str(notice)
 
 
-def forbidden(one: Candidate, evidence: Evidence) -> list[Notice]:
+def forbidden(candidate: Candidate, evidence: Evidence) -> list[Notice]:
     """Return what forbids a scheme at any glitch: a limit cycle, machines on which it cannot run."""
-    found = [text for text in map(Notice.of, one.warnings) if text.severity == "wrong"]
+    found = [text for text in map(Notice.of, candidate.warnings) if text.severity == "wrong"]
     least = bare(evidence.candidates) or min(evidence.candidates, key=lambda other: other.oscillation)
-    own, other = np.array([one.oscillation, *one.swings]), np.array([least.oscillation, *least.swings])
-    other = other if len(other) == len(own) else other[:1]
-    cycles = own > np.maximum(max(CYCLE, 4 * evidence.resolution), CYCLE_RATIO * other)
+    swings, other = np.array([candidate.oscillation, *candidate.swings]), np.array([least.oscillation, *least.swings])
+    other = other if len(other) == len(swings) else other[:1]
+    cycles = swings > np.maximum(max(CYCLE, 4 * evidence.resolution), CYCLE_RATIO * other)
     if cycles.any():
-        size, machines = Estimate(float(own[cycles].max()), "m"), 0 if cycles[0] else int(cycles.sum())
-        found.append(prediction.LIMIT_CYCLE.found(size=size, machines=machines, drawn=len(one.swings)))
-    if not np.isfinite(one.stays_under):
-        found.append(prediction.CANNOT_RUN.found(share=float(np.mean(np.isnan(one.drawn)))))
+        size, machines = Estimate(float(swings[cycles].max()), "m"), 0 if cycles[0] else int(cycles.sum())
+        found.append(prediction.LIMIT_CYCLE.found(size=size, machines=machines, drawn=len(candidate.swings)))
+    if not np.isfinite(candidate.stays_under):
+        found.append(prediction.CANNOT_RUN.found(share=float(np.mean(np.isnan(candidate.drawn)))))
     return found
 
 
-def reasons_against(one: Candidate, evidence: Evidence) -> list[Notice]:
+def reasons_against(candidate: Candidate, evidence: Evidence) -> list[Notice]:
     """Return why a scheme should not be switched on: what forbids it, and where it leaves more than none at all does.
 
     By more than two steps of the encoder.
     """
-    found, without = forbidden(one, evidence), bare(evidence.candidates)
-    if without is not None and one.stays_under > without.stays_under + 2 * evidence.resolution:
-        left, alone = Estimate(one.stays_under, "m"), Estimate(without.stays_under, "m")
-        found.append(prediction.SCHEME_SPOILS.found(scheme=one.scheme.name, left=left, alone=alone))
+    found, without = forbidden(candidate, evidence), bare(evidence.candidates)
+    if without is not None and candidate.stays_under > without.stays_under + 2 * evidence.resolution:
+        left, alone = Estimate(candidate.stays_under, "m"), Estimate(without.stays_under, "m")
+        found.append(prediction.SCHEME_SPOILS.found(scheme=candidate.scheme.name, left=left, alone=alone))
     return found
 
 
@@ -408,22 +410,28 @@ def distrust(evidence: Evidence) -> Iterator[Notice]:
         yield prediction.FEW_MACHINES.found(machines=evidence.machines)
     if not evidence.compared and not evidence.rotary:
         yield prediction.NO_MEASURED_CIRCLE.found()
-    yield from dict.fromkeys(one for one in evidence.notices if one.severity == "wrong")
+    yield from dict.fromkeys(notice for notice in evidence.notices if notice.severity == "wrong")
     yield from evidence.distrust
 
 
 def _choose(usable: Sequence[Candidate], evidence: Evidence) -> Candidate:
     """Return the scheme of least effort of those that keep the tolerance; else of those as good as the best."""
-    best = min(usable, key=lambda one: one.stays_under)
-    good = [one for one in usable if evidence.tolerance is not None and one.stays_under <= evidence.tolerance]
-    good = good or [one for one in usable if one is best or not _worth(one, best, usable, evidence)]
-    return min(good, key=lambda one: (one.demand, one.stays_under))
+    best = min(usable, key=lambda candidate: candidate.stays_under)
+    good = [
+        candidate
+        for candidate in usable
+        if evidence.tolerance is not None and candidate.stays_under <= evidence.tolerance
+    ]
+    good = good or [
+        candidate for candidate in usable if candidate is best or not _worth(candidate, best, usable, evidence)
+    ]
+    return min(good, key=lambda candidate: (candidate.demand, candidate.stays_under))
 
 
 def _worth(worse: Candidate, better: Candidate, usable: Sequence[Candidate], evidence: Evidence) -> bool:
     """Return whether a glitch surely exceeds another, by more than an encoder's step and what is worth effort."""
     without = bare(usable)
-    earned = EARNED * (max(one.middle for one in usable) if without is None else without.middle)
+    earned = EARNED * (max(candidate.middle for candidate in usable) if without is None else without.middle)
     return surely_less(better, worse, max(evidence.resolution, earned))
 
 
@@ -432,20 +440,20 @@ def surely_less(better: Candidate, worse: Candidate, least: float) -> bool:
     return worse.stays_under - better.stays_under > least and difference(worse, better)[0] > 0
 
 
-def difference(one: Candidate, other: Candidate) -> tuple[float, float]:
+def difference(candidate: Candidate, other: Candidate) -> tuple[float, float]:
     """Return the 95 % interval of the difference of what two stay under [m], by drawing the drawn machines again.
 
     The same machines for both: effects of a machine on both cancel. Without machines it is the plain difference, or
     where it depends on counts the range by chance.
     """
-    if not one.drawn or len(one.drawn) != len(other.drawn):
-        if one.places or other.places:
-            chance = one.chance - other.chance
+    if not candidate.drawn or len(candidate.drawn) != len(other.drawn):
+        if candidate.places or other.places:
+            chance = candidate.chance - other.chance
             return chance.low, chance.high
-        return (one.stays_under - other.stays_under,) * 2
-    again = np.random.default_rng(0).integers(len(one.drawn), size=(RESAMPLES, len(one.drawn)))
+        return (candidate.stays_under - other.stays_under,) * 2
+    again = np.random.default_rng(0).integers(len(candidate.drawn), size=(RESAMPLES, len(candidate.drawn)))
     with np.errstate(invalid="ignore"):
-        found = upper(np.array(one.drawn)[again]) - upper(np.array(other.drawn)[again])
+        found = upper(np.array(candidate.drawn)[again]) - upper(np.array(other.drawn)[again])
     low, high = np.quantile(np.nan_to_num(found, nan=0.0, posinf=1.0, neginf=-1.0), [0.025, 0.975])
     return float(low), float(high)
 
@@ -455,15 +463,15 @@ def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) 
     if evidence.exact and evidence.machines and evidence.glitches is None:
         many = f"{evidence.machines} varied machines decide"
         yield f"The controller knows this machine exactly, unlike any real machine: {many}."
-    less = [one for one in usable if 0 < one.demand < chosen.demand]
-    more = [one for one in usable if one.demand > chosen.demand]
+    less = [candidate for candidate in usable if 0 < candidate.demand < chosen.demand]
+    more = [candidate for candidate in usable if candidate.demand > chosen.demand]
     if less:
-        other = min(less, key=lambda one: one.stays_under)
+        other = min(less, key=lambda candidate: candidate.stays_under)
         if surely_less(chosen, other, evidence.resolution):
             low, high = difference(other, chosen)
             yield f"{_asks(other, 'less')} ({_between(low, high)} more)."
     if more:
-        other = min(more, key=lambda one: one.stays_under)
+        other = min(more, key=lambda candidate: candidate.stays_under)
         if surely_less(other, chosen, evidence.resolution):
             low, high = difference(chosen, other)
             yield f"{_asks(other, 'more')} ({_between(low, high)} less): not worth it."

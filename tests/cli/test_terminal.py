@@ -6,6 +6,7 @@ import fcntl
 import os
 import pty
 import re
+import select
 import shutil
 import struct
 import sys
@@ -55,6 +56,10 @@ def screen_of(
     while True:
         if rest and written.count(b"or Enter for 1: ") > len(typed) - len(rest):
             os.write(terminal, rest.pop(0).encode())
+        # a signal between the prompt and the read that follows waits for the next: who sees nothing presses again
+        if CTRL_C in typed and not rest and not select.select([terminal], [], [], 2.0)[0]:
+            os.write(terminal, CTRL_C.encode())
+            continue
         try:
             part = os.read(terminal, 65536)
         except OSError:  # its end

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fric.documents.records import InspectionDocument
+from fric.documents.inspection import InspectionDocument
 from fric.identify.plant.identify import identify_plant
 from fric.identify.static_map.identify import identify_static
 from fric.log import Log

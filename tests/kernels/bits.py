@@ -11,7 +11,7 @@ import numpy as np
 import fric
 from fric.control.scheme import PAPER_SCHEMES
 from fric.estimate import as_filed
-from fric.results.given import machine_of
+from fric.results.given_models import machine_of
 from fric.simulate.circle import Circle, run_circle
 
 for name in ("xy-table", "virtual-rig"):

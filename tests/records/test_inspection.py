@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import fric
-from fric.documents.records import InspectionDocument
+from fric.documents.inspection import InspectionDocument
 from fric.io.hdf5 import read_records
 from fric.log import FrequencyResponse, Log
 from fric.records.inspection import inspect

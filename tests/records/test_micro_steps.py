@@ -16,7 +16,7 @@ from fric.records.inspection import FINE, inspect
 from fric.records.prepared import prepared
 from fric.records.recognition import fitted_staircase, kind_of
 from fric.reference import sine, staircase, strokes
-from fric.results.given import machine_of
+from fric.results.given_models import machine_of
 from fric.simulate.experiment import experiment
 from fric.simulate.plan import Limits
 from tests.identify.presliding import APART, PAPER, TABLE_1, record

@@ -128,7 +128,7 @@ def test_a_log_passes_through_its_file_and_holds_no_truth(tmp_path: Path) -> Non
 
 def test_of_all_experiments_each_takes_the_settings_it_knows() -> None:
     logs = list(experiment(IDEAL, "all", samples=300, speeds=[0.01], amplitudes=[15e-6]))
-    assert [log.kind for log in logs] == list(EXPERIMENTS)
+    assert [log.kind for log in logs] == [kind for kind in EXPERIMENTS if kind != "micro-steps"]
     assert all(len(log) <= 300 for log in logs[:3])
     assert len(logs[3]) == 16_000  # the controller's rate: a longer step would lose the upper frequencies
 
@@ -144,4 +144,6 @@ def test_kinds_and_settings_that_do_not_exist_are_told() -> None:
         frequency_response(AXIS, mean=0.0)
     with pytest.raises(FricError, match="reverses the motion"):
         sliding_sine_around(AXIS, mean=1e-3, swing=2e-3)
-    assert set(EXPERIMENTS) == {"constant-velocity", "presliding-sine", "sliding-sine", "frequency-response"}
+    assert set(EXPERIMENTS) == {
+        "constant-velocity", "presliding-sine", "micro-steps", "sliding-sine", "frequency-response",
+    }  # fmt: skip

@@ -89,15 +89,15 @@ def find_fleet(given: Sequence[Path]) -> list[Unit]:
     """Return machines and dates, where a single folder of folders of dates is given; empty otherwise."""
     if len(given) != 1 or not given[0].is_dir():
         return []
-    machines = [one for one in sorted(given[0].iterdir()) if one.is_dir() and not one.name.startswith(".")]
+    machines = [path for path in sorted(given[0].iterdir()) if path.is_dir() and not path.name.startswith(".")]
     units = [
         Unit(machine.name, date.name, date.resolve())
         for machine in machines
         for date in sorted(machine.iterdir())
         if date.is_dir()
     ]
-    dated = all(DATE.fullmatch(one.date) for one in units)
-    return units if dated and {one.machine for one in units} == {one.name for one in machines} else []
+    dated = all(DATE.fullmatch(unit.date) for unit in units)
+    return units if dated and {unit.machine for unit in units} == {machine.name for machine in machines} else []
 
 
 @dataclass(frozen=True)
@@ -120,11 +120,11 @@ class FleetStudy:
             return UnitOutcome(unit, {}, (NO_LOG.found(), *found.description))
         session = Session(self.output / unit.machine / unit.date, self.run, lambda _: None)
         axes: dict[str, UnitAxis] = {}
-        for name, one in identify_axes(session, found, lean=True).items():
+        for name, outcome in identify_axes(session, found, lean=True).items():
             frictions = (session.folder / name / file for file in ("friction.yaml", "static.yaml"))
             friction = next((read_document(file, FrictionDocument) for file in frictions if file.exists()), None)
-            plant = read_document(one.files["plant"], PlantDocument) if one.files["plant"].exists() else None
-            axes[name] = UnitAxis(one.done, one.missing, friction, plant)
+            plant = read_document(outcome.files["plant"], PlantDocument) if outcome.files["plant"].exists() else None
+            axes[name] = UnitAxis(outcome.done, outcome.missing, friction, plant)
         for path in found.circles:
             try:
                 glitches = _glitches(diagnose(path).found)
@@ -145,9 +145,9 @@ def _glitches(found: Diagnosis) -> dict[str, dict[str, Estimate]]:
     radius, feed = readable(test.radius, "m"), readable(test.feed, "m/s")
     sense = ", clockwise" if test.direction < 0 else ""
     glitches: dict[str, dict[str, Estimate]] = {}
-    for quadrant, one in found.glitches.items():
+    for quadrant, glitch in found.glitches.items():
         name = f"glitch {quadrant}, {radius} at {feed}{sense}"
-        glitches.setdefault(quadrant[1:], {})[name] = Estimate(one.value, one.unit, one.ci95)
+        glitches.setdefault(quadrant[1:], {})[name] = Estimate(glitch.value, glitch.unit, glitch.ci95)
     return glitches
 
 
@@ -197,9 +197,9 @@ class Drift:
 def drifts(found: Sequence[UnitOutcome]) -> list[Drift]:
     """Return every number that two following dates of an axis share, by its adjusted probability."""
     every = [drift for machine in _machines(found) for drift in _of_machine(machine)]
-    adjusted = holm(np.array([one.p for one in every]))
-    done = [replace(one, adjusted=float(p)) for one, p in zip(every, adjusted, strict=True)]
-    return sorted(done, key=lambda one: (one.adjusted, one.p))
+    adjusted = holm(np.array([drift.p for drift in every]))
+    done = [replace(drift, adjusted=float(p)) for drift, p in zip(every, adjusted, strict=True)]
+    return sorted(done, key=lambda drift: (drift.adjusted, drift.p))
 
 
 def holm(p: Real) -> Real:
@@ -234,8 +234,8 @@ def probability(change: Change, freedom: float) -> float | None:
 
 
 def _machines(found: Sequence[UnitOutcome]) -> Iterator[list[UnitOutcome]]:
-    ordered = sorted(found, key=lambda one: (one.unit.machine, one.unit.date))
-    for _, dates in groupby(ordered, key=lambda one: one.unit.machine):
+    ordered = sorted(found, key=lambda outcome: (outcome.unit.machine, outcome.unit.date))
+    for _, dates in groupby(ordered, key=lambda outcome: outcome.unit.machine):
         yield list(dates)
 
 
@@ -292,12 +292,16 @@ class FleetResult(Result):
     @property
     def changed(self) -> list[tuple[str, str]]:
         """Machine and axis of each that changed, the surest first."""
-        return list(dict.fromkeys((one.machine, one.axis) for one in self.drifts if one.changed))
+        return list(dict.fromkeys((drift.machine, drift.axis) for drift in self.drifts if drift.changed))
 
     @property
     def warnings(self) -> Sequence[Notice]:
         """What was guessed, left out, or could not be read, by machine and date."""
-        return [notice.at(f"{one.unit.machine}/{one.unit.date}") for one in self.outcomes for notice in one.description]
+        return [
+            notice.at(f"{outcome.unit.machine}/{outcome.unit.date}")
+            for outcome in self.outcomes
+            for notice in outcome.description
+        ]
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -306,7 +310,7 @@ class FleetResult(Result):
             {
                 "page": str(self.folder / "fleet.html"), "level": LEVEL, "tests": len(self.drifts),
                 "units": self.outcomes, "changed": self.changed,
-                "changes": [one for one in self.drifts if one.change.verdict == "moved"],
+                "changes": [drift for drift in self.drifts if drift.change.verdict == "moved"],
             }
         ).tree()  # fmt: skip
 
@@ -314,17 +318,17 @@ class FleetResult(Result):
         """Return what changed, and the numbers of every axis at every date."""
         rows = [
             (
-                f"{one.machine} {one.axis}", " → ".join(one.dates), one.change.name,
-                readable(one.change.before, one.change.unit), readable(one.change.after, one.change.unit),
-                "" if one.change.relative is None else f"{one.change.relative:+.1%}", f"{one.adjusted:.2g}",
+                f"{drift.machine} {drift.axis}", " → ".join(drift.dates), drift.change.name,
+                readable(drift.change.before, drift.change.unit), readable(drift.change.after, drift.change.unit),
+                "" if drift.change.relative is None else f"{drift.change.relative:+.1%}", f"{drift.adjusted:.2g}",
             )
-            for one in self.drifts if one.changed
+            for drift in self.drifts if drift.changed
         ]  # fmt: skip
-        machines = len({one.unit.machine for one in self.outcomes})
+        machines = len({outcome.unit.machine for outcome in self.outcomes})
         count = len(self.changed)
         head = f"{count} {'axis' if count == 1 else 'axes'} of {machines} machines changed"
         head += f", at {LEVEL:.0%} for all {len(self.drifts)} numbers together"
-        made, steps = sum(one.made for one in self.outcomes), sum(one.steps for one in self.outcomes)
+        made, steps = sum(outcome.made for outcome in self.outcomes), sum(outcome.steps for outcome in self.outcomes)
         changes = Table(("changed", "dates", "", "before", "after", "", "by chance"), rows)
         every = Table(("axis", "date", *SHOWN, "glitch"), self.values())
         foot = f"{made} of {steps} steps were run, the rest was up to date"
@@ -332,24 +336,24 @@ class FleetResult(Result):
 
     def values(self) -> list[tuple[str, ...]]:
         """Return a row an axis and date: its name, the date, what was identified, its largest glitch, for people."""
-        rank = {one: n for n, one in enumerate(self.changed)}
+        rank = {pair: n for n, pair in enumerate(self.changed)}
         rows = []
         for outcome in self.outcomes:
             for name, axis in outcome.axes.items():
                 friction = axis.friction
                 known = friction.estimates("static") if friction and friction.static else {}
-                glitch = max(axis.glitches.values(), key=lambda one: abs(float(one)), default=None)
-                shown = tuple(_shown(one) for one in (*map(known.get, SHOWN), glitch))
+                glitch = max(axis.glitches.values(), key=lambda estimate: abs(float(estimate)), default=None)
+                shown = tuple(_shown(estimate) for estimate in (*map(known.get, SHOWN), glitch))
                 place = rank.get((outcome.unit.machine, name), len(rank))
                 rows.append((place, (f"{outcome.unit.machine} {name}", outcome.unit.date, *shown)))
-        return [row for _, row in sorted(rows, key=lambda one: one[0])]
+        return [row for _, row in sorted(rows, key=lambda pair: pair[0])]
 
     def write(self) -> None:
         """Write the page and the fleet file into the folder."""
         document, target = self.folder / "fleet.yaml", self.folder / "fleet.html"
         page = environment().get_template("fleet.html.j2").render(
             fleet=self, level=LEVEL, shown=(*SHOWN, "glitch"), rows=self.values(),
-            unchanged=[one for one in self.drifts if not one.changed and one.change.verdict == "moved"][:50],
+            unchanged=[drift for drift in self.drifts if not drift.changed and drift.change.verdict == "moved"][:50],
         )  # fmt: skip
         with together(document) as made, staged(target, force=True) as draft:
             draft.write_text(clean(page), encoding="utf-8")

@@ -34,7 +34,8 @@ from fric.notice import Notice, once
 from fric.report.summary import Report, make_report
 from fric.results.base import Result
 from fric.results.diagnose import diagnose
-from fric.results.given import bounded, machine_of
+from fric.results.given import bounded
+from fric.results.given_models import machine_of
 from fric.results.kinds import Address, CircleFiles, Count, MachineFile, Quantity
 from fric.results.text import Piece, Table, named
 from fric.units import rotates
@@ -96,9 +97,9 @@ class AutoResult(Result):
     def report(self) -> list[Piece]:
         """Return what was found and is missing of each axis, the verdict, and what failed."""
         pieces: list[Piece] = []
-        for name, one in self.axes.items():
-            pieces += [_found(name, one)] if one.there else [f"axis {name}: nothing"]
-            lacks = (text for text in one.missing if f"{name}: {text}" not in self.failed)
+        for name, axis in self.axes.items():
+            pieces += [_found(name, axis)] if axis.there else [f"axis {name}: nothing"]
+            lacks = (text for text in axis.missing if f"{name}: {text}" not in self.failed)
             pieces += [f"missing for {text}" for text in lacks]
         pieces += ["", *self.verdict.lines(), *self._doubts()]
         kept = self.steps - self.made - len(self.failed)
@@ -112,18 +113,18 @@ class AutoResult(Result):
         """Return how many doubts the files hold that the verdict does not name, with their codes."""
         if self.page is None:
             return []
-        named = {one.code for one in (*self.verdict.why, *self.verdict.settled)}
-        notices = [one for item in self.page.inputs.items for one in item.warnings]
-        codes = [one.code for one in notices if one.severity != "note" and one.code not in named]
+        named = {notice.code for notice in (*self.verdict.why, *self.verdict.settled)}
+        notices = [warning for item in self.page.inputs.items for warning in item.warnings]
+        codes = [notice.code for notice in notices if notice.severity != "note" and notice.code not in named]
         more = ", ".join(dict.fromkeys(codes))
         return [f"doubts, in the report and by `fric help CODE`: {more}"] if more else []
 
 
-def _found(name: str, one: AxisOutcome) -> Table:
+def _found(name: str, outcome: AxisOutcome) -> Table:
     """Return what was found of an axis: its plant, its controller, its static map, and its blocks."""
     rows: list[Sequence[str]] = []
     for part, wanted in FOUND.items():
-        path = one.files[part]
+        path = outcome.files[part]
         tree = plain(read_tree(path)) if path.exists() else {}
         sections = [tree.get(section) or {} for section in wanted] if part == "friction" else [tree]
         for section in sections:
@@ -232,19 +233,19 @@ def auto(
     given = located(Path(machine), "machine") if machine else None
     subject = _machine(session, axes, given)
     _circles(session, found, axes, subject, given is not None)
-    pages = [path for one in axes.values() for path in one.there]
+    pages = [path for axis in axes.values() for path in axis.there]
     pages += [path for path in (folder / "circle.h5",) if path.exists()]
     page, allowed = None, None if tolerance is None else bounded("tolerance", tolerance)
     if pages:
         pages += [subject] if subject is not None else []
-        read = [*pages, *(path for one in axes.values() for path in one.logs)]
+        read = [*pages, *(path for axis in axes.values() for path in axis.logs)]
         failed = [f"{name}: {failure}" for name, failure in session.failed.items()]
         asked = {"circle": found.circles, "tolerance": None if allowed is None else f"{allowed!r} m", "failed": failed}
         session.take(step("report", "report", read, asked, [*read, *found.circles], output=folder / "report.html"))
         page = make_report(*pages, circles=found.circles, tolerance=allowed)
     session.close()
     described = list(once(found.description))
-    rotary = bool(axes) and all(rotates(one.motion) for one in axes.values())
+    rotary = bool(axes) and all(rotates(axis.motion) for axis in axes.values())
     failed = [f"{name}: {failure}" for name, failure in session.failed.items()]
     return AutoResult(folder, axes, described, session.steps, session.made, failed, page, rotary)
 
@@ -263,7 +264,7 @@ def _refuse_among(folder: Path, logs: Sequence[Path]) -> None:
 
 def _steps(found: Sources) -> int:
     """Return how many steps there will be, about."""
-    axes = {one.axis for one in found.logs}
+    axes = {log.axis for log in found.logs}
     return len(found.traces) + 5 * len(axes) + 2 + 2 * len(found.circles)
 
 
@@ -271,7 +272,7 @@ def _machine(session: Session, axes: dict[str, AxisOutcome], given: Path | None)
     """Return the machine file: the one that is given, or one made of what was identified."""
     if given is not None:
         return given
-    whole = {name: one.files for name, one in axes.items() if not rotates(one.motion) and one.whole}
+    whole = {name: axis.files for name, axis in axes.items() if not rotates(axis.motion) and axis.whole}
     if not whole or any(read_document(files["plant"], PlantDocument).K_f is None for files in whole.values()):
         return None
     path = session.folder / "machine.yaml"
@@ -284,7 +285,10 @@ def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], mac
     if machine is None:
         return
     options: dict[str, Any] = {}
-    reads, whole = [path for one in axes.values() for path in one.there], [n for n, one in axes.items() if one.whole]
+    reads, whole = (
+        [path for axis in axes.values() for path in axis.there],
+        [n for n, axis in axes.items() if axis.whole],
+    )
     if given:
         names = machine_of(machine).axes
         parts = [
@@ -293,7 +297,7 @@ def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], mac
         options["friction"] = [f"{name}={path}" for name, path in parts if path.exists()]
     else:
         frictions = [read_document(axes[name].files["friction"], FrictionDocument) for name in whole]
-        if not all(one.section("gms") for one in frictions):
+        if not all(friction.section("gms") for friction in frictions):
             options["scheme"] = "a,b,d,e"  # there is no GMS model to feed forward
     if found.circles:
         test = diagnose(found.circles[0]).found.test

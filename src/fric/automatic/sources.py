@@ -155,13 +155,13 @@ def _guessed(
         guess = guessed([path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None)
         file = answered(guess, ask, *places) if ask and not assume else None
         assume = assume or file is not None
-        wanted = guess.usable if assume else tuple(one for one in guess.usable if is_sure(one))
+        wanted = guess.usable if assume else tuple(guess for guess in guess.usable if is_sure(guess))
         if not assume:  # a file with an open axis is skipped as a whole: half of it would pass for all
-            unsure = {path for one in guess.found if one not in wanted for path in one.files}
-            wanted = tuple(one for one in wanted if not unsure & set(one.files))
-        found.open = replace(guess, found=tuple(one for one in guess.found if one.whole and one not in wanted))
+            unsure = {path for guess in guess.found if guess not in wanted for path in guess.files}
+            wanted = tuple(guess for guess in wanted if not unsure & set(guess.files))
+        found.open = replace(guess, found=tuple(guess for guess in guess.found if guess.whole and guess not in wanted))
         found.description += found.open.asked()
-        for path in {path for one in found.open.found for path in one.files}:
+        for path in {path for guess in found.open.found for path in guess.files}:
             del asking[path]
         if not wanted:
             return
@@ -191,8 +191,8 @@ def _files(given: Iterable[Path]) -> Iterator[Path]:
     """Yield the files, log files of fric's first: a foreign copy of a record is then known."""
     files: list[Path] = []
     for path in given:
-        inside = sorted(one for one in path.rglob("*") if one.is_file()) if path.is_dir() else [regular(path)]
-        files += [one for one in inside if one.suffix.lower() not in PASSED_OVER]
+        inside = sorted(path for path in path.rglob("*") if path.is_file()) if path.is_dir() else [regular(path)]
+        files += [path for path in inside if path.suffix.lower() not in PASSED_OVER]
     yield from sorted(dict.fromkeys(files), key=lambda path: (path.suffix.lower() not in {".h5", ".hdf5"}, str(path)))
 
 
@@ -218,14 +218,16 @@ def _own(path: Path) -> str | None:
 
 def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     inspected = [inspect(record) for record in records]
-    uses = frozenset(use.purpose for one in inspected for use in one.uses if use.good)
+    uses = frozenset(use.purpose for inspection in inspected for use in inspection.uses if use.good)
     if any(map(_excites, records)):
         uses |= {MOTION}
-    kinds = frozenset(str(one.kind) for one in inspected)
-    both = all(isinstance(one, Log) and one.force is not None and one.input is not None for one in records)
-    strokes = sum(len(one.stretches) if isinstance(one, Inspection) else one.points for one in inspected
-                  if isinstance(one, Inspection | TableInspection))  # fmt: skip
-    driven = all(isinstance(one, Log) and one.input is not None for one in records)
+    kinds = frozenset(str(inspection.kind) for inspection in inspected)
+    both = all(isinstance(record, Log) and record.force is not None and record.input is not None for record in records)
+    strokes = sum(
+        len(inspection.stretches) if isinstance(inspection, Inspection) else inspection.points
+        for inspection in inspected if isinstance(inspection, Inspection | TableInspection)
+    )  # fmt: skip
+    driven = all(isinstance(record, Log) and record.input is not None for record in records)
     return Source(path, records[0].axis, records[0].motion, kinds, uses, mapping, both, driven=driven, strokes=strokes)
 
 
@@ -319,11 +321,11 @@ def _is_circle(path: Path, draft: Path) -> bool:
     return True
 
 
-def _same(one: Record, other: Record) -> bool:
+def _same(record: Record, other: Record) -> bool:
     """Return whether two records hold the same samples, to the digits of a text."""
-    if not (isinstance(one, Log) and isinstance(other, Log)) or len(one) != len(other):
+    if not (isinstance(record, Log) and isinstance(other, Log)) or len(record) != len(other):
         return False
-    a, b = one.channels(), other.channels()
+    a, b = record.channels(), other.channels()
     return all(
         np.allclose(a[name], b[name], rtol=1e-4, atol=1e-4 * float(np.abs(b[name]).max()))
         for name in a.keys() & b.keys()

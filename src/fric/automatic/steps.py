@@ -90,7 +90,7 @@ class Step:
 
 def _repeated(flag: str, value: Any) -> list[object]:
     values = value if isinstance(value, list | tuple) else [] if value is None else [value]
-    return [word for one in values for word in (flag, one)]
+    return [word for value in values for word in (flag, value)]
 
 
 def run_step(step: Step) -> Result:
@@ -278,29 +278,29 @@ def identify_axes(session: Session, found: Sources, *, lean: bool = False) -> di
     found: The logs.
     lean: Identify alone: no figures, no controller, no observer.
     """
-    logs = [one for one in found.logs if one.mapping is None]
-    for one, left in ingest_steps(found.logs, session.folder):
-        if session.take(one):
+    logs = [log for log in found.logs if log.mapping is None]
+    for step, left in ingest_steps(found.logs, session.folder):
+        if session.take(step):
             logs.append(left)
         else:
-            found.description.append(STEP_FAILED.found(one.name, why=str(session.failed.get(one.name, "failed"))))
+            found.description.append(STEP_FAILED.found(step.name, why=str(session.failed.get(step.name, "failed"))))
     axes: dict[str, AxisOutcome] = {}
-    for name in sorted({one.axis for one in logs}):
-        of_axis = [one for one in logs if one.axis == name]
+    for name in sorted({log.axis for log in logs}):
+        of_axis = [log for log in logs if log.axis == name]
         folder = session.folder / name
         controller = None if lean else found.controllers.get(name) or _gains(session, name, found.circles, folder)
         plan = axis_steps(of_axis, folder, lean=lean, controller=controller)
-        read = {path for one in plan.steps for path in one.reads}
+        read = {path for step in plan.steps for path in step.reads}
         for unused in (log for log in of_axis if log.path not in read):
             found.description.append(FILE_UNUSED.found(str(unused.path), kinds=sorted(unused.kinds), axis=name))
-        done = [one.name.partition(": ")[2] for one in plan.steps if session.take(one)]
-        failed = [session.failed[one.name] for one in plan.steps if one.name in session.failed]
-        broken = [f"{one.step.name.partition(': ')[2]}: {one}" for one in failed]
+        done = [step.name.partition(": ")[2] for step in plan.steps if session.take(step)]
+        failed = [session.failed[step.name] for step in plan.steps if step.name in session.failed]
+        broken = [f"{failure.step.name.partition(': ')[2]}: {failure}" for failure in failed]
         files = {part: folder / f"{part}.yaml" for part in PARTS}
         files |= {} if controller is None else {"controller": controller}
         if "gms" not in done and "static" in done:
             files["friction"] = folder / "static.yaml"
-        missing, paths = [*plan.missing, *broken], [one.path for one in of_axis]
+        missing, paths = [*plan.missing, *broken], [source.path for source in of_axis]
         axes[name] = AxisOutcome(of_axis[0].motion, done, missing, files, paths)
     return axes
 
@@ -330,7 +330,7 @@ def step(
     leaves: Iterable[Path] | None = None,
 ) -> Step:
     """Return a step; by default it depends on its arguments, and writes result and figure."""
-    files, asked = tuple(given), {key: one for key, one in options.items() if one is not None}
+    files, asked = tuple(given), {key: option for key, option in options.items() if option is not None}
     left = tuple(path for path in (output, plot) if path is not None) if leaves is None else tuple(leaves)
     return Step(name, command, files, asked, files if reads is None else tuple(reads), left, output, plot)
 
@@ -338,13 +338,13 @@ def step(
 def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, Source]]:
     """Yield a step for the foreign logs of each axis, kind and mapping, with its outputs."""
     groups: dict[tuple[str, str, str], list[Source]] = {}
-    for one in logs:
-        if one.mapping is not None:
-            groups.setdefault((one.axis, "-".join(sorted(one.kinds)), one.mapping), []).append(one)
+    for source in logs:
+        if source.mapping is not None:
+            groups.setdefault((source.axis, "-".join(sorted(source.kinds)), source.mapping), []).append(source)
     for (axis, kind, mapping), members in groups.items():
-        wide, assumed = any(one.wide for one in members), any(one.assumed for one in members)
+        wide, assumed = any(member.wide for member in members), any(member.assumed for member in members)
         log = folder / axis / f"{kind}{'-' + Path(mapping).stem if mapping else ''}.h5"
-        files = [one.path for one in members]
+        files = [member.path for member in members]
         options = {"map": mapping or None, "kind": kind if len(members[0].kinds) == 1 else None}
         options |= {"axis": axis if wide else None, "bad_cells": "drop" if assumed else None}
         uses, both = frozenset().union(*(m.uses for m in members)), all(m.both for m in members)
@@ -385,7 +385,7 @@ def axis_steps(
     observer = folder / "observer.yaml"
 
     def of(*kinds: str, use: str = "") -> list[Path]:
-        return [one.path for one in logs if one.kinds & set(kinds) and (not use or use in one.uses)]
+        return [log.path for log in logs if log.kinds & set(kinds) and (not use or use in log.uses)]
 
     def identify(what: str, files: list[Path], output: Path, reads: Iterable[Path], options: Mapping[str, Any]) -> None:
         figure = None if lean else output.with_suffix(".png")
@@ -393,20 +393,20 @@ def axis_steps(
         steps.append(step(*given, output=output, plot=figure))
 
     responses, mapped = of("frequency-response"), of("constant-velocity", FORCE_VELOCITY, use="static")
-    enough = sum(one.strokes for one in logs if one.path in mapped) > SPEEDS
+    enough = sum(log.strokes for log in logs if log.path in mapped) > SPEEDS
     moving = of("motion") or (
         []
         if enough
-        else [one.path for one in logs if MOTION in one.uses and not (one.kinds & PRESLIDING and "gms" in one.uses)]
+        else [log.path for log in logs if MOTION in log.uses and not (log.kinds & PRESLIDING and "gms" in log.uses)]
     )
     if shaken := responses or moving:
-        scaled = any(one.both for one in logs if one.path in shaken)
-        steady = [one.path for one in logs if one.kinds == {"constant-velocity"} and one.both and not scaled]
+        scaled = any(log.both for log in logs if log.path in shaken)
+        steady = [log.path for log in logs if log.kinds == {"constant-velocity"} and log.both and not scaled]
         beside = steady if responses else []  # K_f, which no response determines
         identify("plant", [*shaken, *beside], plant, (), {} if responses else {"method": "motion"})
     else:
         missing.append("plant: a frequency response, or an ordinary motion with position and voltage or force")
-    whole = bool(responses) or (shaken and all(one.driven for one in logs if one.path in shaken))  # it has B, too
+    whole = bool(responses) or (shaken and all(log.driven for log in logs if log.path in shaken))  # it has B, too
     known = [plant] if whole else []
     damping: dict[str, Any] = {"plant": plant} if whole else {}
     if strokes := mapped if enough else []:

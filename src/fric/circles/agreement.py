@@ -115,13 +115,13 @@ def agreement(
     known: Names of the axes that the machine has: the reversals of others are not predicted.
     """
     agrees, causes = {}, {}
-    own, other = measured.pulses(), predicted.pulses()
+    pulses, other = measured.pulses(), predicted.pulses()
     for name in of_axes(measured.test.names, known):
         found, said = measured.glitches[name], predicted.glitches[name]
         low, high = intervals[name] if intervals else (said.ci95[0] - step, said.ci95[1] + step)
         agrees[name] = found.ci95[0] <= high and found.ci95[1] >= low
         if not agrees[name]:
-            causes[name] = _cause(found, said, own[name], other[name])
+            causes[name] = _cause(found, said, pulses[name], other[name])
     warnings = []
     if intervals is None:
         warnings.append(PREDICTION_WITHOUT_INTERVAL.found())
@@ -135,7 +135,7 @@ def agreement(
     return Agreement(predicted, intervals, agrees, causes, scheme, tuple(warnings))
 
 
-def _cause(found: Glitch, said: Glitch, own: Pulse, other: Pulse) -> str:
+def _cause(found: Glitch, said: Glitch, pulse: Pulse, other: Pulse) -> str:
     """Return what differs most between two pulses: sign, level, width or place.
 
     The measured pulse is written as ``g·p((φ - d)/w)`` of the predicted p, and the largest of |ln g|, |ln w| and the
@@ -146,7 +146,7 @@ def _cause(found: Glitch, said: Glitch, own: Pulse, other: Pulse) -> str:
         return "sign"
     width = np.radians(0.5)
     grid = np.radians(np.arange(-10.0, 30.0, 0.25))
-    seen, said_at = np.interp(grid, *smoothed(own, width)), smoothed(other, width)
+    seen, said_at = np.interp(grid, *smoothed(pulse, width)), smoothed(other, width)
     best = (np.inf, 1.0, 1.0, 0.0)
     half = max(np.radians(1.0), _fwhm_angle(said_at))
     for w in np.geomspace(0.3, 3.0, 25):

@@ -115,10 +115,11 @@ def lags(tests: Sequence[Revolutions], behind: Sequence[Mapping[str, float]], fi
     """
     found = {}
     for n, name in enumerate(tests[0].test.names):
-        if not all(name in one.errors for one in tests):
+        if not all(name in test.errors for test in tests):
             continue
         values, errors, freedom = zip(
-            *(_lag(one, one.errors[name], n, ends, fit) for one, ends in zip(tests, behind, strict=True)), strict=True
+            *(_lag(test, test.errors[name], n, ends, fit) for test, ends in zip(tests, behind, strict=True)),
+            strict=True,
         )
         value = float(np.mean(values))
         half_width = float(stdtrit(sum(freedom), 0.975)) * float(np.linalg.norm(errors)) / len(tests)
@@ -138,7 +139,7 @@ def _lag(
     tails, _, bent = tails_of(tested, behind, fit.fade, fit.bend)[:, used]  # each bent by itself: one axis' share alone
     columns = np.column_stack([speed, np.ones(len(used)), np.cos(along), np.sign(speed), tails, bent])
     values, *_ = np.linalg.lstsq(columns, error[used], rcond=None)
-    segments = [len(one) for one in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]
+    segments = [len(array) for array in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]
     residual = error[used] - columns @ values
     if np.ptp(residual) <= 1e-12 * max(float(np.ptp(error)), 1e-15):
         return float(values[0]), 0.0, 1
@@ -172,7 +173,7 @@ def identifiability_warnings(
         warnings.append(circle.LOST_MOTION_CAUSE.found(axes=" and ".join(moved), reference=bool(circles[0].errors)))
     if test.is_ball_bar:
         warnings.append(circle.BALL_BAR_LENGTH.found())
-    if min(one.count for one in circles) < 2:
+    if min(circle.count for circle in circles) < 2:
         warnings.append(circle.ONE_REVOLUTION.found())
     wide = sorted({name for of in behind for name, angle in of.items() if angle >= largest - 1e-6})
     if wide:
@@ -266,7 +267,8 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     fit = fit_geometry(tested, behind, lines, both)
     for _ in range(ROUNDS):
         new = [
-            {name: _covers(pulse) for name, pulse in _pulses_of(one, fit, n).items()} for n, one in enumerate(tested)
+            {name: _covers(pulse) for name, pulse in _pulses_of(circle, fit, n).items()}
+            for n, circle in enumerate(tested)
         ]
         if not lines:
             lines = periodic_errors(*_outside(tested, fit, new), radius)
@@ -276,24 +278,26 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
         if settled:
             break
     least = SHARE * max(
-        float(np.abs(pulse.rest).max()) for n, one in enumerate(tested) for pulse in _pulses_of(one, fit, n).values()
+        float(np.abs(pulse.rest).max())
+        for n, circle in enumerate(tested)
+        for pulse in _pulses_of(circle, fit, n).values()
     )
     seen = [line for n, line in enumerate(lines) if _is_seen(fit.amplitude(n), least)]
     if len(seen) < len(lines):
         lines = seen
         fit = fit_geometry(tested, behind, lines, both)
-    found = tuple(_glitches(one, fit, n, radius, steps[n]) for n, one in enumerate(tested))
+    found = tuple(_glitches(circle, fit, n, radius, steps[n]) for n, circle in enumerate(tested))
     geometry = fit.estimates(tests, both)
     _, outside, _ = _outside(tested, fit, behind)
     known = [value for value in map(_scatter, tested) if value is not None]
     periodic = tuple((line, fit.amplitude(n)) for n, line in enumerate(lines))
-    noises = [noise_of(pulse) for n, one in enumerate(tested) for pulse in _pulses_of(one, fit, n).values()]
+    noises = [noise_of(pulse) for n, circle in enumerate(tested) for pulse in _pulses_of(circle, fit, n).values()]
     noise = float(np.median(noises))
     rest = float(np.sqrt(np.mean(outside**2))) if len(outside) else 0.0
     notices = identifiability_warnings(tests, tested, geometry, both, behind, float(LARGEST))
     return Diagnosis(
         tested, geometry, lags(tested, behind, fit), found, periodic, iso230(tested), rest,
-        float(np.mean(known)) if known else None, noise, tuple(fit.model(one, n) for n, one in enumerate(tested)),
+        float(np.mean(known)) if known else None, noise, tuple(fit.model(circle, n) for n, circle in enumerate(tested)),
         notices,
     )  # fmt: skip
 
@@ -365,10 +369,10 @@ def _outside(
 ) -> tuple[Real, Real, Real]:
     """Return angle, residual deviation, and the columns of the fit: means over parts where no glitch is."""
     angles, rests, columns = [], [], []
-    for n, one in enumerate(tests):
-        rest = Revolutions(one.test, one.angle, one.deviation - fit.model(one, n), one.revolution, {})
-        angle, mean, _ = rest.averaged(min(1440, max(len(one.angle) // one.count // 2, 8)))
-        centre = Revolutions(one.test, angle, mean, np.zeros(len(angle), np.intp), {})
+    for n, test in enumerate(tests):
+        rest = Revolutions(test.test, test.angle, test.deviation - fit.model(test, n), test.revolution, {})
+        angle, mean, _ = rest.averaged(min(1440, max(len(test.angle) // test.count // 2, 8)))
+        centre = Revolutions(test.test, angle, mean, np.zeros(len(angle), np.intp), {})
         clear = {name: min(end + 3 * fit.fade, 1.4) for name, end in behind[n].items()}
         good = quiet(centre, clear) & np.isfinite(mean)
         angles.append(angle[good])

@@ -79,12 +79,12 @@ def stated_voltage(
     rate: Samples a second [Hz].
     ahead: Whether velocity and inverse model of the reference are fed forward.
     """
-    own = replace(cascade, sampling=rate)
+    sampled = replace(cascade, sampling=rate)
     velocity = np.gradient(reference, 1 / rate) if ahead else np.zeros(len(reference))
     acceleration = np.gradient(velocity, 1 / rate)
     seen = float(2 * measured[0] - measured[1])
     start = (float(measured[1]) - float(measured[0])) * rate
-    ready = own.ready(Setting(plant, own, position=float(measured[0]), velocity=start, seen=seen))
+    ready = sampled.ready(Setting(plant, sampled, position=float(measured[0]), velocity=start, seen=seen))
     state, rows = ready.state.copy(), np.zeros((len(Commands._fields), 1))
     volts = np.array(
         [
@@ -93,12 +93,12 @@ def stated_voltage(
         ]
     )
     # volts[n] = K_p·e[n] + K_i·T·Σe: the error follows from the volts, and both parts from that
-    each, inverse = own.K_i / rate, 1.0 / (own.K_p + own.K_i / rate)
+    each, inverse = sampled.K_i / rate, 1.0 / (sampled.K_p + sampled.K_i / rate)
     error, total = np.empty(len(volts)), 0.0
     for n, u in enumerate(volts):
         error[n] = (u - each * total) * inverse
         total += error[n]
-    proportional = own.K_p * error
+    proportional = sampled.K_p * error
     model = (acceleration + plant.A * velocity) / plant.B if ahead else np.zeros(len(volts))
     return volts + model, proportional, volts - proportional
 
@@ -158,9 +158,9 @@ def _gains(rest: Real, parts: Real, least: float) -> tuple[Real, float]:
             *(np.where(row, size, 1.0) for row in np.eye(parts.shape[1], dtype=bool)),
         ]
     rests = [rest - parts @ gains for gains in tried]
-    rests = [one - np.median(one) for one in rests]
+    rests = [rest - np.median(rest) for rest in rests]
     scale = ABOVE * max(min(map(robust_deviation, rests)), least)
-    losses = [float(np.mean(np.minimum((one / scale) ** 2, 1.0))) for one in rests]
+    losses = [float(np.mean(np.minimum((rest / scale) ** 2, 1.0))) for rest in rests]
     best = int(np.argmin(losses))
     near = np.abs(rests[best if losses[best] < CLEAR * losses[0] else 0]) < scale
     columns, found = np.column_stack([parts, np.ones(len(rest))]), np.append(tried[0], 0.0)
@@ -183,9 +183,9 @@ def controller_behind(
     rate: Its sampling [Hz].
     """
     measured, given = log.require("position", "a validation"), log.added
-    own = voltage - (0.0 if given is None else given)
+    feedback = voltage - (0.0 if given is None else given)
     plain, fed = (
-        against_stated(cascade, plant, reference, measured, own, rate, ahead=ahead) for ahead in (False, True)
+        against_stated(cascade, plant, reference, measured, feedback, rate, ahead=ahead) for ahead in (False, True)
     )
     ahead = fed.missed < FED * plain.missed
     held, warnings = fed if ahead else plain, []
@@ -293,7 +293,7 @@ class _Fit:
         for corner in CORNERS:
             start = np.append(self._linear(corner * self.rate), np.log(corner * self.rate))
             tried.append(least_squares(self.rest, start, x_scale=0.1, max_nfev=30))
-        best = min(tried, key=lambda one: one.cost)
+        best = min(tried, key=lambda solution: solution.cost)
         found, other = best.x, best.x.copy()
         other[[0, 2]] = found[2] - found[1], found[0] + found[1]  # K_v and K_i/K_p in each other's place
         found = min((found, other), key=self._apart)
@@ -321,7 +321,7 @@ class _Fit:
         _, _, K_i, _ = np.exp(log_values)
         others = np.linalg.qr(self.fed[:, [0, 2, 3]] / np.abs(self.fed[:, [0, 2, 3]]).max(axis=0))[0]
         rests = [self.u - self.volts(log_values) - share * K_i * self.fed[:, 1] for share in (0.0, 1.0)]
-        return min(float(np.sum((one - others @ (others.T @ one)) ** 2)) for one in rests)
+        return min(float(np.sum((rest - others @ (others.T @ rest)) ** 2)) for rest in rests)
 
 
 def _alike(rest: Real) -> float:

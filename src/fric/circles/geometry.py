@@ -194,10 +194,10 @@ def fit_geometry(
     both: Whether there are both directions, which separate mismatch from squareness.
     """
     many = len(tests)
-    every = -(-sum(len(one.angle) for one in tests) // MOST)
-    parts = [_means(one, np.flatnonzero(quiet(one, behind[n])), every) for n, one in enumerate(tests)]
+    every = -(-sum(len(test.angle) for test in tests) // MOST)
+    parts = [_means(test, np.flatnonzero(quiet(test, behind[n])), every) for n, test in enumerate(tests)]
     X = np.vstack([columns_of(one, n, many, both, lines) for n, (one, _) in enumerate(parts)])
-    d = np.concatenate([one.deviation for one, _ in parts])
+    d = np.concatenate([circle.deviation for circle, _ in parts])
     p = X.shape[1]
     basis = np.linalg.qr(X)[0]
     beside = d - basis @ (basis.T @ d)
@@ -225,11 +225,13 @@ def fit_geometry(
         columns = np.hstack([X, tails])
         values, *_ = np.linalg.lstsq(columns, d, rcond=None)
         residual = d - columns @ values
-        slope = np.column_stack([one @ values[p:] for one in slopes])
+        slope = np.column_stack([slope @ values[p:] for slope in slopes])
         moved, *_ = np.linalg.lstsq(columns, slope, rcond=None)
-        own = slope - columns @ moved
+        projected = slope - columns @ moved
         known = float(residual @ residual) / len(d) * np.diag(SPREAD**-2)
-        step = np.linalg.lstsq(own.T @ own + known, own.T @ residual - known @ (shape - MIDDLE), rcond=None)[0]
+        step = np.linalg.lstsq(
+            projected.T @ projected + known, projected.T @ residual - known @ (shape - MIDDLE), rcond=None
+        )[0]
         if np.abs(step).max() < 1e-3:
             break
         shape = np.clip(shape + np.clip(step, -0.3, 0.3), *WITHIN)
@@ -238,8 +240,10 @@ def fit_geometry(
     else:
         lengths = [length for _, pieces in parts for length in pieces]
         covariance = covariance_of(columns, residual, lengths)
-        for mode in np.linalg.svd(own * SPREAD, full_matrices=False)[2] * SPREAD:  # orthogonal: their shares add up
-            alone = own @ mode
+        for mode in (
+            np.linalg.svd(projected * SPREAD, full_matrices=False)[2] * SPREAD
+        ):  # orthogonal: their shares add up
+            alone = projected @ mode
             information = 1.0 / covariance_of(alone[:, None], residual, lengths)[0, 0] if alone.any() else 0.0
             covariance += np.outer(moved @ mode, moved @ mode) / (information + 1.0)
     # the error of a tail's shape recurs at each reversal: so many segments are independent

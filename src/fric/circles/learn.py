@@ -170,7 +170,7 @@ class Learned:
     @property
     def glitches(self) -> list[float]:
         """Glitch of each round, the median over places [m]."""
-        return [one.run.chance().median for one in self.rounds]
+        return [circle.run.chance().median for circle in self.rounds]
 
 
 def learn(
@@ -231,11 +231,11 @@ def learn(
         carried.append((other.radius, other.feed, float(np.median(glitches))))
         done()
     found = _middle(learned)
-    chances = [one.run.chance() for one in found]
+    chances = [circle.run.chance() for circle in found]
     best, worst = chances[-1].median, max(glitch for *_, glitch in carried)
     warnings = [] if worst <= 1.2 * best else [_for_one_circle(best, carried)]
-    warnings += wrong_shape((one.run.scheme, chance.median) for one, chance in zip(found, chances, strict=True))
-    least = min(chances, key=lambda one: one.median)
+    warnings += wrong_shape((circle.run.scheme, chance.median) for circle, chance in zip(found, chances, strict=True))
+    least = min(chances, key=lambda chance: chance.median)
     if best > 1.5 * least.median and all(rise > 0 for rise in (chances[-1] - least).values):
         warnings.append(flaws.LEARNING_DIVERGES.found(least=least.text(digits=2), last=chances[-1].text(digits=2)))
     elif best > GAINS * chances[0].median:
@@ -253,10 +253,10 @@ def _middle(learned: Sequence[Sequence[Round]]) -> list[Round]:
     """Return the rounds at the place whose last glitch is the median; each run holds its errors at all places."""
     if len(learned) == 1:
         return list(learned[0])
-    order = np.argsort([own[-1].run.circularity.glitch for own in learned], kind="stable")
+    order = np.argsort([rounds[-1].run.circularity.glitch for rounds in learned], kind="stable")
     return [
-        replace(one, run=replace(one.run, places=tuple(figures(own[n].run.contour) for own in learned)))
-        for n, one in enumerate(learned[order[len(order) // 2]])
+        replace(item, run=replace(item.run, places=tuple(figures(rounds[n].run.contour) for rounds in learned)))
+        for n, item in enumerate(learned[order[len(order) // 2]])
     ]
 
 

@@ -214,7 +214,7 @@ class MeasuredCircle:
         trace = self.axis(name)
         if trace.reference is None or trace.input is None:
             both = {"reference": trace.reference, "voltage": trace.input}
-            missing = " and ".join(one for one, values in both.items() if values is None)
+            missing = " and ".join(text for text, values in both.items() if values is None)
             where, hint = f"{self.where}, axis {name}", "Record it beside the position."
             raise FricError(f"no {missing} was recorded, which {what} needs", where=where, hint=hint)
         return trace.time, trace.reference, trace.position, trace.input
@@ -241,7 +241,11 @@ class MeasuredCircle:
         if np.array_equal(t, second.time):
             return first, second
         return first, AxisTrace(
-            **{name: np.interp(t, second.time, one) for name, one in second.channels().items() if name != "time"},
+            **{
+                name: np.interp(t, second.time, channel)
+                for name, channel in second.channels().items()
+                if name != "time"
+            },
             time=t,
         )
 
@@ -271,7 +275,10 @@ def measured_from_run(run: CircleRun, source: str = "") -> MeasuredCircle:
         references = dict(
             zip(names := beside(known), test.references(1.0 / float(trace.time[1] - trace.time[0])), strict=True)
         )
-        followed = {name: AxisTrace(trace.time, one.position, one.position) for name, one in references.items()}
+        followed = {
+            name: AxisTrace(trace.time, reference.position, reference.position)
+            for name, reference in references.items()
+        }
         axes = {name: axes.get(name, followed[name]) for name in names}
     return MeasuredCircle(
         test.radius, test.feed, test.direction, axes, instrument="encoders", name=run.scheme.name,

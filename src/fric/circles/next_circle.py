@@ -106,7 +106,7 @@ def completed(friction: FrictionModel, left: Sequence[tuple[VoltageRecord, Real]
         whole = record.revolution[record.used] >= 0
         motion = np.array(since_reversal(record.position))[:, record.used]
         _gather(motion[:, whole], force[whole], grid, sums, counts)
-    forwards, backwards = (share * _filled(grid, *one) for one in zip(sums, counts, strict=True))
+    forwards, backwards = (share * _filled(grid, *pair) for pair in zip(sums, counts, strict=True))
     return as_filed(Completed(friction, tuple(forwards), tuple(backwards)))
 
 
@@ -125,10 +125,10 @@ def _left(record: VoltageRecord, axis: Axis) -> tuple[VoltageRecord, Real]:
     """Return a record along its refined motion, and the residual force of a machine [N], at the samples used."""
     plant = axis.plant
     m, a = 1.0 / plant.B, plant.A / plant.B
-    own = refined(record, axis.friction, plant.T_d, (m, a, axis.constant_load / plant.K_f), plant.K_f)
-    used = own.used
-    voltage = own.delayed(plant.T_d) - m * own.inertia[used] - a * own.damping[used]
-    return own, plant.K_f * voltage - own.friction(axis.friction) - axis.constant_load
+    replayed = refined(record, axis.friction, plant.T_d, (m, a, axis.constant_load / plant.K_f), plant.K_f)
+    used = replayed.used
+    voltage = replayed.delayed(plant.T_d) - m * replayed.inertia[used] - a * replayed.damping[used]
+    return replayed, plant.K_f * voltage - replayed.friction(axis.friction) - axis.constant_load
 
 
 def _gather(motion: Real, force: Real, grid: Real, sums: Real, counts: Real) -> None:
@@ -136,9 +136,9 @@ def _gather(motion: Real, force: Real, grid: Real, sums: Real, counts: Real) -> 
     direction, travel = motion
     nearest = np.searchsorted(0.5 * (grid[1:] + grid[:-1]), travel)
     for row, sign in enumerate((1.0, -1.0)):
-        own = direction == sign
-        sums[row] += np.bincount(nearest[own], force[own], len(grid))
-        counts[row] += np.bincount(nearest[own], minlength=len(grid))
+        same = direction == sign
+        sums[row] += np.bincount(nearest[same], force[same], len(grid))
+        counts[row] += np.bincount(nearest[same], minlength=len(grid))
 
 
 def _filled(grid: Real, sums: Real, counts: Real) -> Real:
@@ -210,36 +210,36 @@ def next_circles(
         whole = {name: _completed(tuned[name], n) for name in names}
         for scheme in (PAPER_SCHEMES[name] for name in ("cf" if observers else "c")):
             try:
-                own, alone = _chance(test, whole, scheme), _chance(test, true, scheme)
-                drawn = [_glitch(test, one, scheme, place) for place, one in enumerate(draws)]
+                chance, alone = _chance(test, whole, scheme), _chance(test, true, scheme)
+                drawn = [_glitch(test, draw, scheme, place) for place, draw in enumerate(draws)]
             except FricError:  # no stable loop, or more voltage than there is
                 continue
-            around = [*own.values, *alone.values, *drawn]
+            around = [*chance.values, *alone.values, *drawn]
             # the ends of a few draws lie inside the interval
             width = 0.3 * (max(around) - min(around)) + step / 4
-            high = max(around) + width + SMEARED * max(own.median - alone.median, 0.0)
+            high = max(around) + width + SMEARED * max(chance.median - alone.median, 0.0)
             ci95 = max(min(around) - width, 0.0), high
-            other = _exceeds(own, alone) and _exceeds(own, _of_the_encoder(test, n, tuned, scheme, again))
-            found.append(NextCircle(test.feed, test.radius, scheme.name, own, ci95, alone, other))
+            other = _exceeds(chance, alone) and _exceeds(chance, _of_the_encoder(test, n, tuned, scheme, again))
+            found.append(NextCircle(test.feed, test.radius, scheme.name, chance, ci95, alone, other))
             done()
     return found
 
 
 def law_warnings(predicted: Sequence[NextCircle]) -> list[Notice]:
     """Return that friction differs from the model, where the residual makes a glitch larger than the model does."""
-    more = [one for one in predicted if one.other_law]
+    more = [circle for circle in predicted if circle.other_law]
     if not more:
         return []
-    worst = max(more, key=lambda one: one.glitch - one.alone)
-    alone, glitch, most = (Estimate(one, "m") for one in (worst.alone, worst.glitch, worst.ci95[1]))
+    worst = max(more, key=lambda circle: circle.glitch - circle.alone)
+    alone, glitch, most = (Estimate(value, "m") for value in (worst.alone, worst.glitch, worst.ci95[1]))
     feed = Estimate(worst.feed, "m/s")
     return [flaws.LAW_DIFFERS.found(scheme=worst.scheme, feed=feed, alone=alone, glitch=glitch, most=most)]
 
 
-def _exceeds(one: Chance, other: Chance) -> bool:
+def _exceeds(chance: Chance, other: Chance) -> bool:
     """Return whether a glitch is clearly larger than another: in the median, and at each place (a sign test, 1/32)."""
-    larger = one.median > max(DIFFERS * other.median, other.median + MORE)
-    return larger and all(difference > 0 for difference in (one - other).values)
+    larger = chance.median > max(DIFFERS * other.median, other.median + MORE)
+    return larger and all(difference > 0 for difference in (chance - other).values)
 
 
 def _of_the_encoder(
@@ -253,8 +253,8 @@ def _of_the_encoder(
     glitches = []
     for place in range(PLACES):
         axes = {
-            name: _completed(replace(one, after=replace(one.after, residual=again(name)[place])), n)
-            for name, one in tuned.items()
+            name: _completed(replace(axis, after=replace(axis.after, residual=again(name)[place])), n)
+            for name, axis in tuned.items()
         }
         glitches.append(_glitch(test, axes, scheme, place))
     return Chance(tuple(glitches), 0.0)
@@ -269,8 +269,8 @@ def recorded_once_more(
     before, tuned: Its axes as they were, and what was found of them.
     """
     axes = {}
-    for name, one in tuned.items():
-        true, old = _completed(one, n), before[name]
+    for name, axis in tuned.items():
+        true, old = _completed(axis, n), before[name]
         nominal = old.nominal or old.plant
         axes[name] = replace(old, plant=true.plant, friction=true.friction, load=true.load, nominal=nominal)
     known = test.scheme in PAPER_SCHEMES
@@ -281,7 +281,7 @@ def recorded_once_more(
         except FricError:  # an axis without observer, or a loop that the plant found does not leave stable
             continue
     seen = measured_glitch(test)
-    return min(found, key=lambda one: abs(one.median - seen), default=Chance((seen,), 0.0))
+    return min(found, key=lambda chance: abs(chance.median - seen), default=Chance((seen,), 0.0))
 
 
 def _true(tuned: TunedAxis) -> Axis:
@@ -353,8 +353,8 @@ def worse_ahead(
     """
     for n, test in enumerate(tests):
         seen = measured_glitch(test)
-        ahead = [one for one in predicted if (one.feed, one.radius) == (test.feed, test.radius)]
-        expected = min((one.ci95[1] if doubtful else one.glitch for one in ahead), default=0.0)
+        ahead = [circle for circle in predicted if (circle.feed, circle.radius) == (test.feed, test.radius)]
+        expected = min((circle.ci95[1] if doubtful else circle.glitch for circle in ahead), default=0.0)
         if expected <= max(seen, count):
             continue
         once_more = again(n)
@@ -373,7 +373,7 @@ def better_ahead(
     """Return whether a next circle should be better than the recorded by more than chance; arguments as above."""
     for n, test in enumerate(tests):
         seen, once_more = measured_glitch(test), again(n)
-        ahead = [one.glitch for one in predicted if (one.feed, one.radius) == (test.feed, test.radius)]
+        ahead = [circle.glitch for circle in predicted if (circle.feed, circle.radius) == (test.feed, test.radius)]
         if ahead and min(ahead) < min(seen, once_more.median) - once_more.half:
             return True
     return False
@@ -417,7 +417,9 @@ def distrusts(
     records: Their axes as balances of voltages.
     circle: The circle that is predicted.
     """
-    wrong = [one for one in notices if one.severity == "wrong" and not (tests and flaw_of(one).circle_settles)]
+    wrong = [
+        notice for notice in notices if notice.severity == "wrong" and not (tests and flaw_of(notice).circle_settles)
+    ]
     measured = [] if tests else [NO_MEASURED_CIRCLE.found()]
     return once([*measured, *wrong, *_of_circles(machine, tests, records, circle)])
 
@@ -452,11 +454,11 @@ def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
         yield flaws.CIRCLE_CANNOT_RUN.found(test.where, why=error.what)
         return
     judged = of_axes(test.names, machine.axes)
-    seen, expected = measured_quadrants(test), [one.median for one in run.glitches]
+    seen, expected = measured_quadrants(test), [glitch.median for glitch in run.glitches]
     off = {
-        name: (one, other)
-        for name, one, other in zip(QUADRANTS, seen, expected, strict=True)
-        if name in judged and not np.isclose(one, other, rtol=SHARE_APART, atol=APART)
+        name: (value, other)
+        for name, value, other in zip(QUADRANTS, seen, expected, strict=True)
+        if name in judged and not np.isclose(value, other, rtol=SHARE_APART, atol=APART)
     }
     if off:
         microns = {name: (f"{a * 1e6:+.1f}", f"{b * 1e6:+.1f}") for name, (a, b) in off.items()}
@@ -472,16 +474,18 @@ def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     """
     plant = axis.plant
     model = axis.friction.model if isinstance(axis.friction, Completed) else axis.friction
-    own = refined(record, model, plant.T_d, (1 / plant.B, plant.A / plant.B, axis.constant_load / plant.K_f), plant.K_f)
-    used = own.used
+    replayed = refined(
+        record, model, plant.T_d, (1 / plant.B, plant.A / plant.B, axis.constant_load / plant.K_f), plant.K_f
+    )
+    used = replayed.used
     alone = Machine("", {axis.name: replace(axis, friction=model)})
-    others = [draw_machine(alone, 0, spreads={"stiffness": one})[0].axes[axis.name] for one in (SOFTER, STIFFER)]
-    frictions = [own.friction(one) for one in (model, *(other.friction for other in others))]
-    parts = [own.inertia[used], own.damping[used], np.ones(np.count_nonzero(used)), *frictions]
+    others = [draw_machine(alone, 0, spreads={"stiffness": spread})[0].axes[axis.name] for spread in (SOFTER, STIFFER)]
+    frictions = [replayed.friction(model) for model in (model, *(other.friction for other in others))]
+    parts = [replayed.inertia[used], replayed.damping[used], np.ones(np.count_nonzero(used)), *frictions]
     basis = np.linalg.qr(np.column_stack(parts))[0]
 
     def left(delay: float) -> float:
-        voltage = own.delayed(delay)
+        voltage = replayed.delayed(delay)
         return float(np.sqrt(np.mean((voltage - basis @ (basis.T @ voltage)) ** 2)))
 
     tried = plant.T_d + np.linspace(-FARTHEST, FARTHEST, 41)

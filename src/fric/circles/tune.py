@@ -60,35 +60,35 @@ def _margin(one: TunedAxis) -> float:
     return falling_margin(one.nominal, axis.cascade, gms_of(one.friction), blocks)
 
 
-def holds(one: TunedAxis) -> bool:
+def holds(axis: TunedAxis) -> bool:
     """Return whether the loop of a tuned axis holds its falling friction."""
-    return _margin(one) >= GROWS
+    return _margin(axis) >= GROWS
 
 
-def cautious(one: TunedAxis) -> TunedAxis:
+def cautious(axis: TunedAxis) -> TunedAxis:
     """Return a tuned axis that is fed forward less than its friction where that falls more than the loop holds."""
-    if not one.improves or (missing := UNHELD - _margin(one)) <= 0.0:
-        return one
-    fed = replace(one.axis.nominal_friction, gain=round(max(1.0 - CAUTION * missing, LEAST), 4))
-    return replace(one, axis=replace(one.axis, nominal_friction=fed))
+    if not axis.improves or (missing := UNHELD - _margin(axis)) <= 0.0:
+        return axis
+    fed = replace(axis.axis.nominal_friction, gain=round(max(1.0 - CAUTION * missing, LEAST), 4))
+    return replace(axis, axis=replace(axis.axis, nominal_friction=fed))
 
 
-def holding(one: TunedAxis) -> TunedAxis:
+def holding(axis: TunedAxis) -> TunedAxis:
     """Return a tuned axis whose cascade and observer hold its falling friction; unchanged, where they do."""
-    if not one.improves or holds(one):
-        return one
-    cascade, observer = hold_falling(one.nominal, one.axis.cascade, gms_of(one.friction), one.axis.observer)
-    return replace(one, axis=replace(one.axis, cascade=cascade, observer=observer), loop=True)
+    if not axis.improves or holds(axis):
+        return axis
+    cascade, observer = hold_falling(axis.nominal, axis.axis.cascade, gms_of(axis.friction), axis.axis.observer)
+    return replace(axis, axis=replace(axis.axis, cascade=cascade, observer=observer), loop=True)
 
 
 def loop_warnings(axes: Mapping[str, TunedAxis]) -> Iterator[Notice]:
     """Yield which axes' loops do not hold their falling friction, and which were redesigned for it."""
-    for name, one in axes.items():
-        if not one.improves:
+    for name, axis in axes.items():
+        if not axis.improves:
             continue
-        cascade, margin, fed = one.axis.cascade, _margin(one), one.axis.nominal_friction.gain
-        if one.loop:
-            observer = None if one.axis.observer is None else one.axis.observer.q.cutoff
+        cascade, margin, fed = axis.axis.cascade, _margin(axis), axis.axis.nominal_friction.gain
+        if axis.loop:
+            observer = None if axis.axis.observer is None else axis.axis.observer.q.cutoff
             gains = {"K_p": cascade.K_p, "K_i": cascade.K_i, "K_v": cascade.K_v, "filter": cascade.velocity_filter}
             share = 0.0 if fed == 1.0 else fed
             yield circle.LOOP_DESIGNED.found(f"axis {name}", margin=margin, observer=observer, fed=share, **gains)
@@ -180,18 +180,18 @@ def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
     return replace(axis, nominal_friction=NominalFriction(models, 1.0, "auto"), nominal=plant, observer=observer)
 
 
-def in_part(one: TunedAxis, before: Axis, names: Sequence[str]) -> TunedAxis:
+def in_part(axis: TunedAxis, before: Axis, names: Sequence[str]) -> TunedAxis:
     """Return a tuned axis with a part of the identified friction, and the plant, as nominal models.
 
-    one: The tuned axis.
+    axis: The tuned axis.
     before: The axis as it was.
     names: Coordinates that are kept, those of blocks without their number; the others are as before.
     """
-    coordinates = one.after.balance.coordinates
+    coordinates = axis.after.balance.coordinates
     kept = np.array([name.rpartition("_")[0] in names or name in (*names, "T_d", "side") for name in coordinates.names])
-    friction = as_filed(coordinates.directed(np.where(kept, one.after.x, 0.0)))
-    assert one.estimates is not None  # of what is improved
-    part = replace(one, axis=with_belief(before, friction, one.nominal), estimates=one.estimates.at(friction))
+    friction = as_filed(coordinates.directed(np.where(kept, axis.after.x, 0.0)))
+    assert axis.estimates is not None  # of what is improved
+    part = replace(axis, axis=with_belief(before, friction, axis.nominal), estimates=axis.estimates.at(friction))
     return cautious(part)
 
 
@@ -233,7 +233,7 @@ class Tuned:
     @property
     def improves(self) -> bool:
         """Whether any axis is better than it was."""
-        return any(one.improves for one in self.axes.values())
+        return any(axis.improves for axis in self.axes.values())
 
 
 def tune(
@@ -262,10 +262,10 @@ def tune(
             )  # fmt: skip
     before = {name: machine.axis(name) for name in names}
     axes = {name: tune_axis(axis, tests, done) for name, axis in before.items()}
-    axes = {name: cautious(holding(one) if loop else one) for name, one in axes.items()}
+    axes = {name: cautious(holding(axis) if loop else axis) for name, axis in axes.items()}
     logs = [log for test in tests for log in test.logs()]
-    warnings = [warning for one in axes.values() for warning in one.warnings] + clock_flaws(logs, "inspect")
-    better = all(one.improves for one in axes.values())
+    warnings = [warning for axis in axes.values() for warning in axis.warnings] + clock_flaws(logs, "inspect")
+    better = all(axis.improves for axis in axes.values())
     predicted = next_circles(tests, axes, done) if better else []
     found = axes
     # where constant friction of this shape does not explain the circle, only the upper end of a prediction counts, and
@@ -281,7 +281,7 @@ def tune(
         why = worse_ahead(tests, predicted, once_more, count, doubtful=doubtful)
         if why and not doubtful:
             for kept in FEWER:
-                some = {name: in_part(one, before[name], kept) for name, one in axes.items()}
+                some = {name: in_part(axis, before[name], kept) for name, axis in axes.items()}
                 ahead = next_circles(tests, some)
                 if ahead and not worse_ahead(tests, ahead, once_more, count) and better_ahead(tests, ahead, once_more):
                     axes, predicted = some, ahead
@@ -292,7 +292,7 @@ def tune(
             why += f": {MISFIT if all(map(holds, axes.values())) else GROWING}"
     if why:
         warnings.append(TUNING_REFUSED.found(why=why))
-        axes = {name: replace(one, axis=machine.axes[name], improves=False, loop=False) for name, one in axes.items()}
+        axes = {name: replace(axis, axis=machine.axes[name], improves=False, loop=False) for name, axis in axes.items()}
         predicted = []  # what is kept shows what was recorded
     warnings += law_warnings(predicted)
     for name, one in axes.items():
@@ -300,7 +300,7 @@ def tune(
             after, before_it = Estimate(one.after.rms, "V"), Estimate(one.before.rms, "V")
             warnings.append(TUNING_NO_BETTER.found(f"axis {name}", after=after, before=before_it))
     warnings += loop_warnings(axes)
-    new = replace(machine, axes={**machine.axes, **{name: one.axis for name, one in axes.items()}})
+    new = replace(machine, axes={**machine.axes, **{name: axis.axis for name, axis in axes.items()}})
     return Tuned(new, axes, tuple(tests), tuple(predicted), tuple(dict.fromkeys(warnings)))
 
 

@@ -55,8 +55,8 @@ class Coordinates:
         """
         model = gms_of(nominal)
         if isinstance(nominal, Directed):
-            own, other = model.static, nominal.negative
-            return cls(replace(model, static=mean_map(own, other)), T_d, side=float(np.log(own.F_c / other.F_c)))
+            static, other = model.static, nominal.negative
+            return cls(replace(model, static=mean_map(static, other)), T_d, side=float(np.log(static.F_c / other.F_c)))
         return cls(model, T_d)
 
     def full(self) -> Coordinates:
@@ -232,9 +232,9 @@ class Fitted:
     def noise(self) -> float | None:
         """Return the root mean square of what does not repeat from turn to turn [V]; None where no circle shows it."""
         known = [
-            own
+            repeating
             for record, part in zip(self.balance.records, self.parts(), strict=True)
-            if (own := record.repeating(part)) is not None
+            if (repeating := record.repeating(part)) is not None
         ]
         return float(np.sqrt(np.mean(np.square(known)))) if known else None
 
@@ -301,7 +301,7 @@ def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: in
     most: Steps at most.
     """
     search, few = Search(balance, max(sigma, NOISE)), most if len(starts) == 1 else 7
-    best = min((search.fine(x, few) for x in starts), key=lambda one: one.cost)
+    best = min((search.fine(x, few) for x in starts), key=lambda solution: solution.cost)
     return at(balance, best.x if len(starts) == 1 else search.fine(best.x, most).x)
 
 
@@ -454,8 +454,8 @@ def whole(found: Fitted) -> Fitted:
         return found
     balance = replace(found.balance, coordinates=shape)
     x = shape.moved(kept, found.x)
-    own = Search(balance).derivatives(x) / balance.weights[:, None]
-    lifted = replace(found, balance=balance, x=x, gradient=np.hstack([own, found.gradient[:, len(kept.names) :]]))
+    slopes = Search(balance).derivatives(x) / balance.weights[:, None]
+    lifted = replace(found, balance=balance, x=x, gradient=np.hstack([slopes, found.gradient[:, len(kept.names) :]]))
     step = Instruments.of(lifted).error(balance.weights * lifted.residual)
     return replace(lifted, residual=lifted.residual + lifted.gradient @ step)
 
@@ -479,13 +479,13 @@ class TunedEstimates:
 
         def fixed(section: dict[str, Estimate], values: Mapping[str, Any]) -> dict[str, Estimate]:
             return {
-                name: one if np.allclose(one.value, values.get(name, one.value), 1e-5)
-                else Estimate(values[name], one.unit, fixed=True)
-                for name, one in section.items()
+                name: estimate if np.allclose(estimate.value, values.get(name, estimate.value), 1e-5)
+                else Estimate(values[name], estimate.unit, fixed=True)
+                for name, estimate in section.items()
             }  # fmt: skip
 
         static, gms = fixed(self.static, vars(model.static)), fixed(self.gms, vars(model))
-        free = {name for name, one in (static | gms).items() if not one.fixed}
+        free = {name for name, estimate in (static | gms).items() if not estimate.fixed}
         kept = [n for n, name in enumerate(self.covariance.names) if name in free or name.rpartition("_")[0] in free]
         rows = np.array(self.covariance.matrix)[np.ix_(kept, kept)]
         return replace(

@@ -83,7 +83,7 @@ def timing_warnings(axis: Axis, found: Fitted, T_d: Estimate) -> Iterator[Notice
     low, high = (float(limit) for limit in np.ravel(T_d.ci95 or (T_d.value, T_d.value)))
     if abs(float(T_d) - nominal) > LATE * nominal and not low <= nominal <= high:
         flaw = circle.POSITION_LATE if float(T_d) > nominal else circle.POSITION_EARLY
-        delay, least, most, believed = (Estimate(one, "s") for one in (float(T_d), low, high, nominal))
+        delay, least, most, believed = (Estimate(value, "s") for value in (float(T_d), low, high, nominal))
         yield flaw.found(f"axis {axis.name}", delay=delay, low=least, high=most, nominal=believed)
 
 
@@ -151,8 +151,8 @@ def alike_warnings(axis: Axis, found: Fitted, estimates: TunedEstimates) -> Iter
             for n in group:
                 slope[coordinates.names.index(f"{name}_{n + 1}")] = values[n] / total
             if name == "alpha":  # shares of all
-                own = [coordinates.names.index(f"alpha_{n + 1}") for n in range(len(values))]
-                slope[own] -= np.array(values)
+                indices = [coordinates.names.index(f"alpha_{n + 1}") for n in range(len(values))]
+                slope[indices] -= np.array(values)
             half = HALF_WIDTH * max(float(slope @ covariance @ slope), 0.0) ** 0.5
             texts.append(f"{name} = {total:.4g} ({total * np.exp(-half):.4g} to {total * np.exp(half):.4g}){unit}")
         together.append(f"{', '.join(str(n + 1) for n in group)} together have {' and '.join(texts)}")
@@ -210,7 +210,8 @@ def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
         wider = quantile * float(np.sqrt(variance)) / 2
         levels = {name: static[name] for name in ("F_c", "F_s")}
         static, negative = (
-            static | {name: _scaled(one, sign * side / 2, wider) for name, one in levels.items()} for sign in (1, -1)
+            static | {name: _scaled(level, sign * side / 2, wider) for name, level in levels.items()}
+            for sign in (1, -1)
         )
     static["offset"] = Estimate.around(load, "N", error)
     gms = {name: sections[name] for name in ("alpha", "k", "C")}
@@ -225,13 +226,13 @@ def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
     return TunedEstimates(static, negative, gms, of_plant, joint, coordinates)
 
 
-def _scaled(one: Estimate, shift: float, wider: float) -> Estimate:
+def _scaled(estimate: Estimate, shift: float, wider: float) -> Estimate:
     """Return an estimate times e to the power of a shift, its interval wider by a share."""
-    value = float(one) * float(np.exp(shift))
-    if one.ci95 is None:
-        return replace(one, value=value)
-    low, high = (float(limit) * float(np.exp(shift)) for limit in np.ravel(one.ci95))
-    return replace(one, value=value, ci95=(low * (1 - wider), high * (1 + wider)))
+    value = float(estimate) * float(np.exp(shift))
+    if estimate.ci95 is None:
+        return replace(estimate, value=value)
+    low, high = (float(limit) * float(np.exp(shift)) for limit in np.ravel(estimate.ci95))
+    return replace(estimate, value=value, ci95=(low * (1 - wider), high * (1 + wider)))
 
 
 def _covariance(about: Fitted, left: list[Real]) -> Real:
@@ -255,7 +256,7 @@ def _covariance(about: Fitted, left: list[Real]) -> Real:
     lengths = list(map(len, rows))  # circles that are recorded again show what recurs in each turn
     scores = np.outer(scale, scale) * score_covariance(Z / scale, np.concatenate(residuals), lengths, most=1.0)
     scores += np.diag(instruments.power * instruments.prior)
-    errors = _beyond(about, left) * np.array([instruments.error(weights * one) for one in left])
+    errors = _beyond(about, left) * np.array([instruments.error(weights * array) for array in left])
     covariance = instruments.solved(instruments.solved(scores).T) + errors.T @ errors / len(errors)
     p = len(about.x)
     covariance[:p, :p] += np.diag(_of_the_encoder(about))
@@ -268,7 +269,7 @@ def _beyond(about: Fitted, left: list[Real]) -> float:
     Least 1. A larger factor is not due to this step: a ripple of the encoder, or friction of another shape, with a
     larger error.
     """
-    again = float(np.sqrt(np.mean([replace(about, residual=one).rms ** 2 for one in left])))
+    again = float(np.sqrt(np.mean([replace(about, residual=array).rms ** 2 for array in left])))
     repeats = max(about.rms**2 - (about.noise() or 0.0) ** 2, 0.0) ** 0.5
     return max(1.0, repeats / again) if again > 0 else 1.0
 

@@ -192,7 +192,7 @@ def _motions(log: Log, rate: float, cutoff: float | None, position: Real) -> tup
     """Return position, velocity and acceleration, and the corner of the filter behind the last two [Hz]."""
     z = log.require("position", "a validation"), position
     settings = replace(Conditioning.of(rate, cutoff), border=0, decimation=0)
-    measured, simulated = (filtered_motion(replace(log, position=one), settings) for one in z)
+    measured, simulated = (filtered_motion(replace(log, position=array), settings) for array in z)
     v, a = (measured.velocity, simulated.velocity), (measured.acceleration, simulated.acceleration)
     return {"position": z, "velocity": v, "acceleration": a}, settings.cutoff
 

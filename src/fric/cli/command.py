@@ -143,7 +143,7 @@ class Command:
         command.__doc__ = self.help
         taken = self.parameters()
         command.__signature__ = Signature(taken)  # type: ignore[attr-defined]
-        command.__annotations__ = {one.name: one.annotation for one in taken}
+        command.__annotations__ = {parameter.name: parameter.annotation for parameter in taken}
         return command
 
     def parameters(self) -> list[Parameter]:
@@ -151,18 +151,18 @@ class Command:
         form = self.form
         asked = [form[name] for name in form.names if name not in {*GIVEN, *self.without, *self.bound}]
         asked += [Form(verb)[name] for verb, names in self.further.items() for name in names]
-        asked = [replace(one, default=None) if one.name in self.optional else one for one in asked]
+        asked = [replace(argument, default=None) if argument.name in self.optional else argument for argument in asked]
         placed = [
-            one
-            for one in asked
-            if one.several
-            or one.name in self.places
-            or (one.positional and one.default is Parameter.empty and one.name not in self.options)
+            argument
+            for argument in asked
+            if argument.several
+            or argument.name in self.places
+            or (argument.positional and argument.default is Parameter.empty and argument.name not in self.options)
         ]
-        named = [one for one in asked if one not in placed]
-        made = [self._parameter(one, place=True) for one in placed]
+        named = [argument for argument in asked if argument not in placed]
+        made = [self._parameter(argument, place=True) for argument in placed]
         made += [self.output.parameter()] if self.output else []
-        made += [self._parameter(one) for one in named]
+        made += [self._parameter(argument) for argument in named]
         made += self.own
         made += [parameter("plot", Plot, None)] if self.plot else []
         made += [parameter("implausible", Implausible, "error")] if self.plausible else []
@@ -182,9 +182,9 @@ class Command:
         names = set(self.form.names)
 
         def make(advance: Any, **beside: Any) -> Any:
-            values = {**self.bound, **{name: one for name, one in given.items() if name in names}, **beside}
+            values = {**self.bound, **{name: item for name, item in given.items() if name in names}, **beside}
             if beliefs := self.further.get(READ_MACHINE):
-                instead = {name: one for name, one in given.items() if name in beliefs}
+                instead = {name: item for name, item in given.items() if name in beliefs}
                 values["machine"] = found(read)(given["machine"], **instead)
             if "advance" in names:
                 values["advance"] = advance

@@ -23,7 +23,7 @@ def _completes(names: Callable[[Words], Iterable[str]]) -> Callable[[typer.Conte
     def complete(ctx: typer.Context, incomplete: str) -> list[str]:
         with suppress(Exception):
             # of a line that ends in an option the other options are parsed, and its words are left as they are
-            words = [*ctx.args, *(("--schemes", str(own)) if (own := ctx.params.get("known")) else ())]
+            words = [*ctx.args, *(("--schemes", str(schemes)) if (schemes := ctx.params.get("known")) else ())]
             return [name for name in names(words) if name.startswith(incomplete) and _PLAIN.fullmatch(name)]
         return []
 
@@ -34,8 +34,8 @@ def _schemes(words: Words) -> Iterable[str]:
     from fric.control.scheme import PAPER_SCHEMES
     from fric.documents.schemes import read_schemes
 
-    own = words[words.index("--schemes") + 1] if "--schemes" in words else None
-    return [*(read_schemes(Path(own)) if own else PAPER_SCHEMES), "all"]
+    schemes = words[words.index("--schemes") + 1] if "--schemes" in words else None
+    return [*(read_schemes(Path(schemes)) if schemes else PAPER_SCHEMES), "all"]
 
 
 def _axes(words: Words) -> Iterable[str]:

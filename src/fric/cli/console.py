@@ -50,7 +50,7 @@ class Stream:
 
     def print(self, *things: Any, markup: bool = True, end: str = "\n") -> None:
         """Print as Rich does, with its markup or without."""
-        self.console.print(*(clean(one) if isinstance(one, str) else one for one in things), markup=markup, end=end)
+        self.console.print(*(clean(item) if isinstance(item, str) else item for item in things), markup=markup, end=end)
 
 
 SPELLED = str.maketrans({"≤": "<=", "≥": ">=", "−": "-", "Δ": "Delta", "⁻": "-", "¹": "1", "σ": "sigma", "α": "alpha"})

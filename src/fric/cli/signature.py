@@ -71,7 +71,7 @@ def _first(kinds: Any, name: str) -> Any:
 def _dimensions(hint: Any) -> Iterator[str]:
     if get_origin(hint) is Annotated:
         inner, *beside = get_args(hint)
-        yield from (one for one in beside if isinstance(one, str))
+        yield from (text for text in beside if isinstance(text, str))
         yield from _dimensions(inner)
 
 
@@ -84,7 +84,7 @@ def _read(hint: Any) -> tuple[Any, bool]:
     if origin is Annotated:
         return _read(inner[0])
     if origin in {Union, UnionType}:
-        ways = [one for one in inner if one is not NoneType]
+        ways = [item for item in inner if item is not NoneType]
         if Path in ways:
             return Path, False
         return (str, False) if str in ways else _read(ways[0])

@@ -95,12 +95,12 @@ class Adaptive(ControlBlock):
     @classmethod
     def designed(cls, setting: Setting) -> Self:
         """Return the block within the intervals of what was identified: level by F_c and F_s, stiffness by each k."""
-        own = super().designed(setting)
+        usual = super().designed(setting)
         bounds: dict[str, float] = {}
         for lower, upper, names in (("lowest", "highest", "F_"), ("softest", "stiffest", "k_")):
             if (span := setting.span(names)) is not None:
-                bounds |= {lower: max(span[0], getattr(own, lower)), upper: min(span[1], getattr(own, upper))}
-        return replace(own, **bounds)
+                bounds |= {lower: max(span[0], getattr(usual, lower)), upper: min(span[1], getattr(usual, upper))}
+        return replace(usual, **bounds)
 
     def packed(self, setting: Setting) -> Real:
         """Return rates, bounds, the filter and both models along the reference [V]."""

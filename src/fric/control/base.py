@@ -94,7 +94,7 @@ class Setting:
 
     def span(self, names: str) -> tuple[float, float] | None:
         """Return the widest span of the parameters whose names begin so; None where none was identified."""
-        found = [one for name, one in self.spans.items() if name.startswith(names)]
+        found = [span for name, span in self.spans.items() if name.startswith(names)]
         return (min(low for low, _ in found), max(high for _, high in found)) if found else None
 
     @property
@@ -173,8 +173,13 @@ class ControlBlock(ABC):
         cls.check(values)
         if len(values) == len(cls.parameters):
             return cls(**values)
-        own = cls.designed(setting)
-        return cls(**{one.name: values.get(one.name, getattr(own, one.name)) for one in cls.parameters})
+        usual = cls.designed(setting)
+        return cls(
+            **{
+                parameter.name: values.get(parameter.name, getattr(usual, parameter.name))
+                for parameter in cls.parameters
+            }
+        )
 
     @abstractmethod
     def packed(self, setting: Setting) -> Real:

@@ -127,9 +127,18 @@ class GainScheduled(ControlBlock):
 
     def packed(self, setting: Setting) -> Real:
         """Return the cascade's gains, what is added to them, and the schedule."""
-        own = setting.cascade
-        pole = low_pass_pole(own.velocity_filter, own.sampling)
-        head = [own.K_v, own.K_p, own.K_i * own.T_s, pole, own.T_s, self.proportional, self.integral, self.carried]
+        cascade = setting.cascade
+        pole = low_pass_pole(cascade.velocity_filter, cascade.sampling)
+        head = [
+            cascade.K_v,
+            cascade.K_p,
+            cascade.K_i * cascade.T_s,
+            pole,
+            cascade.T_s,
+            self.proportional,
+            self.integral,
+            self.carried,
+        ]
         return np.concatenate([head, self.schedule(setting).ravel()])
 
     def initial_state(self, setting: Setting) -> Real:

@@ -77,7 +77,7 @@ class Kalman(ControlBlock):
         ratio = ((2 * pi * self.cutoff) ** 3 / setting.plant.B * setting.T_s) ** 2
         scale = [1.0, setting.T_s, setting.T_s**2 * setting.plant.B]
         back = [[Phi[j][i] * scale[j] / scale[i] for j in range(3)] for i in range(3)]
-        measured, noise = ([[float(i == j == one) for j in range(3)] for i in range(3)] for one in (0, 2))
+        measured, noise = ([[float(i == j == number) for j in range(3)] for i in range(3)] for number in (0, 2))
         noise[2][2] = ratio * scale[2] ** 2
         P = riccati(back, measured, noise)
         return np.array([row[0] / (P[0][0] + 1.0) / unit for row, unit in zip(P, scale, strict=True)])

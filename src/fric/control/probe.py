@@ -101,10 +101,10 @@ def _probed(step: BlockStep, packed: bytes, at: bytes, unit: float) -> Probed:
     if after(np.zeros(size), np.zeros(inputs))[1] != 0.0:
         raise ValueError("the step gives something from nothing")
     A, B, C, D = np.empty((size, size)), np.empty((size, inputs)), np.empty(size), np.empty(inputs)
-    for n, one in enumerate(np.eye(size)):
-        A[:, n], C[n] = after(one, np.zeros(inputs))
-    for n, one in enumerate(np.eye(inputs)):
-        B[:, n], D[n] = after(np.zeros(size), one)
+    for n, array in enumerate(np.eye(size)):
+        A[:, n], C[n] = after(array, np.zeros(inputs))
+    for n, array in enumerate(np.eye(inputs)):
+        B[:, n], D[n] = after(np.zeros(size), array)
     kept = _reached(A != 0.0, np.any(B != 0.0, axis=1)) & _reached(A.T != 0.0, C != 0.0)
     return Probed(A[np.ix_(kept, kept)], B[kept], C[kept], D)
 

@@ -120,7 +120,7 @@ class ReversalPulse(ControlBlock):
         """Return the pulse that fits the friction that the controller believes in."""
         model = nominal_friction(setting, cls.name)
         pulse = fitted(model, setting.sampling)
-        slow, middle, fast = (setting.gain / setting.K_f * one for one in pulse[:3])
+        slow, middle, fast = (setting.gain / setting.K_f * value for value in pulse[:3])
         return cls(slow, middle, fast, pulse[3])
 
     def packed(self, setting: Setting) -> Real:
@@ -176,5 +176,7 @@ def fitted(model: FrictionModel, sampling: float) -> tuple[float, float, float, 
     found = least_squares(misfit, [-1.0, log(0.01)], bounds=([-5.0, -8.0], [5.0, 1.0]))
     pulse = np.exp(-t / exp(found.x[1]))
     fitting = (float(pulse @ part / (pulse @ pulse)) for part in parts)
-    slow, middle, fast = (min(max(one, -scale), scale) for one in fitting)  # friction turns from one level to the other
+    slow, middle, fast = (
+        min(max(value, -scale), scale) for value in fitting
+    )  # friction turns from one level to the other
     return as_filed((slow, middle, fast, exp(found.x[1])))

@@ -106,7 +106,7 @@ class Scheme:
     @property
     def designed(self) -> list[type[ControlBlock]]:
         """The blocks that feed back and are tuned to a peak sensitivity."""
-        return [one for one in (block_type(self.controller), *self.block_types) if one.tuned and one.in_loop()]
+        return [block for block in (block_type(self.controller), *self.block_types) if block.tuned and block.in_loop()]
 
     @property
     def observer(self) -> bool:

@@ -64,8 +64,8 @@ def design_block(
         loop, blocks = loop_with(kind.tuned_to(value, setting), cascade, Delta, setting)
         return loop.peak(blocks) <= peak_sensitivity
 
-    own = next(one for one in kind.parameters if one.name == kind.tuned)
-    found = largest_that_keeps(keeps, np.geomspace(own.lower, own.upper, TRIED), 1e-4)
+    tuned = next(parameter for parameter in kind.parameters if parameter.name == kind.tuned)
+    found = largest_that_keeps(keeps, np.geomspace(tuned.lower, tuned.upper, TRIED), 1e-4)
     text = f"the peak sensitivity of the whole loop, {decibel(peak_sensitivity):.3g} dB"
     if found == 0.0:
         raise FricError(
@@ -73,7 +73,7 @@ def design_block(
             hint="Lower the gains of the controller, or ask for a larger peak sensitivity.",
         )
     value, reason = (
-        (own.upper, "limited by no margin, but by its bound")
+        (tuned.upper, "limited by no margin, but by its bound")
         if found == inf
         else (three_digits(found), f"limited by {text}")
     )
@@ -156,7 +156,7 @@ def design_jointly(
     if not kind.tuned or kind.kind == "feedforward":
         raise FricError(f"'{kind.name}' does not feed back: there is nothing to share with the cascade")
     own, Delta = Cascade.designed(setting), perturbation or model_perturbation(setting.plant, setting.sampling / 2)
-    tuned = next(one for one in kind.parameters if one.name == kind.tuned)
+    tuned = next(parameter for parameter in kind.parameters if parameter.name == kind.tuned)
 
     def cascade(x: Real) -> Cascade:
         gain, position, corner = np.exp(x[:3])
@@ -200,7 +200,7 @@ def _first(kind: type[ControlBlock], setting: Setting, peak_sensitivity: float, 
     try:
         block = design_block(kind, setting, peak_sensitivity=peak_sensitivity, perturbation=Delta).block
     except FricError:
-        return next(float(np.max(one.typical)) for one in kind.parameters if one.name == kind.tuned)
+        return next(float(np.max(parameter.typical)) for parameter in kind.parameters if parameter.name == kind.tuned)
     return float(getattr(block, kind.tuned))
 
 

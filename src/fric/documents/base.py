@@ -60,9 +60,9 @@ def arithmetic() -> dict[str, str]:
 
     keys = ("internal_api", "version", "architecture")
     blas = {
-        " ".join(str(one[key]) for key in keys if one.get(key))
-        for one in threadpool_info()
-        if one["user_api"] == "blas"
+        " ".join(str(item[key]) for key in keys if item.get(key))
+        for item in threadpool_info()
+        if item["user_api"] == "blas"
     }
     config: Any = np.show_config(mode="dicts")
     extensions = config.get("SIMD Extensions", {})
@@ -107,19 +107,21 @@ class CodedWarning(Part):
 
 def nested(kind: Any, given: Any, name: str) -> Any:
     """Return the checked value of a key that the schema's class does not declare; errors name that key."""
-    for one in (kind, *get_args(kind)):
-        if isinstance(one, type) and issubclass(one, Part):
-            one.model_rebuild()  # undeclared values are dumped by their serializer: before 2.14, only if built
+    for item in (kind, *get_args(kind)):
+        if isinstance(item, type) and issubclass(item, Part):
+            item.model_rebuild()  # undeclared values are dumped by their serializer: before 2.14, only if built
     try:
         return TypeAdapter(kind).validate_python(given)
     except ValidationError as error:
         text = [
             InitErrorDetails(
-                type=PydanticCustomError("nested", "{told}", {"told": one["msg"]}) if "ctx" in one else one["type"],
-                loc=(name, *one["loc"]),
-                input=one["input"],
+                type=PydanticCustomError("nested", "{told}", {"told": error["msg"]})
+                if "ctx" in error
+                else error["type"],
+                loc=(name, *error["loc"]),
+                input=error["input"],
             )
-            for one in error.errors()
+            for error in error.errors()
         ]
         raise ValidationError.from_exception_data(name, text) from None
 
@@ -127,7 +129,7 @@ def nested(kind: Any, given: Any, name: str) -> Any:
 def warned(notices: Iterable[Notice]) -> dict[str, Any]:
     """Return the ``warnings`` and ``warnings_coded`` of a document; each text occurs once."""
     words = once(map(Notice.of, notices))
-    return {"warnings": [str(one) for one in words], "warnings_coded": [one.as_dict() for one in words]}
+    return {"warnings": [str(word) for word in words], "warnings_coded": [word.as_dict() for word in words]}
 
 
 HEAD, FOOT = ("fric", "axis", "motion"), ("warnings", "warnings_coded", "provenance")
@@ -178,7 +180,7 @@ class Document(Part):
         try:
             return cls.model_validate(head | dict(content) | foot, from_attributes=True)
         except ValidationError as error:
-            odd = [".".join(map(str, one["loc"])) for one in error.errors() if one["type"] == "finite_number"]
+            odd = [".".join(map(str, error["loc"])) for error in error.errors() if error["type"] == "finite_number"]
             if not odd:
                 raise
             raise FricError(
@@ -188,14 +190,14 @@ class Document(Part):
 
     def notices(self) -> tuple[Notice, ...]:
         """Return the warnings as data; a warning of an older file without a code is a doubt."""
-        coded = {one.text: Notice.of(dict(one)) for one in self.warnings_coded}
+        coded = {warning.text: Notice.of(dict(warning)) for warning in self.warnings_coded}
         return tuple((coded | {text: coded.get(text, Notice.of(text)) for text in self.warnings}).values())
 
     def passed_on(self) -> tuple[Notice, ...]:
         """Return the doubts of this document for what builds upon it, each with where it is from; notes stay here."""
         of = f"{self.type} of axis {axis}" if (axis := getattr(self, "axis", "")) else self.type
-        doubts = (one for one in self.notices() if one.severity != "note")
-        return tuple(one if one.carried else one.at(of, carried=True) for one in doubts)
+        doubts = (notice for notice in self.notices() if notice.severity != "note")
+        return tuple(doubt if doubt.carried else doubt.at(of, carried=True) for doubt in doubts)
 
     def tree(self) -> dict[str, Any]:
         """Return what was given, as plain values in the order of a file, ready to be written or printed."""

@@ -68,7 +68,7 @@ def _periodic(made: Any) -> list[dict[str, Any]]:
 
 def _by_sense(made: Any) -> dict[str, Any]:
     both = zip(made.found.tests, made.found.all_glitches, strict=True)
-    return {SENSES[one.test.direction]: glitches for one, glitches in both}
+    return {SENSES[item.test.direction]: glitches for item, glitches in both}
 
 
 def _iso230(made: Any) -> dict[str, Any]:
@@ -86,8 +86,8 @@ def _predicted(made: Any) -> Any:
         return None
     limits = held.intervals or {}
     return {
-        name: {**vars(one), "ci95": limits.get(name), "agrees": held.agrees[name], "cause": held.causes.get(name)}
-        for name, one in held.predicted.glitches.items()
+        name: {**vars(glitch), "ci95": limits.get(name), "agrees": held.agrees[name], "cause": held.causes.get(name)}
+        for name, glitch in held.predicted.glitches.items()
         if name in held.agrees
     }
 
@@ -102,7 +102,7 @@ class DiagnosisDocument(Document):
     direction: Annotated[Quantity, Of(lambda made: float(made.found.test.direction), "1")] = Field(
         description="1 counter-clockwise, -1 clockwise"
     )
-    revolutions: Annotated[list[int], Of(lambda made: [one.count for one in made.found.tests])]
+    revolutions: Annotated[list[int], Of(lambda made: [test.count for test in made.found.tests])]
     centre: Annotated[dict[str, Quantity], Of(_per_axis("centre"))]
     scale: Annotated[dict[str, Quantity], Of(_per_axis("scale"))]
     squareness: Annotated[Quantity, Of(lambda made: made.found.geometry["squareness"])]
@@ -148,8 +148,8 @@ class NextCircle(Written):
 
 def _ahead(made: Any) -> dict[str, dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
-    for one in made.found.predicted:
-        found.setdefault(f"{one.feed:g}", {})[one.scheme] = one
+    for item in made.found.predicted:
+        found.setdefault(f"{item.feed:g}", {})[item.scheme] = item
     return found
 
 
@@ -177,13 +177,13 @@ class LearnedCircle(Document):
 class RoundPart(Written):
     """One round."""
 
-    glitch: Annotated[float, Of(lambda one: one.run.chance().median)] = Field(
+    glitch: Annotated[float, Of(lambda item: item.run.chance().median)] = Field(
         description="median over places between two counts [m]"
     )
-    ci95: Annotated[list[float], Of(lambda one: [one.run.chance().low, one.run.chance().high])] = Field(
+    ci95: Annotated[list[float], Of(lambda item: [item.run.chance().low, item.run.chance().high])] = Field(
         description="between what 95 % of runs lie [m]"
     )
-    quadrants: Annotated[list[float], Of(lambda one: [glitch.median for glitch in one.run.glitches])] = Field(
+    quadrants: Annotated[list[float], Of(lambda item: [glitch.median for glitch in item.run.glitches])] = Field(
         description="at +x, +y, -x, -y, outwards positive, medians [m]"
     )
 
@@ -191,9 +191,9 @@ class RoundPart(Written):
 class CarriedPart(Written):
     """Result of another circle with what was learned of this circle."""
 
-    radius: Annotated[float, Of(lambda one: one[0])] = Field(description="[m]")
-    feed: Annotated[float, Of(lambda one: one[1])] = Field(description="[m/s]")
-    glitch: Annotated[float, Of(lambda one: one[2])] = Field(description="[m]")
+    radius: Annotated[float, Of(lambda item: item[0])] = Field(description="[m]")
+    feed: Annotated[float, Of(lambda item: item[1])] = Field(description="[m/s]")
+    glitch: Annotated[float, Of(lambda item: item[2])] = Field(description="[m]")
 
 
 class LearningDocument(LearnedCircle):
@@ -222,7 +222,7 @@ class LearnedFeedforwardDocument(LearnedCircle):
 
 def tuned_files(found: Tuned, folder: Path) -> list[Path]:
     """Return the files that `write_tuned` writes."""
-    better = [name for name, one in found.axes.items() if one.improves]
+    better = [name for name, axis in found.axes.items() if axis.improves]
     return [folder / "machine.yaml", *(folder / f"{name}{end}.yaml" for name in better for end in ("", "-plant"))]
 
 
@@ -248,7 +248,7 @@ def write_tuned(
     refuse_existing(*files, force=force)
     done = [] if done is None else done
     tree, trees = read_machine_document(machine).tree(), list[dict[str, Any]]()
-    better = {name: one for name, one in found.axes.items() if one.improves}
+    better = {name: axis for name, axis in found.axes.items() if axis.improves}
     for name, one in better.items():
         trees += [friction_tree(one, found.tests), plant_tree(one, found.tests)]
         axis = tree["axes"][name]
@@ -268,17 +268,17 @@ def write_tuned(
     return files
 
 
-def _feedforward(name: str, one: TunedAxis) -> dict[str, Any]:
+def _feedforward(name: str, axis: TunedAxis) -> dict[str, Any]:
     """Return what is fed forward of a tuned axis: its friction, or a share of it."""
-    gain = one.axis.nominal_friction.gain
+    gain = axis.axis.nominal_friction.gain
     share = {} if gain == 1.0 else {"gain": {"value": gain, "unit": "1"}}
     return {"lead": "auto", "friction": f"{name}.yaml", **share}
 
 
-def _loop(one: TunedAxis) -> dict[str, Any]:
+def _loop(axis: TunedAxis) -> dict[str, Any]:
     """Return the gains of a redesigned loop, as parts of an axis."""
-    own, watch = one.axis.cascade, one.axis.observer
-    gains = {name: gain.as_dict() for name, gain in ControllerPart.of(own, one.axis.motion).items()}
+    cascade, watch = axis.axis.cascade, axis.axis.observer
+    gains = {name: gain.as_dict() for name, gain in ControllerPart.of(cascade, axis.axis.motion).items()}
     if watch is None:
         return {"controller": gains}
     cutoff = {"value": watch.q.cutoff, "unit": "Hz"}

@@ -42,7 +42,7 @@ class Score(Written):
     bits_per_parameter: float
     ns_per_step: Annotated[float, Of("nanoseconds")]
     records: dict[str, ScoredRecord]
-    estimates: Annotated[dict[str, dict[str, Quantity]], Of(lambda one: one.fits[0].estimates)] = Field(
+    estimates: Annotated[dict[str, dict[str, Quantity]], Of(lambda item: item.fits[0].estimates)] = Field(
         description="by section and name, of the first fit"
     )
 
@@ -70,10 +70,10 @@ def _scored(found: Any, residual: tuple[Real, ...]) -> dict[str, Any]:
 
 
 def _models(found: Any) -> dict[str, Any]:
-    scores = {one.name: one for one in found.scores}
+    scores = {score.name: score for score in found.scores}
     return {
-        name: read_off(Score, one, {"records"}) | {"records": _scored(found, one.residual)}
-        for name, one in scores.items()
+        name: read_off(Score, score, {"records"}) | {"records": _scored(found, score.residual)}
+        for name, score in scores.items()
     }
 
 
@@ -93,7 +93,7 @@ class ComparisonDocument(Document):
     )
     winner: str | None
     models: Annotated[dict[str, Score], Of(_models)]
-    baselines: Annotated[dict[str, Plain], Of(lambda found: {one.name: one for one in found.baselines})]
+    baselines: Annotated[dict[str, Plain], Of(lambda found: {baseline.name: baseline for baseline in found.baselines})]
     leads: dict[str, Lead]
     presliding: Annotated[dict[str, Quantity], Of(_presliding)] = Field(
         description="displacement over which friction builds up, by record"
@@ -141,7 +141,7 @@ class ValidatedRecord(Written):
     signals: Annotated[dict[str, SignalPart], Of(_signals)]
     filter: Annotated[Quantity, Of("cutoff", "Hz")]
     worst_second: Annotated[
-        list[float], Of(lambda one: [float(one.log.time[one.worst[0]]), float(one.log.time[one.worst[1] - 1])])
+        list[float], Of(lambda item: [float(item.log.time[item.worst[0]]), float(item.log.time[item.worst[1] - 1])])
     ] = Field(description="begin and end of the second with the largest error [s]")
 
 

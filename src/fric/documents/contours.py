@@ -27,8 +27,8 @@ class ChancePart(Written):
         description="places between two counts at which it was run; every figure is their median"
     )
     glitch: Annotated[list[float], Of(lambda run: [run.chance().low, run.chance().high])] = Field(description="[m]")
-    reversals: Annotated[list[list[float]], Of(lambda run: [[one.low, one.high] for one in run.glitches])] = Field(
-        description="of the signed glitch at each reversal [m]"
+    reversals: Annotated[list[list[float]], Of(lambda run: [[glitch.low, glitch.high] for glitch in run.glitches])] = (
+        Field(description="of the signed glitch at each reversal [m]")
     )
 
 
@@ -47,7 +47,7 @@ Chanced = Annotated[ChancePart | None, Of(lambda run: run if run.places else Non
 class CircleScheme(ContourScheme):
     """Result of one scheme on a circle."""
 
-    quadrants: Annotated[list[float], Of(lambda run: [one.median for one in run.glitches])] = Field(
+    quadrants: Annotated[list[float], Of(lambda run: [glitch.median for glitch in run.glitches])] = Field(
         description="at +x, +y, -x, -y, outwards positive [m]"
     )
     radial_rms: Annotated[float, Of(lambda run: run.chance("rms").median)] = Field(description="[m]")
@@ -61,10 +61,10 @@ class CircleScheme(ContourScheme):
 class SchemeSpread(Written):
     """How the glitch of one scheme is distributed over machines; null where it ran on none."""
 
-    median: Annotated[Known, Of(lambda one: one.quantiles["median"])] = Field(description="[m]")
-    p05: Annotated[Known, Of(lambda one: one.quantiles["p05"])]
-    p95: Annotated[Known, Of(lambda one: one.quantiles["p95"])]
-    ci95: Annotated[list[Known], Of(lambda one: [one.quantiles["low"], one.quantiles["high"]])]
+    median: Annotated[Known, Of(lambda item: item.quantiles["median"])] = Field(description="[m]")
+    p05: Annotated[Known, Of(lambda item: item.quantiles["p05"])]
+    p95: Annotated[Known, Of(lambda item: item.quantiles["p95"])]
+    ci95: Annotated[list[Known], Of(lambda item: [item.quantiles["low"], item.quantiles["high"]])]
     best: float = Field(description="share of the machines on which no other scheme leaves less")
     failed: int = Field(description="machines on which it could not run")
     saturated: int
@@ -74,7 +74,7 @@ class SpreadFactor(Written):
     """What was spread, and how widely."""
 
     distribution: Distribution
-    factor: Annotated[list[float], Of(lambda one: [one.low, one.high])]
+    factor: Annotated[list[float], Of(lambda item: [item.low, item.high])]
 
 
 class MonteCarloPart(Written):
@@ -87,7 +87,8 @@ class MonteCarloPart(Written):
         description="by how much the integration may move a glitch [m]"
     )
     from_intervals: Annotated[
-        dict[str, list[str]], Of(lambda many: {name: sorted(one) for name, one in many.study.intervals.items()})
+        dict[str, list[str]],
+        Of(lambda many: {name: sorted(interval) for name, interval in many.study.intervals.items()}),
     ] = Field(description="by axis, what was drawn from what was identified")
     spreads: Annotated[dict[str, SpreadFactor], Of("study.spreads")]
     schemes: Annotated[dict[str, SchemeSpread], Of(lambda many: many.distributions())]
@@ -97,19 +98,19 @@ class MonteCarloPart(Written):
 class VerdictPart(Written):
     """What to switch on, how far that may be trusted, and what to type next; lengths in m."""
 
-    scheme: Annotated[str | None, Of(lambda one: one.choice and one.choice.scheme.name)] = Field(
+    scheme: Annotated[str | None, Of(lambda item: item.choice and item.choice.scheme.name)] = Field(
         description="null where none is recommended"
     )
-    glitch: Annotated[float | None, Of(lambda one: one.choice and one.choice.middle)] = Field(
+    glitch: Annotated[float | None, Of(lambda item: item.choice and item.choice.middle)] = Field(
         description="median over the machines that were drawn"
     )
-    ci95: Annotated[list[float] | None, Of(lambda one: one.choice and one.choice.interval)]
-    stays_under: Annotated[float | None, Of(lambda one: one.choice and one.choice.stays_under)] = Field(
+    ci95: Annotated[list[float] | None, Of(lambda item: item.choice and item.choice.interval)]
+    stays_under: Annotated[float | None, Of(lambda item: item.choice and item.choice.stays_under)] = Field(
         description="what 95 % of the machines that were drawn stay under"
     )
     trusted: bool
     passes: bool | None = Field(description="whether the tolerance is kept; null where none was asked, or not decided")
-    result: Annotated[Literal["", "pass", "fail", "not decided"], Of(lambda one: one.result[0])] = Field(
+    result: Annotated[Literal["", "pass", "fail", "not decided"], Of(lambda item: item.result[0])] = Field(
         description="empty where no tolerance was asked"
     )
     headline: str
@@ -143,8 +144,8 @@ def prediction_of(tree: Mapping[str, Any]) -> Prediction:
     """Return the prediction of such values."""
     found: Prediction = again(Prediction, tree)
     schemes = {
-        name: replace(one, distrust=tuple(why for why in one.why if why not in found.distrust))
-        for name, one in found.schemes.items()
+        name: replace(scheme, distrust=tuple(why for why in scheme.why if why not in found.distrust))
+        for name, scheme in found.schemes.items()
     }
     return replace(found, schemes=schemes)
 
@@ -179,7 +180,8 @@ class ReproductionDocument(Document):
     steps: int
     made_now: Annotated[int, Of("made")] = Field(alias="made", description="steps that were not up to date")
     feeds: Annotated[
-        dict[str, ReproducedFeed], Of(lambda made: {f"{one.runs[0].circle.feed:g}": one for one in made.circles()})
+        dict[str, ReproducedFeed],
+        Of(lambda made: {f"{circle.runs[0].circle.feed:g}": circle for circle in made.circles()}),
     ] = Field(description="by feed [m/s]")
 
 
@@ -240,7 +242,7 @@ class MapDifference(Written):
 def _mapped(found: Any) -> dict[str, Any]:
     schemes = {}
     for scheme, glitch in zip(found.grid.schemes, found.glitches, strict=True):
-        failures = dict.fromkeys(why for one in found.cells if (why := one.failures.get(scheme.name)))
+        failures = dict.fromkeys(why for cell in found.cells if (why := cell.failures.get(scheme.name)))
         schemes[scheme.name] = {"title": scheme.title, "glitch": glitch.tolist(), "failures": list(failures)}
     return schemes
 
@@ -267,7 +269,9 @@ class CircleMapDocument(Document):
 
     def describe(self) -> list[str]:
         """Return where and how much each pair of schemes differs, a sentence a pair."""
-        return [self._described(name, np.array(one.less, float)) for name, one in self.differences.items()]
+        return [
+            self._described(name, np.array(difference.less, float)) for name, difference in self.differences.items()
+        ]
 
     def _described(self, name: str, less: Real) -> str:
         ran = np.isfinite(less)

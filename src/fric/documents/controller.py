@@ -141,7 +141,7 @@ def block_values(name: str, given: Mapping[str, Any], motion: Motion, where: str
     """
     block = block_type(name)
     raw = {key: value.model_dump() if isinstance(value, Quantity) else value for key, value in given.items()}
-    found = quantities(raw, {one.name: one.dimension for one in block.parameters}, motion, where)
+    found = quantities(raw, {parameter.name: parameter.dimension for parameter in block.parameters}, motion, where)
     values = {key: float(estimate) for key, estimate in found.items()}
     block.check(values)
     return values
@@ -182,8 +182,10 @@ class BlockDocument(OfAxis):
                     "properties": {
                         "parameters": {
                             "properties": {
-                                one.name: {"description": f"{one.doc} [{si_unit(one.dimension, 'linear')}]"}
-                                for one in block.parameters
+                                parameter.name: {
+                                    "description": f"{parameter.doc} [{si_unit(parameter.dimension, 'linear')}]"
+                                }
+                                for parameter in block.parameters
                             },
                             "additionalProperties": False,
                         }
@@ -205,9 +207,10 @@ def block_tree(
 ) -> dict[str, Any]:
     """Return a control block with the margins of the loop as a block document."""
     block, margins = design.block, {} if design.margins is None else {"input": design.margins.as_dict()}
+    dimensions = {parameter.name: parameter.dimension for parameter in block.parameters}
     return {
         "fric": BlockDocument.type_name(), "axis": axis, "motion": motion, "block": block.name,
-        "parameters": _given(in_units(vars(block), {one.name: one.dimension for one in block.parameters}, motion)),
+        "parameters": _given(in_units(vars(block), dimensions, motion)),
         "reason": design.reason,
         **({} if cascade is None else {"controller": _given(ControllerPart.of(cascade, motion))}), "margins": margins,
         "warnings": list(warnings), "provenance": provenance(logs),

@@ -82,8 +82,8 @@ class Fit(Part):
         if not isinstance(given, Mapping) or "taken_off" in given:
             return given
         records = given.get("records")
-        ready = [one.get("prepared", one) for one in records or () if isinstance(one, Mapping)]
-        if any(isinstance(one, Mapping) and "inertia_share" in one for one in ready):
+        ready = [record.get("prepared", record) for record in records or () if isinstance(record, Mapping)]
+        if any(isinstance(item, Mapping) and "inertia_share" in item for item in ready):
             return {**given, "taken_off": ["inertia", "damping"]}
         if "drive damping taken off" in str(given.get("method", "")):
             return {**given, "taken_off": ["damping"]}
@@ -174,8 +174,8 @@ class FrictionDocument(OfAxis):
 
     def sections(self) -> list[str]:
         """Return the names of the sections that hold parameters: those of the static map, then of other models."""
-        own = [name for name in ("static", "static_negative", "at_speed") if getattr(self, name)]
-        return own + self.model_names()
+        present = [name for name in ("static", "static_negative", "at_speed") if getattr(self, name)]
+        return present + self.model_names()
 
     def friction(self, name: str) -> FrictionModel:
         """Return one friction model of this file (``static``, ``gms``, …), with a map a direction where it has them.
@@ -217,8 +217,8 @@ class FrictionDocument(OfAxis):
             raise FricError(f"the friction file holds {', '.join(found)}", hint="Name one with `model=`.")
         friction = self.friction(model)
         found_in = {
-            one.record: float(one.offset.si("force", self.motion))
-            for one in self.fit_of(model).records or () if one.offset is not None
+            record.record: float(record.offset.si("force", self.motion))
+            for record in self.fit_of(model).records or () if record.offset is not None
         }  # fmt: skip
         of_axis = sum(found_in.values()) / len(found_in) if found_in else self.load()
         return friction, found_in.get(record, of_axis)
@@ -301,7 +301,7 @@ def _built_upon(
 ) -> dict[str, Any]:
     """Return the document of a model that builds upon a static map: it carries over the warnings of that file."""
     known = () if static is None or static.model_names() else static.notices()  # else they are not of the map alone
-    before = [one.at("", carried=True) for one in known]
+    before = [notice.at("", carried=True) for notice in known]
     also = {"static": static.provenance.model_dump()} if static is not None and static.provenance else {}
     return FrictionDocument.made(content, notices=[*before, *notices], logs=logs, also=also).tree()
 
@@ -336,8 +336,8 @@ def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[st
         "samples": sum(int(record.used.sum()) for record in fit.records),
         "method": "replay along the measured motion; CRS2, least squares; intervals by autoregressions, and cycles",
         "records": [
-            {"record": record.log.name, "prepared": PreparedPart.of(record.done, fit.motion), **own}
-            for record, own in zip(fit.records, fit.own_estimates, strict=True)
+            {"record": record.log.name, "prepared": PreparedPart.of(record.done, fit.motion), **values}
+            for record, values in zip(fit.records, fit.own_estimates, strict=True)
         ],
         "covariance": fit.covariance,
     } | _used(fit.records[0].done.plant, fit.motion, "inertia", "damping")

@@ -93,10 +93,10 @@ class FilePart(PartOf[T]):
 
     def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
         """Return its numbers, with those of every part within; raise ValueError with what to do."""
-        for name, one in self:
-            for n, part in enumerate(one if isinstance(one, list) else [one]):
+        for name, item in self:
+            for n, part in enumerate(item if isinstance(item, list) else [item]):
                 if isinstance(part, FilePart):
-                    part.estimates(motion, f"{where}.{name}" + (f".{n}" if isinstance(one, list) else ""))
+                    part.estimates(motion, f"{where}.{name}" + (f".{n}" if isinstance(item, list) else ""))
         return super().estimates(motion, where)
 
     def in_si(self, motion: Motion) -> T:
@@ -120,9 +120,9 @@ def _part(base: type[PartOf[Any]], kind: type[Any]) -> Any:
     summary, described = described_fields(kind)
     types = get_type_hints(kind, include_extras=True)
     given: dict[str, Any] = {}
-    for one in fields(kind):
-        if one.metadata.get("leaves", True):
-            given |= base.entry(one, types[one.name], described.get(one.name))
+    for field in fields(kind):
+        if field.metadata.get("leaves", True):
+            given |= base.entry(field, types[field.name], described.get(field.name))
     name = f"{kind.__name__}Part"
     made = pydantic.create_model(name, __base__=base, __doc__=summary, __module__=__name__, **given)
     made.held = kind
@@ -135,15 +135,15 @@ def described_fields(kind: type[Any]) -> tuple[str, dict[str, str]]:
     A field is described below ``Parameters``, as in NumPy, or in a line ``name: …``; several of one line have commas
     between them.
     """
-    text, told = getdoc(kind) or "", dict[str, str]()
+    text, texts = getdoc(kind) or "", dict[str, str]()
     for one in reversed(kind.__mro__[:-1]):
-        own = cleandoc(one.__doc__ or "")
-        below = own.partition("Parameters\n-")[2]
+        doc = cleandoc(one.__doc__ or "")
+        below = doc.partition("Parameters\n-")[2]
         found = re.findall(r"^(\w+(?:, \w+)*)\n((?:    .*\n?)+)", below, re.MULTILINE)
-        for names, body in found or re.findall(r"^(\w+(?:, \w+)*): (.+\n?(?:    .*\n?)*)", own, re.MULTILINE):
+        for names, body in found or re.findall(r"^(\w+(?:, \w+)*): (.+\n?(?:    .*\n?)*)", doc, re.MULTILINE):
             sentence = re.split(r"\.(?: |$)", " ".join(body.split()))[0]
-            told |= {name: sentence[0].lower() + sentence[1:] for name in names.split(", ")}
-    return text.partition("\n\n")[0], told
+            texts |= {name: sentence[0].lower() + sentence[1:] for name in names.split(", ")}
+    return text.partition("\n\n")[0], texts
 
 
 def again(kind: Any, given: Any) -> Any:
@@ -152,13 +152,15 @@ def again(kind: Any, given: Any) -> Any:
     if is_dataclass(kind):
         types = get_type_hints(kind)
         made: Any = kind
-        return made(**{one.name: again(types[one.name], given[one.name]) for one in fields(kind) if one.name in given})
+        return made(
+            **{field.name: again(types[field.name], given[field.name]) for field in fields(kind) if field.name in given}
+        )
     if kind is float:
         return inf if given is None else float(given)
     if kind is Notice:
         return Notice.of(given)
     if get_origin(kind) is tuple:
-        return tuple(again(inner[0], one) for one in given)
+        return tuple(again(inner[0], item) for item in given)
     if get_origin(kind) in {dict, Mapping}:
-        return {key: again(inner[1], one) for key, one in given.items()}
+        return {key: again(inner[1], item) for key, item in given.items()}
     return given

@@ -71,12 +71,12 @@ def _of_friction(friction: FrictionDocument) -> Found:
     elif level > 0 and fit.rmse is not None:
         yield "level", 1.96 * _number(fit.rmse) / level, "the static map misses the strokes by so much"
     fits = [fit, *map(friction.fit_of, friction.model_names())]
-    if varies := max(_number((one.between_records or {}).get("level")) for one in fits):
+    if varies := max(_number((fit.between_records or {}).get("level")) for fit in fits):
         yield "level", 1.96 * varies, "friction differs so much from record to record"
     blocks = friction.fit_of("gms")
     if blocks.alpha_sum is not None:
         limits: Any = blocks.alpha_sum.ci95 or [blocks.alpha_sum.value]
-        apart = max(abs(float(one) - 1.0) for one in limits if one is not None)
+        apart = max(abs(float(limit) - 1.0) for limit in limits if limit is not None)
         yield "level", apart, "the sines show another level than the strokes"
     rise = float(static["F_s"]) if "F_s" in static else 0.0
     if rise > 0 and blocks.virgin_curve_rmse is not None:

@@ -140,7 +140,7 @@ class FleetUnit(Written):
     date: Annotated[str, Of("unit.date")]
     axes: Annotated[
         dict[str, dict[str, list[str]]],
-        Of(lambda one: {name: {"done": axis.done, "missing": axis.missing} for name, axis in one.axes.items()}),
+        Of(lambda item: {name: {"done": axis.done, "missing": axis.missing} for name, axis in item.axes.items()}),
     ] = Field(description="by axis, which steps were done and what is missing")
     notes: Annotated[list[str], Of("description")] = Field(
         description="what was guessed, left out, or could not be read"
@@ -158,7 +158,7 @@ class FleetChange(Written):
     before: Annotated[float, Of("change.before")]
     after: Annotated[float, Of("change.after")]
     relative: Annotated[float | None, Of("change.relative")]
-    ci95: Annotated[list[Known], Of(lambda one: one.change.difference_ci95 or (inf, inf))] = Field(
+    ci95: Annotated[list[Known], Of(lambda item: item.change.difference_ci95 or (inf, inf))] = Field(
         description="95 % interval of the difference, of this number alone"
     )
     p: float = Field(description="probability of such a difference where nothing changed")

@@ -201,7 +201,7 @@ class MachineDocument(Document):
     def passed_on(self) -> tuple[Notice, ...]:
         """Return the doubts of the files that the axes are made of, each once."""
         parts = (part for axis in self.axes.values() for part in axis.parts().values() if isinstance(part, Document))
-        text = [one for part in parts for one in part.passed_on()]
+        text = [notice for part in parts for notice in part.passed_on()]
         return tuple(dict.fromkeys([*super().passed_on(), *text]))
 
 
@@ -346,8 +346,8 @@ def read_machine(
     try:
         machine = document.machine()
         if friction_model is not None:
-            own = {name: part.friction.friction(friction_model) for name, part in document.axes.items()}
-            axes = {name: replace(axis, friction=own[name]) for name, axis in machine.axes.items()}
+            frictions = {name: part.friction.friction(friction_model) for name, part in document.axes.items()}
+            axes = {name: replace(axis, friction=frictions[name]) for name, axis in machine.axes.items()}
             machine = replace(machine, axes=axes)
     except FricError as error:
         raise error.at(str(path)) from None

@@ -99,7 +99,7 @@ class FileMapping(Part):
 
     def fits(self, path: Path, names: Collection[str]) -> bool:
         """Return whether the mapping is of a file: by the patterns of names, and by its columns, if any."""
-        wanted = {one.column for one in self.columns.values() if isinstance(one.column, str)}
+        wanted = {column.column for column in self.columns.values() if isinstance(column.column, str)}
         patterns = ["*"] if self.files is None else [self.files] if isinstance(self.files, str) else self.files
         return any(fnmatch(path.name, pattern) for pattern in patterns) and wanted <= set(names)
 
@@ -151,22 +151,22 @@ class FileMapping(Part):
             if len(refusals) == len(motions):
                 raise refusals[0]
 
-    def fields(self, own: Mapping[str, str], where: str) -> dict[str, str]:
+    def fields(self, constants: Mapping[str, str], where: str) -> dict[str, str]:
         """Return the fields of one file: those stated, and those that ``file`` reads from its stem.
 
         Raises FricError: When the stem does not fit ``file``.
         """
         if self.file is None:
-            return dict(own)
+            return dict(constants)
         names = FIELD.findall(self.file)
-        found = _taken_apart(own["stem"], FIELD.split(self.file)[::2])
+        found = _taken_apart(constants["stem"], FIELD.split(self.file)[::2])
         if found is None:
             raise FricError(
-                f"the name '{own['stem']}' is not made like '{self.file}'",
+                f"the name '{constants['stem']}' is not made like '{self.file}'",
                 where=where,
                 hint="Mend `file:` in the mapping, or ingest such files on their own.",
             )
-        return {**own, **dict(zip(names, found, strict=True))}
+        return {**constants, **dict(zip(names, found, strict=True))}
 
 
 class MappingDocument(Document, FileMapping):
@@ -195,8 +195,8 @@ class MappingDocument(Document, FileMapping):
         """Return the mappings of a file, one for each of its axes."""
         if not self.parts:
             return [self]
-        fitting = [one for one in self.parts if one.fits(path, names)]
-        return [one for one in fitting if axis == one.axis] or fitting
+        fitting = [part for part in self.parts if part.fits(path, names)]
+        return [mapping for mapping in fitting if axis == mapping.axis] or fitting
 
 
 def _taken_apart(stem: str, literals: list[str]) -> tuple[str, ...] | None:

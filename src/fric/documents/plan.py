@@ -97,7 +97,7 @@ class PlanDocument(OfAxis):
 
     def planned(self) -> tuple[Planned, ...]:
         """Return the experiments."""
-        return tuple(one.planned(self.motion) for one in self.experiments)
+        return tuple(experiment.planned(self.motion) for experiment in self.experiments)
 
 
 def plan_tree(
@@ -113,10 +113,10 @@ def plan_tree(
     """
     axis, motion = plan.axis.name, plan.axis.motion
 
-    def entry(one: Planned, lasting: float, **also: Estimate) -> dict[str, Any]:
-        settings = in_units(one.settings, {name: SETTINGS[name] for name in one.settings}, motion)
+    def entry(record: Planned, lasting: float, **also: Estimate) -> dict[str, Any]:
+        settings = in_units(record.settings, {name: SETTINGS[name] for name in record.settings}, motion)
         lasts = Estimate(lasting, "s")
-        return {"kind": one.kind, "axis": axis, "duration": lasts, "why": one.why, "settings": settings, **also}
+        return {"kind": record.kind, "axis": axis, "duration": lasts, "why": record.why, "settings": settings, **also}
 
     content = {
         "axis": axis, "motion": motion, "limits": FilePart[Limits].of(plan.limits, motion), "prior": prior,
@@ -124,7 +124,8 @@ def plan_tree(
     }  # fmt: skip
     if narrowing is not None:
         records = [
-            entry(one.planned, one.lasting, half_width=Estimate(one.half_width, "m")) for one in narrowing.candidates
+            entry(candidate.planned, candidate.lasting, half_width=Estimate(candidate.half_width, "m"))
+            for candidate in narrowing.candidates
         ]
         content["narrowing"] = read_off(NarrowingPart, narrowing, {"records"}) | {"records": records}
     return PlanDocument.made(content | known(blocks=blocks), notices=notices).tree()

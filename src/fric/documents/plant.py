@@ -155,7 +155,14 @@ class PlantDocument(AxisDocument, PlantPart):
     def lowest(self, record: str) -> float:
         """Return the lowest frequency that a record's response was taken from [Hz]; 0 where that is not known."""
         responses = (self.fit.responses if self.fit else None) or ()
-        return next((float(one.lowest.si("frequency", self.motion)) for one in responses if one.record == record), 0.0)
+        return next(
+            (
+                float(response.lowest.si("frequency", self.motion))
+                for response in responses
+                if response.record == record
+            ),
+            0.0,
+        )
 
     def coulomb(self) -> tuple[FrictionModel, float]:
         """Return the Coulomb friction and the load [N] that were found beside the plant in a motion.
@@ -167,10 +174,10 @@ class PlantDocument(AxisDocument, PlantPart):
         Raises FricError: When the plant was not identified from a motion.
         """
         given = (self.fit.parameters if self.fit else None) or {}
-        found = {name: one for name, one in given.items() if name.startswith(("F_c", "F_v", "offset"))}
+        found = {name: parameter for name, parameter in given.items() if name.startswith(("F_c", "F_v", "offset"))}
         values = {
-            name: float(one.si("viscous" if name.startswith("F_v") else "force", self.motion))
-            for name, one in found.items()
+            name: float(parameter.si("viscous" if name.startswith("F_v") else "force", self.motion))
+            for name, parameter in found.items()
         }
         levels = [value for name, value in values.items() if name.startswith("F_c")]
         if not levels:

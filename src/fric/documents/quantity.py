@@ -117,7 +117,9 @@ class Quantity(Part):
             low, high = pair
             return -inf if low is None else low * scale, inf if high is None else high * scale
 
-        value: Any = tuple(one * scale for one in self.value) if isinstance(self.value, list) else self.value * scale
+        value: Any = (
+            tuple(value * scale for value in self.value) if isinstance(self.value, list) else self.value * scale
+        )
         ci95: Any = self.ci95 and (tuple(map(limits, self.ci95)) if isinstance(value, tuple) else limits(self.ci95))
         return Estimate(value, si_unit(dimension, motion), ci95, self.fixed, self.assumed, self.source)
 
@@ -125,7 +127,7 @@ class Quantity(Part):
     def _interval_fits(self) -> Self:
         pairs: Any = self.ci95 if isinstance(self.value, list) else [self.ci95]
         count = len(self.value) if isinstance(self.value, list) else 1
-        pair = all(isinstance(one, list) and len(one) == 2 for one in pairs or ())
+        pair = all(isinstance(pair, list) and len(pair) == 2 for pair in pairs or ())
         if self.ci95 is not None and not (pair and len(pairs) == count):
             raise ValueError("ci95 does not fit the value\nGive [low, high], one such pair per value.")
         return self
@@ -162,7 +164,11 @@ def known(**values: Any) -> dict[str, Any]:
 
 def in_units(values: Mapping[str, Any], dimensions: Mapping[str, str], motion: Motion) -> dict[str, Estimate]:
     """Return numbers in SI with their units, by name."""
-    return {name: Estimate(values[name], si_unit(one, motion)) for name, one in dimensions.items() if name in values}
+    return {
+        name: Estimate(values[name], si_unit(dimension, motion))
+        for name, dimension in dimensions.items()
+        if name in values
+    }
 
 
 def quantities(given: Mapping[str, Any], dimensions: dict[str, str], motion: Motion, where: str) -> dict[str, Estimate]:
@@ -185,8 +191,8 @@ class Physical(Part):
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
         """Note the dimension of each field, if any."""
-        given = ((name, one) for name, field in cls.model_fields.items() for one in field.metadata)
-        cls.dimensions = {name: one for name, one in given if isinstance(one, str)}
+        given = ((name, item) for name, field in cls.model_fields.items() for item in field.metadata)
+        cls.dimensions = {name: text for name, text in given if isinstance(text, str)}
 
     @classmethod
     def of(cls, given: object, motion: Motion) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What records hold, and what was read in, as `--json` prints it: ``fric: inspection/1``, ``ingest/1`` and others."""
+"""Records, and the records that were read in, as `--json` prints them: ``fric: records/1``, ``ingest/1`` and others."""
 
 from typing import Any, ClassVar, Literal
 
@@ -6,32 +6,8 @@ from pydantic import Field, field_validator
 
 from fric.columns import Kind
 from fric.documents.base import Document
-from fric.documents.generated import PartOf
 from fric.documents.quantity import Part
-from fric.records.inspection import Inspection, ResponseInspection, TableInspection
 from fric.units import Motion
-
-
-class InspectedLog(PartOf[Inspection]):
-    """What a record in time holds."""
-
-    encoder_step: float | None
-
-
-class InspectedResponse(PartOf[ResponseInspection]):
-    """What a measured frequency response holds."""
-
-
-class InspectedTable(PartOf[TableInspection]):
-    """What a table of mean forces at velocities holds."""
-
-
-class InspectionDocument(Document):
-    """The content of records, and their uses."""
-
-    type: ClassVar[str] = "inspection"
-
-    records: list[InspectedLog | InspectedResponse | InspectedTable]
 
 
 class RecordPart(Part):
@@ -92,7 +68,7 @@ class IngestedCircle(Part):
     @field_validator("axes", mode="before")
     @classmethod
     def _of_traces(cls, given: Any) -> Any:
-        return {name: list(one.channels()) if hasattr(one, "channels") else one for name, one in given.items()}
+        return {name: list(item.channels()) if hasattr(item, "channels") else item for name, item in given.items()}
 
 
 class IngestCirclesDocument(Document):

@@ -171,7 +171,7 @@ def _styled(tree: Any, depth: int = 0) -> Any:
 def _described(error: ValidationError, tree: CommentedMap, path: Path, model: type[Document]) -> FricError:
     """Turn the first complaint of the schema into a line with its place in the file."""
     # a misspelled key is also a missing key: the first is what the user sees
-    complaint = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
+    complaint = min(error.errors(), key=lambda item: item["type"] != "extra_forbidden")
     place = [
         str(step)
         for step in complaint["loc"]
@@ -206,5 +206,5 @@ def _keys(schema: Any) -> set[str]:
         return set().union(*map(_keys, schema))
     if not isinstance(schema, dict):
         return set()
-    own = set(schema["properties"]) if isinstance(schema.get("properties"), dict) else set()
-    return own.union(*map(_keys, schema.values()))
+    keys = set(schema["properties"]) if isinstance(schema.get("properties"), dict) else set()
+    return keys.union(*map(_keys, schema.values()))

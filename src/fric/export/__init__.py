@@ -13,5 +13,7 @@ __all__ = ["Target", "targets"]
 def targets() -> dict[str, Target]:
     """Return every target of this package by its name: each `Target` that a module of it makes."""
     modules = (import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__))
-    found = {one.name: one for module in modules for one in vars(module).values() if isinstance(one, Target)}
+    found = {
+        target.name: target for module in modules for target in vars(module).values() if isinstance(target, Target)
+    }
     return dict(sorted(found.items()))

@@ -123,8 +123,8 @@ class Part:
         model = self.model
         inner = type(model.model).step if isinstance(model, Directed) else None
         entries = [Entry(self.step, type(model).step, self.initial_state.size, self.parameters.size, inner)]
-        entries += [Entry(one.name, one.step, one.state.size, one.parameters.size) for one in self.blocks]
-        names = [f"friction model '{model.name}'", *(f"block '{one.title}'" for one in self.blocks)]
+        entries += [Entry(block.name, block.step, block.state.size, block.parameters.size) for block in self.blocks]
+        names = [f"friction model '{model.name}'", *(f"block '{block.title}'" for block in self.blocks)]
         for what, entry in zip(names, entries, strict=True):
             try:
                 read_program(entry)

@@ -34,7 +34,7 @@ def name_of(part: Part) -> str:
 def values_of(part: Part, number: Callable[[float], str]) -> dict[str, Any]:
     """Return the data of a part for templates, with numbers as the language writes them."""
     model = part.model
-    unit, force_unit = (si_unit(one, part.motion) for one in ("position", "force"))
+    unit, force_unit = (si_unit(name, part.motion) for name in ("position", "force"))
     what = f"Friction compensation of axis {part.axis}, scheme {part.scheme}"
     return {
         "part": part,

@@ -72,9 +72,9 @@ def fmi_files(part: Part) -> Files:
         token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, f"{version}{values['definitions']}")) + "}"
         more = values | {
             "variables": variables,
-            "units": sorted({one.unit for one in variables}),
-            "starts": [one.start for one in variables],
-            "inputs": sum(one.causality == "input" for one in variables),
+            "units": sorted({variable.unit for variable in variables}),
+            "starts": [variable.start for variable in variables],
+            "inputs": sum(variable.causality == "input" for variable in variables),
             "guid": token,
         }
         sources = plain | {f"{values['name']}_fmi{version}.c": render(f"fmi{version}.c.j2", **more)}

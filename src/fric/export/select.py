@@ -43,7 +43,7 @@ def compensation_of(machine: Machine, name: str, scheme: Scheme) -> Part:
     return Part(
         "compensation", machine.name, name, axis.motion, remark(scheme.name), friction, nominal.K_f, nominal.A,
         nominal.B, cascade.sampling, cascade.limit, axis.encoder.resolution, setting.gain, setting.lead,
-        K_p=cascade.K_p, K_i=cascade.K_i, blocks=tuple(_block(one, setting) for one in others),
+        K_p=cascade.K_p, K_i=cascade.K_i, blocks=tuple(_block(block, setting) for block in others),
     )  # fmt: skip
 
 

@@ -102,23 +102,23 @@ def fitted(axis: Axis, part: Part) -> tuple[Pulse, list[float]]:
     t = np.arange(len(rise)) / part.sampling
 
     @cache
-    def at(one: Pulse, feed: float) -> float:
-        return left_over(axis, part, one, feed)
+    def at(pulse: Pulse, feed: float) -> float:
+        return left_over(axis, part, pulse, feed)
 
-    def left(one: Pulse) -> list[float]:
-        return [at(one, feed) for feed in FEEDS]
+    def left(pulse: Pulse) -> list[float]:
+        return [at(pulse, feed) for feed in FEEDS]
 
     def least(pulses: Iterable[Pulse]) -> Pulse:
         """Return the pulse of the least sum; slow circles are skipped where fast circles alone leave more."""
         best, bound = flat(0.0, 1.0), inf
-        for one in pulses:
+        for pulse in pulses:
             total = 0.0
             for feed in FEEDS:
-                total += at(one, feed)
+                total += at(pulse, feed)
                 if total >= bound:
                     break
             else:
-                best, bound = one, total
+                best, bound = pulse, total
         return best
 
     def begun(decay: float) -> Pulse:
@@ -127,7 +127,7 @@ def fitted(axis: Axis, part: Part) -> tuple[Pulse, list[float]]:
 
     best = least(map(begun, map(float, DECAYS[::-1])))  # long pulses are usual: they leave little early
     tried = [flat(float(share) * best.largest, best.decay) for share in SHARES]
-    table = np.array([left(one) for one in tried])
+    table = np.array([left(pulse) for pulse in tried])
     alone = [tried[n].largest for n in np.argmin(table, axis=0)]
     plain = least(tried)
     fast, middle, slow = (feed**2 / RADIUS for feed in FEEDS)
@@ -194,13 +194,13 @@ def sinumerik_files(part: Part, *, machine: Machine) -> Files:
     idle = replace(pulse, largest=0.0, smallest=0.0)
     table = []
     for feed in FEEDS:
-        left = (f"{chance_of(axis, part, one, feed).text()} µm" for one in (idle, pulse, None))
+        left = (f"{chance_of(axis, part, pulse, feed).text()} µm" for pulse in (idle, pulse, None))
         table.append(f"| {1e3 * feed:g} mm/s | {' | '.join(left)} |")
     at = np.array(FEEDS) ** 2 / RADIUS
     given = pulse.amplitude(at)
     fits = [
-        f"| {a:.2g} | {per_minute * one:.0f} | {per_minute * other:.0f} |"
-        for a, one, other in zip(at, alone, given, strict=True)
+        f"| {a:.2g} | {per_minute * value:.0f} | {per_minute * other:.0f} |"
+        for a, value, other in zip(at, alone, given, strict=True)
     ]
     same = float(np.ptp(given)) == 0.0
     text = (

@@ -49,7 +49,7 @@ def csv_files(part: Part) -> Files:
     writer.writerow(["section", "parameter", "value", "unit"])
     writer.writerows([section, name, repr(value), unit] for section, name, value, unit in parameter_rows(part))
     writer = csv.writer(table, lineterminator="\n")
-    unit, force = (si_unit(one, part.motion) for one in ("position", "force"))
+    unit, force = (si_unit(name, part.motion) for name in ("position", "force"))
     writer.writerow([f"velocity [{unit}/s]", f"friction [{force}]", "feedforward [V]"])
     writer.writerows([repr(float(value)) for value in row] for row in steady_table(part))
     return {f"{name_of(part)}-parameters.csv": parameters.getvalue(), f"{name_of(part)}-steady.csv": table.getvalue()}

@@ -124,8 +124,8 @@ def draw_circle_map(found: CircleMap) -> Figure:
                 if scheme.name in spoiled and spoiled[scheme.name][row, column]:
                     corner = (column - 0.46, row - 0.46)
                     panel.add_patch(Rectangle(corner, 0.92, 0.92, fill=False, linewidth=1.2, color=VERMILION))
-            panel.set_xticks(range(len(grid.feeds)), [f"{1e3 * one:.3g}" for one in grid.feeds])
-            panel.set_yticks(range(len(grid.radii)), [f"{1e3 * one:.3g}" for one in grid.radii])
+            panel.set_xticks(range(len(grid.feeds)), [f"{1e3 * feed:.3g}" for feed in grid.feeds])
+            panel.set_yticks(range(len(grid.radii)), [f"{1e3 * value:.3g}" for value in grid.radii])
             panel.set_title(f"({scheme.name}) {scheme.title}", fontsize=8)
             panel.set(xlabel="feed [mm/s]", ylabel="radius [mm]")
             panel.grid(visible=False)
@@ -138,7 +138,7 @@ def draw_circle_map(found: CircleMap) -> Figure:
             bar.ax.yaxis.set_major_formatter("{x:g}")
             bar.ax.yaxis.set_minor_formatter("{x:g}")
             bar.ax.tick_params(which="both", labelsize=7)
-        framed = "; framed: the observer leaves more" if any(np.any(one) for one in spoiled.values()) else ""
+        framed = "; framed: the observer leaves more" if any(np.any(array) for array in spoiled.values()) else ""
         figure.suptitle(f"{grid.machine.name}{framed}", fontsize=9, color=GREY)
     return figure
 

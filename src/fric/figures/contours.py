@@ -29,9 +29,13 @@ class SchemeContour:
     look: Mapping[str, Any] = field(default_factory=dict)  # its label, and changes to `look_of`
 
 
-def look_of(n: int, one: SchemeContour) -> dict[str, Any]:
+def look_of(n: int, contour: SchemeContour) -> dict[str, Any]:
     """Return the look of the n-th contour with its label."""
-    return scheme_look(n, one.scheme) | {"label": f"({one.scheme.name}) {one.scheme.title}"} | dict(one.look)
+    return (
+        scheme_look(n, contour.scheme)
+        | {"label": f"({contour.scheme.name}) {contour.scheme.title}"}
+        | dict(contour.look)
+    )
 
 
 def scheme_look(n: int, scheme: Scheme) -> dict[str, Any]:
@@ -66,9 +70,9 @@ def overlay_figure(
             axes.text(np.pi / 4, at, label, fontsize=7, gid=name, va="center")
         axes.plot(turn, np.zeros(181), color=GREY, linewidth=1.6)
         for which, run in (("earlier", earlier), ("now", contours)):
-            for n, one in enumerate(run):
-                look = look_of(n, one) | ({"linestyle": ":", "label": None} if which == "earlier" else {})
-                axes.plot(one.place, one.error * 1e6, gid=f"{which}:{one.scheme.name}", **look)
+            for n, contour in enumerate(run):
+                look = look_of(n, contour) | ({"linestyle": ":", "label": None} if which == "earlier" else {})
+                axes.plot(contour.place, contour.error * 1e6, gid=f"{which}:{contour.scheme.name}", **look)
         axes.set_ylim(-R, 0.62 * R)
         axes.set_yticks([])
         axes.set_xticks(np.arange(4) * np.pi / 2, [name.replace("-", "−") for name in QUADRANTS])
@@ -93,14 +97,14 @@ def after_reversal_figure(
     """
     with new_figure(4.8, 3.3) as figure:
         axes = figure.subplots()
-        for n, one in enumerate(contours):
-            off = direction * np.degrees(one.place - quarter)
+        for n, contour in enumerate(contours):
+            off = direction * np.degrees(contour.place - quarter)
             off = (off + 180) % 360 - 180
             near = (off >= -BEFORE) & (off <= AFTER)
             order = np.argsort(off[near])
             time = np.radians(off[near][order]) * radius / feed * 1e3
-            error = (one.error[near][order] - np.median(one.error)) * 1e6
-            _line(axes, n, one, time, error)
+            error = (contour.error[near][order] - np.median(contour.error)) * 1e6
+            _line(axes, n, contour, time, error)
         axes.set(xlabel="time after the reversal [ms]", ylabel="radial error [µm]")
         axes.legend()
     return figure
@@ -110,15 +114,15 @@ def along_figure(contours: Sequence[SchemeContour]) -> Figure:
     """Draw the contour error of all schemes along a path."""
     with new_figure(7.2, 3.6) as figure:
         axes = figure.subplots()
-        for n, one in enumerate(contours):
-            _line(axes, n, one, one.place * 1e3, one.error * 1e6)
+        for n, contour in enumerate(contours):
+            _line(axes, n, contour, contour.place * 1e3, contour.error * 1e6)
         axes.set(xlabel="station [mm]", ylabel="contour error [µm]")
         axes.legend(loc="upper right")
     return figure
 
 
-def _line(axes: Axes, n: int, one: SchemeContour, x: Real, y: Real) -> None:
-    axes.plot(x, y, gid=f"now:{one.scheme.name}", **look_of(n, one))
+def _line(axes: Axes, n: int, contour: SchemeContour, x: Real, y: Real) -> None:
+    axes.plot(x, y, gid=f"now:{contour.scheme.name}", **look_of(n, contour))
 
 
 def _round(value: float) -> float:
@@ -144,11 +148,11 @@ def draw_drift(changes: Sequence[RelativeChange]) -> Figure:
         axes = figure.subplots()
         places = np.arange(len(changes))[::-1]
         axes.axvline(0.0, color=GREY, linestyle="--", linewidth=0.8)
-        for place, one in zip(places, changes, strict=True):
-            colour = VERMILION if one.moved else BLUE
-            axes.plot([one.low, one.high], [place, place], color=colour, linewidth=1.6)
-            axes.plot(one.change, place, "D" if one.moved else "o", color=colour, markersize=4)
-        axes.set_yticks(places, [one.name for one in changes])
+        for place, change in zip(places, changes, strict=True):
+            colour = VERMILION if change.moved else BLUE
+            axes.plot([change.low, change.high], [place, place], color=colour, linewidth=1.6)
+            axes.plot(change.change, place, "D" if change.moved else "o", color=colour, markersize=4)
+        axes.set_yticks(places, [change.name for change in changes])
         axes.set_xlabel("change [%]")
         axes.set_ylim(-0.7, len(changes) - 0.3)
     return figure

@@ -53,7 +53,7 @@ def draw_diagnosis(found: Diagnosis, agreement: Agreement | None = None) -> Figu
         for panel in figure.get_axes()[:2]:
             shown |= {str(label): handle for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)}
         figure.legend(list(shown.values()), list(shown), loc="outside lower right", ncols=4)
-        revolutions = " and ".join(str(one.count) for one in found.tests)
+        revolutions = " and ".join(str(test.count) for test in found.tests)
         figure.suptitle(
             f"Circle of {test.radius * 1e3:g} mm at {test.feed * 1e3:g} mm/s, mean of {revolutions} revolutions: "
             f"G {max(found.figures.G.values()) * 1e6:.2f} µm; grid {grid:g} µm, magnified {magnified:.3g} times",
@@ -64,18 +64,18 @@ def draw_diagnosis(found: Diagnosis, agreement: Agreement | None = None) -> Figu
 
 def _polar(axes: PolarAxes, found: Diagnosis) -> float:
     curves = []
-    for n, one in enumerate(found.tests):
-        angle, mean, _ = one.averaged(min(PARTS, len(one.angle) // one.count))
+    for n, test in enumerate(found.tests):
+        angle, mean, _ = test.averaged(min(PARTS, len(test.angle) // test.count))
         there = np.isfinite(mean)
         angle, mean = angle[there], mean[there]
         # the centre depends on the set-up of the test: it is reported, and not drawn
-        shift = [float(found.geometry[f"centre.{name}"]) for name in one.test.names]
+        shift = [float(found.geometry[f"centre.{name}"]) for name in test.test.names]
         mean = mean - shift[0] * np.cos(angle) - shift[1] * np.sin(angle)
-        order = np.argsort(one.angle % (2 * pi))
+        order = np.argsort(test.angle % (2 * pi))
         every = order[:: max(len(order) // PARTS, 1)]
-        theta = one.angle[every] % (2 * pi)
+        theta = test.angle[every] % (2 * pi)
         model = found.model[n][every] - shift[0] * np.cos(theta) - shift[1] * np.sin(theta)
-        curves.append((one.test.direction, angle, mean, theta, model))
+        curves.append((test.test.direction, angle, mean, theta, model))
     grid = grid_of(max(float(np.abs(curve[2]).max()) for curve in curves) * 1e6)
     grid_lines(axes, grid)
     for direction, angle, mean, theta, model in curves:
@@ -87,8 +87,8 @@ def _polar(axes: PolarAxes, found: Diagnosis) -> float:
 
 
 def _reversal(axes: Axes, found: Diagnosis, agreement: Agreement | None, name: str) -> None:
-    for n, one in enumerate(found.tests):
-        test = one.test
+    for n, circle in enumerate(found.tests):
+        test = circle.test
         pulse = found.pulses(n)[name]
         phi, mean = smoothed(pulse, np.radians(0.4))
         near = np.abs(phi) <= np.radians(25)

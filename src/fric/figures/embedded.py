@@ -34,7 +34,9 @@ def embedded(figure: Figure, key: str, alt: str) -> str:
     alt: What it shows, for those who do not see it.
     """
     _name_curves(figure)
-    named = any(":" in str(one.get_gid()) and "curve:" not in str(one.get_gid()) for one in figure.findobj(Artist))
+    named = any(
+        ":" in str(artist.get_gid()) and "curve:" not in str(artist.get_gid()) for artist in figure.findobj(Artist)
+    )
     out = io.StringIO()
     # what the script magnifies must have all its points; else points that lie within a fiftieth of one go
     rules = STYLE | {"svg.fonttype": "none", "path.simplify": not named, "path.simplify_threshold": 0.02}
@@ -58,16 +60,16 @@ def embedded(figure: Figure, key: str, alt: str) -> str:
 
     text = re.sub(r"<[^>]+>", tag, text)
     text = re.sub(r">\s*\n\s*<", "><", text)
-    told = escape(json.dumps([_panel(figure, axes, width, height) for axes in figure.axes], separators=(",", ":")))
+    panels = escape(json.dumps([_panel(figure, axes, width, height) for axes in figure.axes], separators=(",", ":")))
     return (
-        f'<svg class="plot" role="img" tabindex="0" aria-label="{escape(alt)}" data-panels="{told}" '
+        f'<svg class="plot" role="img" tabindex="0" aria-label="{escape(alt)}" data-panels="{panels}" '
         f'viewBox="0 0 {width:g} {height:g}" style="max-width: {1.25 * width:.0f}pt">{text}'
     )
 
 
 def _wider(lengths: str) -> str:
     """Return widths of lines, or lengths of dashes, as the page draws them."""
-    return ",".join(f"{STROKE * float(one):.2f}" for one in lengths.split(","))
+    return ",".join(f"{STROKE * float(text):.2f}" for text in lengths.split(","))
 
 
 def _named(name: str, key: str, used: set[str]) -> str:
@@ -76,21 +78,23 @@ def _named(name: str, key: str, used: set[str]) -> str:
 
 def _name_curves(figure: Figure) -> None:
     """Give curves and their entries in legends a common number."""
-    legends = [one for one in figure.findobj(Legend) if isinstance(one, Legend)]
+    legends = [legend for legend in figure.findobj(Legend) if isinstance(legend, Legend)]
     shown = {text.get_text() for legend in legends for text in legend.get_texts()}
     numbers = {label: n for n, label in enumerate(sorted(shown))}
     named: dict[str, list[Artist]] = {}
     for axes in figure.axes:
         for container in axes.containers:
             named.setdefault(str(container.get_label()), []).extend(_leaves(container))
-        for one in axes.get_children():
-            named.setdefault(str(one.get_label()), []).append(one)
+        for artist in axes.get_children():
+            named.setdefault(str(artist.get_label()), []).append(artist)
     for legend in legends:
         for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True):
             drawn = named.get(text.get_text(), [])
-            if drawn and not any(one.get_gid() for one in drawn if not str(one.get_gid()).startswith("curve:")):
-                for one in drawn:
-                    one.set_gid(f"curve:{numbers[text.get_text()]}")
+            if drawn and not any(
+                artist.get_gid() for artist in drawn if not str(artist.get_gid()).startswith("curve:")
+            ):
+                for artist in drawn:
+                    artist.set_gid(f"curve:{numbers[text.get_text()]}")
                 for part in (handle, text):
                     if part is not None:
                         part.set_gid(f"legend:{numbers[text.get_text()]}")
@@ -98,7 +102,7 @@ def _name_curves(figure: Figure) -> None:
 
 def _leaves(container: Any) -> list[Artist]:
     return [
-        one for part in container for one in (part if isinstance(part, tuple | list) else [part]) if one is not None
+        item for part in container for item in (part if isinstance(part, tuple | list) else [part]) if item is not None
     ]
 
 

@@ -39,13 +39,13 @@ def draw_gms(fit: GMSFit) -> Figure:
 
     fit: What `fric.identify.gms.identify.identify_gms` found.
     """
-    hysteresis = sorted(fit.hysteresis, key=lambda one: one.amplitude)
+    hysteresis = sorted(fit.hysteresis, key=lambda cycle: cycle.amplitude)
     rows = 2 + len(fit.records)
     with new_figure(7.4, 5.6 + 1.5 * len(fit.records)) as figure:
         grid = figure.add_gridspec(rows, 2 * len(hysteresis), height_ratios=[2.2, 2.2, *[1.2] * len(fit.records)])
         force = prefixed(fit.static.F_s, si_unit("force", fit.motion))
-        for n, one in enumerate(hysteresis):
-            _cycle(figure.add_subplot(grid[0, 2 * n : 2 * n + 2]), fit, one, force)
+        for n, cycle in enumerate(hysteresis):
+            _cycle(figure.add_subplot(grid[0, 2 * n : 2 * n + 2]), fit, cycle, force)
         middle = len(hysteresis)
         panels = (figure.add_subplot(grid[1, :middle]), figure.add_subplot(grid[1, middle:]))
         virgin = _virgin_of(fit)
@@ -110,14 +110,14 @@ def _virgin(axes: Axes, found: Virgin, force: Scale, *, logarithmic: bool) -> No
     length = prefixed(float(np.median(knots)), si_unit("position", found.motion))
     if measured is not None:
         inside = measured.displacement <= shown
-        z, F, half = (one[inside] for one in (measured.displacement, measured.force, np.nan_to_num(measured.band)))
+        z, F, half = (array[inside] for array in (measured.displacement, measured.force, np.nan_to_num(measured.band)))
         axes.plot(z * length[0], F * force[0], ".", ms=2.5, color=BLACK, label="measured")
         axes.fill_between(
             z * length[0], (F - half) * force[0], (F + half) * force[0], color=ORANGE, alpha=0.4, lw=0,
             label="95 % band",
         )  # fmt: skip
     inside = model.x <= shown
-    seen = Band(*(one[inside] for one in (model.x, model.y, model.low, model.high)))
+    seen = Band(*(array[inside] for array in (model.x, model.y, model.low, model.high)))
     shade(axes, seen.scaled(length[0], force[0]), BLUE, lw=1.0, label="GMS")
     inside = knots <= shown
     axes.plot(
@@ -143,16 +143,16 @@ class ReplayedCycle:
 
 def cycles_figure(cycles: Sequence[ReplayedCycle], motion: Motion) -> Figure:
     """Draw pre-sliding cycles in one panel: a measured cycle with its replay, or several of the model alone."""
-    length = prefixed(max(float(np.ptp(one.position)) / 2 for one in cycles), si_unit("position", motion))
-    force = prefixed(max(float(np.abs(one.model).max()) for one in cycles), si_unit("force", motion))
+    length = prefixed(max(float(np.ptp(cycle.position)) / 2 for cycle in cycles), si_unit("position", motion))
+    force = prefixed(max(float(np.abs(cycle.model).max()) for cycle in cycles), si_unit("force", motion))
     with new_figure(4.8, 3.3) as figure:
         axes = figure.subplots()
-        for n, one in enumerate(cycles):
-            z = one.position * length[0]
-            if one.measured is not None:
-                axes.plot(z, one.measured * force[0], color=GREY, lw=2.5, alpha=0.5, label="measured")
-            label = one.name if one.measured is None else "GMS replayed"
-            axes.plot(z, one.model * force[0], **look(n), label=label)
+        for n, cycle in enumerate(cycles):
+            z = cycle.position * length[0]
+            if cycle.measured is not None:
+                axes.plot(z, cycle.measured * force[0], color=GREY, lw=2.5, alpha=0.5, label="measured")
+            label = cycle.name if cycle.measured is None else "GMS replayed"
+            axes.plot(z, cycle.model * force[0], **look(n), label=label)
         axes.set(xlabel=f"position from the middle [{length[1]}]", ylabel=f"friction [{force[1]}]")
         axes.legend(loc="center")
         return figure

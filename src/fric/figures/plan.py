@@ -18,7 +18,7 @@ def draw_plan(plan: Plan) -> Figure:
     """
     axis = plan.axis
     model = axis.friction.model if isinstance(axis.friction, Directed) else axis.friction
-    asked = {one.kind: one.settings for one in plan.planned}
+    asked = {record.kind: record.settings for record in plan.planned}
     with new_figure(9.0, 3.4) as figure:
         left, middle, right = figure.subplots(1, 3, width_ratios=(1, 1, 1.1))
         speeds = np.array(asked.get("constant-velocity", {}).get("speeds", (1e-3,)))
@@ -46,8 +46,8 @@ def draw_plan(plan: Plan) -> Figure:
             )
         middle.set(xlabel=f"displacement [{metre}]", ylabel=f"friction [{force}]", title="sines before sliding")
         middle.legend()
-        shown = [(name, one) for name, one in plan.expected.items() if one.value]
-        shares = np.array([100 * one.half_width / abs(one.value) for _, one in shown])
+        shown = [(name, expected) for name, expected in plan.expected.items() if expected.value]
+        shares = np.array([100 * expected.half_width / abs(expected.value) for _, expected in shown])
         kept = np.isfinite(shares) & (shares < 200)
         names = [name for (name, _), good in zip(shown, kept, strict=True) if good]
         right.barh(np.arange(len(names)), shares[kept], color=GREY)

@@ -166,8 +166,8 @@ def _overview(pairs: list[tuple[Record, Inspected]]) -> Figure:
             if log.force is not None
             for s in getattr(found, "segments", ())
         ]
-        means = [one for one, _ in pairs if isinstance(one, ForceVelocity)]
-        segments += [(v, F, True) for one in means for v, F in zip(one.velocity, one.force, strict=True)]
+        means = [table for table, _ in pairs if isinstance(table, ForceVelocity)]
+        segments += [(v, F, True) for table in means for v, F in zip(table.velocity, table.force, strict=True)]
         motion = pairs[0][0].motion
         v, F = np.array([s[0] for s in segments]), np.array([s[1] for s in segments])
         settled = np.array([s[2] for s in segments], dtype=bool)

@@ -39,7 +39,7 @@ class FrictionMap:
 
     def scales(self) -> tuple[float, str, float, str]:
         """Return factor and unit of velocity and of force, in which people read them."""
-        ends = [np.max(np.abs(branch.y)) for one in self.maps for branch in one.branches]
+        ends = [np.max(np.abs(branch.y)) for branches in self.maps for branch in branches.branches]
         peak = np.max(np.abs(self.force)) if self.force.size else max(ends)
         return *_VELOCITY_SCALES[rotates(self.motion)], *prefixed(float(peak), si_unit("force", self.motion))
 
@@ -95,12 +95,18 @@ def _map_of(fit: StaticFit) -> FrictionMap:
 def _over_velocity(axes: Axes, found: FrictionMap) -> None:
     scale, unit, factor, force_unit = found.scales()
     _points(axes, found.velocity * scale, found.force * factor, found.half * factor)
-    for one in found.maps:
-        for v, F in one.left_out:
+    for branches in found.maps:
+        for v, F in branches.left_out:
             axes.plot(v * scale, F * factor, "x", color=GREY, zorder=4)
-        for branch in one.branches:
+        for branch in branches.branches:
             label = "eq. (2) with 95 % band" if branch.x[-1] > 0 else None
-            shade(axes, branch.scaled(scale, factor), _colour(one), line="-" if one.sign > 0 else "--", label=label)
+            shade(
+                axes,
+                branch.scaled(scale, factor),
+                _colour(branches),
+                line="-" if branches.sign > 0 else "--",
+                label=label,
+            )
     axes.set(xlabel=f"velocity [{unit}]", ylabel=f"friction [{force_unit}]")
     axes.legend(loc="center right")
 
@@ -108,9 +114,9 @@ def _over_velocity(axes: Axes, found: FrictionMap) -> None:
 def _over_speed(axes: Axes, found: FrictionMap) -> None:
     scale, unit, factor, force_unit = found.scales()
     offset = found.maps[0].offset if found.maps and found.maps[0].sign > 0 else 0.0
-    for one in found.maps:
-        for v, F in one.left_out:
-            axes.plot(abs(v) * scale, (F - one.offset) * np.sign(v) * factor, "x", color=GREY, zorder=4)
+    for branches in found.maps:
+        for v, F in branches.left_out:
+            axes.plot(abs(v) * scale, (F - branches.offset) * np.sign(v) * factor, "x", color=GREY, zorder=4)
     for sign, colour, marker, label in (
         (1, BLUE, "o", "positive direction"),
         (-1, VERMILION, "s", "negative direction"),
@@ -119,16 +125,16 @@ def _over_speed(axes: Axes, found: FrictionMap) -> None:
         size = sign * (found.force[chosen] - offset)
         _points(axes, sign * found.velocity[chosen] * scale, size * factor, found.half[chosen] * factor,
                 colour, marker, label)  # fmt: skip
-    for one in found.maps:
-        shade(axes, one.size.scaled(scale, factor), _colour(one), line="-" if one.sign > 0 else "--")
+    for branches in found.maps:
+        shade(axes, branches.size.scaled(scale, factor), _colour(branches), line="-" if branches.sign > 0 else "--")
     axes.set(xlabel=f"speed [{unit}]", ylabel=f"friction in the direction of motion [{force_unit}]", xscale="log")
     axes.xaxis.set_major_formatter("{x:g}")
     if found.velocity.size:
         axes.legend()
 
 
-def _colour(one: MapBranches) -> str:
-    return BLUE if one.sign > 0 else VERMILION
+def _colour(branches: MapBranches) -> str:
+    return BLUE if branches.sign > 0 else VERMILION
 
 
 def _points(

@@ -17,28 +17,28 @@ AROUND = np.radians(25.0)
 
 
 @view("voltage", of="TunedAxis", usual=True)
-def draw_tuned(one: TunedAxis) -> Figure:
+def draw_tuned(axis: TunedAxis) -> Figure:
     """Return the control voltage around the reversals of an axis, measured and replayed: before tuning and after.
 
     Above for each circle the voltage as it acts, less what inertia and the drive's damping need by the plant that was
     found: the voltage for friction. Below the residual with nominal and tuned parameters.
 
-    one: The tuned axis.
+    axis: The tuned axis.
     """
-    circles = len(one.after.balance.records)
+    circles = len(axis.after.balance.records)
     with new_figure(2.4 + 2.6 * circles, 4.6) as figure:
         panels = figure.subplots(2, circles, squeeze=False, sharex="col", height_ratios=(1.4, 1))
         for n, (above, below) in enumerate(panels.T):
-            record = one.after.balance.records[n]
-            place, scale = _reversal(one, n), 1e3 * record.radius / record.feed
+            record = axis.after.balance.records[n]
+            place, scale = _reversal(axis, n), 1e3 * record.radius / record.feed
             angle = record.angle[record.used]
             near = np.abs(angle - place) <= AROUND
             t = np.abs(angle[near] - place) * np.sign(angle[near] - place) * _sense(angle) * scale
-            m, a, offset = one.after.plant[0], one.after.plant[1], one.after.plant[2 + n]
+            m, a, offset = axis.after.plant[0], axis.after.plant[1], axis.after.plant[2 + n]
             rest = -m * record.inertia[record.used] - a * record.damping[record.used] - offset
-            coordinates = one.after.balance.coordinates
-            measured = record.delayed(coordinates.delay(one.after.x)) + rest
-            after, before = one.after.parts()[n], one.before.parts()[n]
+            coordinates = axis.after.balance.coordinates
+            measured = record.delayed(coordinates.delay(axis.after.x)) + rest
+            after, before = axis.after.parts()[n], axis.before.parts()[n]
             above.plot(t, measured[near], color=GREY, linewidth=2.4, label="measured")
             above.plot(t, (measured - before)[near], color=VERMILION, linestyle="--", label="replayed before")
             above.plot(t, (measured - after)[near], color=BLUE, label="replayed after")
@@ -53,7 +53,7 @@ def draw_tuned(one: TunedAxis) -> Figure:
         handles, labels = panels[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=3)
         figure.suptitle(
-            f"Axis {one.axis.name}: {one.before.rms * 1e3:.2f} mV left before, {one.after.rms * 1e3:.2f} mV after",
+            f"Axis {axis.axis.name}: {axis.before.rms * 1e3:.2f} mV left before, {axis.after.rms * 1e3:.2f} mV after",
             fontsize=9,
         )
     return figure
@@ -64,9 +64,9 @@ def _sense(angle: Real) -> float:
     return 1.0 if angle[-1] >= angle[0] else -1.0
 
 
-def _reversal(one: TunedAxis, n: int) -> float:
+def _reversal(axis: TunedAxis, n: int) -> float:
     """Return the angle of the last reversal of the axis on a circle that is seen whole [rad]."""
-    record = one.after.balance.records[n]
+    record = axis.after.balance.records[n]
     first = next(iter(record.test.axes)) == record.axis
     angle = record.angle[record.used]
     low, high = float(angle.min()) + AROUND, float(angle.max()) - AROUND

@@ -51,10 +51,10 @@ def draw_replay(fit: ReplayFit) -> Figure:
     with new_figure(6.3, 2.6 * len(records)) as figure:
         axes = figure.subplots(len(records), 2, squeeze=False)
         force, position = si_unit("force", fit.motion), si_unit("position", fit.motion)
-        for (cycle, rest), record, own in zip(axes, records, fit.own, strict=False):
+        for (cycle, rest), record, values in zip(axes, records, fit.own, strict=False):
             z, used = record.motion.position, record.used
             scale, unit = prefixed(float(np.ptp(z)), position)
-            replayed = record.replay(fit.model) + record.own @ np.asarray(own)
+            replayed = record.replay(fit.model) + record.own @ np.asarray(values)
             cycle.plot(scale * z[used], record.force[used], color=GREY, lw=2.5, alpha=0.5, label="measured")
             cycle.plot(scale * z[used], replayed[used], color=BLUE, lw=1.0, label=fit.model.name)
             cycle.set(xlabel=f"position [{unit}]", ylabel=f"force [{force}]", title=record.log.name)

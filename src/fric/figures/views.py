@@ -61,7 +61,7 @@ def _imported() -> None:
 def views(of: str | None = None) -> tuple[View, ...]:
     """Return every figure, by type and name; or those of one type."""
     _imported()
-    return tuple(one for _, one in sorted(_FOUND.items()) if of in {None, one.of})
+    return tuple(view for _, view in sorted(_FOUND.items()) if of in {None, view.of})
 
 
 def views_of(parts: Sequence[Any], *, usual: bool = False) -> dict[str, Callable[[], Figure]]:
@@ -69,9 +69,9 @@ def views_of(parts: Sequence[Any], *, usual: bool = False) -> dict[str, Callable
     found: dict[str, Callable[[], Figure]] = {}
     for part in parts:
         many = isinstance(part, Sequence) and not isinstance(part, str)
-        for one in views(type(part[0] if many and part else part).__name__):
-            if one.usual or not usual:
-                found[one.name] = lambda one=one, part=part: one.draw(part)  # type: ignore[misc]
+        for view in views(type(part[0] if many and part else part).__name__):
+            if view.usual or not usual:
+                found[view.name] = lambda one=view, part=part: one.draw(part)  # type: ignore[misc]
     return found
 
 

@@ -30,7 +30,9 @@ def _listed() -> Mapping[str, Flaw]:
 
 def entries(family: ModuleType) -> list[Flaw]:
     """Return the flaws of a family."""
-    tables = [one if isinstance(one, Mapping) else {"": one} for name, one in vars(family).items() if name.isupper()]
+    tables = [
+        item if isinstance(item, Mapping) else {"": item} for name, item in vars(family).items() if name.isupper()
+    ]
     return [flaw for table in tables for flaw in table.values() if isinstance(flaw, Flaw)]
 
 
@@ -78,7 +80,7 @@ and `--load` the option of the command line. Each warning in `warnings_coded` ha
 there are any `values`, `where` and `carried` (a file that was read said it first).
 """
     chapters = (
-        "\n".join([f"\n## {(family.__doc__ or '').partition(chr(10))[0]}\n", *(entry(one, "###") for one in flaws)])
+        "\n".join([f"\n## {(family.__doc__ or '').partition(chr(10))[0]}\n", *(entry(flaw, "###") for flaw in flaws)])
         for family in FAMILIES
         if (flaws := entries(family))
     )

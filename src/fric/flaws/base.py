@@ -71,7 +71,7 @@ class Flaw:
         """
         severity = self.severity if isinstance(self.severity, str) else self.severity(SimpleNamespace(**values))
         says = " ".join(filter(None, (_WORDS.format(self.says, **values), _WORDS.format(self.mend, **values))))
-        return Notice(says, self.code, severity, {name: _python(one) for name, one in values.items()}, where)
+        return Notice(says, self.code, severity, {name: _python(value) for name, value in values.items()}, where)
 
 
 class _Words(Formatter):
@@ -82,7 +82,7 @@ class _Words(Formatter):
         if value is None:
             return ""
         if isinstance(value, list | tuple):
-            shown = [self.format_field(one, format_spec) for one in value[:LISTED]]
+            shown = [self.format_field(item, format_spec) for item in value[:LISTED]]
             return ", ".join([*shown, "…"] if len(value) > LISTED else shown)
         if isinstance(value, Estimate):
             return readable(float(value), value.unit, int(format_spec or 3))
@@ -97,5 +97,5 @@ _WORDS = _Words()
 def _python(value: Any) -> Any:
     """Return a value with Python's numbers in place of NumPy's."""
     if isinstance(value, list | tuple):
-        return [_python(one) for one in value]
+        return [_python(item) for item in value]
     return value.item() if hasattr(value, "item") else value

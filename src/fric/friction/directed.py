@@ -19,12 +19,12 @@ def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> floa
     ``parameters`` is the address of the inner step, its parameters for the positive direction, and as many for the
     negative direction; ``state`` is the inner model's.
     """
-    own = (parameters.size - 1) // 2
+    size = (parameters.size - 1) // 2
     inner = step_at(parameters[0])
     if dz < 0.0 or (dz == 0.0 and v < 0.0):
-        force: float = inner(dz, v, dt, state, parameters[1 + own :])
+        force: float = inner(dz, v, dt, state, parameters[1 + size :])
     else:
-        force = inner(dz, v, dt, state, parameters[1 : 1 + own])
+        force = inner(dz, v, dt, state, parameters[1 : 1 + size])
     return force
 
 

@@ -22,18 +22,18 @@ _gms_step = GMS.step
 def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
     waves = int(parameters[0])
     gms = 1 + 3 * waves  # where the GMS parameters begin
-    own = parameters.size - gms
+    size = parameters.size - gms
     state[0] += dz
     level = 1.0
     for i in range(waves):
         amplitude, pitch, phase = parameters[1 + 3 * i], parameters[2 + 3 * i], parameters[3 + 3 * i]
         level += amplitude * sin(2.0 * pi * state[0] / pitch + phase)
-    here = state[1 : 1 + own]  # the GMS parameters as they hold at this place
-    for i in range(own):
+    here = state[1 : 1 + size]  # the GMS parameters as they hold at this place
+    for i in range(size):
         here[i] = parameters[gms + i]
     here[0] *= level
     here[1] *= level
-    return _gms_step(dz, v, dt, state[1 + own :], here)
+    return _gms_step(dz, v, dt, state[1 + size :], here)
 
 
 @dataclass(frozen=True)

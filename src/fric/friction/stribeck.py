@@ -107,7 +107,7 @@ class StaticMap(FrictionModel):
         return np.zeros(0)
 
 
-STATIC_PARAMETERS = tuple(one.name for one in StaticMap.parameters)
+STATIC_PARAMETERS = tuple(parameter.name for parameter in StaticMap.parameters)
 """F_c, F_s, v_s, delta and sigma."""
 
 

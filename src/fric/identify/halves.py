@@ -48,14 +48,14 @@ class Halves:
     @property
     def within(self) -> float:
         """Share of the parameters whose halves differ by less than a half-width [1]: 0.95 where intervals hold."""
-        return float(np.mean([one.half_widths <= 1.0 for one in self.found])) if self.found else float("nan")
+        return float(np.mean([halved.half_widths <= 1.0 for halved in self.found])) if self.found else float("nan")
 
     @property
     def conclusion(self) -> str:
         """How many halves agree, and which are farthest apart, in a sentence for a page or a terminal."""
         count = len(self.found)
         text = f"{round(self.within * count)} of {count} differ by less than the half-width of their difference"
-        far = max(self.found, key=lambda one: one.half_widths)
+        far = max(self.found, key=lambda halved: halved.half_widths)
         parts = f"; farthest apart: {far.parameter} by {far.by}, {far.half_widths:.1f} half-widths"
         apart = parts if far.half_widths > 1.0 else ""
         return f"{text}{apart}; 95 % do where intervals hold"
@@ -88,8 +88,10 @@ def halves(logs: Sequence[Log], plant: Plant | None = None) -> Halves:
     if not found:
         why = "; ".join(dict.fromkeys(untold.values())) or "there are neither strokes nor motions"
         raise FricError(f"no halves can be compared: {why}", where=logs[0].where if logs else "")
-    order = list(dict.fromkeys(one.by for one in found))
-    return Halves(logs[0].axis, tuple(sorted(found, key=lambda one: (order.index(one.by), one.parameter))), untold)
+    order = list(dict.fromkeys(halved.by for halved in found))
+    return Halves(
+        logs[0].axis, tuple(sorted(found, key=lambda halved: (order.index(halved.by), halved.parameter))), untold
+    )
 
 
 Fit = Callable[[], Mapping[str, Estimate]]
@@ -111,7 +113,7 @@ def _of_strokes(logs: Sequence[Log], plant: Plant | None) -> Iterator[tuple[str,
             reach = [(abs(velocity[some]).min(), abs(velocity[some]).max()) for some in (chosen, ~chosen) if some.any()]
             if len(reach) < 2 or any(max(ends) > ALIKE * min(ends) for ends in zip(*reach, strict=True)):
                 raise FricError("one half has other speeds than the other")
-            table = _table([point for point, one in zip(points, chosen, strict=True) if one], logs[0])
+            table = _table([point for point, item in zip(points, chosen, strict=True) if item], logs[0])
             found = identify_static([table], direction="both", delta=1.0, load=load).static
             return {} if found is None else found.estimates
 
@@ -159,7 +161,7 @@ def _of_motions(logs: Sequence[Log]) -> Iterator[tuple[str, Fit, Fit]]:
     def side(name: str) -> Fit:
         def made() -> Mapping[str, Estimate]:
             found = identify_motion(logs, direction="each").estimates
-            return {key.removesuffix(name): one for key, one in found.items() if key.endswith(name)}
+            return {key.removesuffix(name): estimate for key, estimate in found.items() if key.endswith(name)}
 
         return made
 

@@ -350,15 +350,16 @@ class Session:
             return
         for table in found:
             try:
-                own = self.of_axis(table, (axis, motion))
+                mapping = self.of_axis(table, (axis, motion))
             except FricError as error:
                 if RECORD not in table.said:
                     raise
                 none.append(error)  # parameters are beside the records
                 continue
-            if own != (axis, motion):
+            if mapping != (axis, motion):
                 raise FricError(
-                    f"is of the {words_of(own[1])} axis {own[0]}, and the log file of the {words_of(motion)} {axis}",
+                    f"is of the {words_of(mapping[1])} axis {mapping[0]}, "
+                    f"and the log file of the {words_of(motion)} {axis}",
                     where=str(path),
                     hint="Keep each axis in a file of its own, or say `axis=`.",
                 )  # fmt: skip
@@ -391,9 +392,14 @@ class Session:
     def _fields(self, table: Table) -> dict[str, str]:
         stem = table.path.name.removesuffix(".gz")
         stem = stem[: stem.rfind(".")] if "." in stem[1:] else stem
-        own = {"stem": stem, "name": table.path.name, "parent": table.path.absolute().parent.name, **table.constants}
+        constants = {
+            "stem": stem,
+            "name": table.path.name,
+            "parent": table.path.absolute().parent.name,
+            **table.constants,
+        }
         mapping = self._of(table)
-        return mapping.fields(own, str(table.path)) if mapping else own
+        return mapping.fields(constants, str(table.path)) if mapping else constants
 
     def _of(self, table: Table) -> FileMapping | None:
         """Return what the user states about a table; None where nothing is, and its header decides."""
@@ -446,7 +452,7 @@ class Session:
                 if chosen.form == "time":
                     if drop:
                         rising = clock.rising(channels["time"])
-                        channels, rows = {name: one[rising] for name, one in channels.items()}, rows[rising]
+                        channels, rows = {name: channel[rising] for name, channel in channels.items()}, rows[rising]
                     clock.tick(channels["time"], rows)
                     channels = self._inside(channels)
                 elif self._about.window != EVERYTHING:

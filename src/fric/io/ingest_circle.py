@@ -246,7 +246,11 @@ def ingest_circles(
             for test in _tests(channels, stated, str(source), digest):
                 found.append(test)
     for test in found:
-        if stated.radius is None and not test.is_ball_bar and any(one.reference is None for one in test.axes.values()):
+        if (
+            stated.radius is None
+            and not test.is_ball_bar
+            and any(axis.reference is None for axis in test.axes.values())
+        ):
             warnings.append(RADIUS_ASSUMED.found(test.source, radius=Estimate(test.radius, "m")))
     write_circles(output, [*held, *found], json.dumps(provenance() | {"format": FORMAT}), force=force or append)
     return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)))

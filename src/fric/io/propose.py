@@ -63,7 +63,7 @@ class Guess:
                 found.append(Question(channel, f"{name} ({channel}) {unit}"))
         missing = [] if {"position", "velocity"} & self.axis.roles.keys() else ["position"]
         missing += [] if "time" in self.axis.roles or self.kind else ["time"]
-        return [*(Question(one, f"no column looks like the {one}") for one in missing), *found]
+        return [*(Question(text, f"no column looks like the {text}") for text in missing), *found]
 
     @property
     def whole(self) -> bool:
@@ -73,7 +73,7 @@ class Guess:
         return (
             bool(moves)
             and (bool(self.kind) or "time" in roles)
-            and all(one.unit for one in wanted_roles(self.axis).values())
+            and all(role.unit for role in wanted_roles(self.axis).values())
         )
 
 
@@ -86,7 +86,11 @@ def _known_unit(role: Role, motion: Motion) -> bool:
 
 def wanted_roles(axis: Axis) -> dict[str, Role]:
     """Return the roles that are needed, and of the others those that are sure."""
-    needed = {one for one in NEEDED if one != "velocity" or "position" not in axis.roles} | {"deviation", "error", "n"}
+    needed = {text for text in NEEDED if text != "velocity" or "position" not in axis.roles} | {
+        "deviation",
+        "error",
+        "n",
+    }
     free = {"reference", "velocity"}  # which have the unit of the position, or follow from it
     return {
         channel: role for channel, role in axis.roles.items()
@@ -206,14 +210,14 @@ def mapping_text(found: Sequence[Guess], *, assume: bool = False) -> str:
 
 def _pattern(guess: Guess, found: Sequence[Guess]) -> str | list[str]:
     """Return a pattern of the names of files that fits these and none of the others; else their names."""
-    own, others = (
+    matched, others = (
         {p.name for p in guess.files},
         {p.name for g in found for p in g.files} - {p.name for p in guess.files},
     )
-    for pattern in (f"*{guess.files[0].suffix}", f"{_common(sorted(own))}*") if len(own) > 1 else ():
-        if all(fnmatch(name, pattern) for name in own) and not any(fnmatch(name, pattern) for name in others):
+    for pattern in (f"*{guess.files[0].suffix}", f"{_common(sorted(matched))}*") if len(matched) > 1 else ():
+        if all(fnmatch(name, pattern) for name in matched) and not any(fnmatch(name, pattern) for name in others):
             return pattern
-    return sorted(own) if len(own) > 1 else own.pop()
+    return sorted(matched) if len(matched) > 1 else matched.pop()
 
 
 def _common(names: Sequence[str]) -> str:
@@ -237,8 +241,8 @@ def _part(guess: Guess, assume: bool) -> list[str]:
     written: set[str] = set()
     parts = guess.joined or ((guess.table, axis),)
     for channel in FORCE_VELOCITY_DIMENSIONS if guess.kind else CHANNELS:
-        for table, own in parts:
-            if channel in written or channel not in (kept := wanted_roles(own)):
+        for table, guess_of_table in parts:
+            if channel in written or channel not in (kept := wanted_roles(guess_of_table)):
                 continue
             written.add(channel)
             file = table.path.name if guess.joined and channel != "time" else ""
@@ -248,7 +252,9 @@ def _part(guess: Guess, assume: bool) -> list[str]:
     for channel in ("position", "force"):
         if channel not in written and not (channel == "position" and "velocity" in written):
             lines.append(f"  # {channel}: {{column: ?, unit: {si_unit(channel_dimension(channel), axis.motion)}}}")
-    taken = {(table.path, role.column) for table, own in parts for role in wanted_roles(own).values()}
+    taken = {
+        (table.path, role.column) for table, guess_of_table in parts for role in wanted_roles(guess_of_table).values()
+    }
     left = [column.name for table, _ in parts for n, column in enumerate(table.columns) if (table.path, n) not in taken]
     if left:
         lines.append(f"# not read: {', '.join(left)}")
@@ -273,7 +279,10 @@ def is_sure(guess: Guess) -> bool:
 
 def asked(found: Sequence[Guess]) -> FricError:
     """Return a single error with all open questions about files, with the mapping to fill in."""
-    count, questions = len({path for guess in found for path in guess.files}), sum(len(one.questions) for one in found)
+    count, questions = (
+        len({path for guess in found for path in guess.files}),
+        sum(len(guess.questions) for guess in found),
+    )
     what = f"{count} files do not say what their columns are" if count > 1 else "it does not say what its columns are"
     return FricError(
         f"{what}: {questions} question{'s are' if questions != 1 else ' is'} open",
@@ -286,7 +295,7 @@ def asked(found: Sequence[Guess]) -> FricError:
 
 def assumption(guess: Guess) -> str:
     """Return what is assumed where the likeliest of a guess is taken; empty where nothing is."""
-    return "; ".join(one.text for one in guess.questions)
+    return "; ".join(question.text for question in guess.questions)
 
 
 def _unread_force(guess: Guess) -> bool:
@@ -322,13 +331,13 @@ def _chosen(table: Table) -> Axis:
     """Return a column for each channel that looks like it by its name or unit, and what else does."""
     chosen: dict[str, list[int]] = {}
     for channel in LIKELY:
-        if found := looking_like(table, channel, tuple(one[0] for one in chosen.values())):
+        if found := looking_like(table, channel, tuple(group[0] for group in chosen.values())):
             chosen[channel] = found
     return _by_names(table, chosen)
 
 
 def _by_names(table: Table, columns: dict[str, list[int]]) -> Axis:
-    motion = _motion([table.columns[one[0]] for one in columns.values()])
+    motion = _motion([table.columns[column[0]] for column in columns.values()])
     roles = {}
     for channel, (n, *others) in columns.items():
         column, measured = table.columns[n], "force" if channel in {"deviation", "error"} else channel
@@ -382,7 +391,7 @@ def _line(table: Table, role: Role, motion: Motion, file: str, *, assume: bool) 
         unit = f'scale: "? {si}"'
         why += f'; logged in {column.unit}: say what one of these is, as in scale: "0.1 {si}"'
     else:
-        likely = ", ".join(one for one in (role.unit, *role.units) if one)
+        likely = ", ".join(text for text in (role.unit, *role.units) if text)
         unit = 'unit: "?"'
         why += f"; the file gives no unit: {likely or 'as ' + si}"
     why += f" ({role.likelihood:.0%})" if role.likelihood < SURE else ""
@@ -412,7 +421,7 @@ class Guessed:
     @property
     def usable(self) -> tuple[Guess, ...]:
         """Those that can be read where the likeliest is taken."""
-        return tuple(one for one in self.found if one.whole)
+        return tuple(guess for guess in self.found if guess.whole)
 
     def text(self) -> str:
         """Return the mapping with the likeliest of what is open."""
@@ -424,20 +433,24 @@ class Guessed:
 
     def notices(self, mapping: str = "") -> list[Notice]:
         """Return what was assumed, and what was sure."""
-        told = []
-        for one in self.usable:
-            files = first_of(one.files)
-            roles = one.axis.roles.items()
-            means = ", ".join(f'{k} is "{one.table.columns[r.column].name}"' for k, r in roles if r.column is not None)
-            if what := assumption(one):
-                told.append(MAPPING_ASSUMED.found(files=files, what=what, mapping=mapping))
+        found_notices = []
+        for guess in self.usable:
+            files = first_of(guess.files)
+            roles = guess.axis.roles.items()
+            means = ", ".join(
+                f'{k} is "{guess.table.columns[r.column].name}"' for k, r in roles if r.column is not None
+            )
+            if what := assumption(guess):
+                found_notices.append(MAPPING_ASSUMED.found(files=files, what=what, mapping=mapping))
             else:
-                told.append(MAPPING_PROPOSED.found(mapping=mapping or "by its values", columns=means, files=files))
-        return told
+                found_notices.append(
+                    MAPPING_PROPOSED.found(mapping=mapping or "by its values", columns=means, files=files)
+                )
+        return found_notices
 
     def asked(self) -> list[Notice]:
         """Return what is open, a notice for files of one kind."""
-        whats = [(first_of(one.files), assumption(one) or "another of its axes") for one in self.found]
+        whats = [(first_of(guess.files), assumption(guess) or "another of its axes") for guess in self.found]
         return [MAPPING_OPEN.found(files=files, what=what) for files, what in whats]
 
     def error(self) -> FricError:
@@ -473,7 +486,7 @@ def guessed(
             asking.append(path)
             free |= {path} if said else set()
     found = guesses(asking, files) if asking else []
-    return Guessed(tuple(one for one in found if assume or is_sure(one) or not free.issuperset(one.files)))
+    return Guessed(tuple(guess for guess in found if assume or is_sure(guess) or not free.issuperset(guess.files)))
 
 
 def says_all(path: Path, kind: Kind | None = None, motion: Motion | None = None) -> str | None:

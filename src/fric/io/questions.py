@@ -97,27 +97,29 @@ def beside(path: Path) -> tuple[Path, list[str | None]] | None:
         document = read_document(file, MappingDocument)
         with closing(tables(path, None)) as opened:
             names = [column.name for column in next(opened).columns]
-        if parts := [one for one in document.parts or [document] if one.fits(path, names)]:
-            return file, [one.axis for one in parts]
+        if parts := [part for part in document.parts or [document] if part.fits(path, names)]:
+            return file, [part.axis for part in parts]
     return None
 
 
 def _named(guesses: Sequence[Guess]) -> str:
     """Return the axes and files of guesses, for a question."""
-    axes = list(dict.fromkeys(one.axis.name for one in guesses))
-    files = list(dict.fromkeys(Path(path.name) for one in guesses for path in one.files))
+    axes = list(dict.fromkeys(guess.axis.name for guess in guesses))
+    files = list(dict.fromkeys(Path(path.name) for guess in guesses for path in guess.files))
     text = f"axis {axes[0]}" if len(axes) == 1 else f"axes {', '.join(axes[:6])}"
     return f"{text} ({first_of(files)})"
 
 
 def _of_rate(found: Sequence[Guess]) -> Question | None:
     """Ask for the sampling rate of files without a time."""
-    moving = [one for one in found if not one.kind and {"position", "velocity"} & one.axis.roles.keys()]
-    asked = [one for one in moving if (time := one.axis.roles.get("time", NO_TIME)).column is None and not time.unit]
+    moving = [guess for guess in found if not guess.kind and {"position", "velocity"} & guess.axis.roles.keys()]
+    asked = [
+        guess for guess in moving if (time := guess.axis.roles.get("time", NO_TIME)).column is None and not time.unit
+    ]
 
     def apply(period: float) -> None:
-        for one in asked:
-            one.axis.roles["time"] = replace(NO_TIME, unit=f"{period:.9g} s", unit_likelihood=1.0)
+        for guess in asked:
+            guess.axis.roles["time"] = replace(NO_TIME, unit=f"{period:.9g} s", unit_likelihood=1.0)
 
     text = f"No column is the time. At which rate was {_named(asked)} sampled?" if asked else ""
     return Question(text, [(rate, _period(rate)) for rate in RATES], apply, understood=_period) if asked else None
@@ -143,35 +145,39 @@ def _of_column(found: Sequence[Guess]) -> Question | None:
     roles, sure = guess.axis.roles, replace(role, others={}, likelihood=1.0)
     taken = [sure, *(replace(sure, column=n, sign=sign) for n, sign in role.others.items())][:4]
 
-    def apply(one: Role) -> None:
-        roles[one.channel] = one
+    def apply(role: Role) -> None:
+        roles[role.channel] = role
 
     return Question(
         f"Which column is the {role.channel} of {_named([guess])}?",
-        [(f"'{guess.table.columns[one.column or 0].name}'", one) for one in taken],
+        [(f"'{guess.table.columns[role.column or 0].name}'", role) for role in taken],
         apply,
-        [picture(_column(guess, one.column)) for one in taken],
+        [picture(_column(guess, role.column)) for role in taken],
     )
 
 
 def _of_units(found: Sequence[Guess]) -> Question | None:
     """Ask for the units of a motion, and with them whether it is linear or rotary."""
-    if not (asked := [one for one in found if _is_open(one)]):
+    if not (asked := [guess for guess in found if _is_open(guess)]):
         return None
     first, readings = asked[0], asked[0].axis.readings
-    asked = [one for one in asked if replace(one.axis.readings[0], weight=0.0) == replace(readings[0], weight=0.0)]
-    likely = [one for n, one in enumerate(readings[:4]) if n < 2 or one.weight > 0.02]
+    asked = [
+        guess for guess in asked if replace(guess.axis.readings[0], weight=0.0) == replace(readings[0], weight=0.0)
+    ]
+    likely = [reading for n, reading in enumerate(readings[:4]) if n < 2 or reading.weight > 0.02]
 
     def apply(reading: Reading) -> None:
-        for one in asked:
-            take_reading(one.axis, reading)
+        for guess in asked:
+            take_reading(guess.axis, reading)
 
     return Question(
         f"In which units is the motion of {_named(asked)}?",
-        [(_meaning(first, one), one) for one in likely],
+        [(_meaning(first, reading), reading) for reading in likely],
         apply,
         [picture(_column(first, (first.axis.roles.get("position") or first.axis.roles["velocity"]).column))],
-        lambda text: next((one for one in readings if text in {one.position, one.velocity, one.motion}), None),
+        lambda text: next(
+            (reading for reading in readings if text in {reading.position, reading.velocity, reading.motion}), None
+        ),
     )
 
 
@@ -179,7 +185,7 @@ def _is_open(guess: Guess) -> bool:
     """Return whether units of the motion are open."""
     roles = wanted_roles(guess.axis)
     shown = [roles[channel] for channel in ("time", "position", "velocity") if channel in roles]
-    unsure = any(one.unit_likelihood < SURE for one in shown if one.column is not None)
+    unsure = any(role.unit_likelihood < SURE for role in shown if role.column is not None)
     return unsure and len(guess.axis.readings) > 1
 
 
@@ -193,12 +199,12 @@ def _meaning(guess: Guess, reading: Reading) -> str:
     }
     size, words = (0.5 / pi, "turns") if rotates(reading.motion) else (1e3, "mm")
     speed, unit = (30.0 / pi, "rpm") if rotates(reading.motion) else (1e3, "mm/s")
-    told = [f"moves {_round(np.ptp(columns['position']) * size)} {words}"] if "position" in columns else []
+    meanings = [f"moves {_round(np.ptp(columns['position']) * size)} {words}"] if "position" in columns else []
     if "velocity" in columns:
-        told.append(f"{_round(np.quantile(np.abs(columns['velocity']), 0.98) * speed)} {unit} at most")
-    told += [f"in {_round(np.ptp(columns['time']))} s"] if "time" in columns else []
+        meanings.append(f"{_round(np.quantile(np.abs(columns['velocity']), 0.98) * speed)} {unit} at most")
+    meanings += [f"in {_round(np.ptp(columns['time']))} s"] if "time" in columns else []
     named = ", ".join(f"{channel} in {units[channel]}" for channel in columns)
-    return f"{reading.motion}, {named}: {', '.join(told)} ({reading.weight:.0%})"
+    return f"{reading.motion}, {named}: {', '.join(meanings)} ({reading.weight:.0%})"
 
 
 def _round(value: float) -> str:
@@ -207,12 +213,12 @@ def _round(value: float) -> str:
 
 def _of_force(found: Sequence[Guess]) -> Question | None:
     """Ask for the unit of a force."""
-    forces = [(one, one.axis.roles["force"]) for one in found if "force" in one.axis.roles and not one.kind]
-    forces = [(one, role) for one, role in forces if role.column is not None and role.unit_likelihood < SURE]
+    forces = [(guess, guess.axis.roles["force"]) for guess in found if "force" in guess.axis.roles and not guess.kind]
+    forces = [(guess, role) for guess, role in forces if role.column is not None and role.unit_likelihood < SURE]
     if not forces:
         return None
     guess, first = forces[0]
-    asked = [one.axis for one, role in forces if (role.unit, role.units) == (first.unit, first.units)]
+    asked = [guess.axis for guess, role in forces if (role.unit, role.units) == (first.unit, first.units)]
 
     def motion(axis: Axis, unit: str) -> Motion:
         return in_units_of("rotary" if rotates(axis.motion) else "linear", unit)
@@ -251,6 +257,6 @@ def picture(values: Real, width: int = 60, height: int = 8) -> list[str]:
         part = rows[edges[k] : edges[k + 1] + 1]
         dots[part.min() : part.max() + 1, k] = 1
     bits = (dots.reshape(height, 4, width, 2) * _DOTS[None, :, None, :]).sum(axis=(1, 3))
-    lines = ["".join(chr(0x2800 + one) for one in line) for line in bits]
+    lines = ["".join(chr(0x2800 + item) for item in line) for line in bits]
     lines[0], lines[-1] = f"{lines[0]} {high:.4g}", f"{lines[-1]} {low:.4g}"
     return lines

@@ -131,7 +131,7 @@ def _turn(x: Real) -> float:
         return 0.0
     turn = span + float(np.median(np.abs(around))) / 4.0
     usual = [360.0, 2.0 * np.pi, 1.0, 100.0, 400.0, *(10.0**k for k in range(3, 7)), *(2.0**k for k in range(8, 25))]
-    return next((one for one in sorted(usual) if span <= one < 1.03 * turn), turn)
+    return next((value for value in sorted(usual) if span <= value < 1.03 * turn), turn)
 
 
 def in_memory(table: Table, *, rows: bool = True) -> Memory:
@@ -165,20 +165,21 @@ def axes_of(tables: Sequence[Table]) -> list[Axis]:
     movements = [_movement(data, t, pairs, members) for members in _clusters(data, pairs)] or _by_velocity(data)
     if not movements:
         return [Axis("1", "linear", 0.5, {"time": clock} if clock.column is not None else {})]
-    used = {n for one in movements for n in one.columns} | {clock.column}
+    used = {n for movement in movements for n in movement.columns} | {clock.column}
     scores = _drives(data, t, pairs, movements, used)
-    moved = [(one, one.roles["position"]) for one in movements if "position" in one.roles]
+    moved = [(movement, movement.roles["position"]) for movement in movements if "position" in movement.roles]
     if moved and not pairs.edge.any() and not any(says.quantity == "position" for says in data.said):
         # what is smooth may be a velocity, if a force goes with it
-        speeds = [replace(one, roles={"velocity": replace(main, channel="velocity")}) for one, main in moved]
+        speeds = [replace(movement, roles={"velocity": replace(main, channel="velocity")}) for movement, main in moved]
         others = _drives(data, t, pairs, speeds, used)
         best = [
-            max((score for of_axis in one for score, _ in of_axis.values()), default=0.0) for one in (scores, others)
+            max((score for of_axis in group for score, _ in of_axis.values()), default=0.0)
+            for group in (scores, others)
         ]
         movements, scores = (speeds, others) if best[1] > 2.0 * best[0] else (movements, scores)
-    drives = [_driven(data, one) for one in scores]
-    whole = [(one, one.roles | pushed) for one, pushed in zip(movements, drives, strict=True)]
-    found = [_in_units(data, t, one, roles, clock) for one, roles in whole]
+    drives = [_driven(data, score) for score in scores]
+    whole = [(movement, movement.roles | pushed) for movement, pushed in zip(movements, drives, strict=True)]
+    found = [_in_units(data, t, movement, roles, clock) for movement, roles in whole]
     turning = [rotates(axis.motion) for axis in found if axis]
     kind: Motion = "rotary" if 2 * sum(turning) > len(turning) else "linear"
     for n, (axis, (one, roles)) in enumerate(zip(found, whole, strict=True)):
@@ -237,7 +238,7 @@ def _said_clock(constants: Mapping[str, str]) -> Role | None:
         of_period, of_rate = _PERIOD.search(plain) or _PERIOD.search(name), _RATE.search(plain) or _RATE.search(name)
         if not found or not (of_period or of_rate):
             continue
-        unit = found[2] or next((one for one in ("kHz", "Hz", "ms", "us", "s") if f"[{one}]" in name), "")
+        unit = found[2] or next((word for word in ("kHz", "Hz", "ms", "us", "s") if f"[{word}]" in name), "")
         try:
             value = float(found[1])
             rate = converts(unit, "frequency") or (not unit and bool(of_rate) and not of_period)
@@ -456,7 +457,7 @@ def _actual(data: Samples, t: Real, members: list[int]) -> tuple[int, int | None
         ahead = data.x[rows + 8, n] - np.polyval(scale, data.x[rows + 8, other])
         leads.append(float((ahead * v).sum() / np.sqrt((ahead**2).sum() * (v**2).sum() + 1e-300)))
     noise = [_noise(data, n) for n in members]
-    score = [lead - 0.2 * log(max(one, 1e-12)) for lead, one in zip(leads, noise, strict=True)]
+    score = [lead - 0.2 * log(max(value, 1e-12)) for lead, value in zip(leads, noise, strict=True)]
     order = np.argsort(score)
     sure = 0.98 if score[order[-1]] - score[order[0]] > 0.5 else 0.8
     return members[order[0]], members[order[-1]], sure
@@ -486,7 +487,7 @@ def _drives(
     data: Samples, t: Real, pairs: Pairs, movements: Sequence[_Movement], used: set[int | None]
 ) -> list[dict[int, tuple[float, int]]]:
     """Return how much each column follows sign(v) and acceleration of each axis, and the sign by which it brakes."""
-    motions = [_Motion(data, t, one.position, one.velocity) for one in movements]
+    motions = [_Motion(data, t, movement.position, movement.velocity) for movement in movements]
     scores: list[dict[int, tuple[float, int]]] = [{} for _ in movements]
     for n in np.flatnonzero(data.moving):
         says = data.said[n]
@@ -495,22 +496,22 @@ def _drives(
         if n in used or says.quantity not in {None, "force", "input"}:
             continue
         of_axes = []
-        for one, motion in zip(movements, motions, strict=True):
-            main = one.position if one.position is not None else one.velocity
+        for movement, motion in zip(movements, motions, strict=True):
+            main = movement.position if movement.position is not None else movement.velocity
             apart = main is not None and _apart(data.columns[main], data.columns[n])
-            of_axes.append((0.0, 1) if apart else _weighed(data, pairs, int(n), one, motion))
-        best = max(one[0] for one in of_axes)
+            of_axes.append((0.0, 1) if apart else _weighed(data, pairs, int(n), movement, motion))
+        best = max(pair[0] for pair in of_axes)
         for of_axis, (score, sign) in zip(scores, of_axes, strict=True):
             if score >= 0.5 * best and (score > 0.02 or says.quantity == "force"):
                 of_axis[int(n)] = score if score == best else 0.3 * score, sign
     return scores
 
 
-def _weighed(data: Samples, pairs: Pairs, n: int, one: _Movement, motion: _Motion) -> tuple[float, int]:
+def _weighed(data: Samples, pairs: Pairs, n: int, movement: _Movement, motion: _Motion) -> tuple[float, int]:
     """Return how much a column is the force of an axis, and its sign."""
     says = data.said[n]
     score, braking, sign = motion.score(data.x[:, n])
-    exact = max((pairs.share[v, n] for v in one.columns), default=0.0)
+    exact = max((pairs.share[v, n] for v in movement.columns), default=0.0)
     if says.quantity is None and exact > 0.98 and braking < 0.5:
         score *= 0.05  # the derivative of a velocity: an acceleration
     elif says.quantity is None and braking < BRAKED:
@@ -524,13 +525,13 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
     """Return force and input of an axis by the scores of its columns."""
     roles = {}
     for channel in ("force", "input"):
-        kept = {n: one for n, one in scores.items() if (data.said[n].quantity == "input") == (channel == "input")}
+        kept = {n: score for n, score in scores.items() if (data.said[n].quantity == "input") == (channel == "input")}
         if channel == "input":
-            kept = {n: one for n, one in kept.items() if one[0] > 0.05 and not data.said[n].commanded}
+            kept = {n: pair for n, pair in kept.items() if pair[0] > 0.05 and not data.said[n].commanded}
         if not kept:
             continue
         best = max(kept, key=lambda n: kept[n][0])
-        weights = np.array([one[0] ** 2 for one in kept.values()])
+        weights = np.array([pair[0] ** 2 for pair in kept.values()])
         sure = float(kept[best][0] ** 2 / max(weights.sum(), 1e-300)) * (
             0.99 if kept[best][0] > 0.1 or data.said[best].quantity else 0.9
         )
@@ -603,7 +604,7 @@ def _by_velocity(data: Samples) -> list[_Movement]:
 
 
 def _in_units(
-    data: Samples, t: Real, one: _Movement, roles: dict[str, Role], clock: Role, kind: Motion | None = None
+    data: Samples, t: Real, movement: _Movement, roles: dict[str, Role], clock: Role, kind: Motion | None = None
 ) -> Axis | None:
     """Return the axis with its units: those of the header, or those that the factor and usual sizes leave."""
     nothing = Spoken(None)
@@ -616,13 +617,13 @@ def _in_units(
     )
     first, second = said.get("position", nothing), said.get("velocity", nothing)
     logged = clock.column is not None or bool(clock.unit)
-    factor = abs(one.factor) if one.factor and logged else None
+    factor = abs(movement.factor) if movement.factor and logged else None
     clocks = {"s": 1.0} if clock.column is None else {clock.unit: 1.0} if clock.unit else time_units(step, len(t))
     found: list[Reading] = []
     for unit, weight in clocks.items():
         of_unit = readings(first, second, unit, factor, sizes, bool(p), bool(v))
-        found += [replace(one, weight=one.weight * weight) for one in of_unit]
-    total = sum(one.weight for one in found)
+        found += [replace(reading, weight=reading.weight * weight) for reading in of_unit]
+    total = sum(reading.weight for reading in found)
     if not total:
         return None
     other = 0.0 if first.unit or second.unit else UNUSUAL * max(clocks.values())  # counts, a pitch, a gear
@@ -633,20 +634,20 @@ def _in_units(
 
     def likeliest(of: str) -> tuple[str, float, tuple[str, ...]]:
         weights: dict[str, float] = {}
-        for one in found:
-            weights[getattr(one, of)] = weights.get(getattr(one, of), 0.0) + one.weight / total
+        for reading in found:
+            weights[getattr(reading, of)] = weights.get(getattr(reading, of), 0.0) + reading.weight / total
         order = sorted(weights, key=lambda name: -weights[name])
         return order[0], weights[order[0]], tuple(name for name in order[1:4] if weights[name] > 0.01)
 
     motion, motion_sure, _ = likeliest("motion")
-    if kind is not None and any(one.motion == kind for one in found):
+    if kind is not None and any(reading.motion == kind for reading in found):
         motion, motion_sure = kind, 1.0 - motion_sure
-    best = max((one for one in found if one.motion == motion), key=lambda one: one.weight)
+    best = max((reading for reading in found if reading.motion == motion), key=lambda reading: reading.weight)
     units = {"time": (best.time, *likeliest("time")[1:])}
     if clock.column is None and clock.unit:
         units["time"] = clock.unit, clock.unit_likelihood, ()
     elif not logged:
-        units["time"] = _period(one.factor, best, likeliest("position")[1] * likeliest("velocity")[1])
+        units["time"] = _period(movement.factor, best, likeliest("position")[1] * likeliest("velocity")[1])
     for of in ("position", "velocity"):
         first_choice, sure, others = likeliest(of)
         units[of] = getattr(best, of), sure if kind is None else min(motion_sure, sure), (first_choice, *others)
@@ -659,15 +660,17 @@ def _in_units(
     whole = {"time": clock} | roles
     for channel, role in whole.items():
         unit, sure, others = units[channel]
-        others = tuple(one for one in others if one != unit)
+        others = tuple(text for text in others if text != unit)
         turn = float(data.turn[role.column]) if role.column is not None else 0.0
         whole[channel] = replace(role, unit=unit, unit_likelihood=sure, units=others, turn=turn)
     moves: Motion = "rotary" if motion == "rotary" else "linear"
     if "force" in whole:
         moves = in_units_of(moves, whole["force"].unit)
-    ranked = sorted((replace(one, weight=one.weight / total) for one in found), key=lambda one: -one.weight)
+    ranked = sorted(
+        (replace(reading, weight=reading.weight / total) for reading in found), key=lambda reading: -reading.weight
+    )
     whole = {channel: whole[channel] for channel in LIKELY if channel in whole}
-    return Axis("", moves, motion_sure, whole, tuple(ranked), None if logged else one.factor)
+    return Axis("", moves, motion_sure, whole, tuple(ranked), None if logged else movement.factor)
 
 
 def take_reading(axis: Axis, reading: Reading) -> None:
@@ -694,6 +697,6 @@ def _period(factor: float | None, reading: Reading, sure: float) -> tuple[str, f
         si_factor(reading.velocity, "velocity", reading.motion) * abs(factor)
     )
     usual = min((m * 10.0**e for m in (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 6.25, 8.0) for e in range(-7, 2)),
-                key=lambda one: abs(log(one / period)))  # fmt: skip
+                key=lambda value: abs(log(value / period)))  # fmt: skip
     near = abs(log(usual / period)) < TOLERANCE
     return f"{usual if near else period:.4g} s", 0.98 * sure if near else 0.9 * sure, ()

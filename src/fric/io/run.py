@@ -67,9 +67,9 @@ def write_runs(
             group = file.create_group(run.scheme.name)
             group.attrs.update({f"scheme_{key}": value for key, value in run.scheme.plain().items()})
             group.attrs.update({"unit": "m", "glitch": run.contour.glitch, "warnings": "\n".join(run.warnings)})
-            group.attrs["warnings_coded"] = json.dumps([Notice.of(one).as_dict() for one in run.warnings])
+            group.attrs["warnings_coded"] = json.dumps([Notice.of(warning).as_dict() for warning in run.warnings])
             if run.places:
-                rows = [(*one.glitches, one.rms, one.range, one.oscillation) for one in run.places]
+                rows = [(*place.glitches, place.rms, place.range, place.oscillation) for place in run.places]
                 write_column(group, "places", np.array(rows), "m")
             if isinstance(run, CircleRun):
                 _write_circle(group, run)
@@ -93,7 +93,7 @@ def _write_monte_carlo(group: h5py.Group, many: MonteCarlo) -> None:
     write_column(group, "quadrants", many.quadrants, "m")
     write_column(group, "swings", many.swings, "m")
     for key in next(iter(schemes.values())):
-        group.attrs[key] = np.array([one[key] for one in schemes.values()], float)
+        group.attrs[key] = np.array([scheme[key] for scheme in schemes.values()], float)
     drawn = group.create_group("drawn")
     for name in sorted({name for outcome in many.outcomes for name in outcome.drawn}):
         drawn[name] = np.array([outcome.drawn.get(name, np.nan) for outcome in many.outcomes])

@@ -163,7 +163,9 @@ def refuse_left_out(table: Table, origins: Collection[str], taken: Collection[in
         found = [table.columns[n] for n in looking_like(table, channel, taken)]
         if not found:
             continue
-        listed = " and ".join(f"'{one.name} [{one.unit}]'" if one.unit else f"'{one.name}'" for one in found)
+        listed = " and ".join(
+            f"'{column.name} [{column.unit}]'" if column.unit else f"'{column.name}'" for column in found
+        )
         raise FricError(
             f"no column is named {channel}, and {listed} {'looks' if len(found) == 1 else 'look'} like it",
             where=str(table.path),
@@ -340,7 +342,7 @@ def _candidates(unit: str | None, quantity: str) -> tuple[tuple[Motion, str, flo
             if converts(unit, quantity, motion):
                 found.append((motion, unit, factor(unit, quantity, motion), 1.0))
         else:
-            found += [(motion, one, factor(one, quantity, motion), weight) for one, weight in usual.items()]
+            found += [(motion, text, factor(text, quantity, motion), weight) for text, weight in usual.items()]
     return tuple(found)
 
 

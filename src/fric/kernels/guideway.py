@@ -54,7 +54,7 @@ def guideway_step(dz: float, v: float, dt: float, state: Real, parameters: Real)
     """Advance the inner model with the parameters as they hold at this place, in this direction, at this time."""
     coggings, waves = int(parameters[_COGGINGS]), int(parameters[_WAVES])
     start = HEAD + 3 * (coggings + waves)
-    own = parameters.size - start
+    size = parameters.size - start
     state[0] += dz
     state[1] += dt
     z, cogging, level, viscous = state[0], 0.0, 1.0, 1.0
@@ -72,8 +72,8 @@ def guideway_step(dz: float, v: float, dt: float, state: Real, parameters: Real)
     if parameters[_GROWTH] > 0.0:
         state[2] = aged(state[2], abs(dz), dt, parameters[_DISTANCE])
         static *= 1.0 + parameters[_GROWTH] * log(1.0 + state[2] / parameters[_AGEING])
-    here = state[AHEAD : AHEAD + own]
-    for i in range(own):
+    here = state[AHEAD : AHEAD + size]
+    for i in range(size):
         here[i] = parameters[start + i]
     for i in range(int(parameters[_MAPS])):
         at = int(parameters[_FIRST + i])
@@ -81,5 +81,5 @@ def guideway_step(dz: float, v: float, dt: float, state: Real, parameters: Real)
         here[at + 1] *= static
         here[at + 4] *= viscous
     inner = step_at(parameters[_INNER])
-    force: float = inner(dz, v, dt, state[AHEAD + own :], here) + cogging
+    force: float = inner(dz, v, dt, state[AHEAD + size :], here) + cogging
     return force

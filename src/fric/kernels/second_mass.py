@@ -58,12 +58,12 @@ def spring_force(elongation: float, rate: float, parameters: Real) -> float:
 @compiled_step
 def second_mass_step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
     """Advance the table along a motion of the motor (Heun's method) and return what acts on the motor against it."""
-    inner, behind, own = step_at(parameters[_INNER]), state[AHEAD:], parameters[HEAD:]
+    inner, behind, rest = step_at(parameters[_INNER]), state[AHEAD:], parameters[HEAD:]
     table = parameters[_ON_TABLE] > 0.0
-    force = 0.0 if table else inner(dz, v, dt, behind, own)
+    force = 0.0 if table else inner(dz, v, dt, behind, rest)
     if dt == 0.0:
         state[VELOCITY] = v
-        state[FRICTION] = inner(0.0, v, 0.0, behind, own) if table else 0.0
+        state[FRICTION] = inner(0.0, v, 0.0, behind, rest) if table else 0.0
         state[SPRING] = spring_force(state[ELONGATION], 0.0, parameters)
         return force + state[SPRING]
     mass, load, before = parameters[_MASS], parameters[_LOAD], state[VELOCITY]
@@ -71,7 +71,7 @@ def second_mass_step(dz: float, v: float, dt: float, state: Real, parameters: Re
     ahead = before + dt * pulled
     travel = 0.5 * dt * (before + ahead)
     if table:
-        state[FRICTION] = inner(travel, ahead, dt, behind, own)
+        state[FRICTION] = inner(travel, ahead, dt, behind, rest)
     state[ELONGATION] += dz - travel
     state[SPRING] = spring_force(state[ELONGATION], v - ahead, parameters)
     state[VELOCITY] = before + 0.5 * dt * (pulled + (state[SPRING] - state[FRICTION] - load) / mass)

@@ -74,7 +74,7 @@ def _friction(known: FrictionDocument, axis: Axis) -> Any:
     forward = static.model if isinstance(static, Directed) else static
     if not (isinstance(model, OnStaticMap) and isinstance(forward, StaticMap) and hasattr(model, "k")):
         return static
-    k = tuple(one * forward.F_s / model.static.F_s for one in model.k)
+    k = tuple(item * forward.F_s / model.static.F_s for item in model.k)
     whole = replace(model, static=forward, k=k)  # type: ignore[call-arg]
     return Directed(whole, static.negative) if isinstance(static, Directed) else whole
 
@@ -87,7 +87,7 @@ def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
     """
     second: list[Real] = []
     whole: list[Real] = []
-    for log in (one for one in logs if one.force is not None):
+    for log in (log for log in logs if log.force is not None):
         white = np.diff(log.require("force", "its noise"), 2)
         whole.append(white)
         if log.position is not None and len(white) > REST:
@@ -147,8 +147,8 @@ def choose(
     more, makers = times or {}, _RECORDS | ({"presliding-sine": _micro_steps} if micro_steps else {})
     records = (made(axis, limits, more.get(kind, 1)) for kind, made in makers.items())
     found = (*records, *_circles(limits))
-    for one in found:
-        for trial in one.trials(axis):
+    for record in found:
+        for trial in record.trials(axis):
             if broken := limits.broken_by(trial.reference):
                 value = readable(getattr(limits, broken), si_unit(_DIMENSIONS[broken], axis.motion))
                 raise FricError(
@@ -163,12 +163,12 @@ _DIMENSIONS = {"stroke": "position", "feed": "velocity", "acceleration": "accele
 
 def durations(axis: Axis, planned: Sequence[Planned]) -> Iterator[float]:
     """Yield how long each experiment lasts [s]."""
-    for one in planned:
-        if one.kind == "circle":
-            s = {name: float(value) for name, value in one.settings.items() if not isinstance(value, tuple)}
+    for record in planned:
+        if record.kind == "circle":
+            s = {name: float(value) for name, value in record.settings.items() if not isinstance(value, tuple)}
             yield 2 * (2 * pi * s["revolutions"] + pi) * s["radius"] / s["feed"]
         else:
-            yield sum(len(trial.reference) for trial in one.trials(axis)) / axis.cascade.sampling
+            yield sum(len(trial.reference) for trial in record.trials(axis)) / axis.cascade.sampling
 
 
 def _known(axis: Axis) -> tuple[StaticMap, float]:

@@ -88,7 +88,9 @@ def half_widths(documents: Sequence[PlantDocument | FrictionDocument]) -> dict[s
     """Return value, half the width of the 95 % interval (infinite where it is open) and unit by parameter, in SI."""
     found = {}
     for document in documents:
-        for name, value, (low, high), unit in (one for section in _sections(document) for one in _elements(section)):
+        for name, value, (low, high), unit in (
+            element for section in _sections(document) for element in _elements(section)
+        ):
             half = high - value if low == 0 else 0.5 * (high - low)  # at its bound it has one side
             found[name] = (value, half, unit)
     return found
@@ -106,12 +108,15 @@ def _sections(document: PlantDocument | FrictionDocument) -> Iterator[Mapping[st
 
 def _elements(section: Mapping[str, Estimate]) -> Iterator[tuple[str, float, tuple[float, float], str]]:
     """Yield name, value, interval and unit of each number that has an interval; of a vector each element's."""
-    for name, one in section.items():
-        if one.ci95 is not None:
-            values, limits = np.ravel(np.array(one.value, float)), np.reshape(np.array(one.ci95, float), (-1, 2))
-            names = [f"{name}_{n}" for n in range(1, len(values) + 1)] if isinstance(one.value, tuple) else [name]
+    for name, estimate in section.items():
+        if estimate.ci95 is not None:
+            values, limits = (
+                np.ravel(np.array(estimate.value, float)),
+                np.reshape(np.array(estimate.ci95, float), (-1, 2)),
+            )
+            names = [f"{name}_{n}" for n in range(1, len(values) + 1)] if isinstance(estimate.value, tuple) else [name]
             for key, value, (low, high) in zip(names, values.tolist(), limits.tolist(), strict=True):
-                yield key, value, (low, high), one.unit
+                yield key, value, (low, high), estimate.unit
 
 
 def typical(halves: Sequence[float]) -> float:
@@ -128,8 +133,8 @@ def anywhere(axis: Axis, trials: Sequence[Trial], seed: int) -> list[Trial]:
     """Return trials that begin anywhere between the counts of the axis' encoder, each at a different place."""
     places = np.random.default_rng([seed, 1]).uniform(0.0, PLACES * axis.encoder.resolution, len(trials))
     return [
-        replace(one, reference=replace(one.reference, position=one.reference.position + place))
-        for one, place in zip(trials, places, strict=True)
+        replace(trial, reference=replace(trial.reference, position=trial.reference.position + place))
+        for trial, place in zip(trials, places, strict=True)
     ]
 
 
@@ -138,7 +143,7 @@ def left_over(known: FrictionDocument) -> dict[str, float]:
     static, gms = known.fit_of("static"), known.fit_of("gms")
     between = static.between_strokes if static.between_strokes and static.between_strokes.value else static.rmse
     given = {"static": between, "gms": gms.virgin_curve_rmse}
-    return {name: float(one.si("force", known.motion)) for name, one in given.items() if one is not None}
+    return {name: float(quantity.si("force", known.motion)) for name, quantity in given.items() if quantity is not None}
 
 
 def known_half_widths(known: FrictionDocument) -> dict[str, dict[str, float]]:
@@ -158,10 +163,10 @@ def widening(
     model; they will recur, and do not average out: the half-width is then the known half-width. It is widened at most
     by the ratio of the residuals, for a half-width from few strokes is wide by their number.
     """
-    own = [left_over(one) for one in simulated]
+    left = [left_over(document) for document in simulated]
     found = {}
     for section, rest in left_over(known).items():
-        rests = [one[section] for one in own if section in one]
+        rests = [mapping[section] for mapping in left if section in mapping]
         usual = typical(rests) if rests and rest > max(rests) else 0.0
         most = rest / usual if usual else 1.0
         for name, half in known_half_widths(known).get(section, {}).items():
@@ -178,11 +183,11 @@ def scattering(known: PlantDocument, found: Sequence[PlantDocument]) -> dict[str
     to within the differences between simulated records: the logarithm δ of the factor is shrunk to ``δ·(1 - s²/δ²)``,
     and to 0 where it is less than their deviation s (the positive part of James and Stein's).
     """
-    own, *others = (_sureness(one) for one in (known, *found))
+    before, *others = (_sureness(document) for document in (known, *found))
     factors = {}
-    for name in own.keys() & set.intersection(*map(set, others)) if others else ():
-        usual = np.log([one[name] for one in others])
-        larger = float(np.log(own[name]) - np.mean(usual))
+    for name in before.keys() & set.intersection(*map(set, others)) if others else ():
+        usual = np.log([mapping[name] for mapping in others])
+        larger = float(np.log(before[name]) - np.mean(usual))
         if larger > (deviation := float(np.std(usual))):
             factors[name] = float(np.exp(larger * (1.0 - (deviation / larger) ** 2)))
     return factors
@@ -192,11 +197,11 @@ def _sureness(document: PlantDocument) -> dict[str, float]:
     """Return the half-widths of a plant by name, in SI, times size and root of the number of its responses' periods."""
     parts = (document.fit and document.fit.responses) or []
     size = sum(
-        (one.averages or 1.0) * float(one.velocity_rms.si("velocity", document.motion)) ** 2
-        for one in parts if one.velocity_rms is not None
+        (part.averages or 1.0) * float(part.velocity_rms.si("velocity", document.motion)) ** 2
+        for part in parts if part.velocity_rms is not None
     )  # fmt: skip
-    limits = {name: one.ci95 for name, one in document.estimates(document.motion).items()}
-    pairs = {name: np.ravel(np.array(one, float)) for name, one in limits.items() if one is not None}
+    limits = {name: estimate.ci95 for name, estimate in document.estimates(document.motion).items()}
+    pairs = {name: np.ravel(np.array(limit, float)) for name, limit in limits.items() if limit is not None}
     return {
         name: 0.5 * float(high - low) * np.sqrt(size)
         for name, (low, high) in pairs.items() if size > 0 and np.isfinite(high - low) and high > low
@@ -220,7 +225,7 @@ def expected(
     known: The friction file of the axis, which holds the residuals of its models.
     plant: The plant file of the axis, which holds the scatter of its response.
     """
-    trials = [trial for one in planned for trial in one.trials(axis)]
+    trials = [trial for record in planned for trial in record.trials(axis)]
     blocks: int | None = None
     found: list[dict[str, tuple[float, float, str]]] = []
     notices: list[Notice] = []
@@ -242,12 +247,12 @@ def expected(
             blocks = len(last.estimates("gms")["k"].value)  # type: ignore[arg-type]
         if isinstance(last, FrictionDocument) and last.section("static"):
             documents.append(last)
-        plants += [one for one in results if isinstance(one, PlantDocument)]
+        plants += [result for result in results if isinstance(result, PlantDocument)]
         found.append(half_widths(results))
         advance()
     parameters = {}
-    for name in (name for name in found[0] if all(name in one for one in found)):
-        values, half, units = zip(*(one[name] for one in found), strict=True)
+    for name in (name for name in found[0] if all(name in mapping for mapping in found)):
+        values, half, units = zip(*(mapping[name] for mapping in found), strict=True)
         middle = typical(half)
         parameters[name] = Expected(float(np.median(values)), middle, units[0], (min(half), max(half)))
     wider = {} if known is None else widening(known, parameters, documents)
@@ -294,8 +299,14 @@ def planned_for(
 def lacks(wanted: Wanted, found: Expectation) -> Iterator[tuple[str, float]]:
     """Yield each requested parameter with the expected half-width over the requested; of blocks the worst."""
     for name, (target, relative) in wanted.items():
-        of = [one for key, one in found.parameters.items() if key == name or key.rpartition("_")[0] == name]
-        yield name, max((one.half_width / (target * (abs(one.value) if relative else 1.0)) for one in of), default=inf)
+        of = [parameter for key, parameter in found.parameters.items() if key == name or key.rpartition("_")[0] == name]
+        yield (
+            name,
+            max(
+                (expected.half_width / (target * (abs(expected.value) if relative else 1.0)) for expected in of),
+                default=inf,
+            ),
+        )
 
 
 def more_records(wanted: Wanted, found: Expectation, times: Mapping[str, int]) -> dict[str, int]:

@@ -74,7 +74,7 @@ def narrowing(
         )
     known = _known(covariances, model)
     planned = choose(axis, limits)
-    circle = next(one for one in planned if one.kind == "circle").settings
+    circle = next(record for record in planned if record.kind == "circle").settings
     test = Circle(float(circle["radius"]), float(circle["feed"]))  # type: ignore[arg-type]
     slopes = _slopes(machine, axis, model, known, scheme, test, advance)
     names, S = list(known.deviation), known.matrix
@@ -82,19 +82,19 @@ def narrowing(
     worst = slopes[int(np.argmax(np.einsum("qi,ij,qj->q", slopes, S, slopes)))]
     shares = worst * (S @ worst) / max(float(worst @ S @ worst), 1e-300)
     found = []
-    experiments = [part for one in planned for part in _parts(one)]
-    logs = [list(logs_of(axis, one.trials(axis), 1)) for one in experiments]
+    experiments = [part for record in planned for part in _parts(record)]
+    logs = [list(logs_of(axis, experiment.trials(axis), 1)) for experiment in experiments]
     sines = [log for each in logs for log in each if "sine" in str(log.kind)]
     ranges = search_ranges(prepared(sines, axis.plant))
-    for one, made in zip(experiments, logs, strict=True):
+    for experiment, made in zip(experiments, logs, strict=True):
         advance()
         I = _information(made, axis, model, known, between, ranges)  # noqa: E741 - Fisher's
         least, after, most = (
             NORMAL * _deviation(slopes, np.asarray(np.linalg.inv(np.linalg.inv(S) + share * I), float))
             for share in (1 + SURE, 1.0, 1 - SURE)
         )
-        lasting = sum(len(trial.reference) for trial in one.trials(axis)) / axis.cascade.sampling
-        found.append(Candidate(one, lasting, after, 0.5 * (most - least)))
+        lasting = sum(len(trial.reference) for trial in experiment.trials(axis)) / axis.cascade.sampling
+        found.append(Candidate(experiment, lasting, after, 0.5 * (most - least)))
     return Narrowing(
         half, dict(zip(names, map(float, shares), strict=True)), by_what_they_leave(found), test, scheme.name
     )
@@ -102,27 +102,27 @@ def narrowing(
 
 def by_what_they_leave(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
     """Return candidates, the best first; of those that differ by less than their scatter the shortest first."""
-    ordered = sorted(candidates, key=lambda one: one.lasting)
-    order = ranked([one.half_width for one in ordered], [one.scatter for one in ordered])
+    ordered = sorted(candidates, key=lambda candidate: candidate.lasting)
+    order = ranked([candidate.half_width for candidate in ordered], [candidate.scatter for candidate in ordered])
     return tuple(ordered[n] for n in order)
 
 
-def _parts(one: Planned) -> Iterator[Planned]:
+def _parts(record: Planned) -> Iterator[Planned]:
     """Yield an experiment as single candidates: slow and fast strokes, each sine alone; a circle is none."""
-    if one.kind == "constant-velocity":
-        speeds = one.settings["speeds"]
+    if record.kind == "constant-velocity":
+        speeds = record.settings["speeds"]
         assert isinstance(speeds, tuple)
         half = 2 * len(speeds) // 3
-        yield replace(one.changed(speeds=speeds[:half]), why="strokes through the Stribeck fall")
+        yield replace(record.changed(speeds=speeds[:half]), why="strokes through the Stribeck fall")
         if speeds[half:]:
-            yield replace(one.changed(speeds=speeds[half:]), why="strokes beyond the fall")
-    elif one.kind == "presliding-sine":
-        amplitudes = one.settings["amplitudes"]
+            yield replace(record.changed(speeds=speeds[half:]), why="strokes beyond the fall")
+    elif record.kind == "presliding-sine":
+        amplitudes = record.settings["amplitudes"]
         assert isinstance(amplitudes, tuple)
         for amplitude in amplitudes:
-            yield replace(one.changed(amplitudes=(amplitude,)), why="a slow sine before sliding")
-    elif one.kind == "sliding-sine":
-        yield replace(one, why="a sine in sliding")
+            yield replace(record.changed(amplitudes=(amplitude,)), why="a slow sine before sliding")
+    elif record.kind == "sliding-sine":
+        yield replace(record, why="a sine in sliding")
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ def _information(logs: Sequence[Log], axis: Axis, model: GMS, known: _Known, bet
     else:
         ready = prepared(logs, axis.plant)
         slides = logs[0].kind == "sliding-sine"
-        records = [one.in_sliding() if slides else find_cycles(one).for_replay() for one in ready]
+        records = [record.in_sliding() if slides else find_cycles(record).for_replay() for record in ready]
         of, found = replay_information(records, model, ranges, Hunting(axis.plant))
     at = [names.index(name) for name in of if name in names]
     kept = [n for n, name in enumerate(of) if name in names]

@@ -84,12 +84,12 @@ def clipped_among(records: Sequence[Real]) -> list[int]:
     A record that stays at the very extreme of all is flat for its range, or for coarse counts; it is clipped where the
     others show that the channel is finer than that, and none exceeds it.
     """
-    found = [clipped_samples(one) for one in records]
-    if any(_fine(one) for one in records):
-        ends = (min(float(one.min()) for one in records), max(float(one.max()) for one in records))
-        for n, one in enumerate(records):
-            flat = int(np.count_nonzero(np.isin(one, ends)))
-            if not found[n] and flat > len(one) / 2:
+    found = [clipped_samples(record) for record in records]
+    if any(_fine(record) for record in records):
+        ends = (min(float(record.min()) for record in records), max(float(record.max()) for record in records))
+        for n, record in enumerate(records):
+            flat = int(np.count_nonzero(np.isin(record, ends)))
+            if not found[n] and flat > len(record) / 2:
                 found[n] = flat
     return found
 

@@ -196,11 +196,13 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     """
     found = [(log, timing(log)) for log in logs]
     warnings = []
-    if lost := [(log, one.lost) for log, one in found if one.lost]:
+    if lost := [(log, timing.lost) for log, timing in found if timing.lost]:
         warnings.append(SAMPLES_LOST.found(_records(log for log, _ in lost), lost=max(share for _, share in lost)))
     # what jitters shows in every record that is as fast; a ripple of one speed is no jitter
-    unmoved = [one.speed for _, one in found if one.speed and not (one.jitter or one.lost)]
-    if jitters := [(log, one) for log, one in found if one.jitter and FASTER * one.speed > max(unmoved, default=0.0)]:
+    unmoved = [timing.speed for _, timing in found if timing.speed and not (timing.jitter or timing.lost)]
+    if jitters := [
+        (log, timing) for log, timing in found if timing.jitter and FASTER * timing.speed > max(unmoved, default=0.0)
+    ]:
         log, worst_one = max(jitters, key=lambda pair: pair[1].displaced)
         jitter, displaced = Estimate(worst_one.jitter, "s"), Estimate(worst_one.displaced, log.unit("position"))
         where = _records(log for log, _ in jitters)
@@ -247,7 +249,7 @@ def foreign_compensation(log: Log) -> Notice | None:
     if len(kicks) < 2 or 2 * len(kicks) <= len(found):  # a single one is hunting or a disturbance
         return None
     lead, lag, late, decay = (
-        float(np.median([getattr(one, n) for one in kicks])) for n in ("lead", "lag", "late", "decay")
+        float(np.median([getattr(kick, n) for kick in kicks])) for n in ("lead", "lag", "late", "decay")
     )
     when = "too early" if late < 0.0 else "too late" if lag > max(0.2 * lead, least) else "too much"
     return FOREIGN_COMPENSATION.found(

@@ -293,7 +293,7 @@ def distinct_speeds(segments: list[Segment]) -> tuple[float, ...]:
             speeds[-1].append(segment)
         else:
             speeds.append([segment])
-    return tuple(float(np.average([s.velocity for s in one], weights=[len(s) for s in one])) for one in speeds)
+    return tuple(float(np.average([s.velocity for s in speed], weights=[len(s) for s in speed])) for speed in speeds)
 
 
 def _channel(log: Log, name: str, values: Real) -> Channel:

@@ -131,7 +131,7 @@ def _common(pairs: Sequence[tuple[Real, Real]]) -> _Common | None:
         at = np.flatnonzero(np.isfinite(a) & np.isfinite(b))
         if len(at) < SHORTEST:
             continue
-        x, y = (one[at] - np.polynomial.Polynomial.fit(at, one[at], 1)(at) for one in (a, b))
+        x, y = (array[at] - np.polynomial.Polynomial.fit(at, array[at], 1)(at) for array in (a, b))
         size = float(np.sqrt(np.mean(x * x) * np.mean(y * y)))
         if size > 0.0:
             covariance = float(np.mean(x * y))
@@ -163,11 +163,11 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
     if whole is None or late is None:
         return None
     rate, deviation, freedom = whole.values[0], whole.errors[0], whole.freedom
-    forward, backward, *speeds = (one * rate > 0.0 for one in whole.apart)
+    forward, backward, *speeds = (value * rate > 0.0 for value in whole.apart)
     if not (forward and backward and sum(whole.logged) * rate > 0.0):  # it is no friction that changes
         return None
     likely, sure = (
-        abs(rate) > float(stdtrit(freedom, 0.5 * (1.0 + one))) * deviation for one in (LIKELY_RATE, SURE_RATE)
+        abs(rate) > float(stdtrit(freedom, 0.5 * (1.0 + value))) * deviation for value in (LIKELY_RATE, SURE_RATE)
     )
     if not likely or abs(rate) > FASTEST:
         return None

@@ -219,8 +219,8 @@ class Prepared:
                 "the motion reverses, and C is told by sliding in one direction", where=self.log.where,
                 hint="Raise the mean speed above the amplitude of the velocity.",
             )  # fmt: skip
-        own: tuple[Own, ...] = ("offset", "damping") if self.done.mass is not None else ("offset", "damping", "mass")
-        return replace(self, used=used, reversals=reversals, done=replace(self.done, own=own))
+        beside: tuple[Own, ...] = ("offset", "damping") if self.done.mass is not None else ("offset", "damping", "mass")
+        return replace(self, used=used, reversals=reversals, done=replace(self.done, own=beside))
 
 
 def prepared(
@@ -241,7 +241,9 @@ def prepared(
         text = ", ".join(sorted({log.axis for log in logs}))
         raise FricError(f"the records are of several axes ({text})", hint="Identify one axis at a time.")
     if filters:
-        return tuple(_prepared(log, plant, drive, one) for log, one in zip(logs, filters, strict=True))
+        return tuple(
+            _prepared(log, plant, drive, conditioning) for log, conditioning in zip(logs, filters, strict=True)
+        )
     records = tuple(_prepared(log, plant, drive, None) for log in logs)
     every = -(-sum(len(record.log) for record in records) // MOST)
     return tuple(record.thinned(every) for record in records)

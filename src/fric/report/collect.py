@@ -114,7 +114,7 @@ class Measured:
     @property
     def glitch(self) -> float:
         """The largest glitch that was measured [m]."""
-        return max(abs(one.value) for one in self.result.found.glitches.values())
+        return max(abs(glitch.value) for glitch in self.result.found.glitches.values())
 
     def disagreements(self) -> list[Notice]:
         """Return where the circle is not as predicted, with the likely cause."""
@@ -159,8 +159,8 @@ class ContourTest:
         return (self.radius, self.feed, self.direction, self.labels)
 
 
-def _alike(one: float, other: float) -> bool:
-    return isclose(one, other, rel_tol=0.02)
+def _alike(value: float, other: float) -> bool:
+    return isclose(value, other, rel_tol=0.02)
 
 
 @dataclass(frozen=True)
@@ -187,17 +187,17 @@ class ReportInput:
 
     def verdict(self, test: ContourTest) -> Verdict:
         """Return what to switch on, by one test and all measured circles."""
-        held = [one for one in self.circles if one.result.held is not None]
+        held = [circle for circle in self.circles if circle.result.held is not None]
         more: dict[str, Any] = {"machine": machine_name(self.machine)} if self.machine else {}
         file = self.machine or str(test.provenance.get("origin", {}).get("path", ""))
         if test.radius and file and not str(test.provenance.get("command", "")).startswith("fric simulate "):
             circle = f'--radius "{readable(test.radius, "m")}" --velocity "{readable(test.feed, "m/s")}"'
             more["command"] = f"fric simulate circle {machine_name(file)} {circle} -o run.h5"
-        compared = [both for one in held if (both := one.result.glitches()) is not None]
+        compared = [both for circle in held if (both := circle.result.glitches()) is not None]
         more |= {"glitches": compared[-1]} if compared else {}
         given = evidence_of(
             test.provenance, test.contours, test.prediction, compared=bool(held), tolerance=self.tolerance,
-            disagreements={one.source: one.disagreements() for one in held}, measured=self._measured(test),
+            disagreements={circle.source: circle.disagreements() for circle in held}, measured=self._measured(test),
             notices=self._notices(test), **({"circle": str(held[0].path)} if held else {}), **more,
         )  # fmt: skip
         return decide(given)
@@ -205,23 +205,23 @@ class ReportInput:
     def _measured(self, test: ContourTest) -> dict[str, float]:
         """Return the largest glitch that was measured on the circle of a test [m], by the scheme that was on."""
         found: dict[str, float] = {}
-        for one in self.circles:
-            seen = one.result.found.test
+        for circle in self.circles:
+            seen = circle.result.found.test
             if seen.scheme and _alike(seen.feed, test.feed) and _alike(seen.radius, test.radius or 0.0):
-                found[seen.scheme] = max(one.glitch, found.get(seen.scheme, 0.0))
+                found[seen.scheme] = max(circle.glitch, found.get(seen.scheme, 0.0))
         return found
 
     def _notices(self, test: ContourTest) -> list[Notice]:
         """Return the warnings of files, a run and the circles; a circle that is not as predicted is separate."""
-        own = [notice for item in self.items for notice in item.warnings]
-        circles = [notice for one in self.circles for notice in one.result.warnings]
-        return own + self.warned(test) + [one for one in circles if not flaw_of(one).disagrees]
+        notices = [notice for item in self.items for notice in item.warnings]
+        circles = [notice for circle in self.circles for notice in circle.result.warnings]
+        return notices + self.warned(test) + [circle for circle in circles if not flaw_of(circle).disagrees]
 
     def warned(self, test: ContourTest) -> list[Notice]:
         """Return the warnings of a run, without those repeated from the given files."""
         known = {(notice.code, notice.says) for item in self.items for notice in item.warnings}
         again = map(Notice.of, test.provenance.get("warnings_coded", ()))
-        return [one for one in again if (one.code, one.says) not in known]
+        return [notice for notice in again if (notice.code, notice.says) not in known]
 
     def axes(self) -> list[str]:
         """Return the axes of documents."""
@@ -266,7 +266,10 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
             own = read_records(path)
             records += own
             logs.append(
-                (path.name, ", ".join(dict.fromkeys(str(getattr(one, "kind", "frequency-response")) for one in own)))
+                (
+                    path.name,
+                    ", ".join(dict.fromkeys(str(getattr(record, "kind", "frequency-response")) for record in own)),
+                )
             )
         elif kind == "circle":
             measured.append(path)
@@ -301,13 +304,13 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
 
 def _with_shape(held: Sequence[Measured]) -> tuple[Measured, ...]:
     """Return measured circles; the learned circle with its statement about the friction model."""
-    notices = wrong_shape_measured(one.result.found.test for one in held)
+    notices = wrong_shape_measured(circle.result.found.test for circle in held)
     made = []
-    for one in held:
-        found = one.result.found
+    for circle in held:
+        found = circle.result.found
         if notices and found.test.scheme == LEARNED:
             found = replace(found, warnings=(*found.warnings, *notices))
-        made.append(replace(one, result=replace(one.result, found=found)))
+        made.append(replace(circle, result=replace(circle.result, found=found)))
     return tuple(made)
 
 
@@ -360,22 +363,26 @@ def _test(source: str, provenance: Mapping[str, Any], runs: Sequence[CircleRun |
 def _with_drawn(test: ContourTest, drawn: Mapping[str, Drawn], prediction: Prediction | None) -> ContourTest:
     schemes = prediction.schemes if prediction else {}
     contours = (
-        replace(one, drawn=drawn[name].glitches, swings=drawn[name].swings, predicted=schemes.get(name))
-        if (name := one.scheme.name) in drawn
-        else one
-        for one in test.contours
+        replace(contour, drawn=drawn[name].glitches, swings=drawn[name].swings, predicted=schemes.get(name))
+        if (name := contour.scheme.name) in drawn
+        else contour
+        for contour in test.contours
     )
     return replace(test, contours=tuple(contours), prediction=prediction)
 
 
 def _contours(runs: Sequence[CircleRun | PathRun]) -> tuple[Contour, ...]:
     made = []
-    for run, one in zip(runs, candidates_of(runs), strict=True):
+    for run, candidate in zip(runs, candidates_of(runs), strict=True):
         found = run.contour
         place, error = thinned(found.angle if isinstance(found, Circularity) else found.station, found.error)
         made.append(
             Contour(
-                **vars(one), rms=run.chance("rms").median, range=run.chance("range").median, place=place, error=error
+                **vars(candidate),
+                rms=run.chance("rms").median,
+                range=run.chance("range").median,
+                place=place,
+                error=error,
             )
         )
     return tuple(made)
@@ -405,17 +412,17 @@ def as_data(inputs: ReportInput) -> dict[str, Any]:
 def _test_data(test: ContourTest) -> dict[str, Any]:
     head = {key: getattr(test, key) for key in ("source", "feed", "radius", "direction")}
     contours = []
-    for one in test.contours:
-        numbers = {key: getattr(one, key) for key in ("glitch", "rms", "range", "oscillation")}
+    for contour in test.contours:
+        numbers = {key: getattr(contour, key) for key in ("glitch", "rms", "range", "oscillation")}
         contours.append(
             {
-                "scheme": one.scheme.plain(), "glitches": list(one.glitches), **numbers,
-                "warnings": [Notice.of(text).as_dict() for text in one.warnings],
-                "place": [float(f"{value:.6g}") for value in one.place],
-                "error": [float(f"{value:.4g}") for value in one.error],
-                "drawn": [float(f"{value:.4g}") if isfinite(value) else None for value in one.drawn],
-                "swings": [float(f"{value:.3g}") if isfinite(value) else None for value in one.swings],
-                "places": list(one.places),
+                "scheme": contour.scheme.plain(), "glitches": list(contour.glitches), **numbers,
+                "warnings": [Notice.of(text).as_dict() for text in contour.warnings],
+                "place": [float(f"{value:.6g}") for value in contour.place],
+                "error": [float(f"{value:.4g}") for value in contour.error],
+                "drawn": [float(f"{value:.4g}") if isfinite(value) else None for value in contour.drawn],
+                "swings": [float(f"{value:.3g}") if isfinite(value) else None for value in contour.swings],
+                "places": list(contour.places),
             }
         )  # fmt: skip
     head |= {"prediction": prediction_tree(test.prediction) if test.prediction else None}
@@ -431,15 +438,15 @@ def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
 
     contours = tuple(
         Contour(
-            scheme=Scheme.of(one["scheme"]), glitches=tuple(map(float, one["glitches"])), glitch=float(one["glitch"]),
-            rms=float(one["rms"]), range=float(one["range"]), place=np.array(one["place"], float),
-            error=np.array(one["error"], float),
-            warnings=tuple(map(Notice.of, one["warnings"])),
-            drawn=machines(one.get("drawn", ())), oscillation=float(one.get("oscillation", 0.0)),
-            swings=machines(one.get("swings", ())), places=tuple(map(float, one.get("places", ()))),
-            predicted=prediction.schemes.get(one["scheme"]["name"]) if prediction else None,
+            scheme=Scheme.of(item["scheme"]), glitches=tuple(map(float, item["glitches"])),
+            glitch=float(item["glitch"]), rms=float(item["rms"]), range=float(item["range"]),
+            place=np.array(item["place"], float), error=np.array(item["error"], float),
+            warnings=tuple(map(Notice.of, item["warnings"])),
+            drawn=machines(item.get("drawn", ())), oscillation=float(item.get("oscillation", 0.0)),
+            swings=machines(item.get("swings", ())), places=tuple(map(float, item.get("places", ()))),
+            predicted=prediction.schemes.get(item["scheme"]["name"]) if prediction else None,
         )
-        for one in data["contours"]
+        for item in data["contours"]
     )  # fmt: skip
     return ContourTest(
         before + data["source"], dict(data["provenance"]), float(data["feed"]),

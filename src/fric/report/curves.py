@@ -51,9 +51,9 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
         log for log in inputs.records if isinstance(log, Log) and (log.axis, log.motion) == (item.axis, item.motion)
     ]
     tables = [
-        one
-        for one in inputs.records
-        if isinstance(one, ForceVelocity) and (one.axis, one.motion) == (item.axis, item.motion)
+        record
+        for record in inputs.records
+        if isinstance(record, ForceVelocity) and (record.axis, record.motion) == (item.axis, item.motion)
     ]
     strokes: list[Log | ForceVelocity] = [*(log for log in logs if log.kind == "constant-velocity"), *tables]
     waves = [log for log in logs if log.kind in PRESLIDING]
@@ -66,8 +66,8 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
         points = tuple(replace(point, force=point.force - offset) for point in found)
     together = {name: block.covariance() for name in static if (block := item.document.fit_of(name).covariance)}
     maps = {
-        _direction(name, static): map_band(one, _speeds(one, points), together.get(name))
-        for name, one in static.items()
+        _direction(name, static): map_band(mapping, _speeds(mapping, points), together.get(name))
+        for name, mapping in static.items()
     }
     if "gms" not in sections:
         return FrictionCurves(maps, points, bool(together), notes=tuple(notes))
@@ -165,7 +165,7 @@ def virgin_band(sections: Mapping[str, Mapping[str, Estimate]], longest: float) 
     def force(changed: Mapping[str, float]) -> Real:
         limit = np.array([changed.get(f"alpha_{n}", a) for n, a in enumerate(model.alpha)])
         limit = limit / limit.sum() * changed.get("F_s", model.static.F_s)
-        stiffness = np.array([changed.get(f"k_{n}", one) for n, one in enumerate(model.k)])
+        stiffness = np.array([changed.get(f"k_{n}", value) for n, value in enumerate(model.k)])
         return np.asarray(np.minimum(stiffness * z[:, np.newaxis], limit).sum(axis=1))
 
     return Band(z, *_in_quadrature(force, single))
@@ -209,11 +209,11 @@ def _measured(
     found: list[HysteresisCycles] = []
     hysteresis = []
     for log in waves:
-        one = find_cycles(prepared([log], plant)[0])
-        motion, force = one.motion, one.force
-        found.append(one)
+        cycle = find_cycles(prepared([log], plant)[0])
+        motion, force = cycle.motion, cycle.force
+        found.append(cycle)
         replayed = model.replay(log.time, motion.position, motion.velocity)
-        start = int(one.reversals[0])  # the state before the first reversal is not known
+        start = int(cycle.reversals[0])  # the state before the first reversal is not known
         every = max(1, (len(force) - start) // CYCLE_POINTS)
         part = slice(start, None, every)
         middle = 0.5 * float(motion.position.max() + motion.position.min())

@@ -70,9 +70,9 @@ def document_changes(before: Item, after: Item) -> list[Change]:
         prefix = "" if section in {"static", after.kind} else f"{section}."
         earlier = earlier_sections.get(section, {})
         for name in (name for name in later if name in earlier):
-            one, other = earlier[name], later[name]
-            if not (one.fixed or one.assumed or other.fixed or other.assumed):
-                found += _changes(prefix + name, one, other)
+            estimate, other = earlier[name], later[name]
+            if not (estimate.fixed or estimate.assumed or other.fixed or other.assumed):
+                found += _changes(prefix + name, estimate, other)
     return found
 
 
@@ -90,7 +90,7 @@ def _changes(name: str, before: Estimate, after: Estimate) -> Iterator[Change]:
         return
     if len(before.value) != len(after.value):
         return
-    intervals = [one.ci95 or (None,) * len(before.value) for one in (before, after)]
+    intervals = [estimate.ci95 or (None,) * len(before.value) for estimate in (before, after)]
     for n, (one, other, low, high) in enumerate(zip(before.value, after.value, *intervals, strict=True), 1):
         yield Change(f"{name}_{n}", after.unit, one, other, limits_of(low), limits_of(high))
 
@@ -105,14 +105,14 @@ def limits_of(given: Any) -> tuple[float, float] | None:
 
 def glitch_changes(before: ContourTest, after: ContourTest) -> list[Change]:
     """Return the change of the glitch of each scheme that both tests ran."""
-    earlier = {one.scheme.name: one for one in before.contours}
+    earlier = {contour.scheme.name: contour for contour in before.contours}
     return [
         Change(
-            f"({one.scheme.name}) {one.scheme.title}", "m", earlier[one.scheme.name].glitch, one.glitch,
-            earlier[one.scheme.name].interval, one.interval,
+            f"({contour.scheme.name}) {contour.scheme.title}", "m", earlier[contour.scheme.name].glitch, contour.glitch,
+            earlier[contour.scheme.name].interval, contour.interval,
         )
-        for one in after.contours
-        if one.scheme.name in earlier
+        for contour in after.contours
+        if contour.scheme.name in earlier
     ]  # fmt: skip
 
 

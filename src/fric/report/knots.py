@@ -75,13 +75,13 @@ class KnotPage:
         if not (
             isinstance(knots, list)
             and 0 < len(knots) <= MOST_KNOTS
-            and all(isinstance(one, int | float) and 0 < one < 1e3 for one in knots)
+            and all(isinstance(knot, int | float) and 0 < knot < 1e3 for knot in knots)
         ):
             raise FricError(f"that is no list of 1 to {MOST_KNOTS} displacements")
         with self._lock:
-            found = _found(self._fit(sorted(float(one) for one in knots)))
+            found = _found(self._fit(sorted(float(knot) for knot in knots)))
         if word == "save":
-            self.knots = sorted(float(one) for one in knots)
+            self.knots = sorted(float(knot) for knot in knots)
             self._done.set()
         return found
 
@@ -146,14 +146,14 @@ def _found(result: GMSResult) -> dict[str, Any]:
         "alpha": gms["alpha"]["value"],
         "k": gms["k"]["value"],
         "ci95": [list(pair) for pair in zip(*ends, strict=True)] if all(ends) else [],
-        "records": [{"name": one["record"], "rmse": one["rmse"]["value"]} for one in fit["records"]],
+        "records": [{"name": item["record"], "rmse": item["rmse"]["value"]} for item in fit["records"]],
         "rmse": fit["rmse"]["value"],
     }
 
 
 def _rendered(start: GMSResult) -> str:
     curve, motion = start.fit.curve, start.fit.motion
-    length, force, stiffness = (si_unit(one, motion) for one in ("position", "force", "stiffness"))
+    length, force, stiffness = (si_unit(name, motion) for name in ("position", "force", "stiffness"))
     units = {
         "length": prefixed(float(curve.displacement[-1]) / 10, length),
         "force": prefixed(float(curve.force.max()), force),

@@ -60,18 +60,18 @@ def pictures(part: Any, key: str) -> list[Drawn]:
     if not part:
         return []
     of = type(part[0] if isinstance(part, list | tuple) else part).__name__
-    found = (one for one in views(of) if one.name not in ZOOMED)
-    return [Drawn(f"{key}-{one.name}", "", one.summary, one.summary, one.draw(part)) for one in found]
+    found = (view for view in views(of) if view.name not in ZOOMED)
+    return [Drawn(f"{key}-{view.name}", "", view.summary, view.summary, view.draw(part)) for view in found]
 
 
 def friction_map(item: Item, curves: FrictionCurves) -> list[Drawn]:
     """Return the friction-velocity map over both directions, and over speed on a logarithmic axis."""
     maps = []
-    for direction, one in curves.maps.items():
+    for direction, band in curves.maps.items():
         signs = {"both": (-1, 1), "positive": (1,), "negative": (-1,)}[direction]
-        branches = [Band(sign * one.x, sign * one.y, sign * one.low, sign * one.high) for sign in signs]
+        branches = [Band(sign * band.x, sign * band.y, sign * band.low, sign * band.high) for sign in signs]
         branches = [replace(b, low=np.minimum(b.low, b.high), high=np.maximum(b.low, b.high)) for b in branches]
-        maps.append(MapBranches(signs[-1], branches, one))
+        maps.append(MapBranches(signs[-1], branches, band))
     between = item.tree.get("fit", {}).get("between_strokes", {}).get("value", 0.0)
     v, F, error = (
         np.array([getattr(p, name) for p in curves.points]) for name in ("velocity", "force", "standard_error")
@@ -139,7 +139,7 @@ def motions(item: Item, logs: Sequence[Log]) -> list[Drawn]:
 
     ``M·a + F_v·v + F_c·sgn v + offset``, along the motion without the encoder's steps.
     """
-    known = {name: float(one["value"]) for name, one in (item.tree.get("fit") or {}).get("parameters", {}).items()}
+    known = {name: float(item["value"]) for name, item in (item.tree.get("fit") or {}).get("parameters", {}).items()}
     drawn: list[Drawn] = []
     unit = si_unit("force", item.motion)
     for log in logs:
@@ -163,14 +163,14 @@ def q_filter(item: Item, Delta: Perturbation | None) -> Drawn:
     sections = item.sections()["observer"]
     name, cutoff = str(item.tree.get("filter", "binomial2")), float(sections["cutoff"])
     limits = item.tree.get("limits", {})
-    known = {key: one["cutoff"]["value"] for key, one in limits.items() if "cutoff" in one}
+    known = {key: limit["cutoff"]["value"] for key, limit in limits.items() if "cutoff" in limit}
     largest = {key: QFilter(name, value) for key, value in known.items() if abs(value / cutoff - 1) > 1e-3}
-    top = max([8 * cutoff if Delta is None else float(Delta.frequency[-1]), *(3 * one for one in known.values())])
-    touches = [(one["frequency"]["value"], one["Delta"]["value"]) for one in limits.values() if "Delta" in one]
+    top = max([8 * cutoff if Delta is None else float(Delta.frequency[-1]), *(3 * item for item in known.values())])
+    touches = [(limit["frequency"]["value"], limit["Delta"]["value"]) for limit in limits.values() if "Delta" in limit]
     if Delta is not None:
         every = slice(None, None, max(1, len(Delta.frequency) // POINTS))
         arrays = ("frequency", "Delta", "radius", "ratio")
-        Delta = replace(Delta, **{one: getattr(Delta, one)[every] for one in arrays})
+        Delta = replace(Delta, **{array: getattr(Delta, array)[every] for array in arrays})
     found = QReach(QFilter(name, cutoff), largest.get("robust"), largest.get("sensitive"), touches, Delta, top)
     reason = str(item.tree.get("reason", ""))
     text = ", ".join(
@@ -186,7 +186,7 @@ def q_filter(item: Item, Delta: Perturbation | None) -> Drawn:
 
 def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> Drawn | None:
     """Return each relative change with its 95 % interval; None where no number has both."""
-    shown = [one for one in changes if one.relative is not None and one.verdict != "unknown"]
+    shown = [change for change in changes if change.relative is not None and change.verdict != "unknown"]
     if not shown:
         return None
     rows = []
@@ -194,7 +194,7 @@ def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> Drawn 
         values = np.array([one.difference, *(one.difference_ci95 or (0.0, 0.0))]) / abs(one.before) * 100
         change, low, high = np.clip(np.nan_to_num(values), -1e4, 1e4).tolist()
         rows.append(RelativeChange(one.name, change, low, high, one.verdict == "moved"))
-    moved = ", ".join(one.name for one in rows if one.moved)
+    moved = ", ".join(row.name for row in rows if row.moved)
     alt = f"Relative change of {len(shown)} numbers with 95 % intervals; {moved or 'none'} moved beyond them."
     caption = "Diamonds: the interval of the difference does not hold 0. Circles: it does."
     return Drawn(identity, title, caption, alt, draw_drift(rows))
@@ -203,7 +203,7 @@ def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> Drawn 
 def magnification(test: ContourTest) -> float:
     """Return the round magnification (1, 2 or 5 times a power of ten) that draws the largest error at most R/2 high."""
     assert test.radius is not None
-    largest = max(float(np.abs(one.error).max()) for one in test.contours)
+    largest = max(float(np.abs(contour.error).max()) for contour in test.contours)
     wanted = 0.5 * test.radius / max(largest, 1e-12)
     power = 10.0 ** floor(log10(wanted))
     return float(max(step * power for step in (1, 2, 5) if step * power <= wanted))
@@ -211,7 +211,9 @@ def magnification(test: ContourTest) -> float:
 
 def contour_figure(n: int, test: ContourTest, earlier: ContourTest | None) -> Drawn:
     """Return the contours of one test: a magnified circle, or the error along a path."""
-    parts = [f"({one.scheme.name}) {one.scheme.title} {readable(one.glitch, 'm')}" for one in test.contours]
+    parts = [
+        f"({contour.scheme.name}) {contour.scheme.title} {readable(contour.glitch, 'm')}" for contour in test.contours
+    ]
     what = "radial error of a circle" if test.radius is not None else "contour error along a path"
     alt = f"The {what} under each scheme; largest glitch of each: {', '.join(parts)}. The table gives every number."
     if test.radius is None:
@@ -229,15 +231,15 @@ def contour_figure(n: int, test: ContourTest, earlier: ContourTest | None) -> Dr
 
 def decision_figure(n: int, test: ContourTest, chosen: Contour) -> Drawn:
     """Return the contour without and with the chosen compensation: the picture beside a decision."""
-    pair = dict([("now", one) for one in test.contours if one.scheme.bare and one is not chosen])
+    pair = dict([("now", contour) for contour in test.contours if contour.scheme.bare and contour is not chosen])
     pair[f"with {chosen.named}"] = chosen
     drawn = replace(test, contours=tuple(pair.values()))
     looks = ({"color": VERMILION, "linewidth": 2.0}, {"color": BLUE, "linewidth": 1.4})[-len(pair) :]
     contours = [
-        replace(one, look=look | {"linestyle": "-", "label": label})
-        for one, look, label in zip(_contours(drawn), looks, pair, strict=True)
+        replace(contour, look=look | {"linestyle": "-", "label": label})
+        for contour, look, label in zip(_contours(drawn), looks, pair, strict=True)
     ]
-    sizes = ", ".join(f"{label} {readable(one.glitch, 'm', 2)}" for label, one in pair.items())
+    sizes = ", ".join(f"{label} {readable(contour.glitch, 'm', 2)}" for label, contour in pair.items())
     key, alt = f"decision-{n}", f"Contour error around its largest glitch: {sizes}."
     if test.radius is None:
         return Drawn(key, "", "Error along the path.", alt, along_figure(contours))
@@ -255,11 +257,13 @@ def reversal_figures(n: int, test: ContourTest) -> list[Drawn]:
         quarter = k if len(test.axes) > 1 or axis != "y" else 1
         figure = after_reversal_figure(_contours(test), test.radius, test.feed, test.direction, quarter * np.pi / 2)
         label = test.labels[quarter]
-        peaks = ", ".join(f"({one.scheme.name}) {readable(abs(one.glitches[quarter]), 'm')}" for one in test.contours)
+        peaks = ", ".join(
+            f"({contour.scheme.name}) {readable(abs(contour.glitches[quarter]), 'm')}" for contour in test.contours
+        )
         alt = f"Radial error over time around the reversal at {label}; peaks: {peaks}."
         drawn.append(Drawn(f"reversal-{n}-{axis}", f"At the reversal of axis {axis}, {label}", "", alt, figure))
     return drawn
 
 
 def _contours(test: ContourTest) -> list[SchemeContour]:
-    return [SchemeContour(one.scheme, one.place, one.error) for one in test.contours]
+    return [SchemeContour(contour.scheme, contour.place, contour.error) for contour in test.contours]

@@ -56,7 +56,7 @@ def with_machines(inputs: ReportInput, advance: Advance = silent) -> ReportInput
 
 
 def _wanted(test: ContourTest) -> bool:
-    alone = test.radius is None or len(test.contours) < 2 or any(one.drawn for one in test.contours)
+    alone = test.radius is None or len(test.contours) < 2 or any(contour.drawn for contour in test.contours)
     return bool(test.provenance.get("exact")) and not alone and test.machine is not None
 
 
@@ -71,7 +71,7 @@ def _drawn(test: ContourTest, advance: Callable[..., None]) -> ContourTest:
     only = test.axes[0] if len(test.axes) == 1 else None
     assert test.radius is not None
     circle = Circle(test.radius, test.feed, direction=test.direction)
-    schemes = tuple(one.scheme for one in test.contours)
+    schemes = tuple(contour.scheme for contour in test.contours)
     try:
         machine = read_machine(located(Path(origin.pop("path")), "machine"), **origin)
         again = run_circle(machine, schemes[0], circle, only=only).circularity
@@ -84,10 +84,13 @@ def _drawn(test: ContourTest, advance: Callable[..., None]) -> ContourTest:
         for outcome in found:
             done.append(outcome)
             advance()
-    glitches, swings = np.array([np.abs(one.quadrants).max(axis=1) for one in done]), np.array([o.swings for o in done])
+    glitches, swings = (
+        np.array([np.abs(outcome.quadrants).max(axis=1) for outcome in done]),
+        np.array([o.swings for o in done]),
+    )
     contours = (
-        replace(one, drawn=tuple(map(float, glitches[:, n])), swings=tuple(map(float, swings[:, n])))
-        for n, one in enumerate(test.contours)
+        replace(contour, drawn=tuple(map(float, glitches[:, n])), swings=tuple(map(float, swings[:, n])))
+        for n, contour in enumerate(test.contours)
     )
     return replace(test, contours=tuple(contours))
 
@@ -121,7 +124,10 @@ class Report(Result):
     @property
     def warnings(self) -> Sequence[Notice]:
         """What the files warn of, and the measured circles."""
-        return [*self.document["warnings"], *(text for one in self.inputs.circles for text in one.result.warnings)]
+        return [
+            *self.document["warnings"],
+            *(text for circle in self.inputs.circles for text in circle.result.warnings),
+        ]
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write one self-contained HTML page."""
@@ -169,7 +175,7 @@ def make_report(
     """
     allowed = None if tolerance is None else bounded("tolerance", tolerance)
     with TemporaryDirectory() as folder:
-        paths = [_saved(one, Path(folder, str(n))) for n, one in enumerate(files)]
+        paths = [_saved(file, Path(folder, str(n))) for n, file in enumerate(files)]
         found = collect(paths, list(map(Path, circles)), allowed)
     return Report(replace(with_machines(found, advance), failed=tuple(failed)), title)
 
@@ -201,7 +207,7 @@ def report_document(inputs: ReportInput) -> dict[str, Any]:
     ]
     drift = [{"of": of, "told": description(found), "changes": found} for of, found in changes]
     warnings: list[Notice] = [text for item in inputs.items for text in item.warnings]
-    warnings += [text for test in inputs.tests for one in test.contours for text in one.warnings]
-    circles = [{"file": one.source} | one.result.document for one in inputs.circles]
+    warnings += [text for test in inputs.tests for contour in test.contours for text in contour.warnings]
+    circles = [{"file": circle.source} | circle.result.document for circle in inputs.circles]
     content = {"axes": list(inputs.axes()), "advice": advice, "drift": drift, "circles": circles}
     return ReportDocument.made(content, notices=warnings).tree()

@@ -91,7 +91,7 @@ def groups_of(item: Item) -> Iterator[Group]:
         shown = [(title, _fit_value(value)) for key, title in FIT if (value := getattr(fit, key, None)) is not None]
         block = getattr(fit, "covariance", None)
         related = correlations(block.covariance()) if block is not None and section != "plant" else ()
-        rows = _rows({name: one.as_dict() for name, one in estimates.items()})
+        rows = _rows({name: estimate.as_dict() for name, estimate in estimates.items()})
         yield Group(TITLES.get(section, section), item.source, rows, shown, related)
     fit = item.tree.get("fit") or {}
     if isinstance(document, PlantDocument) and fit.get("parameters"):
@@ -191,8 +191,8 @@ def summary_of(
     machine = "; ".join(filter(None, names)) or (machine_name(inputs.machine) if inputs.machine else "")
     files = [Path(inputs.machine).name] if inputs.machine else []
     files += [*(item.source for item in inputs.items), *(test.source for test in inputs.tests)]
-    files += [*(one.source for one in inputs.circles), *(name for name, _ in inputs.logs + inputs.maps)]
-    files += [*(one.source for one in inputs.replaced), *(before.source for before, _ in inputs.pairs)]
+    files += [*(circle.source for circle in inputs.circles), *(name for name, _ in inputs.logs + inputs.maps)]
+    files += [*(item.source for item in inputs.replaced), *(before.source for before, _ in inputs.pairs)]
     files += [before.source for before, _ in inputs.test_pairs]
     made = datetime.fromisoformat(str(provenance()["created"]))
     facts = [("machine", machine)] if machine else []
@@ -201,23 +201,24 @@ def summary_of(
     facts += [("date", f"{made:%Y-%m-%d}"), ("files", ", ".join(dict.fromkeys(files)))]
     if inputs.tolerance is not None:
         facts.append(("tolerance", f"glitch within {readable(inputs.tolerance, 'm')}"))
-    reasons = {str(text) for one in verdicts for text in one.why}  # each verdict shows all that is wrong
-    wrong = [(source, str(one)) for source, one in warnings if one.severity == "wrong" and not verdicts]
-    results = [one.result for one in verdicts] or [decide(Evidence(tolerance=inputs.tolerance)).result]
+    reasons = {str(text) for verdict in verdicts for text in verdict.why}  # each verdict shows all that is wrong
+    wrong = [(source, str(notice)) for source, notice in warnings if notice.severity == "wrong" and not verdicts]
+    results = [verdict.result for verdict in verdicts] or [decide(Evidence(tolerance=inputs.tolerance)).result]
     return Summary(
-        facts, *min(results, key=lambda one: ORDER.index(one[0])),
-        [_sentence(one, inputs.tolerance) for one in measured], wrong,
-        sum(str(one) not in reasons for _, one in warnings) - len(wrong), _next_step(inputs),
+        facts, *min(results, key=lambda pair: ORDER.index(pair[0])),
+        [_sentence(measured, inputs.tolerance) for measured in measured], wrong,
+        sum(str(notice) not in reasons for _, notice in warnings) - len(wrong), _next_step(inputs),
         inputs.failed,
     )  # fmt: skip
 
 
-def _sentence(one: MeasuredView, tolerance: float | None) -> str:
-    text = f"{one.source}, {one.title[:1].lower()}{one.title[1:]}: measured glitch {readable(one.glitch, 'm', 2)}"
+def _sentence(measured: MeasuredView, tolerance: float | None) -> str:
+    title = measured.title[:1].lower() + measured.title[1:]
+    text = f"{measured.source}, {title}: measured glitch {readable(measured.glitch, 'm', 2)}"
     if tolerance is not None:
-        text += ", within the tolerance" if one.glitch <= tolerance else ", beyond the tolerance"
-    if one.agrees is not None:
-        text += f"; {'as' if one.agrees else 'not as'} the machine file predicts for scheme ({one.scheme})"
+        text += ", within the tolerance" if measured.glitch <= tolerance else ", beyond the tolerance"
+    if measured.agrees is not None:
+        text += f"; {'as' if measured.agrees else 'not as'} the machine file predicts for scheme ({measured.scheme})"
     return text + "."
 
 
@@ -247,8 +248,8 @@ def least(test: ContourTest) -> float:
     The share of the largest glitch where the bare loop was not run.
     """
     without = bare(test.contours)
-    size = max(one.glitch for one in test.contours) if without is None else without.glitch
-    by_chance = max((one.chance.half for one in test.contours), default=0.0)
+    size = max(contour.glitch for contour in test.contours) if without is None else without.glitch
+    by_chance = max((contour.chance.half for contour in test.contours), default=0.0)
     return max(EARNED * size, float(test.provenance.get("resolution", 0.0)), by_chance)
 
 
@@ -263,22 +264,28 @@ def overcompensation(test: ContourTest) -> list[str]:
     if without is None:
         return []
     reversed_signs = [
-        one for one in contours if one.scheme.friction and peak(one) * peak(without) < 0 and one.glitch > least(test)
+        contour
+        for contour in contours
+        if contour.scheme.friction and peak(contour) * peak(without) < 0 and contour.glitch > least(test)
     ]
-    static = [one for one in reversed_signs if one.scheme.friction == "static"]
+    static = [contour for contour in reversed_signs if contour.scheme.friction == "static"]
     said = [
-        f"{one.named} overcompensates: its spike of {readable(abs(peak(one)), 'm')} points the other way. The friction "
-        "that is fed forward is larger than the true one: lower its gain or identify again."
-        for one in reversed_signs
-        if one not in static
+        f"{contour.named} overcompensates: its spike of {readable(abs(peak(contour)), 'm')} points the other way. The "
+        "friction that is fed forward is larger than the true one: lower its gain or identify again."
+        for contour in reversed_signs
+        if contour not in static
     ]
     if static:
-        spikes = " and ".join(f"{one.named} ({readable(abs(peak(one)), 'm')})" for one in static)
+        spikes = " and ".join(f"{contour.named} ({readable(abs(peak(contour)), 'm')})" for contour in static)
         text = (
             f"{spikes} overcompensate{'s' if len(static) == 1 else ''}: the spike points the other way. A static map "
             "switches at the reversal at once, and true friction builds up over the pre-sliding."
         )
-        follows = [one for one in contours if one.scheme.friction not in {None, "static"} and not one.scheme.observer]
+        follows = [
+            contour
+            for contour in contours
+            if contour.scheme.friction not in {None, "static"} and not contour.scheme.observer
+        ]
         if follows and follows[0].glitch < static[0].glitch:
             text += f" {follows[0].named}, which follows that, leaves {readable(follows[0].glitch, 'm')}."
         said.insert(0, text)
@@ -294,31 +301,31 @@ def too_weak(contours: Sequence[Contour]) -> list[str]:
     without = bare(contours)
     if without is None or not without.glitch:
         return []
-    for one in contours:
-        if one.scheme.friction in {None, "static"} or one.scheme.observer:
+    for contour in contours:
+        if contour.scheme.friction in {None, "static"} or contour.scheme.observer:
             continue
-        left = one.glitch / without.glitch
-        same = all(a * b > 0 for a, b in zip(one.glitches, without.glitches, strict=True))
+        left = contour.glitch / without.glitch
+        same = all(a * b > 0 for a, b in zip(contour.glitches, without.glitches, strict=True))
         if same and left > SAME_SIGN_LEFT:
             return [
-                f"{one.named} leaves {left:.0%} of the glitch with the same sign at every reversal: it feeds forward "
-                f"about {1 - left:.0%} of the friction. Raise its gain, or identify again if the logs are old."
+                f"{contour.named} leaves {left:.0%} of the glitch with the same sign at every reversal: it feeds "
+                f"forward about {1 - left:.0%} of the friction. Raise its gain, or identify again if the logs are old."
             ]
     return []
 
 
 def learned_says(contours: Sequence[Contour]) -> list[str]:
     """Describe a friction model whose shape is wrong: a circle that was learned leaves clearly less."""
-    texts = wrong_shape((one.scheme, one.glitch) for one in contours)
+    texts = wrong_shape((contour.scheme, contour.glitch) for contour in contours)
     return [f"{text[0].upper()}{text[1:]}." for text in texts]
 
 
 def _pairs(contours: Sequence[Contour]) -> list[tuple[Contour, Contour]]:
     """Return each feedforward without and with the observer."""
-    cascades = [one for one in contours if one.scheme.controller == "cascade"]
-    with_observer = {one.scheme.friction: one for one in cascades if one.scheme.blocks == (OBSERVER,)}
-    alone = [one for one in cascades if not one.scheme.blocks and one.scheme.friction in with_observer]
-    return [(one, with_observer[one.scheme.friction]) for one in alone]
+    cascades = [contour for contour in contours if contour.scheme.controller == "cascade"]
+    with_observer = {cascade.scheme.friction: cascade for cascade in cascades if cascade.scheme.blocks == (OBSERVER,)}
+    alone = [cascade for cascade in cascades if not cascade.scheme.blocks and cascade.scheme.friction in with_observer]
+    return [(contour, with_observer[contour.scheme.friction]) for contour in alone]
 
 
 def observer_share(test: ContourTest) -> list[str]:
@@ -460,8 +467,8 @@ def view(inputs: ReportInput) -> View:
     sources += [(before.source, f"{before.kind}, earlier", before.provenance) for before, _ in inputs.pairs]
     sources += [(test.source, "run", test.provenance) for test in inputs.tests]
     sources += [(before.source, "run, earlier", before.provenance) for before, _ in inputs.test_pairs]
-    sources += [(one.source, "measured circle", {}) for one in inputs.circles]
-    measured = [measured_view(one, f"circle-{n}") for n, one in enumerate(inputs.circles)]
+    sources += [(circle.source, "measured circle", {}) for circle in inputs.circles]
+    measured = [measured_view(circle, f"circle-{n}") for n, circle in enumerate(inputs.circles)]
     warnings = _warnings(inputs, [test.verdict for test in tests])
     return View(
         summary_of(inputs, [test.verdict for test in tests], measured, warnings),
@@ -477,16 +484,16 @@ def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[st
     ]
     for test in inputs.tests:
         texts = inputs.warned(test)
-        for one in test.contours:
-            texts += [notice.at(f"scheme ({one.scheme.name})") for notice in one.warnings]
+        for contour in test.contours:
+            texts += [notice.at(f"scheme ({contour.scheme.name})") for notice in contour.warnings]
         found.append((f"run {test.source}", texts))
-    found += [(f"circle {one.source}", list(one.result.warnings)) for one in inputs.circles]
-    settled = {str(text) for one in verdicts for text in one.settled}
+    found += [(f"circle {circle.source}", list(circle.result.warnings)) for circle in inputs.circles]
+    settled = {str(text) for verdict in verdicts for text in verdict.settled}
     settled |= {
-        str(text) for one in inputs.circles for text in one.result.warnings
-        if flaw_of(text).disagrees and settled.issuperset(one.disagreements())
+        str(text) for circle in inputs.circles for text in circle.result.warnings
+        if flaw_of(text).disagrees and settled.issuperset(circle.disagreements())
     }  # fmt: skip
-    settled -= {str(text) for one in verdicts for text in one.why}
+    settled -= {str(text) for verdict in verdicts for text in verdict.why}
     first: dict[tuple[str, str], tuple[str, Notice]] = {}
     for source, several in found:
         for text in several:
@@ -514,7 +521,7 @@ def _axis(inputs: ReportInput, axis: str) -> AxisView:
             figures += motions(item, [log for log in inputs.records if _is_motion(log, axis)])
         elif item.kind == "observer":
             observer = q_filter(item, perturbation(inputs, item))
-    further = [one for item in items for one in pictures(item.document, f"{item.kind}-{axis}")]
+    further = [picture for item in items for picture in pictures(item.document, f"{item.kind}-{axis}")]
     return AxisView(axis, groups, figures, observer, notes, further)
 
 
@@ -547,15 +554,17 @@ def _test(
     without, chosen = bare(test.contours), verdict.choice
     lines = [
         Line(
-            one, None if without is None or one is without or not without.glitch else 1 - one.glitch / without.glitch,
-            one is chosen, scheme_look(k, one.scheme),
+            contour,
+            None if without is None or contour is without or not without.glitch
+            else 1 - contour.glitch / without.glitch,
+            contour is chosen, scheme_look(k, contour.scheme),
         )
-        for k, one in enumerate(test.contours)
+        for k, contour in enumerate(test.contours)
     ]  # fmt: skip
     asked = {
         kind.name: f"{kind.name} ({kind.kind}): {kind.asks}"
-        for one in test.contours
-        for kind in (block_type(one.scheme.controller), *one.scheme.block_types)
+        for contour in test.contours
+        for kind in (block_type(contour.scheme.controller), *contour.scheme.block_types)
         if kind.name != "cascade"
     }
     sizes = {} if without in (None, chosen) else {"now": ("now", without.middle)}

@@ -118,6 +118,8 @@ def _save(result: Result, file: Path, figure: Path | None = None) -> None:
 
 
 def _controller(files: AxisFiles, machine: Path, axis: str) -> Result:
-    own = read_machine(machine).axis(axis).cascade
-    limit = own.limit if isfinite(own.limit) else None
-    return design_controller(files.plant, sampling=own.sampling, velocity_filter=own.velocity_filter, limit=limit)
+    cascade = read_machine(machine).axis(axis).cascade
+    limit = cascade.limit if isfinite(cascade.limit) else None
+    return design_controller(
+        files.plant, sampling=cascade.sampling, velocity_filter=cascade.velocity_filter, limit=limit
+    )

@@ -79,7 +79,7 @@ def gms_rows(part: AxisPart, found: FrictionDocument, motion: Motion) -> list[Ro
     """Compare Table 1's blocks with those of the loops: block by block where there are as many, else by the curve."""
     given, estimates = part.friction.estimates("gms"), found.estimates("gms")
     true, model = (
-        GMS.from_sections({n: one.estimates(n) for n in ("static", "gms")}) for one in (part.friction, found)
+        GMS.from_sections({n: document.estimates(n) for n in ("static", "gms")}) for document in (part.friction, found)
     )
     z = np.linspace(0.0, CURVE, 2001)
     apart = float(np.sqrt(np.mean((model.virgin_curve(z) - true.virgin_curve(z)) ** 2)))
@@ -217,11 +217,11 @@ def write_page(
     for feed, (found, figure) in runs.items():
         rows = scheme_rows(found, subject.published_glitches(found[0].circle.radius, feed))
         circles.append(CirclePage(feed, rows, largest_difference(rows), figure.read_bytes()))
-    inputs = collect([*(path for one in files.values() for path in one.learned), *run_files])
+    inputs = collect([*(path for file in files.values() for path in file.learned), *run_files])
     text = render_view(
         replace(view(inputs), axes=()), inputs, f"{subject.name}: the paper from end to end", "reproduce.html.j2",
         published=bool(subject.published), circles=circles,
-        axes=[_axis(name, one, document, bool(subject.published)) for name, one in files.items()],
+        axes=[_axis(name, file, document, bool(subject.published)) for name, file in files.items()],
     )  # fmt: skip
     with staged(page, force=True) as draft:
         draft.write_text(text, encoding="utf-8")

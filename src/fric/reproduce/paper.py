@@ -105,7 +105,7 @@ class Reproduction(Result):
         """Return what each scheme leaves [m], by feed and scheme."""
         import pandas as pd
 
-        return pd.concat({feed: one.to_frame() for feed, one in zip(self.runs, self.circles(), strict=True)})
+        return pd.concat({feed: circle.to_frame() for feed, circle in zip(self.runs, self.circles(), strict=True)})
 
 
 def reproduction_steps(axes: int = 2) -> int:
@@ -158,7 +158,7 @@ def reproduce_paper(
         made += ran
         advance()
     files = {name: AxisFiles(folder / name) for name in names}
-    learned = [path for one in files.values() for path in one.learned]
+    learned = [path for file in files.values() for path in file.learned]
     identified = folder / "machine.yaml"
     make = partial(_identified_machine, machine, files, identified)
     ran = shop.step("machine", make, reads=[machine, *learned], leaves=[identified])
@@ -177,7 +177,7 @@ def reproduce_paper(
         advance()
         runs[feed] = [run for run in read_runs(run_file) if isinstance(run, CircleRun)]
     page = folder / "index.html"
-    figures = [path for one in files.values() for path in (one.fig_plant, one.fig_2, one.fig_4_5, one.fig_7)]
+    figures = [path for file in files.values() for path in (file.fig_plant, file.fig_2, file.fig_4_5, file.fig_7)]
     reads = [machine, *learned, *figures, *(path for feed in FEEDS for path in circle_files(folder, feed))]
     shown = {feed: (found, circle_files(folder, feed)[1]) for feed, found in runs.items()}
     run_files = [circle_files(folder, feed)[0] for feed in FEEDS]
@@ -211,9 +211,9 @@ def _learned(machine: Path, axis: str, folder: Path, seed: int, published: bool)
 def _identified_machine(machine: Path, files: Mapping[str, AxisFiles], output: Path) -> None:
     """Write the machine again, with controllers that believe what was identified."""
     tree: dict[str, Any] = plain(read_tree(machine))
-    for name, one in files.items():
+    for name, file in files.items():
         axis = tree["axes"][name]
-        place = {key: f"{name}/{getattr(one, key).name}" for key in ("plant", "controller", "observer", "friction")}
+        place = {key: f"{name}/{getattr(file, key).name}" for key in ("plant", "controller", "observer", "friction")}
         axis |= {"nominal": place["plant"], "controller": place["controller"], "observer": place["observer"]}
         axis["feedforward"] = axis.get("feedforward", {}) | {"friction": place["friction"]}
     tree["provenance"] = provenance()

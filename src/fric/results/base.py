@@ -9,11 +9,8 @@ from math import inf, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fric.documents.friction import FrictionDocument
-from fric.documents.machine_files import nominal_models
 from fric.errors import FricError
 from fric.estimate import Estimate, elements, note_of
-from fric.friction import FrictionModel, models
 from fric.notice import Notice
 from fric.results.text import Piece, html, plain, told_alone
 from fric.units import readable
@@ -165,24 +162,3 @@ def _rows(section: str, entries: dict[str, dict[str, Any]]) -> Iterator[tuple[An
         low, high = (nan, nan) if interval is None else interval
         ends = (-inf if low is None else low, inf if high is None else high)
         yield section, name, value, *ends, entry["unit"], note_of(entry)
-
-
-class IdentifiedFriction(Identified):
-    """What the friction results share: what a controller believes of them."""
-
-    fit: Any
-
-    @property
-    def axis(self) -> str:
-        """Name of the axis."""
-        return str(self.document["axis"])
-
-    @property
-    def belief(self) -> dict[str, FrictionModel]:
-        """The models that a controller can feed forward, by name."""
-        return nominal_models(FrictionDocument.model_validate(self.document))
-
-    def sections(self) -> dict[str, dict[str, dict[str, Any]]]:
-        """Return the parameters by section of the friction file and by name."""
-        wanted = {"static", "static_negative", "at_speed", *models()}
-        return {name: self.document[name] for name in self.document if name in wanted}

@@ -19,7 +19,7 @@ from fric.friction import FrictionModel
 from fric.log import Record
 from fric.notice import Notice
 from fric.results.design import Design, perturbation_of
-from fric.results.given import cascade_of, document_of, friction_of
+from fric.results.given_models import cascade_of, document_of, friction_of
 from fric.results.kinds import ControllerLike, FrictionLike, LogLike, PlantLike, Quantity, RecordName
 from fric.results.observer import measured_record
 from fric.results.text import Piece, Table, named
@@ -67,9 +67,9 @@ class BlockResult(Design):
         """Return the parameters, the margins, and what the block asks of a controller."""
         block, tree = self.design.block, self.document
         rows = [
-            (one.name, readable(float(given["value"]), given["unit"]), one.doc)
-            for one in block.parameters
-            if (given := tree["parameters"].get(one.name))
+            (parameter.name, readable(float(given["value"]), given["unit"]), parameter.doc)
+            for parameter in block.parameters
+            if (given := tree["parameters"].get(parameter.name))
         ]
         found: list[Piece] = [
             f"{block.name}  of the kind {block.kind}, {self.design.reason}",

@@ -17,7 +17,8 @@ from fric.documents.spread import read_spreads
 from fric.errors import FricError
 from fric.notice import Notice, once
 from fric.results.base import Result
-from fric.results.given import Advance, bounded, circles_of, in_si, machine_of, schemes_of, silent
+from fric.results.given import Advance, bounded, in_si, silent
+from fric.results.given_models import circles_of, machine_of, schemes_of
 from fric.results.kinds import (
     Address,
     AxisName,
@@ -115,7 +116,7 @@ class CircleResult(Result):
     def _row(self, run: CircleRun) -> list[str]:
         less = reduction(run, self.runs)
         microns = [*run.glitches, run.chance(), run.chance("rms"), run.chance("range")]
-        row = [_named(run), *(one.text() for one in microns), "" if less is None else f"{less:.0%}"]
+        row = [_named(run), *(chance.text() for chance in microns), "" if less is None else f"{less:.0%}"]
         return row + self._paper(run)
 
     def _paper(self, run: CircleRun) -> list[str]:
@@ -125,8 +126,10 @@ class CircleResult(Result):
     def _distributions(self, many: MonteCarlo, title: str) -> Table:
         """Return what each scheme is expected to leave, and what it leaves at most on 95 % of the machines."""
         rows, best = [], many.distributions()
-        for run, one in zip(self.runs, candidates_of(self.runs, many, self.prediction), strict=True):
-            left = [f"{1e6 * value:.{1 if value >= 1e-6 else 2}f}" for value in (one.middle, one.stays_under)]
+        for run, candidate in zip(self.runs, candidates_of(self.runs, many, self.prediction), strict=True):
+            left = [
+                f"{1e6 * value:.{1 if value >= 1e-6 else 2}f}" for value in (candidate.middle, candidate.stays_under)
+            ]
             share = f"{best[run.scheme.name].best:.0%}"
             rows.append([_named(run), run.chance().text(), *left, share, *self._paper(run)])
         centre = "at the estimates" if self.identified else "nominal"
@@ -167,7 +170,7 @@ class CircleResult(Result):
         rows = {}
         distributions = self.many.distributions() if self.many else {}
         for run in self.runs:
-            name, quadrants = run.scheme.name, [one.median for one in run.glitches]
+            name, quadrants = run.scheme.name, [glitch.median for glitch in run.glitches]
             row = {"title": run.scheme.title, **dict(zip(QUADRANTS, quadrants, strict=True))}
             row |= {key: run.chance(key).median for key in ("glitch", "rms", "range")}
             rows[name] = row | (dict(distributions[name].quantiles) if distributions else {})

@@ -14,7 +14,8 @@ from fric.errors import FricError
 from fric.flaws.prediction import INTERRUPTED, SCHEME_FAILED
 from fric.notice import Notice, once
 from fric.results.base import Result
-from fric.results.given import Advance, bounded, in_si, machine_of, schemes_of, silent
+from fric.results.given import Advance, bounded, in_si, silent
+from fric.results.given_models import machine_of, schemes_of
 from fric.results.kinds import Address, Count, KnownSchemes, MachineLike, Quantities, Quantity, SchemesLike
 from fric.results.text import Piece, Table
 from fric.simulate.circle import CircleMap, Grid
@@ -72,10 +73,10 @@ class CircleMapResult(Result):
     def report(self) -> list[Piece]:
         """Return the glitch by circle and scheme, and where blocks gain and an observer spoils."""
         grid = self.found.grid
-        columns = ["radius", "feed", *(f"({one.name}) {one.title}" for one in grid.schemes)]
+        columns = ["radius", "feed", *(f"({scheme.name}) {scheme.title}" for scheme in grid.schemes)]
         rows = [
             [readable(cell.circle.radius, "m"), readable(cell.circle.feed, "m/s"),
-             *("–" if np.isnan(one) else f"{one * 1e6:.2f}" for one in cell.glitches)]
+             *("–" if np.isnan(glitch) else f"{glitch * 1e6:.2f}" for glitch in cell.glitches)]
             for cell in self.found.cells
         ]  # fmt: skip
         table = Table(columns, rows, f"{grid.machine.name}: glitch in µm")
@@ -85,7 +86,7 @@ class CircleMapResult(Result):
         """Return the glitch [m] by radius and feed, a column a scheme."""
         import pandas as pd
 
-        names = [one.name for one in self.found.grid.schemes]
+        names = [scheme.name for scheme in self.found.grid.schemes]
         index = pd.MultiIndex.from_tuples(
             [(cell.circle.radius, cell.circle.feed) for cell in self.found.cells], names=["radius", "feed"]
         )
@@ -103,7 +104,7 @@ def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, 
         When a value is no quantity of this dimension, or not positive.
     """
     if not isinstance(given, str):
-        found = tuple(in_si(one, dimension) for one in (given if isinstance(given, list | tuple) else [given]))
+        found = tuple(in_si(item, dimension) for item in (given if isinstance(given, list | tuple) else [given]))
     else:
         text = given.replace("...", "…")
         ends = text.split("…")
@@ -112,7 +113,7 @@ def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, 
         read = [in_si(part if part.lstrip("0123456789.eE+- ") else f"{part} {unit}", dimension) for part in parts]
         found = tuple(read)
         if len(ends) == 2 and min(read) > 0:
-            found = tuple(float(one) for one in np.geomspace(read[0], read[1], points))
+            found = tuple(float(item) for item in np.geomspace(read[0], read[1], points))
     if not found or min(found) <= 0:
         raise FricError(f"'{given}' is no range of positive values", hint="Write '5 … 200 mm/s', or '5, 10, 50 mm/s'.")
     return found

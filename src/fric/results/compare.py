@@ -29,7 +29,8 @@ from fric.io.run import read_runs
 from fric.log import Log
 from fric.records.prepared import prepared
 from fric.results.base import Result
-from fric.results.given import Advance, friction_of, logs_of, plant_of, silent
+from fric.results.given import Advance, logs_of, silent
+from fric.results.given_models import friction_of, plant_of
 from fric.results.kinds import CircleFiles, Count, FrictionLike, LogLike, PlantLike, Seed
 from fric.results.text import Piece, Table
 from fric.units import readable, si_unit
@@ -64,12 +65,12 @@ class ComparisonResult(Result):
 
         rows = [
             (
-                *left(one), readable(one.rms_fitted, unit), str(one.parameters), f"{one.bits_per_parameter:.0f}",
-                f"{one.nanoseconds:.0f} ns",
+                *left(score), readable(score.rms_fitted, unit), str(score.parameters),
+                f"{score.bits_per_parameter:.0f}", f"{score.nanoseconds:.0f} ns",
             )
-            for one in self.comparison.scores
+            for score in self.comparison.scores
         ]  # fmt: skip
-        rows += [(*left(one), "", str(one.parameters), "", "") for one in self.comparison.baselines]
+        rows += [(*left(baseline), "", str(baseline.parameters), "", "") for baseline in self.comparison.baselines]
         columns = ("", "rms scored", "near reversals", "rms fitted", "parameters", "bits per parameter", "a step")
         return [Table(columns, rows), self._verdict()]
 
@@ -77,7 +78,7 @@ class ComparisonResult(Result):
         found = self.comparison
         if found.winner:
             return f"best: {found.winner}, by more than the error of the difference to any other"
-        plain = min(found.baselines, key=lambda one: one.rms)
+        plain = min(found.baselines, key=lambda baseline: baseline.rms)
         if plain.rms < found.scores[0].rms:
             return f"no winner: {plain.name} leaves less than any model, and needs none"
         tied = [name for name, (lead, error) in found.leads.items() if not lead > error]
@@ -114,10 +115,17 @@ class HalvesResult(Result):
     def report(self) -> list[Piece]:
         """Return a line a parameter of each halving, and how many halves agree."""
         rows = []
-        for one in self.halves.found:
-            ((_, first, width, unit), (_, second, other, _)) = estimate_rows({"a": one.first, "b": one.second})
+        for halved in self.halves.found:
+            ((_, first, width, unit), (_, second, other, _)) = estimate_rows({"a": halved.first, "b": halved.second})
             rows.append(
-                (one.by, one.parameter, f"{first} ({width})", f"{second} ({other})", unit, f"{one.half_widths:.2f}")
+                (
+                    halved.by,
+                    halved.parameter,
+                    f"{first} ({width})",
+                    f"{second} ({other})",
+                    unit,
+                    f"{halved.half_widths:.2f}",
+                )
             )
         columns = ("halved by", "", "first half", "second half", "unit", "half-widths apart")
         untold = [f"{by}: {why}" for by, why in self.halves.untold.items()]
@@ -125,7 +133,7 @@ class HalvesResult(Result):
 
     def by_row(self) -> dict[str, dict[str, Any]]:
         """Return by how many half-widths the halves differ, by halving and parameter."""
-        return {f"{one.by} {one.parameter}": {"half_widths": one.half_widths} for one in self.halves.found}
+        return {f"{halved.by} {halved.parameter}": {"half_widths": halved.half_widths} for halved in self.halves.found}
 
 
 @verb
@@ -180,7 +188,7 @@ def compare(
         When there is no such model, or nothing to fit or to score.
     """
     if models == "all":
-        names = [name for name, one in known_models().items() if one.identified]
+        names = [name for name, model in known_models().items() if model.identified]
     else:
         names = [name.strip() for name in (models.split(",") if isinstance(models, str) else models)]
     if fit_on and cycles:

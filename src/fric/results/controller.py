@@ -18,7 +18,8 @@ from fric.errors import FricError
 from fric.notice import Notice
 from fric.results.base import Identified
 from fric.results.design import Design
-from fric.results.given import circles_of, document_of, in_si, positive, quantity
+from fric.results.given import in_si, positive, quantity
+from fric.results.given_models import circles_of, document_of
 from fric.results.kinds import AxisName, CircleLike, PlantLike, Quantity, SchemeName
 from fric.results.text import Piece, parameters, plain_names
 from fric.units import Motion, parse_gain, readable

@@ -19,7 +19,8 @@ from fric.estimate import Estimate, in_digits
 from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.notice import Notice
 from fric.results.base import Result
-from fric.results.given import CIRCLES, Advance, circles_of, machine_of, quantity, schemes_of, silent
+from fric.results.given import Advance, quantity, silent
+from fric.results.given_models import CIRCLES, circles_of, machine_of, schemes_of
 from fric.results.kinds import CircleLike, KnownSchemes, MachineLike, Quantity, SchemeName
 from fric.results.text import Piece, Table
 from fric.units import readable
@@ -93,7 +94,7 @@ class DiagnosisResult(Result):
             "both directions" if len(found.tests) > 1 else "counter-clockwise" if test.direction > 0 else "clockwise"
         )
         of = f"circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
-        return Table(columns, rows, f"{of}, {sense}, {sum(one.count for one in found.tests)} revolutions")
+        return Table(columns, rows, f"{of}, {sense}, {sum(test.count for test in found.tests)} revolutions")
 
     def causes(self) -> Table:
         """Return what each cause adds to the range of the radius, the largest first; its share is that of their sum.
@@ -104,7 +105,10 @@ class DiagnosisResult(Result):
         geometry, names = found.geometry, found.test.names
         parts = list[tuple[str, float, float]]()
         for name, letter in zip(names, "xy", strict=True):
-            peak = max((one for at, one in found.glitches.items() if at[1:] == letter), key=lambda one: abs(one.value))
+            peak = max(
+                (glitch for at, glitch in found.glitches.items() if at[1:] == letter),
+                key=lambda glitch: abs(glitch.value),
+            )
             parts.append((f"friction of {name}", peak.value, 0.5 * (peak.ci95[1] - peak.ci95[0])))
             parts.append((f"backlash of {name}", *_sized(geometry[f"backlash.{name}"])))
         (one, half), (other, its) = (_sized(geometry[f"scale.{name}"], R) for name in names)
@@ -147,14 +151,14 @@ class DiagnosisResult(Result):
         if self.held is None or not self.held.agrees:
             return None
         said, seen = self.held.predicted.glitches, self.found.glitches
-        predicted, measured = (max(abs(one[name].value) for name in self.held.agrees) for one in (said, seen))
+        predicted, measured = (max(abs(mapping[name].value) for name in self.held.agrees) for mapping in (said, seen))
         return predicted, measured
 
     def brief(self) -> str:
         """Return what was measured, and what was predicted."""
         if (both := self.glitches()) is None:
-            return f"measured {readable(max(abs(one.value) for one in self.found.glitches.values()), 'm', 3)}"
-        predicted, measured = (readable(one, "m", 3) for one in both)
+            return f"measured {readable(max(abs(glitch.value) for glitch in self.found.glitches.values()), 'm', 3)}"
+        predicted, measured = (readable(value, "m", 3) for value in both)
         agrees = "agrees" if self.held and self.held.all_agree else "differs"
         return f"measured {measured}, predicted {predicted}: {agrees}"
 

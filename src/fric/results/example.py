@@ -119,7 +119,7 @@ def example(
     files: dict[str, str | bytes] = {**files_of(name)}
     write_folder(Path(output), files, force=force)
     if name == RIG:  # a mapping of these logs, as `fric ingest --propose` makes it: they need none, others will
-        made = proposal([Path(output) / one for one in files if "/strokes/" in one])
+        made = proposal([Path(output) / file for file in files if "/strokes/" in file])
         write_folder(Path(output), {"mapping.yaml": made}, force=force)
         files["mapping.yaml"] = made
     return ExampleResult(name, Path(output), tuple(files))

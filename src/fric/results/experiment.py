@@ -6,7 +6,8 @@ from typing import Annotated, Any
 
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
-from fric.results.given import Advance, document_of, in_si, machine_of, quantity, several, silent
+from fric.results.given import Advance, in_si, quantity, several, silent
+from fric.results.given_models import document_of, machine_of
 from fric.results.kinds import AxisName, MachineLike, PlanLike, Quantities, Quantity, Seed
 from fric.results.records import Records
 from fric.simulate.experiment import Trial, logs_of
@@ -118,4 +119,4 @@ def _trials(plan: Any, axis: Axis) -> list[Trial]:
     from fric.documents.plan import PlanDocument  # it loads what plans and simulates
 
     document = document_of(PlanDocument, plan, (axis.name, axis.motion), "machine")
-    return [trial for one in document.planned() for trial in one.trials(axis)]
+    return [trial for record in document.planned() for trial in record.trials(axis)]

@@ -30,7 +30,8 @@ from fric.notice import Notice, once
 from fric.output import write_folder
 from fric.results.base import Result
 from fric.results.diagnose import diagnose
-from fric.results.given import Advance, path_of, schemes_of, silent
+from fric.results.given import Advance, path_of, silent
+from fric.results.given_models import schemes_of
 from fric.results.kinds import AxisName, CircleFiles, KnownSchemes, MachineLike, Quantity, SchemesLike
 from fric.results.text import Piece, Table
 from fric.simulate.circle import Circle, run_circle
@@ -74,20 +75,22 @@ def trust_of(
         on_circle = False
     against: list[Notice] = []
     for feed in (0.1, 0.01) if on_circle else ():
-        runs = [run_circle(machine, one, Circle(feed=feed), only=name) for one in (replace(NONE, gain=None), scheme)]
+        runs = [
+            run_circle(machine, scheme, Circle(feed=feed), only=name) for scheme in (replace(NONE, gain=None), scheme)
+        ]
         alone, with_it = candidates_of(runs)
         exact = machine.is_nominal([scheme.friction], [name])
         given = replace(given, candidates=(alone, with_it), exact=exact)
         where = f"axis {name} at {1e3 * feed:g} mm/s"
-        against += [one.at(where) for one in reasons_against(with_it, given)]
+        against += [notice.at(where) for notice in reasons_against(with_it, given)]
         if with_it.warnings and not alone.warnings:
             against.append(SCHEME_SATURATES.found(where, how=str(with_it.warnings[0])))
-    for one in drawn:
-        against += reasons_against(next(c for c in one.candidates if not c.scheme.bare), one)
-    reasons = [notice for one in drawn or (given,) for notice in decide(one).why]
-    why = [one for one in once(reasons) if on_circle or one.code != NOTHING_SIMULATED.code]
-    wrong = [one for one in why if one.severity == "wrong"]
-    return list(once([*wrong, *against])), [one for one in why if one.severity != "wrong"]
+    for evidence in drawn:
+        against += reasons_against(next(c for c in evidence.candidates if not c.scheme.bare), evidence)
+    reasons = [notice for evidence in drawn or (given,) for notice in decide(evidence).why]
+    why = [notice for notice in once(reasons) if on_circle or notice.code != NOTHING_SIMULATED.code]
+    wrong = [notice for notice in why if notice.severity == "wrong"]
+    return list(once([*wrong, *against])), [notice for notice in why if notice.severity != "wrong"]
 
 
 @dataclass(frozen=True)
@@ -159,8 +162,8 @@ class ExportResult(Result):
         content = manifest(self.target.name, self.part, self.files, notices=text, sources=self.made_from)
         if self.part.role == "compensation":
             why = [*self.against, *self.distrust]
-            content["verdict"] = {"trusted": not why, "why": [one.as_dict() for one in why]}
-        content |= {"trial": [one.as_dict() for one in self.arcs]} if self.arcs else {}
+            content["verdict"] = {"trusted": not why, "why": [notice.as_dict() for notice in why]}
+        content |= {"trial": [arc.as_dict() for arc in self.arcs]} if self.arcs else {}
         ExportDocument.model_validate(content)
         return content
 
@@ -270,18 +273,20 @@ def export_axis(
         file = located(path_of("a machine, or its file", machine), "machine")
         subject = read_machine(file, nominal_files=nominal_files, gain=gain, lead=lead)
         notices = axis_notices(read_machine_document(file, nominal_files), axis)
-        made_from = sources([file, *(Path(one.partition("=")[2]) for one in nominal_files)])
+        made_from = sources([file, *(Path(text.partition("=")[2]) for text in nominal_files)])
     made = compensation_of(subject, axis, wanted) if part == "compensation" else machine_of(subject, axis)
     options: dict[str, Any] = {"single": True} if single else {}
     options |= {"machine": subject} if "machine" in chosen.options else {}
     files = chosen.files(made, **options)
     against, distrust = list[Notice](), list[Notice]()
     if part == "compensation":
-        drawings = [_drawing(Path(one), subject, wanted, axis) for one in drawn]
+        drawings = [_drawing(Path(path), subject, wanted, axis) for path in drawn]
         named = path_of("a machine file, to hold a circle against it", machine) if circles else None
-        held = {str(one): diagnose(one, machine=named).disagreements(str(one)) for one in circles}
+        held = {str(circle): diagnose(circle, machine=named).disagreements(str(circle)) for circle in circles}
         apart = [text for texts in held.values() for text in texts]
-        around = [evidence_of(*one, compared=bool(circles), disagreements=held, notices=notices) for one in drawings]
+        around = [
+            evidence_of(*drawing, compared=bool(circles), disagreements=held, notices=notices) for drawing in drawings
+        ]
         against, distrust = trust_of(subject, axis, wanted, notices, apart, compared=bool(circles), drawn=around)
     arcs: list[Arc] = []
     if trial is not None:
@@ -353,8 +358,10 @@ def _drawing(
         raise FricError(f"the run is without scheme {scheme.name}", where=str(file),
                         hint=f"Make it by `fric simulate circle --scheme a,{scheme.name}`.")  # fmt: skip
     candidates = [
-        replace(one, drawn=left[one.scheme.name].glitches, swings=left[one.scheme.name].swings) if left else one
-        for one in candidates_of(runs, prediction=prediction)
+        replace(candidate, drawn=left[candidate.scheme.name].glitches, swings=left[candidate.scheme.name].swings)
+        if left
+        else candidate
+        for candidate in candidates_of(runs, prediction=prediction)
     ]
     return made, candidates, prediction
 
@@ -372,7 +379,7 @@ def one_target(name: str, part: str, *, single: bool) -> Target:
         raise FricError(f"there is no target '{name}'", hint=near(name, known) or f"There are {', '.join(known)}.")
     target = known[name]
     if part not in target.parts:
-        able = [one.name for one in known.values() if part in one.parts]
+        able = [target.name for target in known.values() if part in target.parts]
         raise FricError(
             f"the target {name} has no part '{part}'",
             hint=f"It exports {' and '.join(target.parts)}" + (f"; {', '.join(able)} export that." if able else "."),
@@ -384,5 +391,5 @@ def one_target(name: str, part: str, *, single: bool) -> Target:
 
 def _row(arc: Arc) -> list[str]:
     sense = "counter-clockwise" if arc.direction > 0 else "clockwise"
-    microns = [f"{1e6 * one:.2f}" for one in (arc.measured.glitch, arc.simulated.glitch, arc.difference)]
+    microns = [f"{1e6 * value:.2f}" for value in (arc.measured.glitch, arc.simulated.glitch, arc.difference)]
     return [arc.scheme.title, readable(arc.feed, "m/s"), sense, *microns]

@@ -14,8 +14,9 @@ from fric.identify.gms.fit import GMSFit, Replay
 from fric.identify.gms.identify import identify_gms as fit_gms
 from fric.log import Log
 from fric.plausibility import Finding, of_amplitudes, of_friction, of_level, of_logs, settled
-from fric.results.base import IdentifiedFriction
-from fric.results.given import friction_of, logs_of, plant_of, several, where_of
+from fric.results.friction import IdentifiedFriction
+from fric.results.given import logs_of, several, where_of
+from fric.results.given_models import friction_of, plant_of
 from fric.results.kinds import FrictionLike, LogLike, PlantLike
 from fric.results.text import Piece, Table, parameters
 from fric.units import readable, si_unit

@@ -244,12 +244,12 @@ def ingest(
     """
     paths, mapping = list(map(Path, files)), mapping_of(mapping)
     advance(0, total=sizes(paths))
-    told: list[Notice] = []
+    notices: list[Notice] = []
     if mapping is None and not join and kind != "frequency-response":
         known = {one[0] for path in paths if path.is_file() and (one := beside(path))}
         if len(known) == 1:
             mapping, assume = mapping_of(*known), True
-            told = [MAPPING_BESIDE.found(str(paths[0]), mapping=str(*known))]
+            notices = [MAPPING_BESIDE.found(str(paths[0]), mapping=str(*known))]
     if mapping is None and not join and kind != "frequency-response":
         with ExitStack() as opened:
             found = guessed(paths, opened, kind, motion, assume=assume or ask is not None)
@@ -258,7 +258,7 @@ def ingest(
             if found.usable:
                 if not (assume or found.sure):
                     raise found.error()
-                mapping, told = found.mapping(), found.notices(str(file or ""))
+                mapping, notices = found.mapping(), found.notices(str(file or ""))
     done = read_foreign(
         paths,
         Path(output),
@@ -273,7 +273,7 @@ def ingest(
         window=_window(begin, end),
         join=join,
     )
-    return IngestResult(done, mapping is not None, told)
+    return IngestResult(done, mapping is not None, notices)
 
 
 def _window(begin: float | str | None, end: float | str | None) -> tuple[float, float]:

@@ -48,7 +48,7 @@ class KnownMachine:
         """Return what the machines that were run say of the schemes, and whether that may be trusted."""
         study, notices = many.study, self.identified.machine.warnings
         whole = self.left(study.machine) if self.left else study.machine
-        records = [one for own in self.left.records.values() for one in own] if self.left else []
+        records = [record for group in self.left.records.values() for record in group] if self.left else []
         measured = [test.where for test in self.left.tests] if self.left else ()
         return predicted(
             many, widened=self.identified.widened, measured=measured,

@@ -60,8 +60,11 @@ class LearnResult(Result):
         """Return the glitch of each round, and of other circles: medians, with the chance of one run."""
         found, test = self.found, self.found.circle
         rows = [
-            [one.run.scheme.title, *(chance.text(digits=2) for chance in (*one.run.glitches, one.run.chance()))]
-            for one in found.rounds
+            [
+                circle.run.scheme.title,
+                *(chance.text(digits=2) for chance in (*circle.run.glitches, circle.run.chance())),
+            ]
+            for circle in found.rounds
         ]
         title = f"{found.machine.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}; glitches in µm"
         pieces: list[Piece] = [TextTable(["round", "+x", "+y", "-x", "-y", "glitch"], rows, title)]
@@ -80,7 +83,7 @@ class LearnResult(Result):
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write a run file with a run a round; what was fed forward is in its traces."""
         made = json.dumps(provenance() | {"machine": self.found.machine.name})
-        write_runs(Path(path), [one.run for one in self.found.rounds], made, force=force)
+        write_runs(Path(path), [circle.run for circle in self.found.rounds], made, force=force)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,7 +111,7 @@ class LearnedTable(Result):
     def report(self) -> list[Piece]:
         """Return what is fed forward, by axis."""
         test = self.table.test
-        rows = [[name, f"{abs(one).max():.3f}", str(len(one))] for name, one in self.table.voltage.items()]
+        rows = [[name, f"{abs(array).max():.3f}", str(len(array))] for name, array in self.table.voltage.items()]
         title = f"feedforward for {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
         return [TextTable(["axis", "largest V", "samples"], rows, title)]
 

@@ -12,8 +12,9 @@ from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.plausibility import of_amplitudes, of_friction, of_level, of_logs, of_shares, settled
 from fric.records.clipping import without_clipped
 from fric.records.prepared import prepared
-from fric.results.base import IdentifiedFriction
-from fric.results.given import friction_of, logs_of, plant_of
+from fric.results.friction import IdentifiedFriction
+from fric.results.given import logs_of
+from fric.results.given_models import friction_of, plant_of
 from fric.results.kinds import Count, FrictionLike, LogLike, PlantLike, Seed
 from fric.results.text import Piece, parameters
 from fric.units import Motion, parse, readable, si_unit
@@ -90,7 +91,7 @@ def identify_model(
     FricError
         When there is no such model or parameter, or no sample to compare.
     """
-    known = {name for name, one in models().items() if one.identified}
+    known = {name for name, model in models().items() if model.identified}
     if model not in known:
         raise FricError(
             f"there is no friction model '{model}' to fit",
@@ -106,7 +107,9 @@ def identify_model(
     if kept is not None:
         doubtful += settled(of_level(records, float(kept.estimates("static")["F_s"])))
     ready = prepared(records, taken_off)
-    doubtful += settled(of_shares((one.log, one.done.inertia_share, one.done.damping_share) for one in ready))
+    doubtful += settled(
+        of_shares((record.log, record.done.inertia_share, record.done.damping_share) for record in ready)
+    )
     found = identify_by_replay(
         model,
         ready,

@@ -25,7 +25,8 @@ from fric.flaws.response import CONTROLLER_BY_DEFAULT, OBSERVER_ASSUMED
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.notice import Notice
 from fric.results.design import Design, perturbation_of
-from fric.results.given import cascade_of, document_of, in_si, quantity, records_of
+from fric.results.given import in_si, quantity, records_of
+from fric.results.given_models import cascade_of, document_of
 from fric.results.kinds import ControllerLike, Count, LogLike, PlantLike, Quantity, RecordName, ResonancesLike
 from fric.results.text import Piece, Table
 from fric.units import Motion, parse_gain
@@ -175,7 +176,7 @@ def design_observer(
     if cascade is None:
         cascade = design_cascade(linear).cascade
         warnings.append(CONTROLLER_BY_DEFAULT.found())
-    modes = [_resonance(one) if isinstance(one, str) else one for one in resonances]
+    modes = [_resonance(resonance) if isinstance(resonance, str) else resonance for resonance in resonances]
     if log is None:
         logs, Delta = [], model_perturbation(linear, cascade.sampling / 2, modes)
         if not modes:
@@ -197,7 +198,7 @@ def design_observer(
     try:
         design = find_observer(linear, cascade, filter, cutoff=wanted, peak_sensitivity=allowed, perturbation=Delta)
     except FricError as error:
-        default = [one for one in warnings if one.code == CONTROLLER_BY_DEFAULT.code]
+        default = [warning for warning in warnings if warning.code == CONTROLLER_BY_DEFAULT.code]
         if not default:
             raise
         hint = f"{error.hint} {default[0]}"  # which the user is not to blame for
@@ -247,10 +248,14 @@ def measured_record(given: Any, name: str | None, of: tuple[str, Motion]) -> Log
             hint="Give the log of the axis that is designed for.",
         )
     found = [
-        one
-        for one in records
-        if not isinstance(one, ForceVelocity)
-        and (one.name == name if name else isinstance(one, FrequencyResponse) or one.kind == "frequency-response")
+        record
+        for record in records
+        if not isinstance(record, ForceVelocity)
+        and (
+            record.name == name
+            if name
+            else isinstance(record, FrequencyResponse) or record.kind == "frequency-response"
+        )
     ]
     if len(found) != 1:
         text = f"{len(found)} records " + (f"of the name '{name}'" if name else "of a frequency response")

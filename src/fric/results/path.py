@@ -11,7 +11,8 @@ from fric.documents.contours import PathResultDocument
 from fric.io.circle import read_path
 from fric.notice import Notice, once
 from fric.results.base import Result
-from fric.results.given import Advance, bounded, machine_of, path_of, schemes_of, silent
+from fric.results.given import Advance, bounded, path_of, silent
+from fric.results.given_models import machine_of, schemes_of
 from fric.results.kinds import KnownSchemes, MachineLike, PathLike, Quantity, SchemesLike
 from fric.results.text import Piece, Table
 from fric.simulate.contour_run import reduction
@@ -69,7 +70,7 @@ class PathResult(Result):
 
     def _row(self, run: PathRun) -> list[str]:
         less = reduction(run, self.runs)
-        microns = [one.text() for one in (run.chance(), run.chance("rms"), run.chance("range"))]
+        microns = [chance.text() for chance in (run.chance(), run.chance("rms"), run.chance("range"))]
         return [f"({run.scheme.name}) {run.scheme.title}", *microns, "" if less is None else f"{less:.0%}"]
 
     def save(self, path: Path | str, *, force: bool = False) -> None:

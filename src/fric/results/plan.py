@@ -25,7 +25,8 @@ from fric.planning.choose import TYPICAL, durations, prior_axis
 from fric.planning.expected import DRAWS, IDENTIFIED_BY, Wanted, planned_for
 from fric.planning.next_record import narrowing
 from fric.results.base import Result
-from fric.results.given import Advance, bounded, document_of, in_si, logs_of, machine_of, schemes_of, silent
+from fric.results.given import Advance, bounded, in_si, logs_of, silent
+from fric.results.given_models import document_of, machine_of, schemes_of
 from fric.results.kinds import FrictionLike, LogLike, MachineLike, PlantLike, Quantity, SchemesLike
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Axis
@@ -71,12 +72,17 @@ class PlanResult(Result):
     def report(self) -> list[Piece]:
         """Return the experiments, and the half-widths to be expected."""
         rows = [
-            (one.kind, readable(lasting, "s"), settings_in_words(one, self.plan.axis.motion))
-            for one, lasting in zip(self.plan.planned, self.plan.lasting, strict=True)
+            (record.kind, readable(lasting, "s"), settings_in_words(record, self.plan.axis.motion))
+            for record, lasting in zip(self.plan.planned, self.plan.lasting, strict=True)
         ]
         described = [
-            (name, readable(one.value, one.unit, 4), f"± {readable(one.half_width, one.unit, 2)}", spread(one))
-            for name, one in self.plan.expected.items()
+            (
+                name,
+                readable(expected.value, expected.unit, 4),
+                f"± {readable(expected.half_width, expected.unit, 2)}",
+                spread(expected),
+            )
+            for name, expected in self.plan.expected.items()
         ]
         table = named(("", "value", "95 % to be expected", "in most runs"), described)
         total = readable(sum(self.plan.lasting) + self.approaching, "s")
@@ -92,14 +98,14 @@ class PlanResult(Result):
         """What controllers run, in the order of the plan."""
         made: list[Move | Arc] = []
         approach = self.plan.limits.approach
-        for one in self.plan.planned:
-            if one.kind == "circle":
-                s = {name: value for name, value in one.settings.items() if not isinstance(value, tuple)}
+        for record in self.plan.planned:
+            if record.kind == "circle":
+                s = {name: value for name, value in record.settings.items() if not isinstance(value, tuple)}
                 axes = (self.plan.axis.name, "y" if self.plan.axis.name != "y" else "x")
                 feed = f"{1e3 * s['feed']:g}".replace(".", "-")
                 name = f"circle-{feed}-mm-s"
                 made.append(Arc(len(made) + 1, name, axes, s["radius"], s["feed"], int(s["revolutions"]), approach))
-            for trial in one.trials(self.plan.axis):
+            for trial in record.trials(self.plan.axis):
                 begin, end = (n / trial.reference.sampling for n in trial.window)
                 about = (len(made) + 1, trial.name, self.plan.axis.name, self.plan.axis.motion)
                 made.append(Move(*about, trial.reference, (begin, end), approach, trial.excitation))
@@ -108,7 +114,7 @@ class PlanResult(Result):
     @property
     def approaching(self) -> float:
         """Time from the end of each motion to the begin of the next [s]; to the first it is from the middle."""
-        ways = [one.ends for one in self.moves]
+        ways = [move.ends for move in self.moves]
         return sum(abs(b[0] - a[1]) for a, b in pairwise([(0.0, 0.0), *ways])) / self.plan.limits.approach
 
     def files(self) -> dict[str, dict[str, str]]:
@@ -116,8 +122,8 @@ class PlanResult(Result):
         return {
             name: {
                 file: text
-                for one in self.moves
-                for file, text in (dialect.arc(one) if isinstance(one, Arc) else dialect.move(one)).items()
+                for move in self.moves
+                for file, text in (dialect.arc(move) if isinstance(move, Arc) else dialect.move(move)).items()
             }
             for name, dialect in DIALECTS.items()
         }
@@ -137,11 +143,11 @@ class NextRecordResult(PlanResult):
         assert found is not None
         rows = [
             (
-                one.planned.kind, readable(one.lasting, "s"), readable(one.half_width, "m", 2),
-                f"{one.half_width / found.half_width - 1:+.0%}".replace("-", "−"),
-                settings_in_words(one.planned, self.plan.axis.motion),
+                candidate.planned.kind, readable(candidate.lasting, "s"), readable(candidate.half_width, "m", 2),
+                f"{candidate.half_width / found.half_width - 1:+.0%}".replace("-", "−"),
+                settings_in_words(candidate.planned, self.plan.axis.motion),
             )
-            for one in found.candidates
+            for candidate in found.candidates
         ]  # fmt: skip
         shares = sorted(found.shares.items(), key=lambda item: -item[1])
         described = ", ".join(f"{name} {share:.0%}" for name, share in shares if share > 0.02)
@@ -154,16 +160,16 @@ class NextRecordResult(PlanResult):
         ]
 
 
-def spread(one: Expected) -> str:
+def spread(expected: Expected) -> str:
     """Return between which two the half-widths of single runs lie, for people."""
-    least, most = (readable(half, one.unit, 2) for half in one.between)
+    least, most = (readable(half, expected.unit, 2) for half in expected.between)
     return f"{least} … {most}"
 
 
-def settings_in_words(one: Planned, motion: Any) -> str:
+def settings_in_words(record: Planned, motion: Any) -> str:
     """Return what an experiment is run with, for people."""
     described = []
-    for name, value in one.settings.items():
+    for name, value in record.settings.items():
         unit = si_unit(SETTINGS[name], motion)
         if isinstance(value, tuple):
             shown = [readable(v, unit) for v in value]
@@ -241,7 +247,7 @@ def plan(
     prior = f"axis {subject.name} of {named}"
     prior += f" with the friction of {friction}" if isinstance(friction, str | Path) else ""
     if rotates(subject.motion):
-        planned = tuple(one for one in planned if one.kind != "circle")
+        planned = tuple(record for record in planned if record.kind != "circle")
     prior += f" and the plant of {plant}" if isinstance(plant, str | Path) else ""
     made = Plan(subject, limits, planned, list(durations(subject, planned)), found.parameters)
     return PlanResult(made, found.blocks, prior, [*notices, *found.notices])
@@ -280,7 +286,7 @@ def _limits(stroke: float | str, feed: float | str, acceleration: float | str, a
 
 def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) -> Wanted:
     """Return the half-width asked for by parameter, and whether it is relative to the value."""
-    pairs = given.items() if isinstance(given, Mapping) else (one.partition("=")[::2] for one in given)
+    pairs = given.items() if isinstance(given, Mapping) else (text.partition("=")[::2] for text in given)
     dimensions = {p.name: p.dimension for name in ("static", "gms") for p in models()[name].parameters}
     dimensions |= {"offset": "force", **PlantPart.dimensions}
     known = {name for names in IDENTIFIED_BY.values() for name in names}

@@ -171,7 +171,7 @@ def identify_plant(
         segment=quantity(segment, "time"),
         given_force_constant=K_f,
         mass=weight,
-        strokes=[one for one in given if isinstance(one, Log) and one.kind == "constant-velocity"],
+        strokes=[log for log in given if isinstance(log, Log) and log.kind == "constant-velocity"],
     )
     return _plausible(PlantResult(fit, records), doubtful)
 
@@ -180,7 +180,7 @@ def _plausible(result: PlantResult, doubtful: list[Notice]) -> PlantResult:
     """Return a result whose values a drive can have, or with warnings where it need not."""
     document, motion = PlantDocument.model_validate(result.document), result.records[0].motion
     known = document.estimates(motion)
-    values = {name: float(one) for name, one in known.items() if name in {"A", "B", "T_d"}}
+    values = {name: float(estimate) for name, estimate in known.items() if name in {"A", "B", "T_d"}}
     if {"B", "K_f"} <= known.keys():
         values["mass"] = float(known["K_f"]) / values["B"]
     found = settled(Finding(name, value, motion, result.records[0].where) for name, value in values.items())

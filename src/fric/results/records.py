@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 from fric.columns import CHANNELS
-from fric.documents.records import InspectionDocument, RecordsDocument
+from fric.documents.inspection import InspectionDocument
+from fric.documents.records import RecordsDocument
 from fric.estimate import estimate_rows
 from fric.io.hdf5 import write_logs
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
@@ -34,7 +35,7 @@ FEW = 4
 
 def described(found: Sequence[Inspected]) -> list[Piece]:
     """Return all that was found in a few records; of many, a line each."""
-    return [piece for one in found for piece in _whole(one)] if len(found) <= FEW else _briefly(found)
+    return [piece for inspection in found for piece in _whole(inspection)] if len(found) <= FEW else _briefly(found)
 
 
 def _whole(found: Inspected) -> list[Piece]:
@@ -56,7 +57,7 @@ def _whole(found: Inspected) -> list[Piece]:
 
 
 def _table_rows(found: TableInspection) -> list[tuple[str, str]]:
-    length, force = (si_unit(one, found.motion) for one in ("velocity", "force"))
+    length, force = (si_unit(name, found.motion) for name in ("velocity", "force"))
     return [
         ("source", found.source),
         ("means", f"{found.points} in {'both directions' if found.directions == 2 else 'one direction'}"),
@@ -68,7 +69,7 @@ def _table_rows(found: TableInspection) -> list[tuple[str, str]]:
 
 def _log_rows(found: Inspection) -> list[tuple[str, str]]:
     """Return what is told of a record in time, by name; empty where there is nothing to tell."""
-    length, speed = (si_unit(one, found.motion) for one in ("position", "velocity"))
+    length, speed = (si_unit(name, found.motion) for name in ("position", "velocity"))
     rows = [
         ("source", found.source),
         ("samples", f"{found.samples} in {found.duration:.4g} s"),
@@ -122,40 +123,40 @@ def _channel_row(name: str, channel: Channel) -> tuple[str, ...]:
     clipped = str(channel.clipped) if channel.clipped else ""
     size, span = max(abs(channel.low), abs(channel.high)), channel.high - channel.low
     digits = min(4 + max(0, floor(log10(size / span))), 9) if span > 0 else 4  # so many that the two differ
-    low, high = (readable(one, channel.unit, digits) for one in (channel.low, channel.high))
+    low, high = (readable(value, channel.unit, digits) for value in (channel.low, channel.high))
     return name, low, high, step, clipped
 
 
 def _briefly(found: Sequence[Inspected]) -> list[Piece]:
     """Return a line for each record, and what they are good for together."""
     rows: list[tuple[str, ...]] = []
-    for one in found:
-        good = " ".join(use.purpose for use in one.uses if use.good)
-        if isinstance(one, ResponseInspection):
-            rows.append((one.name, one.kind, "", "", f"{one.points} frequencies", "", good))
+    for inspection in found:
+        good = " ".join(use.purpose for use in inspection.uses if use.good)
+        if isinstance(inspection, ResponseInspection):
+            rows.append((inspection.name, inspection.kind, "", "", f"{inspection.points} frequencies", "", good))
             continue
-        if isinstance(one, TableInspection):
-            rows.append((one.name, one.kind, "", "", f"{one.points} means", "", good))
+        if isinstance(inspection, TableInspection):
+            rows.append((inspection.name, inspection.kind, "", "", f"{inspection.points} means", "", good))
             continue
-        speed = si_unit("velocity", one.motion)
-        flaws = [f"{len(one.gaps)} gaps"] if one.gaps else []
-        flaws += [warning.code for warning in one.warnings]
-        flaws += [f"{name} clipped" for name, channel in one.channels.items() if channel.clipped]
-        rate = f"{one.sampling:.4g} Hz" if one.sampling else ""
-        what = _speeds(one, speed) or (f"{len(one.reversals)} reversals" if one.reversals else "")
-        kind = one.kind if one.stated else f"{one.kind}?"
-        rows.append((one.name, kind, f"{one.duration:.4g} s", rate, what, ", ".join(flaws), good))
+        speed = si_unit("velocity", inspection.motion)
+        flaws = [f"{len(inspection.gaps)} gaps"] if inspection.gaps else []
+        flaws += [warning.code for warning in inspection.warnings]
+        flaws += [f"{name} clipped" for name, channel in inspection.channels.items() if channel.clipped]
+        rate = f"{inspection.sampling:.4g} Hz" if inspection.sampling else ""
+        what = _speeds(inspection, speed) or (f"{len(inspection.reversals)} reversals" if inspection.reversals else "")
+        kind = inspection.kind if inspection.stated else f"{inspection.kind}?"
+        rows.append((inspection.name, kind, f"{inspection.duration:.4g} s", rate, what, ", ".join(flaws), good))
     columns: tuple[str, ...] = ("record", "kind", "duration", "sampling", "what", "flaws", "good for")
     alike, title = {row[1] for row in rows}, ""
     if len(alike) == 1:  # said once, for room
         title = f"all of the kind {next(iter(alike))}"
         columns, rows = columns[:1] + columns[2:], [row[:1] + row[2:] for row in rows]
     pieces: list[Piece] = [Table(columns, rows, title)]
-    if any(not one.stated for one in found):
+    if any(not inspection.stated for inspection in found):
         pieces.append("? the kind is recognised; the record does not say it")
-    uses = {use.purpose: 0 for one in found for use in one.uses}
-    for one in found:
-        for use in one.uses:
+    uses = {use.purpose: 0 for inspection in found for use in inspection.uses}
+    for inspection in found:
+        for use in inspection.uses:
             uses[use.purpose] += use.good
     text = ", ".join(f"{purpose} {count}" for purpose, count in uses.items())
     return [*pieces, f"{len(found)} records; good for identify: {text}"]
@@ -283,7 +284,10 @@ class InspectionResult(Result):
     def warnings(self) -> tuple[Notice, ...]:
         """What is amiss with each record, after its name."""
         return tuple(
-            notice.at(one.name) for one in self.found if isinstance(one, Inspection) for notice in one.warnings
+            notice.at(inspection.name)
+            for inspection in self.found
+            if isinstance(inspection, Inspection)
+            for notice in inspection.warnings
         )
 
     def report(self) -> list[Piece]:
@@ -298,8 +302,11 @@ class InspectionResult(Result):
 
     def by_row(self) -> dict[str, dict[str, Any]]:
         """Return a line a record: kind, samples and what it is good for."""
-        uses = {one.name: {use.purpose: use.good for use in one.uses} for one in self.found}
-        return {one.name: {"kind": one.kind, "stated": one.stated} | uses[one.name] for one in self.found}
+        uses = {inspection.name: {use.purpose: use.good for use in inspection.uses} for inspection in self.found}
+        return {
+            inspection.name: {"kind": inspection.kind, "stated": inspection.stated} | uses[inspection.name]
+            for inspection in self.found
+        }
 
 
 @verb

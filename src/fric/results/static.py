@@ -17,8 +17,9 @@ from fric.identify.static_map.identify import identify_static as fit_static
 from fric.identify.static_map.strokes import ShapeFactor
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.plausibility import Finding, of_friction, of_logs, of_strokes, settled
-from fric.results.base import IdentifiedFriction
-from fric.results.given import document_of, in_si, plant_of, records_of
+from fric.results.friction import IdentifiedFriction
+from fric.results.given import in_si, records_of
+from fric.results.given_models import document_of, plant_of
 from fric.results.kinds import LogLike, PlantLike, Quantity
 from fric.results.text import Piece, parameters
 from fric.units import readable, si_unit
@@ -67,7 +68,7 @@ class StaticResult(IdentifiedFriction):
         fit, unit = self.fit, si_unit("force", self.fit.motion)
         maps = {"": fit.static, "negative direction": fit.negative}
         text: list[Piece] = [
-            parameters(one.estimates, title, self.warnings) for title, one in maps.items() if one is not None
+            parameters(fit.estimates, title, self.warnings) for title, fit in maps.items() if fit is not None
         ]
         text += [parameters(fit.at_speed, "at one speed")] if fit.at_speed else []
         quality = f", rmse {readable(fit.static.rmse, unit)}, R² {fit.static.r2:.4f}" if fit.static else ""
@@ -116,12 +117,12 @@ def identify_static(
     FricError
         When there is no steady stroke, or there are too few speeds for the parameters.
     """
-    records = [one for one in records_of(logs) if not isinstance(one, FrequencyResponse)]
+    records = [log for log in records_of(logs) if not isinstance(log, FrequencyResponse)]
     if not records:
         raise FricError("there is neither a record in time nor a table of forces and velocities")
     given = None if plant is None or isinstance(plant, Plant) else document_of(PlantDocument, plant)
     known = plant_of(plant, records[0].axis, records[0].motion)
-    in_time = [one for one in records if isinstance(one, Log)]
+    in_time = [record for record in records if isinstance(record, Log)]
     doubtful = settled([*of_logs(in_time, known), *of_strokes(in_time)])
     found = fit_static(
         records,
@@ -140,9 +141,9 @@ def identify_static(
         taken_off = known.damping * fastest.velocity
         share = abs(taken_off / (fastest.force + taken_off or 1e-300))
         doubtful += settled([Finding("damping", share, found.motion, records[0].source)])
-    for one in (found.static, found.negative):
+    for fit in (found.static, found.negative):
         mass = known.M if known else None
-        doubtful += settled(of_friction(one.static_map, found.motion, mass, records[0].source)) if one else []
+        doubtful += settled(of_friction(fit.static_map, found.motion, mass, records[0].source)) if fit else []
     return StaticResult(replace(found, warnings=(*found.warnings, *doubtful)), records)
 
 

@@ -51,8 +51,8 @@ def _of_models() -> dict[str, str]:
 
     found: dict[str, set[str]] = {}
     for model in models().values():
-        for one in model.parameters:
-            found.setdefault(one.name, set()).add(one.doc)
+        for parameter in model.parameters:
+            found.setdefault(parameter.name, set()).add(parameter.doc)
     return {name: next(iter(docs)) for name, docs in found.items() if len(docs) == 1}
 
 
@@ -124,7 +124,7 @@ def parameters(
     What every session shows is a word behind the name, in place of a warning (`fric.flaws.base.Flaw.word`).
     """
     made = named(("", "value", "95 % interval", "unit"), estimate_rows(section), title)
-    words = dict(flaw_of(one).word for one in notices)
+    words = dict(flaw_of(notice).word for notice in notices)
     rows = [(*row[:-1], f"{row[-1]}, {words[row[0]]}") if row[0] in words else row for row in made.rows]
     return replace(made, rows=rows)
 
@@ -132,10 +132,10 @@ def parameters(
 def told_alone(notices: Iterable[Notice]) -> list[str]:
     """Return the warnings that no word of a table says; those that a file said first are counted."""
     known = list(map(Notice.of, notices))
-    found: list[str] = [one for one in known if not one.carried and not any(flaw_of(one).word)]
-    before = [one for one in known if one.carried and one.severity != "note"]
+    found: list[str] = [notice for notice in known if not notice.carried and not any(flaw_of(notice).word)]
+    before = [notice for notice in known if notice.carried and notice.severity != "note"]
     if before:
-        codes = ", ".join(dict.fromkeys(one.code for one in before))
+        codes = ", ".join(dict.fromkeys(notice.code for notice in before))
         found.append(f"{len(before)} doubt{'s' * (len(before) > 1)} carried over: {codes}")
     return found
 

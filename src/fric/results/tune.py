@@ -17,7 +17,8 @@ from fric.estimate import estimate_rows
 from fric.notice import Notice
 from fric.output import refuse_existing, together
 from fric.results.base import Result
-from fric.results.given import CIRCLES, Advance, circles_of, machine_of, silent
+from fric.results.given import Advance, silent
+from fric.results.given_models import CIRCLES, circles_of, machine_of
 from fric.results.kinds import CircleLike, MachineLike, SchemeName
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Machine
@@ -71,23 +72,23 @@ class TuneResult(Result):
     def brief(self) -> str:
         """Return what the next circle should leave."""
         ahead = self.found.predicted
-        best = min(ahead, key=lambda one: one.glitch) if ahead else None
+        best = min(ahead, key=lambda circle: circle.glitch) if ahead else None
         return "" if best is None else f"next circle with ({best.scheme}): {readable(best.glitch, 'm', 2)}"
 
     def report(self) -> list[Piece]:
         """Return the parameters by axis, and the next circles."""
         pieces: list[Piece] = []
         for name, axis in self.found.axes.items():
-            before, after = (f"{one.rms * 1e3:.2f} mV" for one in (axis.before, axis.after))
+            before, after = (f"{fitted.rms * 1e3:.2f} mV" for fitted in (axis.before, axis.after))
             title = f"axis {name}: {before} left of the voltage, {after} when tuned"
             title += "" if axis.improves else "; refused"
             pieces += [named(["", "value", "95 %", "unit"], estimate_rows(axis.parameters), title), ""]
         rows = [
             [
-                f"{one.feed * 1e3:g} mm/s", f"({one.scheme})", f"{self.measured[f'{one.feed:g}'] * 1e6:.2f}",
-                f"{one.glitch * 1e6:.2f}", " … ".join(f"{limit * 1e6:.2f}" for limit in one.ci95),
+                f"{circle.feed * 1e3:g} mm/s", f"({circle.scheme})", f"{self.measured[f'{circle.feed:g}'] * 1e6:.2f}",
+                f"{circle.glitch * 1e6:.2f}", " … ".join(f"{limit * 1e6:.2f}" for limit in circle.ci95),
             ]
-            for one in self.found.predicted
+            for circle in self.found.predicted
         ]  # fmt: skip
         if rows:
             pieces.append(Table(["the next circle", "scheme", "recorded µm", "glitch µm", "95 %"], rows))
@@ -107,8 +108,14 @@ class TuneResult(Result):
 
         return pd.DataFrame(
             [
-                {"feed": one.feed, "scheme": one.scheme, "glitch": one.glitch, "low": one.ci95[0], "high": one.ci95[1]}
-                for one in self.found.predicted
+                {
+                    "feed": circle.feed,
+                    "scheme": circle.scheme,
+                    "glitch": circle.glitch,
+                    "low": circle.ci95[0],
+                    "high": circle.ci95[1],
+                }
+                for circle in self.found.predicted
             ]
         )
 
@@ -120,13 +127,13 @@ class TuneResult(Result):
         if not self.source:
             raise FricError("this machine is of no file, and `save` writes its files anew", hint="Tune a machine file.")
         folder = Path(path)
-        figures = {folder / f"{name}.png": one for name, one in self.found.axes.items()}
+        figures = {folder / f"{name}.png": axis for name, axis in self.found.axes.items()}
         if folder.is_dir():
             refuse_existing(*tuned_files(self.found, folder), *figures, force=force)
         with together(*tuned_files(self.found, folder), *figures) as made:
             written = write_tuned(self.found, Path(self.source), folder, force=force, done=made)
-            for place, one in figures.items():
-                save_figure(draw_tuned(one), place, force=force)
+            for place, figure in figures.items():
+                save_figure(draw_tuned(figure), place, force=force)
                 made.append(place)
         self.files[:] = [*written, *figures]
         self.__dict__.pop("document", None)  # it names them

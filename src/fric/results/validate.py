@@ -18,7 +18,8 @@ from fric.log import Log
 from fric.notice import Notice, once
 from fric.records.timing import even_sampling as sampling_of
 from fric.results.base import Result
-from fric.results.given import cascade_of, document_of, friction_of, in_si, logs_of
+from fric.results.given import in_si, logs_of
+from fric.results.given_models import cascade_of, document_of, friction_of
 from fric.results.kinds import ControllerLike, FrictionLike, LogLike, PlantLike, Quantity
 from fric.results.text import Piece, Table
 from fric.units import readable, si_unit
@@ -49,7 +50,7 @@ class ValidationResult(Result):
     @property
     def warnings(self) -> Sequence[Notice]:
         """What the files warn of, and what the records show of controller and voltage."""
-        return once([*self.notices, *(text for one in self.validations for text in one.warnings)])
+        return once([*self.notices, *(text for validation in self.validations for text in validation.warnings)])
 
     @cached_property
     def document(self) -> dict[str, Any]:

@@ -59,8 +59,8 @@ def blocks_of(axis: Axis, scheme: Scheme, setting: Setting) -> list[ControlBlock
                 f"scheme {scheme.name} needs a disturbance observer, and axis {axis.name} has none",
                 hint="Add 'observer: {cutoff: 60 Hz}' to the axis.",
             )
-        own = {axis.cascade.name: axis.cascade, OBSERVER: axis.observer}.get(name)
-        found.append(own or _block(name, axis.blocks.get(name, {}), setting, scheme))
+        standard = {axis.cascade.name: axis.cascade, OBSERVER: axis.observer}.get(name)
+        found.append(standard or _block(name, axis.blocks.get(name, {}), setting, scheme))
     return found
 
 
@@ -72,7 +72,7 @@ def _block(name: str, values: Mapping[str, float], setting: Setting, scheme: Sch
     key = _key(kind, setting, scheme)
     if key not in _DESIGNED:
         _DESIGNED[key] = design_block(kind, setting, peak_sensitivity=scheme.peak_sensitivity or PEAK_SENSITIVITY).block
-    own = {one.name: getattr(_DESIGNED[key], one.name) for one in kind.parameters}
+    own = {parameter.name: getattr(_DESIGNED[key], parameter.name) for parameter in kind.parameters}
     return kind.from_values(own | dict(values), setting)
 
 
@@ -94,8 +94,8 @@ def jointly_designed(axis: Axis, scheme: Scheme, reference: Reference) -> Axis:
     if key not in _JOINT:
         _JOINT[key] = design_jointly(kind, setting, peak_sensitivity=scheme.peak_sensitivity or PEAK_SENSITIVITY)
     found = _JOINT[key]
-    own = {one.name: getattr(found.block.block, one.name) for one in kind.parameters}
-    return replace(axis, cascade=found.cascade, blocks={**axis.blocks, kind.name: own})
+    values = {parameter.name: getattr(found.block.block, parameter.name) for parameter in kind.parameters}
+    return replace(axis, cascade=found.cascade, blocks={**axis.blocks, kind.name: values})
 
 
 def _key(kind: type[ControlBlock], setting: Setting, scheme: Scheme) -> tuple[object, ...]:

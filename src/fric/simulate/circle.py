@@ -164,19 +164,19 @@ class CircleMap:
 
     def of(self, scheme: str) -> Real | None:
         """Return the glitch of a scheme by radius and feed [m]; None where it was not run."""
-        names = [one.name for one in self.grid.schemes]
+        names = [scheme.name for scheme in self.grid.schemes]
         return self.glitches[names.index(scheme)] if scheme in names else None
 
     def pairs(self) -> dict[str, tuple[Scheme, Scheme]]:
         """Return the pairs of schemes that show the gain of GMS over a static map, and of an observer over none."""
         found = {}
-        for one in self.grid.schemes:
+        for scheme in self.grid.schemes:
             for other in self.grid.schemes:
-                alike = one.controller == other.controller
-                if alike and one.blocks == other.blocks and (one.friction, other.friction) == ("gms", "static"):
-                    found[f"gms over static ({one.name} against {other.name})"] = (one, other)
-                if alike and one.friction == other.friction and one.observer and not other.blocks:
-                    found[f"observer ({one.name} against {other.name})"] = (one, other)
+                alike = scheme.controller == other.controller
+                if alike and scheme.blocks == other.blocks and (scheme.friction, other.friction) == ("gms", "static"):
+                    found[f"gms over static ({scheme.name} against {other.name})"] = (scheme, other)
+                if alike and scheme.friction == other.friction and scheme.observer and not other.blocks:
+                    found[f"observer ({scheme.name} against {other.name})"] = (scheme, other)
         return found
 
     def less(self, one: Scheme, other: Scheme) -> Real:

@@ -112,12 +112,12 @@ class ContourRun(Generic[Followed, Left]):
 
     def chance(self, name: Literal["glitch", "rms", "range", "oscillation"] = "glitch") -> Chance:
         """Return one of the figures of the contour with its chance [m]."""
-        return Chance(tuple(getattr(one, name) for one in self.places or (self.contour,)), 0.0)
+        return Chance(tuple(getattr(place, name) for place in self.places or (self.contour,)), 0.0)
 
     @property
     def glitches(self) -> tuple[Chance, ...]:
         """The signed glitch at each reversal [m]."""
-        return tuple(map(Chance, zip(*(one.glitches for one in self.places or (self.contour,)), strict=True)))
+        return tuple(map(Chance, zip(*(place.glitches for place in self.places or (self.contour,)), strict=True)))
 
 
 def figures(contour: Circularity | ContourError) -> Figures:

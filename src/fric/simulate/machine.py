@@ -107,7 +107,7 @@ class Axis:
         known = as_filed(getattr(given, "belief", given))
         if isinstance(known, FrictionModel):
             known = {known.name: known}
-        if isinstance(known, Mapping) and all(isinstance(one, FrictionModel) for one in known.values()):
+        if isinstance(known, Mapping) and all(isinstance(item, FrictionModel) for item in known.values()):
             return replace(self, nominal_friction=replace(self.nominal_friction, models=known))
         if isinstance(known, Plant):
             return replace(self, nominal=known)
@@ -225,8 +225,8 @@ class Machine:
         axes = dict(self.axes)
         for name, given in beliefs.items():
             axis = self.axis(name)
-            for one in given if isinstance(given, list | tuple) else [given]:
-                axis = axis.believing(one)
+            for item in given if isinstance(given, list | tuple) else [given]:
+                axis = axis.believing(item)
             axes[name] = axis
         return replace(self, axes=axes)
 

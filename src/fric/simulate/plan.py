@@ -47,7 +47,7 @@ class Limits:
         """Return which limit a motion breaks; empty where it keeps all of them."""
         used = (np.ptp(motion.position), np.abs(motion.velocity).max(), np.abs(motion.acceleration).max())
         names = ("stroke", "feed", "acceleration")
-        return next((name for name, one in zip(names, used, strict=True) if one > getattr(self, name)), "")
+        return next((name for name, item in zip(names, used, strict=True) if item > getattr(self, name)), "")
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,7 @@ def draw_within(value: float, interval: tuple[float, float], lower: float, norma
 def declared_parameters(model: FrictionModel) -> list[Parameter]:
     """Return the parameters of a model and of those that it builds upon, without those of its static map."""
     classes = [vars(base) for base in reversed(type(model).__mro__)]
-    return [parameter for own in classes for parameter in own.get("parameters", ()) if hasattr(model, parameter.name)]
+    return [parameter for kind in classes for parameter in kind.get("parameters", ()) if hasattr(model, parameter.name)]
 
 
 def friction_intervals(
@@ -93,7 +93,7 @@ def friction_intervals(
         names = ["static_negative"] if prefix else own
         for parameter in declared_parameters(part):
             given = (sections[name].get(parameter.name) for name in names if name in sections)
-            estimate = next((one for one in given if one is not None), None)
+            estimate = next((estimate for estimate in given if estimate is not None), None)
             if estimate is not None:
                 closed, open_ended = closed_intervals(prefix + parameter.name, estimate)
                 found |= closed
@@ -113,11 +113,11 @@ def closed_intervals(name: str, estimate: Estimate) -> tuple[dict[str, tuple[flo
     limits: Any = estimate.ci95 if vector else (estimate.ci95,)
     found, refused = {}, []
     for n, (value, (low, high)) in enumerate(zip(values, limits, strict=True), 1):
-        own = f"{name}_{n}" if vector else name
+        label = f"{name}_{n}" if vector else name
         if -inf < low <= value <= high < inf:
-            found[own] = (low, high)
+            found[label] = (low, high)
         else:
-            refused.append(own)
+            refused.append(label)
     return found, refused
 
 
@@ -193,8 +193,8 @@ DEFAULT_SPREADS: dict[str, Spread] = {
 
 def known_spreads() -> tuple[str, ...]:
     """Return the names of all that can be spread."""
-    own = {parameter.name for model in models().values() for parameter in model.parameters}
-    return (*GROUPS, *PLANT, "load", *sorted(own))
+    names = {parameter.name for model in models().values() for parameter in model.parameters}
+    return (*GROUPS, *PLANT, "load", *sorted(names))
 
 
 def check_spreads(spreads: Mapping[str, Spread]) -> None:

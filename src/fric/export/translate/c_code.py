@@ -140,8 +140,10 @@ class _Routine:
             else:
                 taken.append(f"{c_type(argument.type, dialect)} {name}")
         result = c_type(None if routine.result is None else routine.result.type, dialect)
-        used = {one.name for one in ir.parts(routine.body, routine.result) if isinstance(one, ir.Name)}
-        unused = [f"    (void){self.name(one.name)};" for one in routine.arguments if one.name not in used]
+        used = {node.name for node in ir.parts(routine.body, routine.result) if isinstance(node, ir.Name)}
+        unused = [
+            f"    (void){self.name(argument.name)};" for argument in routine.arguments if argument.name not in used
+        ]
         self.block(routine.body, routine.result)
         head = [f"/* {routine.note} */"] if routine.note else []
         head += [f"static inline {result} {dialect.prefix}{routine.name}({', '.join(taken)})", "{", *copied, *unused]
@@ -170,16 +172,16 @@ class _Routine:
         names: dict[str, ir.Name] = {}
         counted: set[str] = set()
         for n, statement in enumerate(body):
-            for one in ir.parts((statement,)):
-                if isinstance(one, ir.Name) and one.name not in self.declared:
-                    found.setdefault(one.name, []).append(n)
-                    names[one.name] = one
+            for node in ir.parts((statement,)):
+                if isinstance(node, ir.Name) and node.name not in self.declared:
+                    found.setdefault(node.name, []).append(n)
+                    names[node.name] = node
             counted |= _counters((statement,))
         if result is not None:
-            for one in ir.inside(result):
-                if isinstance(one, ir.Name) and one.name not in self.declared:
-                    found.setdefault(one.name, []).append(len(body))
-                    names[one.name] = one
+            for node in ir.inside(result):
+                if isinstance(node, ir.Name) and node.name not in self.declared:
+                    found.setdefault(node.name, []).append(len(body))
+                    names[node.name] = node
         late = []
         for name, places in found.items():
             first = body[places[0]] if places[0] < len(body) else None
@@ -257,7 +259,7 @@ class _Routine:
                 c = {"and": "&&", "or": "||", "//": "/"}.get(operator, operator)
                 return f"({self.expression(first)} {c} {self.expression(second)})"
             case ir.Call(function, arguments):
-                given = ", ".join(self.plain(self.expression(one)) for one in arguments)
+                given = ", ".join(self.plain(self.expression(argument)) for argument in arguments)
                 library = {"exp": "exp", "pow": "pow", "abs": "fabs"}.get(function)
                 return f"{dialect.function(library) if library else dialect.prefix + function}({given})"
         raise AssertionError(value)

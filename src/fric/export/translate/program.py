@@ -186,7 +186,7 @@ class Program:
         if any(isinstance(target, Element) and target.array.name == array for target in targets):
             return True
         called = {part.function for part in parts(routine.body, routine.result) if isinstance(part, Call)}
-        return any(self.changes(one, array) for one in self.routines if one.name in called)
+        return any(self.changes(routine, array) for routine in self.routines if routine.name in called)
 
 
 def every(body: tuple[Statement, ...]) -> Iterator[Statement]:

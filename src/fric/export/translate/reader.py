@@ -232,7 +232,7 @@ class Expressions:
                 if view is None
             ]
             routine = self.reader.routine(function, views)
-            given += [one for one in routine.arguments if isinstance(one.type, ir.Array)]
+            given += [argument for argument in routine.arguments if isinstance(argument.type, ir.Array)]
             return ir.Call(routine.name, tuple(given), self.reader.type(signature.return_type))
         if is_group(function):
             self.temporaries += 1
@@ -268,7 +268,7 @@ class Body(Expressions):
             return tuple(self.block(body)), None
         self.result = ir.Name("result", result)
         last = body[-1]
-        if isinstance(last, ast.Return) and not any(_returns(one) for one in body[:-1]):
+        if isinstance(last, ast.Return) and not any(_returns(statement) for statement in body[:-1]):
             statements = self.block(body[:-1])
             assert last.value is not None
             value = self.expression(last.value) if not isinstance(last.value, ast.Tuple) else None
@@ -362,9 +362,9 @@ class Body(Expressions):
             whole = self.kept(self.expression(value))
             assert isinstance(whole.type, ir.Record)
             statements = self.flush()
-            for one, (name, of) in zip(target.elts, whole.type.fields, strict=True):
-                if not (isinstance(one, ast.Name) and one.id == "_"):
-                    statements.append(ir.Assign(self.place(one, of), ir.Field(whole, name, of)))
+            for node, (name, of) in zip(target.elts, whole.type.fields, strict=True):
+                if not (isinstance(node, ast.Name) and node.id == "_"):
+                    statements.append(ir.Assign(self.place(node, of), ir.Field(whole, name, of)))
             return statements
         if isinstance(value, ast.Call) and is_group(group := self.known(value.func)):
             filled = self.filled(self.place(target, self.reader.group(group)), value.args)
@@ -391,9 +391,9 @@ class Body(Expressions):
         written: set[str] = set()
         aside = False
         for target, value in zip(targets.elts, values.elts, strict=True):
-            used = {one.id for one in ast.walk(value) if isinstance(one, ast.Name)}
+            used = {node.id for node in ast.walk(value) if isinstance(node, ast.Name)}
             aside = aside or bool(used & written)
-            written |= {one.id for one in ast.walk(target) if isinstance(one, ast.Name)}
+            written |= {node.id for node in ast.walk(target) if isinstance(node, ast.Name)}
         if not aside:
             for target, value in zip(targets.elts, values.elts, strict=True):
                 statements += self.assign(target, value)
@@ -402,8 +402,8 @@ class Body(Expressions):
         for value in values.elts:
             kept.append(self.kept(self.expression(value)))
             statements += self.flush()
-        for target, one in zip(targets.elts, kept, strict=True):
-            statements.append(ir.Assign(self.place(target, one.type), one))
+        for target, node in zip(targets.elts, kept, strict=True):
+            statements.append(ir.Assign(self.place(target, node.type), node))
         return statements
 
     def place(self, target: ast.expr, of: ir.Type) -> ir.Name | ir.Element:
@@ -432,7 +432,7 @@ def _as_load(target: ast.expr) -> ast.expr:
 
 
 def _returns(node: ast.stmt) -> bool:
-    return any(isinstance(one, ast.Return) for one in ast.walk(node))
+    return any(isinstance(node, ast.Return) for node in ast.walk(node))
 
 
 def _ends(body: list[ast.stmt]) -> bool:
@@ -472,10 +472,12 @@ def read_program(*entries: Entry) -> ir.Program:
             raise FricError("the step is not compiled", hint="Unset NUMBA_DISABLE_JIT.")
         sizes = {"state": entry.states, "parameters": entry.parameters}
         names = inspect.signature(entry.step.py_func).parameters
-        given = tuple(ir.Array.of(one, sizes[one]) if one in sizes else None for one in names)
+        given = tuple(ir.Array.of(name, sizes[name]) if name in sizes else None for name in names)
         reader.inner = entry.inner
         whole = reader.routine(entry.step, given)
-        routines += [one for one in reader.routines.values() if one is not whole and one not in routines]
+        routines += [
+            routine for routine in reader.routines.values() if routine is not whole and routine not in routines
+        ]
         routines.append(replace(whole, name=entry.name))
         del reader.routines[entry.step, given]
     return ir.Program(tuple(routines), tuple(reader.records.values()))
@@ -519,7 +521,7 @@ class _Reader:
 
     def _unique(self, name: str, module: str) -> str:
         candidates = [name, f"{module}_{name}", *(f"{name}_{n}" for n in range(2, 100))]
-        found = next(one for one in candidates if one not in self.names)
+        found = next(candidate for candidate in candidates if candidate not in self.names)
         self.names.add(found)
         return found
 

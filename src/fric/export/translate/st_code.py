@@ -86,12 +86,12 @@ class _Routine:
         self.names: dict[str, str] = {}
         self.types: dict[str, ir.Type] = {}
         used = [*routine.arguments, *(p for p in ir.parts(routine.body, routine.result) if isinstance(p, ir.Name))]
-        for one in used:
-            if one.name not in self.names:
-                name = _word(one.name)
+        for node in used:
+            if node.name not in self.names:
+                name = _word(node.name)
                 while name.lower() in {other.lower() for other in self.names.values()}:
                     name += "_x"
-                self.names[one.name], self.types[one.name] = name, one.type
+                self.names[node.name], self.types[node.name] = name, node.type
         self.chosen = 0
 
     def text(self) -> str:
@@ -104,7 +104,7 @@ class _Routine:
         else:
             self.write(f"{name} := TRUE;")
         result = "BOOL" if routine.result is None else st_type(routine.result.type, self.prefix)
-        given = [one.name for one in routine.arguments]
+        given = [argument.name for argument in routine.arguments]
         arrays = [n for n in given if isinstance(self.types[n], ir.Array)]
         head = [f"(* {routine.note} *)"] if routine.note else []
         head.append(f"FUNCTION {name} : {result}")
@@ -171,9 +171,9 @@ class _Routine:
                 word = {"and": "AND", "or": "OR", "//": "/", "%": "MOD", "==": "=", "!=": "<>"}.get(operator, operator)
                 return f"({self.expression(first)} {word} {self.expression(second)})"
             case ir.Call(function, arguments) if function in _FUNCTIONS:
-                return f"{_FUNCTIONS[function]}({', '.join(self.expression(one) for one in arguments)})"
+                return f"{_FUNCTIONS[function]}({', '.join(self.expression(argument) for argument in arguments)})"
             case ir.Call(function, arguments):
-                return f"{self.prefix}{function}({', '.join(self.expression(one) for one in arguments)})"
+                return f"{self.prefix}{function}({', '.join(self.expression(argument) for argument in arguments)})"
         raise AssertionError(value)
 
     def selected(

@@ -117,7 +117,7 @@ class GMSFit:
     @property
     def rmse(self) -> float:
         """Residual over all samples used [N]."""
-        rest = [(one.measured - one.replayed)[one.used] for one in self.records]
+        rest = [(record.measured - record.replayed)[record.used] for record in self.records]
         return float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
 
     @property

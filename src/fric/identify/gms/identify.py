@@ -92,7 +92,9 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     given = prepared([*presliding, *sliding], plant)
     slow, unsuited = _suited(given[: len(presliding)], cycles)
     ready = [*slow, *given[len(presliding) :]]
-    doubtful = settled(of_shares((one.log, one.done.inertia_share, one.done.damping_share) for one in ready))
+    doubtful = settled(
+        of_shares((record.log, record.done.inertia_share, record.done.damping_share) for record in ready)
+    )
     hunting = Hunting(plant, places)
 
     def identified(records: Sequence[Prepared]) -> tuple[GMSFit, Mapping[str, Estimate]]:
@@ -135,9 +137,9 @@ def _without_one(
 ) -> tuple[T, Prepared] | None:
     """Return what is identified without one of at least three pre-sliding records, and that record; else None."""
     slow = [*filter(_is_slow, records)]
-    for one in slow if len(slow) > 2 else ():
+    for record in slow if len(slow) > 2 else ():
         try:
-            return identified([other for other in records if other is not one]), one
+            return identified([other for other in records if other is not record]), record
         except FricError:
             continue
     return None
@@ -158,7 +160,10 @@ def _on_time(
     def moved() -> tuple[GMSFit, Mapping[str, Estimate]]:
         records, by = moved_back(ready, late)
         again, left = identified(records)
-        return again, {name: Estimate.around(by + float(one), one.unit, one.half_width) for name, one in left.items()}
+        return again, {
+            name: Estimate.around(by + float(estimate), estimate.unit, estimate.half_width)
+            for name, estimate in left.items()
+        }
 
     again, late = moved()
     if one_lag(late, 1.0):
@@ -190,7 +195,7 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     log, motion = ready[0].log, ready[0].log.motion
     choice, found, without = _blocks(curve, blocks, most_blocks, knots, refined, si_unit("force", motion))
     base = between or StaticMap(found.limit.sum(), found.limit.sum(), 1e-3)
-    cycled = [one.for_replay() for one in hysteresis]
+    cycled = [cycle.for_replay() for cycle in hysteresis]
     slides = [record.in_sliding() for record in ready[count:]] if static is not None else []
     records = [*cycled, *slides]
 
@@ -309,21 +314,21 @@ def _by_leaving_out(
 
     if not found.limit.sum() > 0.0:
         raise FricError("no block holds a force", hint="Is it the right column?")
-    without = [one for one in without if one.limit.sum() > 0.0]
+    without = [blocks for blocks in without if blocks.limit.sum() > 0.0]
     value, n = quantities(found), len(found)
     intervals: Any = (None, None, None)
     if (count := len(without)) > 1:
-        moved = np.array([quantities(one) for one in without])
+        moved = np.array([quantities(blocks) for blocks in without])
         moved = moved - moved.mean(axis=0)
         half = stdtrit(count - 1, 0.975) * np.sqrt((count - 1) / count * np.sum(moved**2, axis=0))
         low, high = value - half, value + half
         pairs = np.exp([low, high]).T.tolist()
         shares = expit([low, high]).T.tolist()
         intervals = tuple(map(tuple, shares[:n])), tuple(map(tuple, pairs[n : 2 * n])), tuple(pairs[-1])
-    share = tuple(float(one) for one in found.limit / found.limit.sum())
+    share = tuple(float(item) for item in found.limit / found.limit.sum())
     return (
         Estimate(share, "1", intervals[0]),
-        Estimate(tuple(float(one) for one in found.k), si_unit("stiffness", motion), intervals[1]),
+        Estimate(tuple(float(item) for item in found.k), si_unit("stiffness", motion), intervals[1]),
         Estimate(float(found.limit.sum() / static.F_s), "1", intervals[2]),
     )
 
@@ -341,5 +346,5 @@ def _replayed(record: Prepared, model: FrictionModel, cycles: tuple[int, int] | 
     if cycles is not None and not record.slides:
         held_out[np.flatnonzero(record.used)[-1] + 1 :] = True
     replayed = record.replay(model)
-    own = record.record_part(record.force - replayed)
-    return Replay(record, replayed + record.own @ own, held_out, own)
+    values = record.record_part(record.force - replayed)
+    return Replay(record, replayed + record.own @ values, held_out, values)

@@ -221,7 +221,7 @@ def _placed(
     grid = np.linspace(low, high, 40)
     begun = [] if begun is None else begun
     while len(begun) < count:  # add a knot where it helps most, then move all
-        tried = [np.append(begun[-1] if begun else np.zeros(0), one) for one in grid]
+        tried = [np.append(begun[-1] if begun else np.zeros(0), item) for item in grid]
         best = min(tried, key=cost)
         begun.append(_optimized(nlopt.LN_SBPLX, cost, best, bounds[0][: len(best)], bounds[1][: len(best)]))
     greedy = begun[count - 1]

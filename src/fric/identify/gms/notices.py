@@ -44,7 +44,7 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
     yield from _saturation(fit, metre, newton)
     if fit.asked not in {None, len(fit.blocks)}:
         yield blocks.FEWER_BLOCKS.found(why=fit.reason)
-    step = max(one.motion.step for one in fit.hysteresis)
+    step = max(cycle.motion.step for cycle in fit.hysteresis)
     slips = [Estimate(float(slip), metre) for slip in fit.model.slip_displacements]
     if float(slips[0]) < RESOLVED * step:
         yield FIRST_BLOCK_UNRESOLVED.found(slip=slips[0], step=Estimate(step, metre))
@@ -52,11 +52,11 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
         if gap < INSEPARABLE * F_s and len(slips) == len(fit.blocks):
             found = {"n": n + 1, "m": n + 2, "slip": slips[n], "next": slips[n + 1]}
             yield blocks.BLOCKS_INSEPARABLE.found(**found, gap=Estimate(float(gap), newton))
-    shares = {one.name: one.record.done.inertia_share or 0.0 for one in fit.hysteresis}
+    shares = {cycle.name: cycle.record.done.inertia_share or 0.0 for cycle in fit.hysteresis}
     fast = {name: share for name, share in shares.items() if share > INERTIA}
     for name, share in fast.items():
         yield blocks.SINE_TOO_FAST.found(f"record '{name}'", share=share, slower=float(np.sqrt(share / INERTIA)))
-    if loaded := [one.name for one in fit.hysteresis if one.loaded]:
+    if loaded := [cycle.name for cycle in fit.hysteresis if cycle.loaded]:
         yield blocks.BEGINS_LOADED.found(records=loaded)
     if fit.C.assumed:
         why = (
@@ -124,26 +124,28 @@ STANDS_OFF = 3.0
 def changes(fit: GMSFit) -> Iterator[Notice]:
     """Yield what changed while the records of a fit were logged."""
     newton, F_s = si_unit("force", fit.motion), fit.static.F_s
-    presliding = [one for one in fit.records if one.kind == "presliding"]
+    presliding = [record for record in fit.records if record.kind == "presliding"]
     offsets, levels = dict[str, float](), []
-    for one in presliding:
-        offset, level = _over_cycles(one)
+    for replay in presliding:
+        offset, level = _over_cycles(replay)
         if not len(level):
             continue
-        offsets[one.name] = float(offset.mean())
+        offsets[replay.name] = float(offset.mean())
         levels.append(float(level.mean()))
-        where = f"record '{one.name}'"
+        where = f"record '{replay.name}'"
         if (change := _drifts(level, CHANGES)) is not None:
             yield flaws.FRICTION_DRIFTS.found(where, change=change)
         if (change := _drifts(offset, CHANGES * F_s)) is not None:
             yield flaws.OFFSET_DRIFTS.found(where, change=Estimate(change, newton))
-        if (segment := segment_of_misfit(one)) is not None:
+        if (segment := segment_of_misfit(replay)) is not None:
             begin, end, there, elsewhere = segment
             rms = {"there": Estimate(there, newton), "elsewhere": Estimate(elsewhere, newton)}
             yield flaws.MISFIT_IN_ONE_STRETCH.found(where, begin=begin, end=end, **rms)
         else:  # a cycle and a half hardly raise the misfit, but clearly the energies, as `inspect` shows
-            reversals = _seen_reversals(one)
-            notices = energy_warnings(cycle_energies(one.position, one.measured, reversals), one.time[reversals[::2]])
+            reversals = _seen_reversals(replay)
+            notices = energy_warnings(
+                cycle_energies(replay.position, replay.measured, reversals), replay.time[reversals[::2]]
+            )
             yield from (notice.at(where) for notice in notices if notice.code == flaws.ENERGY_IN_ONE_SEGMENT.code)
     if differing := _beyond_load(fit, offsets):
         by, (least, first), (most, second) = differing
@@ -165,7 +167,7 @@ def _beyond_load(
     if len(offsets) < 2 or not (fit.static_given or fit.curve.saturates):
         return None
     ends = max(float(fit.curve.force[-1]), fit.static.F_s)
-    load = {one.name: max(ends - float(fit.curve(one.amplitude)), 0.0) for one in fit.hysteresis}
+    load = {cycle.name: max(ends - float(fit.curve(cycle.amplitude)), 0.0) for cycle in fit.hysteresis}
     pairs = [
         (offsets[b] - offsets[a] - load.get(a, 0.0) - load.get(b, 0.0), a, b)
         for a, b in permutations(offsets, 2) if offsets[b] > offsets[a]
@@ -180,24 +182,26 @@ def _beyond_load(
 
 def _between(records: Sequence[Replay], values: Sequence[Any]) -> dict[str, Any]:
     """Return the least and the most of values, and the records that have them."""
-    pairs = list(zip(values, (one.name for one in records), strict=False))
+    pairs = list(zip(values, (record.name for record in records), strict=False))
     (least, first), (most, second) = (pick(pairs, key=lambda pair: float(pair[0])) for pick in (min, max))
     return {"least": least, "first": first, "most": most, "second": second}
 
 
-def _over_cycles(one: Replay) -> tuple[Real, Real]:
+def _over_cycles(replay: Replay) -> tuple[Real, Real]:
     """Return the offset [N] and the friction relative to the model's, of each whole cycle."""
-    reversals = _seen_reversals(one)
+    reversals = _seen_reversals(replay)
     ends = reversals[::2]
-    measured, modelled = (cycle_energies(one.position, force, reversals) for force in (one.measured, one.replayed))
-    rest = one.measured - one.replayed + one.own[0]
+    measured, modelled = (
+        cycle_energies(replay.position, force, reversals) for force in (replay.measured, replay.replayed)
+    )
+    rest = replay.measured - replay.replayed + replay.own[0]
     offset = [float(np.mean(rest[a:b])) for a, b in pairwise(ends)]
     return np.array(offset), np.asarray(measured / modelled)
 
 
-def _seen_reversals(one: Replay) -> Indices:
+def _seen_reversals(replay: Replay) -> Indices:
     """Return the reversals among what a replay fits or holds out."""
-    reversals, seen = one.record.reversals, one.used | one.held_out
+    reversals, seen = replay.record.reversals, replay.used | replay.held_out
     return np.asarray(reversals[seen[np.minimum(reversals, len(seen) - 1)]])
 
 
@@ -209,16 +213,16 @@ def _drifts(values: Real, least: float) -> float | None:
     return change if abs(change) > max(half, least) else None
 
 
-def segment_of_misfit(one: Replay) -> tuple[float, float, float, float] | None:
+def segment_of_misfit(replay: Replay) -> tuple[float, float, float, float] | None:
     """Return begin and end [s] of the segment that a replay's misfit sits in, its rms there and elsewhere [N].
 
     None where the misfit is spread over the record. Segments are compared with the lower quartile of all.
     """
-    seen = np.flatnonzero(one.used | one.held_out)
+    seen = np.flatnonzero(replay.used | replay.held_out)
     if len(seen) < 10 * PIECES:
         return None
     pieces = np.array_split(seen, PIECES)
-    rest = one.measured - one.replayed
+    rest = replay.measured - replay.replayed
     rms = np.sqrt([float(np.mean(rest[piece] ** 2)) for piece in pieces])
     off = np.flatnonzero(rms > STANDS_OFF * float(np.quantile(rms, 0.25)))
     if not len(off) or len(off) < 0.7 * (off[-1] - off[0] + 1) or len(off) == PIECES:
@@ -226,4 +230,4 @@ def segment_of_misfit(one: Replay) -> tuple[float, float, float, float] | None:
     inside = np.zeros(PIECES, bool)
     inside[off[0] : off[-1] + 1] = True
     there, elsewhere = (float(np.sqrt(np.mean(rms[part] ** 2))) for part in (inside, ~inside))
-    return float(one.time[pieces[off[0]][0]]), float(one.time[pieces[off[-1]][-1]]), there, elsewhere
+    return float(replay.time[pieces[off[0]][0]]), float(replay.time[pieces[off[-1]][-1]]), there, elsewhere

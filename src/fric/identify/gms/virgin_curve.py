@@ -274,16 +274,16 @@ def virgin_curve(
     static: The static map; without it no correction is made, and no viscous friction is subtracted.
     negative: That of the negative direction, where each direction has a map.
     """
-    ordered = sorted(hysteresis, key=lambda one: one.amplitude)
+    ordered = sorted(hysteresis, key=lambda cycle: cycle.amplitude)
     groups: list[list[HysteresisCycles]] = []
-    for one in ordered:
-        if groups and one.amplitude < SAME_AMPLITUDE * groups[-1][0].amplitude:
-            groups[-1].append(one)
+    for cycle in ordered:
+        if groups and cycle.amplitude < SAME_AMPLITUDE * groups[-1][0].amplitude:
+            groups[-1].append(cycle)
         else:
-            groups.append([one])
+            groups.append([cycle])
     parts, extent, previous, mismatch = [], 0.0, None, 0.0
     for group in groups:
-        branches = [_branches(one, (static, negative), max(one.amplitude for one in group)) for one in group]
+        branches = [_branches(one, (static, negative), max(cycle.amplitude for cycle in group)) for one in group]
         merged = np.vstack([b.cycles for b in branches])
         place = np.nanmean(np.vstack([b.displacement for b in branches]), axis=0)
         seen = np.isfinite(merged).mean(axis=0) > 0.5
@@ -295,7 +295,7 @@ def virgin_curve(
         parts.append((group[0].name, place[keep], merged[:, keep], float(np.mean([b.level for b in branches]))))
         extent = float(place[keep].max(initial=extent))
         previous = float(np.nanmean(merged[:, keep], axis=0)[-1]) if keep.any() else previous
-    return replace(_spliced(parts, mismatch), step=max(one.motion.step for one in ordered))
+    return replace(_spliced(parts, mismatch), step=max(cycle.motion.step for cycle in ordered))
 
 
 def _spliced(parts: list[tuple[str, Real, Real, float]], mismatch: float) -> VirginCurve:

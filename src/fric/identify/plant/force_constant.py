@@ -197,7 +197,7 @@ def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Mot
         )
         return []
     found = float(estimates["K_f"]) / float(B)
-    relative = [one.half_width / float(one) for one in (estimates["K_f"], B)]
+    relative = [estimate.half_width / float(estimate) for estimate in (estimates["K_f"], B)]
     if abs(found / mass - 1) <= max(DIFFERS, float(np.hypot(relative[0], relative[1]))):
         return []
     return [MASS_DIFFERS.found(found=Estimate(found, unit), stated=Estimate(mass, unit))]
@@ -311,14 +311,14 @@ def pooled_lags(fits: Sequence[FittedLag]) -> tuple[Real, Real, float]:
     if len(fits) == 1:
         return fits[0].values, fits[0].covariance, freedom
     values = np.array([fit.values for fit in fits])
-    own = np.array([np.diag(fit.covariance) for fit in fits]) + 1e-30
+    variances = np.array([np.diag(fit.covariance) for fit in fits]) + 1e-30
     mean, variance = np.zeros(3), np.zeros(3)
     for n in range(3):
-        weight = 1 / own[:, n]
+        weight = 1 / variances[:, n]
         mean[n] = weight @ values[:, n] / weight.sum()
         excess = float(weight @ (values[:, n] - mean[n]) ** 2) / (len(fits) - 1)
         variance[n] = max(excess, 1.0) / weight.sum()
-    joint = fits[0].covariance / np.sqrt(np.outer(own[0], own[0]))
+    joint = fits[0].covariance / np.sqrt(np.outer(variances[0], variances[0]))
     return mean, joint * np.sqrt(np.outer(variance, variance)), freedom
 
 
@@ -336,12 +336,11 @@ def steady_force_constant(logs: Sequence[Log], motion: Motion) -> tuple[Estimate
     motion: Motion of the axis.
     Returns none where fewer than `MEANS` segments are steady, or all have one voltage.
     """
-    both = [log for log in logs if log.force is not None and log.input is not None]
     means = [
-        (float(np.mean(log.input[one.start : one.stop])), float(np.mean(log.force[one.start : one.stop])))  # type: ignore[index]
-        for log in both
-        for one in steady_segments(log)
-    ]
+        (float(np.mean(log.input[part.start : part.stop])), float(np.mean(log.force[part.start : part.stop])))
+        for log in logs if log.force is not None and log.input is not None
+        for part in steady_segments(log)
+    ]  # fmt: skip
     u, F = np.array(means, float).reshape(-1, 2).T
     if len(u) < MEANS or np.ptp(u) == 0.0:
         return None, ()

@@ -160,7 +160,7 @@ def _measured(
     for record, clock in zip(records, clocks, strict=True):
         with _blamed_on(clock):
             measured.append(measure_response(record, period=period, segment=segment))
-    for n, driven in enumerate(driven_alike([one.lines for one in measured])):
+    for n, driven in enumerate(driven_alike([found.lines for found in measured])):
         known = measured[n].lines
         if known is not None and driven is not None and np.any(driven != known.driven):
             measured[n] = measure_response(records[n], period=period, segment=segment, driven=driven)
@@ -332,7 +332,7 @@ def _best_mode(lines: Lines) -> Found | None:
         return None
     encoders: tuple[Encoder, ...] = ("motor", "table")
     grid = np.geomspace(BELOW * low, 1.2 * high, 24)
-    starts = [one for encoder in encoders for one in _starts(lines, encoder, grid)[:2]]
+    starts = [start for encoder in encoders for start in _starts(lines, encoder, grid)[:2]]
     rough = [solve([lines], resonance=resonance, start=start, misfits=[ROUGH]) for resonance, start in starts]
     if not rough:
         return None
@@ -358,7 +358,7 @@ def _starts(lines: Lines, encoder: Encoder, frequencies: Real) -> list[tuple[Res
             except FricError:
                 continue
             tried.append((cost, resonance, start))
-    tried.sort(key=lambda one: one[0])
+    tried.sort(key=lambda pair: pair[0])
     return [(resonance, start) for _, resonance, start in tried]
 
 
@@ -467,7 +467,7 @@ def _of_friction(
         each = f"each {'N*m' if estimates['K_f'].unit.startswith('N*m') else 'N'} of Coulomb friction adds "
         each += f"{gain * B / float(estimates['K_f']):.3g} 1/s to it"
     added = [_friction_seen(fit) for fit in fits]
-    small = all(one is not None and one < SMALL for one in added)
+    small = all(value is not None and value < SMALL for value in added)
     yield response.A_HOLDS_FRICTION.found(each=each, small=small, limit=SMALL)
 
 

@@ -108,8 +108,8 @@ def identify_motion(
     ]
     records = prepared(served, drive=Drive(force_constant or 1.0, delay or 0.0, scale.shift), filters=settings)
     names = ("M", "F_v", "F_c", "offset") if direction == "both" else ("M", *_EACH)
-    X = np.vstack([_observations(one, s, direction) for one, s in zip(records, settings, strict=True)])
-    forces = [thinned(one.drive[one.used], s.decimation) for one, s in zip(records, settings, strict=True)]
+    X = np.vstack([_observations(record, s, direction) for record, s in zip(records, settings, strict=True)])
+    forces = [thinned(record.drive[record.used], s.decimation) for record, s in zip(records, settings, strict=True)]
     y = np.concatenate(forces)
     _refuse_rank(X, names, logs[0])
 
@@ -136,7 +136,7 @@ def identify_motion(
     plant = scale.estimates() | _plant(
         np.asarray(values, float), covariance, quantile, direction, channel, K_f, delay, max(rates), motion
     )
-    instants = [one.log.time[one.used] for one in records]
+    instants = [record.log.time[record.used] for record in records]
     time = np.concatenate([t[kept(len(t), s.decimation)] for t, s in zip(instants, settings, strict=True)])
     lag = float(residual[1:] @ residual[:-1] / (residual @ residual))
     return MotionFit(
@@ -236,7 +236,7 @@ def _directions(X: Real, y: Real, lengths: Sequence[int], estimates: Mapping[str
 def _varies(between: Between | None, estimates: Mapping[str, Estimate]) -> Iterator[Notice]:
     """Warn about the difference of records, where chance does not explain it."""
     if between is not None and between.chance < DIFFERENT:
-        units = [one.unit for one in estimates.values()]
+        units = [estimate.unit for estimate in estimates.values()]
         by = [
             f"{name} by {readable(float(size), unit, 2)}"
             for name, size, unit in zip(estimates, between.deviations, units, strict=True) if size > 0.0
@@ -251,7 +251,7 @@ def _warnings(
 ) -> Iterator[Notice]:  # fmt: skip
     if lag > 0.3:
         yield RESIDUALS_ALIKE.found(lag=lag, times=float(np.max(honest / plain)))
-    speed = np.concatenate([np.abs(one.motion.velocity[one.used]) for one in records])
+    speed = np.concatenate([np.abs(record.motion.velocity[record.used]) for record in records])
     resting = float(np.mean(speed < REST * speed.max()))
     if resting > 0.1:
         yield AXIS_RESTS.found(resting=resting)

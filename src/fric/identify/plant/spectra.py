@@ -80,10 +80,10 @@ def find_period(values: Real) -> int | None:
 
 def _at_lines(x: Real, lag: int, period: int) -> float:
     """Return the share of the lines in the power of the difference of a signal from itself at a lag."""
-    own, differing = (
+    common, differing = (
         np.abs(fft.rfft(signal[-(len(signal) // period * period) :])) ** 2 for signal in (x, x[lag:] - x[:-lag])
     )
-    lines, beside = (power[:: (2 * len(power) - 1) // period] for power in (own, differing))
+    lines, beside = (power[:: (2 * len(power) - 1) // period] for power in (common, differing))
     falling = np.sort(lines)[::-1]
     driven = lines >= falling[np.searchsorted(np.cumsum(falling), 0.99 * np.sum(lines))]
     return float(np.sum(beside[driven]) / max(np.sum(differing), 1e-300))
@@ -304,14 +304,14 @@ def driven_alike(records: Sequence[MeanLines | None]) -> list[Mask | None]:
     """
     found: list[Mask | None] = [None] * len(records)
     for small, large in permutations(range(len(records)), 2):
-        one, other = records[small], records[large]
-        if one is None or other is None or not np.array_equal(one.frequency, other.frequency):
+        lines, other = records[small], records[large]
+        if lines is None or other is None or not np.array_equal(lines.frequency, other.frequency):
             continue
-        growth = np.maximum(_ratio(other.input, one.input), _ratio(other.position, one.position))
-        both = one.driven & other.driven
+        growth = np.maximum(_ratio(other.input, lines.input), _ratio(other.position, lines.position))
+        both = lines.driven & other.driven
         if not both.any() or np.quantile(growth[both], 0.75) < APART:
             continue
-        driven = (growth > np.median(growth[both & (growth > APART)]) ** LESS) & (one.driven | other.driven)
+        driven = (growth > np.median(growth[both & (growth > APART)]) ** LESS) & (lines.driven | other.driven)
         for n in (small, large):
             if not records[n].stated:  # type: ignore[union-attr]
                 found[n] = driven if found[n] is None else driven & found[n]

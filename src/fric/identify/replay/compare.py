@@ -219,10 +219,15 @@ def compare_models(
     leads = {other.name: _lead(records, scores[0].residual, other.residual) for other in others}
     winner = scores[0].name if leads and all(lead > error for lead, error in leads.values()) else None
     amiss = record_notices(records)  # of all records, and once: the warnings of a fit are of some records only
-    of_records = {one.code for one in amiss}
-    amiss += [one for one in scores[0].fits[0].warnings if one.code == RECORDS_VARY.code]
+    of_records = {notice.code for notice in amiss}
+    amiss += [warning for warning in scores[0].fits[0].warnings if warning.code == RECORDS_VARY.code]
     of_records.add(RECORDS_VARY.code)
-    warnings = [one.at(score.name) for score in scores for one in score.fits[0].warnings if one.code not in of_records]
+    warnings = [
+        warning.at(score.name)
+        for score in scores
+        for warning in score.fits[0].warnings
+        if warning.code not in of_records
+    ]
     return Comparison(tuple(scores), tuple(records), near, lengths, plain, winner, leads, (*amiss, *warnings))
 
 
@@ -265,7 +270,13 @@ def _coulomb_viscous(record: Prepared) -> Real:
 
 def _static_map(static: Mapping[str, Estimate], negative: StaticMap | None, record: Prepared) -> Real:
     v = record.motion.velocity
-    forward = StaticMap(**{one.name: float(static[one.name]) for one in StaticMap.parameters if one.name in static})
+    forward = StaticMap(
+        **{
+            parameter.name: float(static[parameter.name])
+            for parameter in StaticMap.parameters
+            if parameter.name in static
+        }
+    )
     backward = negative or forward
     force = np.sign(v) * np.where(v < 0, backward.level(v), forward.level(v))
     return np.asarray((force + v * np.where(v < 0, backward.sigma, forward.sigma))[:, np.newaxis])

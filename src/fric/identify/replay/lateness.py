@@ -47,7 +47,7 @@ def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate
     if search.coordinates.blocks < BLOCKS or not cycled or not seen.any():
         return {}
     rates = _rates(search.coordinates.build(best.x), records)
-    late = [search.projected([rate * (n == one) for n, rate in enumerate(rates)]) for one in cycled]
+    late = [search.projected([rate * (n == number) for n, rate in enumerate(rates)]) for number in cycled]
     gradient = np.column_stack([*late, best.gradient[:, seen]])
     step = -np.linalg.lstsq(gradient, best.residual, rcond=None)[0]
     deviation = np.sqrt(np.diag(replay_covariance(gradient, best.residual, records, quantile)))[: len(cycled)]
@@ -72,21 +72,21 @@ def credible(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
 
 
 def _intervals(records: Sequence[Prepared]) -> dict[str, float]:
-    return {one.name: float(np.median(np.diff(one.motion.time))) for one in records}
+    return {record.name: float(np.median(np.diff(record.motion.time))) for record in records}
 
 
 def mean_lag(late: Iterable[Estimate]) -> Estimate:
     """Return the mean of lags [s], each weighed by its interval: a drive logs all records in the same way."""
     every = list(late)
-    weights = np.array([one.half_width for one in every]) ** -2.0
-    lags = np.array([float(one) for one in every])
+    weights = np.array([estimate.half_width for estimate in every]) ** -2.0
+    lags = np.array([float(estimate) for estimate in every])
     return Estimate.around(float(weights @ lags / weights.sum()), every[0].unit, float(weights.sum() ** -0.5))
 
 
 def moved_back(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> tuple[tuple[Prepared, ...], float]:
     """Return the records whose lags are given with the force moved back by the mean of these, others as they are."""
     by = float(mean_lag(late.values()))
-    return tuple(one.later(by) if one.name in late else one for one in records), by
+    return tuple(record.later(by) if record.name in late else record for record in records), by
 
 
 def one_lag(late: Mapping[str, Estimate], clear: float) -> bool:

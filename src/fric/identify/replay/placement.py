@@ -88,7 +88,7 @@ class Placement:
         steps = np.linalg.lstsq(slopes.T, noise.T, rcond=1e-12)[0].T
         room = np.concatenate([0.5 * shares, np.full(count, 0.5)])  # of blocks that the records hardly separate
         least = np.minimum(LEAST, 1.0 / np.max(np.abs(steps) / room, axis=1, initial=1.0, keepdims=True))
-        linear = [self.point(places + one[count:], shares + one[:count]) for one in least * steps]
+        linear = [self.point(places + item[count:], shares + item[:count]) for item in least * steps]
         found = settled(
             self.blocks, np.tile(self.target + noise, (len(self.places), 1)), np.repeat(self.places, DRAWS, axis=0),
             STEPS // 2, self.apart,
@@ -112,9 +112,9 @@ def placed(search: Search, x: Real) -> Placement:
     search: The search, of a GMS model of two blocks or more.
     x: Point of the search, shape (p,): the static map, its level and C are taken from it, but no block.
     """
-    every = -(-sum(len(one.force) for one in search.records) // MOST)
+    every = -(-sum(len(record.force) for record in search.records) // MOST)
     if every > 1:
-        search = replace(search, records=[one.thinned(every) for one in search.records], weights=None).weighed(x)
+        search = replace(search, records=[record.thinned(every) for record in search.records], weights=None).weighed(x)
     model = search.coordinates.build(x)
     one = model.model if isinstance(model, Directed) else model
     assert isinstance(one, GMS)

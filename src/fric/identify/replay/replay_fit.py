@@ -73,8 +73,8 @@ class ReplayFit:
         """Terms of each record, by name, with units."""
         return [
             {name: Estimate(value, si_unit(DIMENSIONS[name], self.motion)) for name, value in
-             zip(record.done.own, own, strict=True)}
-            for record, own in zip(self.records, self.own, strict=True)
+             zip(record.done.own, values, strict=True)}
+            for record, values in zip(self.records, self.own, strict=True)
         ]  # fmt: skip
 
 
@@ -263,7 +263,7 @@ def _described(
     between = _scatter(records, own, levels)
     if levels is not None and levels.chance < DIFFERENT:
         others = [f"the {name} by {readable(float(by), by.unit, 2)}" for name, by in between.items() if name != "level"]
-        each = [f"{1.0 + one:.3f} of the friction" for one in levels.each]
+        each = [f"{1.0 + item:.3f} of the friction" for item in levels.each]
         by = [f"friction by {levels.deviation:.1%}", *others]
         warnings.append(RECORDS_VARY.found(by=by, order=each, one_speed=False))
     return ReplayFit(
@@ -272,11 +272,13 @@ def _described(
     )  # fmt: skip
 
 
-def _scatter(records: Sequence[Prepared], own: Sequence[Sequence[float]], levels: Levels | None) -> dict[str, Estimate]:
+def _scatter(
+    records: Sequence[Prepared], variance: Sequence[Sequence[float]], levels: Levels | None
+) -> dict[str, Estimate]:
     """Return the standard deviation of the differences between records: their level, and the terms of each."""
     found = {} if levels is None else {"level": Estimate(levels.deviation, "1")}
     for n, name in enumerate(records[0].done.own):
-        values = [one[n] for one, record in zip(own, records, strict=True) if record.done.own[n:][:1] == (name,)]
+        values = [one[n] for one, record in zip(variance, records, strict=True) if record.done.own[n:][:1] == (name,)]
         if len(values) == len(records) > 2 and name != "damping":
             unit = si_unit(DIMENSIONS[name], records[0].log.motion)
             found[name] = Estimate(float(np.std(values, ddof=1)), unit)
@@ -326,7 +328,7 @@ def opened(
             found[key] = tuple(
                 (low, np.inf if slip < seen.resolved else high) for (low, high), slip in zip(known, slips, strict=True)
             )
-            slip, resolved = (Estimate(float(one), length) for one in (slips.min(), seen.resolved))
+            slip, resolved = (Estimate(float(item), length) for item in (slips.min(), seen.resolved))
             notices.append(STIFFNESS_UNRESOLVED.found(name=key[1], slip=slip, resolved=resolved))
     return found, notices
 
@@ -377,13 +379,13 @@ def replay_information(
     if beyond is not None:
         covariance += beyond(search, x, basis)
     information = basis @ np.linalg.inv(covariance) @ basis.T
-    own = [n for n, c in enumerate(coordinates.free) if c.parameter is LEVEL]
-    kept = [n for n in range(len(x)) if n not in own]
+    levels = [n for n, c in enumerate(coordinates.free) if c.parameter is LEVEL]
+    kept = [n for n in range(len(x)) if n not in levels]
     information = (
         information[np.ix_(kept, kept)]
-        - information[np.ix_(kept, own)]
-        @ np.linalg.pinv(information[np.ix_(own, own)])
-        @ information[np.ix_(own, kept)]
+        - information[np.ix_(kept, levels)]
+        @ np.linalg.pinv(information[np.ix_(levels, levels)])
+        @ information[np.ix_(levels, kept)]
     )
     names, rows = [], []
     for (section, name), found in slopes(coordinates, x).items():

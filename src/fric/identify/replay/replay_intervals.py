@@ -73,13 +73,13 @@ def replay_covariance(
     if white(residual, lengths):
         return covariance
     resampled = [
-        by(gradient, residual, np.concatenate([1000 * i + one for i, one in enumerate(labels)]))
+        by(gradient, residual, np.concatenate([1000 * i + label for i, label in enumerate(labels)]))
         for by, labels in (
             (jackknife, [record.cycle[record.used] for record in records]),
             (sandwich, [record.phase[record.used] for record in records]),
         )
     ]
-    return widened(covariance, *(one / quantile**2 for one in resampled))
+    return widened(covariance, *(array / quantile**2 for array in resampled))
 
 
 class Levels(NamedTuple):
@@ -104,12 +104,12 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
     quantile: Half widths are this many standard deviations.
     """
     records, model = search.records, search.coordinates.build(best.x)
-    spans = [float(np.ptp(one.motion.position[one.used])) for one in records if not one.slides]
+    spans = [float(np.ptp(record.motion.position[record.used])) for record in records if not record.slides]
     count = len(spans)
     if count < 2 or (count == 2 and max(spans) > ALIKE * min(spans)):
         return None
-    member = np.eye(len(records))[:, [not one.slides for one in records]]
-    replayed = [np.outer(one.replay(model), row) for one, row in zip(records, member, strict=True)]
+    member = np.eye(len(records))[:, [not record.slides for record in records]]
+    replayed = [np.outer(record.replay(model), row) for record, row in zip(records, member, strict=True)]
     columns = search.projected(replayed)
     contrasts = np.linalg.qr(np.eye(count) - 1.0 / count)[0][:, : count - 1]
     X = np.column_stack([columns @ contrasts, shown])

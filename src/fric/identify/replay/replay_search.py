@@ -92,15 +92,15 @@ class Search:
 
     def gradient(self, x: Real, *, both: bool = True) -> Real:
         """Return the residual's derivatives, shape (n, p): central differences, or backward at half the cost."""
-        told = [block_slopes(self.coordinates, x, record, both=both) for record in self.records]
-        known = list(told[0])
+        slopes = [block_slopes(self.coordinates, x, record, both=both) for record in self.records]
+        known = list(slopes[0])
         found = np.empty((sum(int(record.used.sum()) for record in self.records), len(x)))
         if known:
             tried()
-            found[:, known] = -self.projected([np.column_stack([one[n] for n in known]) for one in told])
+            found[:, known] = -self.projected([np.column_stack([mapping[n] for n in known]) for mapping in slopes])
         here = None if both or len(known) == len(x) else self.residual(x)
         for n, (low, high) in enumerate(zip(self.coordinates.lower, self.coordinates.upper, strict=True)):
-            if n in told[0]:
+            if n in slopes[0]:
                 continue
             h = STEP * (high - low)
             before, after = x.copy(), x.copy()
@@ -274,14 +274,14 @@ def side_by_side(model: FrictionModel, alpha: Real, k: Real, C: float, record: P
     """
     total, motion = float(alpha.sum()), record.motion
 
-    def wide(one: FrictionModel) -> FrictionModel:
-        if isinstance(one, Directed):
-            return Directed(wide(one.model), times(one.negative, total))
-        assert isinstance(one, GMS)
-        return GMS(times(one.static, total), tuple(alpha.ravel() / total), tuple(k.ravel()), C * total)
+    def wide(model: FrictionModel) -> FrictionModel:
+        if isinstance(model, Directed):
+            return Directed(wide(model.model), times(model.negative, total))
+        assert isinstance(model, GMS)
+        return GMS(times(model.static, total), tuple(alpha.ravel() / total), tuple(k.ravel()), C * total)
 
     moved = wide(model)
-    z, v, t = (np.ascontiguousarray(one, float) for one in (motion.position, motion.velocity, motion.time))
+    z, v, t = (np.ascontiguousarray(array, float) for array in (motion.position, motion.velocity, motion.time))
     loads = replay_loads(type(moved).step, z, v, t, moved.initial_state(), moved.packed(), k.size)
     return loads.reshape(-1, *k.shape)
 

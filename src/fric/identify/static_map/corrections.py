@@ -52,7 +52,7 @@ def between_records(strokes: Strokes) -> Correction | None:
     if problem.with_offset:
         kinds.append(member)
     residual, columns = problem.F - problem.model(solution.theta), problem.jacobian(solution.theta)
-    found = mixed_model(residual, columns, fitted.own, [one[fitted.kept] for one in kinds])
+    found = mixed_model(residual, columns, fitted.own, [kind[fitted.kept] for kind in kinds])
     chance = float(chdtrc(len(kinds), found.likelier))
     if not found.deviations.any() or (len(names) == 2 and chance > OF_TWO):
         return None
@@ -64,7 +64,7 @@ def between_records(strokes: Strokes) -> Correction | None:
     notices = []
     if chance < DIFFERENT:
         by = [f"friction by {level:.1%}", f"the offset by {strokes.asked.says(offset, 'force', 2)}"][: len(kinds)]
-        order = [f"{1.0 + one:.3f} of the friction" for one in found.predicted[: len(names)]]
+        order = [f"{1.0 + item:.3f} of the friction" for item in found.predicted[: len(names)]]
         notices.append(RECORDS_VARY.found(by=by, order=order, one_speed=one_speed))
     return Correction(points=points, together=together, notices=notices, between_records=scatter)
 
@@ -186,9 +186,11 @@ class Profile:
     def _without(self, points: Sequence[SpeedPoint], by: Real, errors: Real | None = None) -> list[SpeedPoint]:
         found = list(points)
         for number, size in zip(self.numbers, by, strict=True):
-            one = points[number]
-            error = float(np.hypot(one.standard_error, 0.0 if errors is None else errors[number]))
-            found[number] = replace(one, force=one.force - float(size), standard_error=error, over_position=float(size))
+            point = points[number]
+            error = float(np.hypot(point.standard_error, 0.0 if errors is None else errors[number]))
+            found[number] = replace(
+                point, force=point.force - float(size), standard_error=error, over_position=float(size)
+            )
         return found
 
 
@@ -247,15 +249,15 @@ def settling(strokes: Strokes) -> Correction | None:
     shared = _shared(known) if known else None
     if shared is None:
         return _unsettled(strokes)
-    number = np.array([one.number for one in known])
-    taken = np.array([one.off(shared.log_C) for one in known])
+    number = np.array([stroke.number for stroke in known])
+    taken = np.array([stroke.off(shared.log_C) for stroke in known])
     worth = np.abs(taken) > VISIBLE * np.array([points[n].standard_error for n in number])
     rises = np.array([points[n].force for n in number]) * taken < 0.0
     if not worth.any() or np.sum(np.abs(taken)[worth & rises]) > RISING * np.sum(np.abs(taken)[worth]):
         return _unsettled(strokes)
     found = list(points)
-    for one in compress(known, worth):
-        found[one.number] = _settled(strokes, one, shared)
+    for stroke in compress(known, worth):
+        found[stroke.number] = _settled(strokes, stroke, shared)
     together = np.zeros((2, len(points)))
     together[:, number] = worth * _errors(known, taken, shared)
     notice = _notice(strokes, np.abs(taken[worth]), [abs(points[n].velocity) for n in number[worth]], shared)
@@ -265,20 +267,20 @@ def settling(strokes: Strokes) -> Correction | None:
 def _errors(known: list[_Stroke], taken: Real, shared: _Shared) -> Real:
     """Return the errors of the correction [N]: by C, and by a common C of strokes, half widths, shape (2, n)."""
     step = min(shared.half, 0.3)
-    up, down = (np.array([one.off(shared.log_C + by) for one in known]) for by in (step, -step))
-    alike = [one._replace(level=float(np.median([one.level for one in known]))) for one in known]
+    up, down = (np.array([stroke.off(shared.log_C + by) for stroke in known]) for by in (step, -step))
+    alike = [one._replace(level=float(np.median([stroke.level for stroke in known]))) for one in known]
     other = _shared(alike)  # one time for all, as a filter or a creep has it
-    apart = 0.0 * taken if other is None else np.array([one.off(other.log_C) for one in alike]) - taken
+    apart = 0.0 * taken if other is None else np.array([stroke.off(other.log_C) for stroke in alike]) - taken
     return np.array([(up - down) * shared.half / (2 * step), apart])
 
 
-def _settled(strokes: Strokes, one: _Stroke, shared: _Shared) -> SpeedPoint:
+def _settled(strokes: Strokes, stroke: _Stroke, shared: _Shared) -> SpeedPoint:
     """Return the point of a stroke without the rest of its settling."""
-    point, (log, segment) = strokes.points[one.number], strokes.stretches.by_number[one.number]
+    point, (log, segment) = strokes.points[stroke.number], strokes.stretches.by_number[stroke.number]
     force = log.require("force", "the friction map")[segment.start : segment.stop]
-    fall, error = one.fall(shared.log_C)
-    mean = average(force - fall * one.shape(shared.log_C), strokes.asked.average)
-    error *= shared.scale * float(np.mean(one.shape(shared.log_C)))
+    fall, error = stroke.fall(shared.log_C)
+    mean = average(force - fall * stroke.shape(shared.log_C), strokes.asked.average)
+    error *= shared.scale * float(np.mean(stroke.shape(shared.log_C)))
     error = float(np.linalg.norm([mean.standard_error, error, point.rounding]))
     settled = point.force + mean.value - average(force, strokes.asked.average).value
     return replace(point, force=settled, standard_error=error, settled=False)
@@ -286,11 +288,11 @@ def _settled(strokes: Strokes, one: _Stroke, shared: _Shared) -> SpeedPoint:
 
 def _shared(known: list[_Stroke]) -> _Shared | None:
     """Return C of all strokes; None where they do not settle so, or have settled."""
-    longest = float(np.log(max(one.time[-1] / one.level for one in known)))
-    counts = np.array([len(one.time) for one in known])
+    longest = float(np.log(max(stroke.time[-1] / stroke.level for stroke in known)))
+    counts = np.array([len(stroke.time) for stroke in known])
     begins = np.append(0, np.cumsum(counts[:-1]))
-    rate = np.concatenate([one.time / one.level for one in known])
-    force = np.concatenate([one.force for one in known])
+    rate = np.concatenate([stroke.time / stroke.level for stroke in known])
+    force = np.concatenate([stroke.force for stroke in known])
     centred = force - np.repeat(np.add.reduceat(force, begins) / counts, counts)
 
     def residuals(log_C: float) -> Real:
@@ -304,7 +306,7 @@ def _shared(known: list[_Stroke]) -> _Shared | None:
         return float(np.sum(residuals(log_C) ** 2))
 
     grid = np.linspace(-1.0, 4.6, 36) - longest  # falls that take nearly three strokes, down to a hundredth of one
-    nearest = int(np.argmin([cost(one) for one in grid]))
+    nearest = int(np.argmin([cost(item) for item in grid]))
     if nearest == 0:
         return None
     near = float(grid[nearest])
@@ -376,9 +378,9 @@ def slope(strokes: Strokes) -> Correction | None:
         return None
     middle = 0.5 * (low + high)
     records = [
-        one if not isinstance(one, Log) or one.position is None or one.force is None
-        else replace(one, force=one.force - rises * (one.position - middle))
-        for one in strokes.records
+        record if not isinstance(record, Log) or record.position is None or record.force is None
+        else replace(record, force=record.force - rises * (record.position - middle))
+        for record in strokes.records
     ]  # fmt: skip
 
     def together(level: Strokes) -> Real:

@@ -258,10 +258,10 @@ def _ageing(fit: MapFit) -> Iterator[Notice]:
 def _strokes(fit: MapFit) -> Iterator[Notice]:
     """Name the strokes that were left out, and those with reduced weight."""
     if fit.left_out:
-        yield flaws.STROKES_LEFT_OUT.found(strokes=[_named(fit, one) for one in fit.left_out])
+        yield flaws.STROKES_LEFT_OUT.found(strokes=[_named(fit, point) for point in fit.left_out])
     if fit.standing_off:
         most = fit.asked.of(max(by for _, by in fit.standing_off), "force")
-        yield flaws.STROKES_STAND_OFF.found(strokes=[_named(fit, one) for one, _ in fit.standing_off], most=most)
+        yield flaws.STROKES_STAND_OFF.found(strokes=[_named(fit, point) for point, _ in fit.standing_off], most=most)
 
 
 def _named(fit: MapFit, point: SpeedPoint) -> str:
@@ -286,8 +286,8 @@ def _correlated(fit: MapFit) -> Iterator[Notice]:
 def _scatter(fit: MapFit) -> Iterator[Notice]:
     """Return the warning about scatter of strokes beyond their noise, unless single strokes explain it."""
     problem = fit.problem
-    own = problem.standard_error**2 - fit.between**2  # of each stroke's noise, which may be small beside the scatter
-    single = float(np.sum(fit.residual**2 / own)) if own.min() > 0 else np.inf
+    values = problem.standard_error**2 - fit.between**2  # of each stroke's noise, which may be small beside the scatter
+    single = float(np.sum(fit.residual**2 / values)) if values.min() > 0 else np.inf
     if fit.between and chdtrc(problem.degrees_of_freedom, single) < 0.01:
         share = fit.between / float(np.median(np.abs(problem.F)))
         spread, large = fit.asked.of(fit.between, "force"), share > flaws.SCATTERED
@@ -362,7 +362,7 @@ def damping_notices(fit: MapFit) -> Sequence[Notice]:
     size = np.linalg.norm(J, axis=0)
     used = size > 0
     inverse = np.linalg.pinv(J[:, used] / size[used], rcond=1e-7) / size[used][:, None]
-    at = [name for name, one in zip(problem.free, used, strict=True) if one].index("sigma")
+    at = [name for name, item in zip(problem.free, used, strict=True) if item].index("sigma")
     short = -theta["sigma"] - float(inverse[at] @ (fit.residual / problem.standard_error))
     error = float(np.hypot(2 * np.linalg.norm(inverse[at]), asked.damping_error))
     damping = asked.of(asked.damping, "viscous")

@@ -114,9 +114,9 @@ def at_other_speeds(problem: StribeckProblem, plain: tuple[Real, Real], rich: tu
     for residual, jacobian in (plain, rich):
         U, r = _directions(problem, jacobian), residual / problem.standard_error
         squares.append([])
-        for one in alike:
-            left, axes = np.linalg.eigh(np.eye(len(one)) - U[one] @ U[one].T)
-            squares[-1].append(float(np.sum((axes.T @ r[one] / np.maximum(left, 1e-3)) ** 2)))
+        for array in alike:
+            left, axes = np.linalg.eigh(np.eye(len(array)) - U[array] @ U[array].T)
+            squares[-1].append(float(np.sum((axes.T @ r[array] / np.maximum(left, 1e-3)) ** 2)))
     without, within = np.array(squares)
     gain, n = without - within, len(alike)
     spread = np.sqrt(n / (n - 1)) * np.linalg.norm(gain - gain.mean()) if n > 1 else np.inf
@@ -207,16 +207,16 @@ def each_direction(problem: StribeckProblem, solution: Solution, damping: float)
     """
     errors = np.empty_like(problem.F)
     for sign in (1.0, -1.0):
-        own = np.sign(problem.v) == sign
-        swing = None if problem.swing is None else problem.swing[own]
-        F = problem.F[own] + damping * problem.v[own]
+        same = np.sign(problem.v) == sign
+        swing = None if problem.swing is None else problem.swing[same]
+        F = problem.F[same] + damping * problem.v[same]
         side = replace(
-            problem, v=problem.v[own], F=F, standard_error=problem.standard_error[own], swing=swing, with_offset=False,
-            offset=float(solution.theta["offset"]),
+            problem, v=problem.v[same], F=F, standard_error=problem.standard_error[same], swing=swing,
+            with_offset=False, offset=float(solution.theta["offset"]),
         )  # fmt: skip
         if side.degrees_of_freedom < 2:
             return None
-        errors[own] = left_out_errors(side, side.solve(start=solution))
+        errors[same] = left_out_errors(side, side.solve(start=solution))
     return errors
 
 
@@ -322,16 +322,16 @@ class MapFit:
 def solved(strokes: Strokes, offset: float | None) -> tuple[Fitted, HeldOut]:
     """Return the map of `fit_map` without intervals, and how well its forms predict strokes that are held out."""
     asked, F = strokes.asked, strokes.force
-    own = np.array([point.standard_error for point in strokes.points])
+    errors = np.array([point.standard_error for point in strokes.points])
     fixed = asked.weights == "equal"
-    own = np.full_like(F, float(np.std(F)) or 1.0) if fixed else np.maximum(own, 1e-9 * float(np.abs(F).max()))
+    errors = np.full_like(F, float(np.std(F)) or 1.0) if fixed else np.maximum(errors, 1e-9 * float(np.abs(F).max()))
     shape = {"auto": 1.0, "free": None}[asked.delta] if isinstance(asked.delta, str) else asked.delta
     problem = StribeckProblem(
-        strokes.velocity, F, own, shape, offset is None, asked.form != "coulomb", None, offset or 0.0
+        strokes.velocity, F, errors, shape, offset is None, asked.form != "coulomb", None, offset or 0.0
     )
     for into in strokes.into:
         problem = into(problem, strokes.points)
-    fitted = without_outliers(problem, 0.0 * F if fixed else own, fixed=fixed)
+    fitted = without_outliers(problem, 0.0 * F if fixed else errors, fixed=fixed)
     return chosen(fitted, fall=asked.form == "auto", shape=asked.delta == "auto", fixed=fixed)
 
 
@@ -399,11 +399,11 @@ def _less_damping(fitted: Fitted, estimates: dict[str, Estimate], asked: Asked) 
     theta["sigma"] -= asked.damping
     solution = replace(fitted.solution, theta=theta)
     problem = replace(problem, F=problem.F - asked.damping * problem.v)
-    one, value = estimates["sigma"], max(theta["sigma"], 0.0)
-    if isinstance(one.ci95, tuple):
-        below, above = (float(np.hypot(float(limit) - float(one), asked.damping_error)) for limit in one.ci95)  # type: ignore[arg-type]
-        one = replace(one, ci95=(max(value - below, 0.0), max(value + above, 0.0)))
-    sigma = replace(one, value=value)
+    estimate, value = estimates["sigma"], max(theta["sigma"], 0.0)
+    if isinstance(estimate.ci95, tuple):
+        below, above = (float(np.hypot(float(limit) - float(estimate), asked.damping_error)) for limit in estimate.ci95)  # type: ignore[arg-type]
+        estimate = replace(estimate, ci95=(max(value - below, 0.0), max(value + above, 0.0)))
+    sigma = replace(estimate, value=value)
     return fitted._replace(problem=problem, solution=solution), estimates | {"sigma": sigma}
 
 

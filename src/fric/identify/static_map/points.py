@@ -72,7 +72,7 @@ def stroke_points(
 
     Raises FricError: When a record logged no force, or none holds a stroke.
     """
-    tables = [one for one in records if isinstance(one, ForceVelocity)]
+    tables = [record for record in records if isinstance(record, ForceVelocity)]
     logs = logs_of_strokes(records)
     points, notices = table_points(tables, plant)
     without, step = [], force_step(logs)
@@ -103,17 +103,17 @@ def slid(points: Sequence[SpeedPoint]) -> tuple[list[SpeedPoint], list[SpeedPoin
     is higher raises it in one direction, and lowers it in the other. Only the slowest strokes end so, and they are
     left out where no more than half of all do.
     """
-    rising = [one for one in points if _rises(one)]
-    speeds = np.array([abs(one.velocity) for one in points])
+    rising = [point for point in points if _rises(point)]
+    speeds = np.array([abs(point.velocity) for point in points])
     ended = []
-    for one in rising:
-        back = [other for other in points if abs(other.velocity + one.velocity) <= ALIKE * abs(one.velocity)]
+    for point in rising:
+        back = [other for other in points if abs(other.velocity + point.velocity) <= ALIKE * abs(point.velocity)]
         if all(any(other is some for some in rising) for other in back):
-            ended.append(one)
-    fastest = max((abs(one.velocity) for one in ended), default=0.0)
+            ended.append(point)
+    fastest = max((abs(point.velocity) for point in ended), default=0.0)
     if not ended or 2 * len(ended) > len(points) or np.count_nonzero(speeds < (1.0 - ALIKE) * fastest) > len(ended):
         return list(points), []
-    return [one for one in points if not any(one is other for other in ended)], ended
+    return [point for point in points if not any(point is other for other in ended)], ended
 
 
 def _rises(point: SpeedPoint) -> bool:
@@ -131,7 +131,7 @@ def _rises(point: SpeedPoint) -> bool:
 
 def logs_of_strokes(records: Sequence[Log | ForceVelocity]) -> list[Log]:
     """Return the records in time that are searched for strokes: those that state to hold some, or else all."""
-    logs = [one for one in records if isinstance(one, Log)]
+    logs = [record for record in records if isinstance(record, Log)]
     return [log for log in logs if log.kind == "constant-velocity"] or logs
 
 

@@ -366,44 +366,44 @@ class Fitted(NamedTuple):
 
 def without_outliers(problem: StribeckProblem, certain: Real, *, fixed: bool) -> Fitted:
     """Fit the strokes, leaving out the worst outlier, until none is left."""
-    whole, kept, own = problem, np.ones(len(problem.v), bool), problem.standard_error
+    whole, kept, errors = problem, np.ones(len(problem.v), bool), problem.standard_error
     while True:
         swing = None if whole.swing is None else whole.swing[kept]
-        problem = replace(whole, v=whole.v[kept], F=whole.F[kept], standard_error=own[kept], swing=swing)
+        problem = replace(whole, v=whole.v[kept], F=whole.F[kept], standard_error=errors[kept], swing=swing)
         if problem.degrees_of_freedom < 1:
             raise FricError(
                 f"{len(whole.v)} strokes cannot give {len(problem.free)} parameters",
                 hint=f"Log strokes at {len(problem.free) + 1} speeds or more, or fix delta.",
             )
-        solution, between = solve_with_scatter(problem, own[kept], fixed=fixed)
+        solution, between = solve_with_scatter(problem, errors[kept], fixed=fixed)
         if swing is not None and not fixed:
             swung = problem.model(solution.theta) - replace(problem, swing=None).model(solution.theta)
-            own = own.copy()
-            own[kept] = np.hypot(whole.standard_error[kept], SWUNG * swung)
-            problem = replace(problem, standard_error=own[kept])
-            solution, between = solve_with_scatter(problem, own[kept], fixed=fixed)
+            errors = errors.copy()
+            errors[kept] = np.hypot(whole.standard_error[kept], SWUNG * swung)
+            problem = replace(problem, standard_error=errors[kept])
+            solution, between = solve_with_scatter(problem, errors[kept], fixed=fixed)
         worst = _outlying(problem, solution, certain, kept)
         if worst is None:
             break
         kept[worst] = False
-    beyond = 0.0 * own[kept] if fixed else _beyond(problem, solution, own[kept])
+    beyond = 0.0 * errors[kept] if fixed else _beyond(problem, solution, errors[kept])
     if beyond.any():
-        own = own.copy()
-        own[kept] = np.hypot(own[kept], beyond)
-        solution, between = solve_with_scatter(replace(problem, standard_error=own[kept]), own[kept], fixed=fixed)
-    problem = replace(problem, standard_error=np.sqrt(own[kept] ** 2 + between**2))
-    return Fitted(problem, solution, between, own[kept], kept, beyond)
+        errors = errors.copy()
+        errors[kept] = np.hypot(errors[kept], beyond)
+        solution, between = solve_with_scatter(replace(problem, standard_error=errors[kept]), errors[kept], fixed=fixed)
+    problem = replace(problem, standard_error=np.sqrt(errors[kept] ** 2 + between**2))
+    return Fitted(problem, solution, between, errors[kept], kept, beyond)
 
 
-def _beyond(problem: StribeckProblem, solution: Solution, own: Real) -> Real:
+def _beyond(problem: StribeckProblem, solution: Solution, errors: Real) -> Real:
     """Return the deviation of single strokes from a map that all others agree on [N], shape (n,).
 
     They are kept, for they may be the fall of a real drive, and their weight includes the deviation: an axis that hunts
     between the counts of its encoder sticks now and then, which its logged position does not show. That takes less
     force: where both directions take more at one speed, it is the map that is wrong there, and they weigh as all.
     """
-    found = 0.0 * own
-    least = np.maximum(own, REPEATS * float(np.median(np.abs(problem.F))))
+    found = 0.0 * errors
+    least = np.maximum(errors, REPEATS * float(np.median(np.abs(problem.F))))
     for _ in range(5):  # towards what most agree on, by Cauchy's weights: a few outliers would bend the map
         residual = np.abs(problem.F - problem.model(solution.theta))
         error = np.hypot(np.maximum(least, robust_deviation(residual)), residual)
@@ -413,11 +413,11 @@ def _beyond(problem: StribeckProblem, solution: Solution, own: Real) -> Real:
         stands = residual > STANDING * np.maximum(least, robust_deviation(residual))
         stands &= ~_mirrored(problem, stands & (np.abs(problem.F) > np.abs(problem.model(solution.theta))))
         before, found = found, np.where(stands, residual, 0.0)
-        if np.count_nonzero(stands) > MOST_OUTLYING * len(own):
-            return 0.0 * own  # it is the map that is wrong
+        if np.count_nonzero(stands) > MOST_OUTLYING * len(errors):
+            return 0.0 * errors  # it is the map that is wrong
         if np.allclose(found, before, rtol=0.03):
             break
-        error = np.hypot(own, found)
+        error = np.hypot(errors, found)
         solution, _ = solve_with_scatter(replace(problem, standard_error=error), error, fixed=False)
     return found
 
@@ -428,13 +428,13 @@ def _mirrored(problem: StribeckProblem, some: Mask) -> Mask:
     return np.asarray(np.any(np.abs(v[:, np.newaxis] + v) <= REPEATED * np.abs(v), axis=0))
 
 
-def _outlying(problem: StribeckProblem, solution: Solution, own: Real, kept: Mask) -> int | None:
+def _outlying(problem: StribeckProblem, solution: Solution, errors: Real, kept: Mask) -> int | None:
     """Return the worst outlier, where a stroke is far off both map and neighbours."""
     if np.count_nonzero(~kept) >= MOST_OUTLYING * len(kept) or problem.degrees_of_freedom < 4:
         return None
     residual = np.abs(problem.F - problem.model(solution.theta))
     usual = robust_deviation(residual) + 1e-9 * float(np.abs(problem.F).max())
-    measure = OUTLYING * np.maximum(usual, own[kept])
+    measure = OUTLYING * np.maximum(usual, errors[kept])
     for worst in np.argsort(-residual / measure):
         if residual[worst] <= measure[worst]:
             return None
@@ -462,7 +462,7 @@ def _contradicted(problem: StribeckProblem, n: int, measure: float) -> bool:
 
 
 def solve_with_scatter(
-    problem: StribeckProblem, own: Real, *, fixed: bool, start: Solution | None = None
+    problem: StribeckProblem, errors: Real, *, fixed: bool, start: Solution | None = None
 ) -> tuple[Solution, float]:
     """Minimise, estimate the variance between strokes from the residuals, and again until both agree.
 
@@ -474,11 +474,11 @@ def solve_with_scatter(
         return solution, variance
     for _ in range(30):
         residual = problem.F - problem.model(solution.theta)
-        found = excess_variance(residual, own, problem.degrees_of_freedom)
+        found = excess_variance(residual, errors, problem.degrees_of_freedom)
         if abs(found - variance) <= 1e-8 * found:
             break
         variance = found
-        again = replace(problem, standard_error=np.sqrt(own**2 + variance))
+        again = replace(problem, standard_error=np.sqrt(errors**2 + variance))
         solution = again.solve(start=None if start is None else solution)
     return solution, sqrt(variance)
 

@@ -72,7 +72,7 @@ class Stretches:
     @property
     def with_position(self) -> dict[int, tuple[Log, Segment]]:
         """Those whose position was logged, by the number of the point."""
-        return {n: one for n, one in self.by_number.items() if one[0].position is not None}
+        return {n: pair for n, pair in self.by_number.items() if pair[0].position is not None}
 
     @cached_property
     def place(self) -> OverPlace | None:
@@ -118,20 +118,20 @@ class Strokes:
         points, notices = stroke_points(records, average=asked.average, plant=asked.plant)
         points, ended = slid(points)
         if ended:
-            speeds = [asked.of(v, "velocity") for v in dict.fromkeys(one.velocity for one in ended)]
+            speeds = [asked.of(v, "velocity") for v in dict.fromkeys(point.velocity for point in ended)]
             notices.append(STROKES_IN_PRESLIDING.found(speeds=speeds))
         return replace(cls.at(points, asked, records), notices=tuple(notices))
 
     @classmethod
     def at(cls, points: Sequence[SpeedPoint], asked: Asked, records: Sequence[Log | ForceVelocity] = ()) -> Self:
         """Return the strokes of points that are known."""
-        logs = [one for one in records if isinstance(one, Log)]
+        logs = [record for record in records if isinstance(record, Log)]
         return cls(asked, records, points, Stretches(points, logs), np.empty((0, len(points))))
 
     @property
     def logs(self) -> list[Log]:
         """The records in time."""
-        return [one for one in self.records if isinstance(one, Log)]
+        return [record for record in self.records if isinstance(record, Log)]
 
     @property
     def velocity(self) -> Real:
@@ -175,6 +175,6 @@ class Strokes:
         chosen = self.velocity * sense > 0
         points = [
             replace(p, velocity=sense * p.velocity, force=sense * p.force)
-            for p, one in zip(self.points, chosen, strict=True) if one
+            for p, item in zip(self.points, chosen, strict=True) if item
         ]  # fmt: skip
         return replace(self, points=points, together=sense * self.together[:, chosen])

@@ -61,7 +61,9 @@ def tables(path: Path, layout: Layout | None = None) -> Generator[Table, None, N
         raise FricError(f"cannot be read: {error.strerror}", where=str(path)) from None
     if not head.strip():
         raise FricError("is empty", where=str(path), hint="Export the log again.")
-    sure, reader = max(((float(one.recognises(path, head)), one) for one in _readers()), key=lambda found: found[0])
+    sure, reader = max(
+        ((float(reader.recognises(path, head)), reader) for reader in _readers()), key=lambda found: found[0]
+    )
     if sure > 0:
         found = iter(reader.tables(path, layout or Layout()))
         try:

@@ -75,7 +75,7 @@ def heard(form: Format, path: Path) -> Iterator[list[Notice]]:
     listening, before = _LISTENING.setdefault(top, ([], []))
     if not listening:
         below = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith(f"{top}.")]
-        before[:] = [(one, one.handlers, one.propagate) for one in (logger, *below)]
+        before[:] = [(logger, logger.handlers, logger.propagate) for logger in (logger, *below)]
         for one in below:
             one.handlers, one.propagate = [], True
         logger.propagate = False
@@ -98,8 +98,8 @@ def warned(path: Path, notices: list[Notice]) -> Iterator[None]:
         warnings.simplefilter("always")
         warnings.simplefilter("ignore", DeprecationWarning)
         yield
-    for one in caught[: max(MOST_HEARD - len(notices), 0)]:
-        notices.append(LIBRARY_WARNS.found(str(path), message=printable(str(one.message), 160)))
+    for warning in caught[: max(MOST_HEARD - len(notices), 0)]:
+        notices.append(LIBRARY_WARNS.found(str(path), message=printable(str(warning.message), 160)))
 
 
 def refuse_declared(path: Path, declared: int) -> None:

@@ -103,7 +103,7 @@ class Joined(Table):
                 inside, holes = inside & ~hole, holes + int(np.count_nonzero(hole))
             kept = slice(None) if inside.all() else inside
             time = time[kept]
-            values = [one[-seen % every :: every][kept] for one in lead.values]
+            values = [value[-seen % every :: every][kept] for value in lead.values]
             found = dict(zip(lead.columns, values, strict=True))
             for other in others:
                 found |= zip(other.columns, other.at(time), strict=True)
@@ -113,7 +113,9 @@ class Joined(Table):
             row, seen = row + len(time), seen + len(lead.time)
             lead.forward()
         if not row:
-            spans = "; ".join(f"{one.listed} from {one.begun:.9g} s to {one.last:.9g} s" for one in streams.values())
+            spans = "; ".join(
+                f"{stream.listed} from {stream.begun:.9g} s to {stream.last:.9g} s" for stream in streams.values()
+            )
             raise FricError(
                 f"the channels have no time in common: {spans}", where=str(self.path),
                 hint="Log them by one clock, or ingest them one by one.",
@@ -219,10 +221,10 @@ class _Stream:
         if held is None:
             return
         time, values = held
-        filled = np.logical_or.reduce([np.isfinite(one) for one in values]) if values else np.ones(len(time), bool)
+        filled = np.logical_or.reduce([np.isfinite(value) for value in values]) if values else np.ones(len(time), bool)
         end = len(filled) - int(np.argmax(filled[::-1])) if filled.any() else 0
         if end:
-            yield time[:end], [one[:end] for one in values]
+            yield time[:end], [value[:end] for value in values]
 
     def _cleaned(self, block: Block) -> tuple[Real, list[Real]]:
         """Return the samples of a block without rows that lack the time, and without repeated rows."""
@@ -231,11 +233,11 @@ class _Stream:
             time = time * self._part.factor
         if np.isnan(np.max(time, initial=-np.inf)):
             empty = np.isnan(time)
-            odd = empty & np.logical_or.reduce([np.isfinite(one) for one in values]) if values else ~empty
+            odd = empty & np.logical_or.reduce([np.isfinite(value) for value in values]) if values else ~empty
             if odd.any():
                 place = self._part.table.place(block.row + int(np.argmax(odd)), self._part.time)
                 raise FricError("there is a value and no time", where=place, hint="Export the log again.")
-            time, values = time[~empty], [one[~empty] for one in values]
+            time, values = time[~empty], [value[~empty] for value in values]
         beyond = ~(np.abs(time) < LARGEST["time"])
         if beyond.any():
             place = self._part.table.place(block.row + int(np.argmax(beyond)), self._part.time)
@@ -247,7 +249,7 @@ class _Stream:
         if steps.min() > 0:
             return time, values
         # a slow channel may be repeated until its next sample
-        same = [np.append(True, (one[1:] == one[:-1]) | np.isnan(one[1:])) for one in values]
+        same = [np.append(True, (value[1:] == value[:-1]) | np.isnan(value[1:])) for value in values]
         wrong = (steps < 0) | ((steps == 0) & ~np.logical_and.reduce([np.ones(len(steps), bool), *same]))
         if wrong.any():
             n = int(np.argmax(wrong))
@@ -256,6 +258,6 @@ class _Stream:
                 f"the time {time[n]:.9g} s {what}", where=self._part.table.place(block.row + n, self._part.time),
                 hint="Split the file there, or log the time with more digits.",
             )  # fmt: skip
-        return time[steps > 0], [one[steps > 0] for one in values]
+        return time[steps > 0], [value[steps > 0] for value in values]
 
     _stamp = -np.inf

@@ -152,9 +152,9 @@ def _tables(path: Path, variables: Mapping[str, Any]) -> Iterator[Table]:
             hint="Objects such as timeseries and timetable are not read: save their arrays.",
         )  # fmt: skip
     records = _records(columns)
-    for name, own in records.items():
+    for name, fields in records.items():
         said = {"name": f"{path.stem}-{name}", RECORD: name} if len(records) > 1 else {}
-        yield Memory(path, tuple(map(Column, own)), list(own.values()), constants, said)
+        yield Memory(path, tuple(map(Column, fields)), list(fields.values()), constants, said)
 
 
 def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -183,11 +183,11 @@ def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             if name and group.keys() == common:
                 n = len(next(iter(group.values())))
                 records[name] = {k: v for k, v in groups.get("", {}).items() if len(v) == n} | group
-        return dict(sorted(records.items(), key=lambda one: -len(next(iter(one[1].values())))))
+        return dict(sorted(records.items(), key=lambda pair: -len(next(iter(pair[1].values())))))
     lengths: dict[int, dict[str, Any]] = {}
     for name, values in columns.items():
         lengths.setdefault(len(values), {})[name] = values
-    whole = {n: own for n, own in lengths.items() if len(own) > 1 and n > SHORT}
+    whole = {n: names for n, names in lengths.items() if len(names) > 1 and n > SHORT}
     if len(whole) > 1:
         return {str(n): whole[n] for n in sorted(whole, reverse=True)}
     return {"": dict(columns)}

@@ -35,8 +35,8 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
             raise FricError("is no whole measurement", where=str(path), hint="Export it again.")
         # the library copies an unfinished measurement, and finishes the copy
         with _opened(asammdf, path if head.startswith(b"UnFin") else file) as measurement:
-            sizes = (one.channel_group for one in measurement.groups)
-            refuse_declared(path, sum(one.cycles_nr * (one.samples_byte_nr + 8) for one in sizes))
+            sizes = (group.channel_group for group in measurement.groups)
+            refuse_declared(path, sum(size.cycles_nr * (size.samples_byte_nr + 8) for size in sizes))
             yield _table(path, measurement, notices)
 
 
@@ -69,8 +69,8 @@ def _part(path: Path, measurement: Any, number: int) -> Part | None:
     group = measurement.groups[number]
     master = measurement.masters_db.get(number)
     wanted = [
-        n for n, one in enumerate(group.channels)
-        if n != master and one.data_type in NUMBERS and not group.channel_dependencies[n]
+        n for n, channel in enumerate(group.channels)
+        if n != master and channel.data_type in NUMBERS and not group.channel_dependencies[n]
     ]  # fmt: skip
     if master is None or not wanted or not group.channel_group.cycles_nr:
         return None
@@ -96,9 +96,9 @@ class _Group(Table):
                 asked, record_offset=row, record_count=min(BLOCK, self._samples - row), copy_master=False,
                 ignore_value2text_conversions=True,
             )  # fmt: skip
-            by_column = {n: _physical(one) for n, one in zip(channels, found, strict=True)}
+            by_column = {n: _physical(item) for n, item in zip(channels, found, strict=True)}
             by_column[0] = found[0].timestamps
-            yield Block(row, [by_column[n] for n in wanted], sum(one.samples.nbytes for one in found))
+            yield Block(row, [by_column[n] for n in wanted], sum(item.samples.nbytes for item in found))
 
 
 def _physical(signal: Any) -> Real:

@@ -46,7 +46,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
 
     _bound_chunks(path)
     with reader.AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:
-        topics = [_Topic(path, bag, one) for one in bag.connections if one.msgcount]
+        topics = [_Topic(path, bag, connection) for connection in bag.connections if connection.msgcount]
         parts = [Part(topic, 0, label=topic.name) for topic in topics if len(topic.columns) > 1]
         if not parts:
             raise FricError("holds no topic of numbers", where=str(path), hint="Record a topic such as /joint_states.")
@@ -105,7 +105,7 @@ class _Topic(Table):
             columns = np.fromiter(values, "f8").reshape(-1, len(taken)).T
             if not columns.size:
                 return
-            yield Block(row, [np.ascontiguousarray(one) for one in columns], 8 * columns.size)
+            yield Block(row, [np.ascontiguousarray(column) for column in columns], 8 * columns.size)
             row += columns.shape[1]
 
     def _messages(self) -> Iterator[tuple[int, Any]]:

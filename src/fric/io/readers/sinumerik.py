@@ -96,10 +96,10 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
         columns = dict(zip(members, _columns([trace.signals[n] for n in members], rotary=rotary), strict=True))
         parts = []
         for interval in sorted({trace.signals[n].interval for n in members}):
-            own = [n for n in members if trace.signals[n].interval == interval]
-            rows = _instants(time, values[:, own], interval)
-            data = [time[rows], *(values[rows, n] for n in own)]
-            parts.append(Part(Memory(path, (Column("time", "s"), *(columns[n] for n in own)), data), 0))
+            same_rate = [n for n in members if trace.signals[n].interval == interval]
+            rows = _instants(time, values[:, same_rate], interval)
+            data = [time[rows], *(values[rows, n] for n in same_rate)]
+            parts.append(Part(Memory(path, (Column("time", "s"), *(columns[n] for n in same_rate)), data), 0))
         yield Joined(path, parts, trace.constants, about, said)
 
 

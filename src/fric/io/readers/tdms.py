@@ -32,12 +32,14 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
     nptdms = library(FORMAT, path)
     with heard(FORMAT, path) as notices, path.open("rb") as content, nptdms.TdmsFile.open(content) as file:
         constants = {str(key): str(value) for key, value in file.properties.items()}
-        groups = {group.name: [one for one in group.channels() if _is_number(one)] for group in file.groups()}
+        groups = {
+            group.name: [channel for channel in group.channels() if _is_number(channel)] for group in file.groups()
+        }
         groups = {name: channels for name, channels in groups.items() if channels}
-        refuse_declared(path, sum(8 * len(one) for channels in groups.values() for one in channels))
-        names = [[one.name for one in channels] for channels in groups.values()]
-        apart = len(groups) > 1 and all(one == names[0] for one in names)
-        for gathered in [[one] for one in groups] if apart else [list(groups)]:
+        refuse_declared(path, sum(8 * len(channel) for channels in groups.values() for channel in channels))
+        names = [[channel.name for channel in channels] for channels in groups.values()]
+        apart = len(groups) > 1 and all(name == names[0] for name in names)
+        for gathered in [[group] for group in groups] if apart else [list(groups)]:
             channels = {name: groups[name] for name in gathered}
             yield _table(path, channels, constants, {"name": gathered[0]} if apart else {}, notices)
 
@@ -52,10 +54,10 @@ def _table(
     """Return groups as one table: a waveform has a separate clock, other channels that of their group's time."""
     clocks: dict[tuple[Any, ...], list[Any]] = {}
     for name, channels in groups.items():
-        for one in channels:
-            step, offset, start = _clock(one.properties)
+        for channel in channels:
+            step, offset, start = _clock(channel.properties)
             begun = (start, offset)
-            clocks.setdefault((name, len(one), step, *(begun if step > 0 else (None, 0.0))), []).append(one)
+            clocks.setdefault((name, len(channel), step, *(begun if step > 0 else (None, 0.0))), []).append(channel)
     first = min((begun for _, _, _, begun, _ in clocks if begun is not None), default=None)
     parts, without = [], []
     for (name, _, step, begun, offset), members in clocks.items():
@@ -94,7 +96,7 @@ class _Channels(Table):
     """Channels of one length."""
 
     def __init__(self, path: Path, channels: Sequence[Any]) -> None:
-        super().__init__(path, [_column(one) for one in channels])
+        super().__init__(path, [_column(channel) for channel in channels])
         self._channels = tuple(channels)
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:

@@ -475,7 +475,7 @@ def _numbers(column: "pd.Series[Any]", decimal: str) -> Real:
 def _stamps(column: "pd.Series[Any]") -> "pd.Series[Any]":
     """Return dates, or times of a day, as seconds; NaN where a cell is neither."""
     text = column.astype("str").str.strip()
-    first = next((one for one in text.head(20) if re.match(r"\d{1,4}[-/.:]\d{1,2}[-/.:]\d", one)), "")
+    first = next((text for text in text.head(20) if re.match(r"\d{1,4}[-/.:]\d{1,2}[-/.:]\d", text)), "")
     if not first:
         return pd.Series(np.full(len(column), np.nan))
     if re.match(r"\d{1,2}:", first):  # of a day

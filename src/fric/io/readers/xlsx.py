@@ -48,7 +48,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
             inside = archive.infolist()
     except BadZipFile:
         raise FricError("is no whole workbook (cut short?)", where=str(path), hint="Save it again.") from None
-    if sum(one.file_size for one in inside) > MOST or any(one.file_size > _most(one) for one in inside):
+    if sum(member.file_size for member in inside) > MOST or any(member.file_size > _most(member) for member in inside):
         raise FricError("unpacks to more than is read", where=str(path), hint="Export it as CSV.")
     notices: list[Notice] = []
     with warned(path, notices), _without_sizes():
@@ -66,11 +66,11 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
         book.close()
 
 
-def _most(one: ZipInfo) -> int:
+def _most(member: ZipInfo) -> int:
     """Return the bytes that a file in a workbook has at most."""
-    if one.filename.startswith("xl/worksheets/"):
-        return max(SMALL, MOST_PACKED * one.compress_size)
-    return MOST_TEXTS if one.filename.endswith("/sharedStrings.xml") else MOST_HELD
+    if member.filename.startswith("xl/worksheets/"):
+        return max(SMALL, MOST_PACKED * member.compress_size)
+    return MOST_TEXTS if member.filename.endswith("/sharedStrings.xml") else MOST_HELD
 
 
 @contextmanager

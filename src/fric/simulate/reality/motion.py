@@ -42,8 +42,8 @@ def true_axis(axis: Axis, place: float, began: float) -> tuple[Step, Real, Real,
         )
     if flaws.moves_friction:
         parameters = _on_guideway(axis, parameters)
-        inner, own = state, parameters.size - _head(axis)
-        state = np.array([place, began, 0.0, *np.zeros(own), *inner])
+        inner, size = state, parameters.size - _head(axis)
+        state = np.array([place, began, 0.0, *np.zeros(size), *inner])
         step = guideway_step
     A, B, M, load = plant.A, plant.B, plant.M, axis.constant_load
     if second is not None:
@@ -83,11 +83,11 @@ def _head(axis: Axis) -> int:
 def _on_guideway(axis: Axis, inner: Real) -> Real:
     """Return the parameters of the friction on its guideway."""
     friction, flaws = axis.friction, axis.reality
-    one = friction.model if isinstance(friction, Directed) else friction
-    if isinstance(one, OnStaticMap):
-        maps = [1 + 3 * len(one.amplitude) if isinstance(one, Rolling) else 0]
-        if friction is not one:  # a map for each direction, behind the address of the step
-            maps = [1 + maps[0], 1 + maps[0] + len(one.packed())]
+    model = friction.model if isinstance(friction, Directed) else friction
+    if isinstance(model, OnStaticMap):
+        maps = [1 + 3 * len(model.amplitude) if isinstance(model, Rolling) else 0]
+        if friction is not model:  # a map for each direction, behind the address of the step
+            maps = [1 + maps[0], 1 + maps[0] + len(model.packed())]
     elif flaws.waves or flaws.dwell or flaws.friction or not flaws.direction.is_none:
         raise FricError(
             f"the friction of axis {axis.name} is '{friction.name}', which stands on no static map",
@@ -103,6 +103,6 @@ def _on_guideway(axis: Axis, inner: Real) -> Real:
         *((drift.amount, drift.time) if drift else (0.0, 1.0)),
         len(flaws.cogging), len(flaws.waves),
     )  # fmt: skip
-    waves = [(one.force, one.pitch, one.phase) for one in flaws.cogging]
-    waves += [(one.amplitude, one.pitch, one.phase) for one in flaws.waves]
+    waves = [(wave.force, wave.pitch, wave.phase) for wave in flaws.cogging]
+    waves += [(wave.amplitude, wave.pitch, wave.phase) for wave in flaws.waves]
     return np.array([*head, *(number for wave in waves for number in wave), *inner])

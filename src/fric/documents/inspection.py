@@ -1,0 +1,29 @@
+"""The content of records as `--json` prints it, ``fric: inspection/1``: apart, since reading a log inspects none."""
+
+from typing import ClassVar
+
+from fric.documents.base import Document
+from fric.documents.generated import PartOf
+from fric.records.inspection import Inspection, ResponseInspection, TableInspection
+
+
+class InspectedLog(PartOf[Inspection]):
+    """What a record in time holds."""
+
+    encoder_step: float | None
+
+
+class InspectedResponse(PartOf[ResponseInspection]):
+    """What a measured frequency response holds."""
+
+
+class InspectedTable(PartOf[TableInspection]):
+    """What a table of mean forces at velocities holds."""
+
+
+class InspectionDocument(Document):
+    """The content of records, and their uses."""
+
+    type: ClassVar[str] = "inspection"
+
+    records: list[InspectedLog | InspectedResponse | InspectedTable]

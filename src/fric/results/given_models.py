@@ -1,0 +1,168 @@
+"""Models that verbs take: plants, controllers, friction, circles, machines and schemes; objects, files or results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from fric.control.cascade import Cascade
+from fric.control.scheme import Scheme, choose_schemes
+from fric.documents.controller import ControllerDocument
+from fric.documents.friction import FrictionDocument
+from fric.documents.identified import Identified
+from fric.documents.machine_files import read_machine
+from fric.documents.plant import PlantDocument
+from fric.documents.quantity import in_units
+from fric.documents.schemes import read_schemes
+from fric.documents.yaml import read_document
+from fric.drive.plant import Plant
+from fric.errors import FricError
+from fric.estimate import as_filed
+from fric.friction.stribeck import StaticMap
+from fric.plausibility import of_plant, settled
+from fric.results.base import Result
+from fric.results.given import path_of, where_of
+from fric.simulate.machine import Machine
+from fric.units import Motion
+from fric.verb import UnfitError
+
+if TYPE_CHECKING:
+    from fric.circles.measured import MeasuredCircle
+    from fric.documents.plan import PlanDocument  # it loads what plans and simulates
+
+D = TypeVar("D", FrictionDocument, PlantDocument, ControllerDocument, "PlanDocument")
+
+
+CIRCLES = "circle tests, or their files"
+"""What verbs take that are of measured circles."""
+
+
+def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None, to: str = "log") -> D:
+    """Return the document that is given as itself, as its file or as a result.
+
+    Parameters
+    ----------
+    kind
+        The type of document.
+    given
+        A document, the path of its file, or a result whose document it is.
+    of
+        Name and motion of the axis that it must be of.
+    to
+        What that axis is of, in the words of an error.
+
+    Raises
+    ------
+    FricError
+        When something else is given, or the document is of another axis or motion.
+    """
+    wanted = f"a {kind.type} file, or a result that holds one"
+    if isinstance(given, Result):
+        if given.document.get("fric") != kind.type_name():
+            raise UnfitError(wanted, given)
+        found = kind.model_validate(as_filed(given.document))  # as its file would say: digits hang on no way
+    else:
+        found = given if isinstance(given, kind) else read_document(path_of(wanted, given), kind)
+    if of is not None and (found.axis, found.motion) != of:
+        raise FricError(
+            f"is the {kind.type} of the {found.motion} axis {found.axis}, and the {to} is of the {of[1]} axis {of[0]}",
+            where=where_of(given),
+            hint=f"Give the {kind.type} of this axis.",
+        )
+    return found
+
+
+def plant_of(given: Any, axis: str, motion: Motion) -> Plant | None:
+    """Return the plant that is given as itself, as its file or as a result; None where none is."""
+    if given is None or isinstance(given, Plant):
+        return given
+    document = document_of(PlantDocument, given, (axis, motion))
+    try:
+        plant = document.plant(motion)
+        settled(of_plant(plant, motion))
+        return plant
+    except FricError as error:
+        raise error.at(where_of(given)) if where_of(given) else error from None
+
+
+def cascade_of(given: Any, axis: str, motion: Motion, to: str = "log") -> Cascade | None:
+    """Return the controller that is given as itself, as its file or as a result; None where none is."""
+    if given is None or isinstance(given, Cascade):
+        return given
+    return document_of(ControllerDocument, given, (axis, motion), to).in_si(motion)
+
+
+def friction_of(given: Any, axis: str, motion: Motion) -> FrictionDocument | None:
+    """Return the friction that is given as a static map, as its file or as a result; None where none is."""
+    if isinstance(given, StaticMap):
+        static = in_units(vars(given), {p.name: p.dimension for p in StaticMap.parameters}, motion)
+        head = {"fric": FrictionDocument.type_name(), "axis": axis, "motion": motion}
+        return FrictionDocument.model_validate(head | {"static": static})
+    return None if given is None else document_of(FrictionDocument, given, (axis, motion))
+
+
+def circles_of(given: Iterable[Any], scheme: str | None = None) -> list[MeasuredCircle]:
+    """Return measured circles that are given as such, as files or in lists; of a run file those of a scheme."""
+    from fric.circles.measured import MeasuredCircle
+
+    ones = [item for part in given for item in (part if isinstance(part, list | tuple) else [part])]
+    ones = [test for one in ones for test in _of_run(one, scheme)]
+    tests = [one for one in ones if isinstance(one, MeasuredCircle)]
+    files = [path_of(CIRCLES, one) for one in ones if not isinstance(one, MeasuredCircle)]
+    if files:
+        from fric.io.circle import choose_circles  # with HDF5, which a table needs not
+
+        tests += choose_circles(files, scheme)
+    return tests
+
+
+def _of_run(given: Any, scheme: str | None) -> list[Any]:
+    """Return the circles of a result that was simulated, as they were recorded; anything else as it is."""
+    runs = getattr(given, "runs", None) if isinstance(given, Result) else None
+    if runs is None:
+        return [given]
+    from fric.circles.measured import measured_from_run
+
+    chosen = [run for run in runs if scheme in (None, run.scheme.name)]
+    if len(chosen) != 1:
+        names = " or ".join(f"`scheme='{run.scheme.name}'`" for run in runs)
+        raise FricError(f"the result holds {len(chosen)} circles, and one is asked for", hint=f"Say which: {names}.")
+    return [measured_from_run(chosen[0])]
+
+
+def machine_of(given: Any) -> Machine:
+    """Return the machine that is given as itself, as identified, as its file, or by the name of a bundled one."""
+    if isinstance(given, Identified):
+        return given.machine
+    if isinstance(given, Machine):
+        return given
+    return read_machine(path_of("a machine, or its file", given))
+
+
+def schemes_of(asked: Any, known: Any = None) -> list[Scheme]:
+    """Return the schemes that are asked for by their names, or given as themselves.
+
+    Parameters
+    ----------
+    asked
+        A scheme, several, or names as in ``a,c,f`` or ``all``.
+    known
+        Schemes by name, or their file; the paper's where not given.
+    """
+    if isinstance(asked, Scheme):
+        return [asked]
+    if isinstance(known, str | Path):
+        known = read_schemes(Path(known))
+    if known is not None and not (
+        isinstance(known, Mapping) and all(isinstance(item, Scheme) for item in known.values())
+    ):
+        raise UnfitError("schemes by name, or their file", known)
+    if isinstance(asked, str):
+        return choose_schemes(asked, known)
+    if not isinstance(asked, Iterable):
+        raise UnfitError("names of schemes, as a,c,f or all", asked)
+    found: list[Scheme] = []
+    for item in asked:
+        found += schemes_of(item, known)
+    return found
