@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 SHARE = 0.95
 """Share of the drawn machines that stay below the reported value."""
+CLOSE = 1.25
+"""Ratio of the predicted to the measured glitch, either way, up to which agreement within intervals is called trust."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,7 +200,10 @@ class Verdict:
         if self.compared is None:
             return ""
         predicted, measured = (readable(value, "m", 3) for value in self.compared)
-        return f"Predicted {predicted}, measured {measured}: {'trusted' if self.trusted else 'not trusted yet'}."
+        word = "trusted" if self.trusted else "not trusted yet"
+        if self.trusted and not 1.0 / CLOSE <= self.compared[0] / max(self.compared[1], 1e-12) <= CLOSE:
+            word = "within the interval of the prediction, which is wide. Identify again from more records"
+        return f"Predicted {predicted}, measured {measured}: {word}."
 
     def lines(self) -> list[str]:
         """Return it as lines for people: the sentence, why not to trust it, what to type next."""

@@ -16,7 +16,7 @@ from fric.estimate import Estimate
 from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
-from fric.verdict import Candidate, Evidence, candidates_of, decide, difference, evidence_of, forbidden
+from fric.verdict import Candidate, Evidence, Verdict, candidates_of, decide, difference, evidence_of, forbidden
 
 UM = 1e-6
 RNG = np.random.default_rng(3)
@@ -194,3 +194,11 @@ def test_a_circle_settles_only_what_the_drawn_machines_were_made_to_agree_with()
     assert [one.code for one in found.why] == ["force-lags"]
     assert any(line.startswith("settled by the measured circle: not-as-predicted") for line in found.lines())
     assert decide(evidence_of(made, table, disagreements=seen, compared=True)).choice is None
+
+
+@pytest.mark.parametrize(
+    ("predicted", "word"), [(23.0 * UM, "trusted"), (52.4 * UM, "within the interval"), (9.0 * UM, "within")]
+)
+def test_a_prediction_far_from_the_measured_circle_is_not_called_trusted(predicted: float, word: str) -> None:
+    found = Verdict(choice=None, headline="", compared=(predicted, 22.0 * UM))
+    assert f"measured 22 µm: {word}" in found.checked
