@@ -9,8 +9,10 @@ from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.io.hdf5 import read_records, write_logs
 from fric.log import Log
+from fric.reproduce.axis import SAMPLES, STEPS
 from fric.simulate.experiment import (
     EXPERIMENTS,
+    OF_THE_PAPER,
     constant_velocity,
     experiment,
     frequency_response,
@@ -128,7 +130,7 @@ def test_a_log_passes_through_its_file_and_holds_no_truth(tmp_path: Path) -> Non
 
 def test_of_all_experiments_each_takes_the_settings_it_knows() -> None:
     logs = list(experiment(IDEAL, "all", samples=300, speeds=[0.01], amplitudes=[15e-6]))
-    assert [log.kind for log in logs] == [kind for kind in EXPERIMENTS if kind != "micro-steps"]
+    assert [log.kind for log in logs] == list(OF_THE_PAPER)
     assert all(len(log) <= 300 for log in logs[:3])
     assert len(logs[3]) == 16_000  # the controller's rate: a longer step would lose the upper frequencies
 
@@ -147,3 +149,8 @@ def test_kinds_and_settings_that_do_not_exist_are_told() -> None:
     assert set(EXPERIMENTS) == {
         "constant-velocity", "presliding-sine", "micro-steps", "sliding-sine", "frequency-response",
     }  # fmt: skip
+
+
+def test_the_reproduction_makes_the_paper_s_records() -> None:
+    assert set(SAMPLES) == set(OF_THE_PAPER)
+    assert STEPS[: len(OF_THE_PAPER)] == OF_THE_PAPER

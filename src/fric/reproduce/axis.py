@@ -16,7 +16,7 @@ from fric.results.gms import identify_gms
 from fric.results.observer import design_observer
 from fric.results.plant import identify_plant
 from fric.results.static import identify_static
-from fric.simulate.experiment import EXPERIMENTS, experiment
+from fric.simulate.experiment import OF_THE_PAPER, experiment
 
 REPEATS = {"constant-velocity": 3}
 """Number of repetitions of an experiment, each with its noise: sigma is a small part of the force in a stroke."""
@@ -49,7 +49,7 @@ class AxisFiles:
         return self.folder / f"{name.replace('_', '-')}.{endings[name]}"
 
 
-STEPS = (*EXPERIMENTS, "plant", "static map", "GMS", "controller", "observer")
+STEPS = (*OF_THE_PAPER, "plant", "static map", "GMS", "controller", "observer")
 
 
 def learn_axis(
@@ -77,7 +77,7 @@ def learn_axis(
     def damping() -> Any:
         return read_machine(machine).axis(axis).plant if published_plant else files.plant
 
-    for kind in EXPERIMENTS:
+    for kind in OF_THE_PAPER:
         make = partial(_experiment, machine, axis, kind, files, seed)
         yield made(
             kind, make, [machine], [files.log(kind)], seed=seed, samples=SAMPLES[kind], repeats=REPEATS.get(kind, 1)
