@@ -32,7 +32,7 @@ class Kind:
     read
         What a command reads it as, where the type leaves that open.
     metavar
-        Its placeholder in a help text.
+        Name of the value in a help text, in capitals.
     complete
         What the shell completes it from: the name of a function of `fric.cli.completion`.
     least, most

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 class PreparedPart(FilePart[Preparation]):
     """What was made of a record before a model was replayed along it."""
 
-    own: list[str] = Field(default_factory=list, description="what the record adds of its own, fitted beside the model")
+    own: list[str] = Field(default_factory=list, description="terms of the record that are fitted beside the model")
 
 
 class FitRecord(Part):
@@ -67,7 +67,7 @@ class Fit(Part):
     between_records: dict[Literal["level", "offset", "mass"], Quantity] | None = Field(
         None, description="standard deviation of the level, the offset and the mass from record to record"
     )
-    left_out: int | None = Field(None, description="strokes that stand off all others")
+    left_out: int | None = Field(None, description="number of strokes that were left out as outliers")
     negative: Fit | None = Field(None, description="the same of the negative direction's own map")
     alpha_sum: Quantity | None = Field(None, description="sum of alpha before it was normalised")
     virgin_curve_rmse: Quantity | None = None

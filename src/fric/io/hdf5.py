@@ -151,7 +151,7 @@ class LogWriter:
             if (held := check_format(file, Path(file.filename))) != (axis, motion):
                 raise FricError(
                     f"the file holds the {held[1]} axis {held[0]}, and the new record is of the {motion} axis {axis}",
-                    hint="Keep each axis in a file of its own, or say `axis=`.",
+                    hint="Write each axis to a separate file, or say `axis=`.",
                 )
         else:
             file.attrs.update({"fric": FORMAT, "axis": axis, "motion": motion})

@@ -249,7 +249,7 @@ def joined(files: Sequence[tuple[Table, Plan]]) -> tuple[Joined, Plan]:
         time = of_file.origins["time"].column
         if time is None or any(origin.column is None for origin in own.values()):
             raise FricError(
-                "has no time of its own, and files are joined by the time that each logged", where=str(table.path),
+                "has no column of time, and files are joined by their times", where=str(table.path),
                 hint="Write the time into the file, or join files that have it.",
             )  # fmt: skip
         columns = tuple(dict.fromkeys(origin.column for origin in own.values() if origin.column is not None))
@@ -361,7 +361,7 @@ class Session:
                     f"is of the {words_of(mapping[1])} axis {mapping[0]}, "
                     f"and the log file of the {words_of(motion)} {axis}",
                     where=str(path),
-                    hint="Keep each axis in a file of its own, or say `axis=`.",
+                    hint="Write each axis to a separate file, or say `axis=`.",
                 )  # fmt: skip
             if "name" in table.said and (same := _digest(table, digest)) in self.known:
                 self.skipped.append((f"{path}, record '{table.said['name']}'", self.known[same]))

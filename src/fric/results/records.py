@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FEW = 4
-"""Records that are told one by one; more are told in a table, a line each."""
+"""Number of records up to which each is printed in full; of more, a table has a row each."""
 
 
 def described(found: Sequence[Inspected]) -> list[Piece]:
