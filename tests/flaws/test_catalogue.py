@@ -37,7 +37,7 @@ from fric.io.readers.base import Column, Memory
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.plausibility import Finding, lifted, settled
-from fric.records import clipping, flaws, inspection, judgement, timing
+from fric.records import clipping, flaws, inspection, judgement, kicks, timing
 from fric.simulate.contour_run import Chance, run_warnings
 from fric.verdict import Candidate, Evidence
 
@@ -324,7 +324,7 @@ SHOWN: dict[str, Show] = {
     "energy-in-one-segment": lambda s: energies(off=s * judgement.STANDS_OFF),
     "force-coarse": lambda s: forces(np.arange(1000) % (round(flaws.COARSE / s) + 1) * 0.1),
     "drive-off": lambda s: flaws.record_flaws([resting(s * clipping.OFF)], "gms"),
-    "foreign-compensation": lambda s: [flaws.foreign_compensation(compensated(s * flaws.KICKED * 1e-6))],
+    "foreign-compensation": lambda s: [kicks.foreign_compensation(compensated(s * kicks.KICKED * 1e-6))],
     "force-clipped": lambda s: forces(cut(s)),
     "input-clipped": lambda s: forces(np.linspace(0.0, 1.0, 400), "plant", input=cut(s)),
     "clipped-unused": lambda s: clipping.without_clipped([of_force(np.arange(400.0)), of_force(cut(s))], 0.0)[1],
