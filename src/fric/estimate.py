@@ -109,14 +109,9 @@ Scale = Literal["linear", "log", "logit"]
 class Covariance:
     """Covariance of parameters that were identified together.
 
-    Parameters
-    ----------
-    names
-        The parameters, ``k_2`` being that of the second block.
-    scales
-        The scale of the covariance, by parameter.
-    matrix
-        The covariance, rows in the order of the names, in SI.
+    names: The parameters, ``k_2`` being that of the second block.
+    scales: The scale of the covariance, by parameter.
+    matrix: The covariance, rows in the order of the names, in SI.
     """
 
     names: tuple[str, ...]

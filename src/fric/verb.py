@@ -27,16 +27,10 @@ NUMBERS: dict[Any, type] = {float: Real, int: Integral}
 class Kind:
     """What an annotation says of an argument beside its type: ``Annotated[int, Kind(least=0)]``.
 
-    Parameters
-    ----------
-    read
-        What a command reads it as, where the type leaves that open.
-    metavar
-        Name of the value in a help text, in capitals.
-    complete
-        What the shell completes it from: the name of a function of `fric.cli.completion`.
-    least, most
-        Bounds of a number, which belong to the range.
+    read: What a command reads it as, where the type leaves that open.
+    metavar: Name of the value in a help text, in capitals.
+    complete: What the shell completes it from: the name of a function of `fric.cli.completion`.
+    least, most: Bounds of a number, which belong to the range.
     """
 
     read: Any = None
@@ -90,12 +84,8 @@ def _checked(function: Callable[P, R], called: str) -> Callable[P, R]:
 class UnfitError(FricError):
     """What a verb was given is of no type that it takes; its name is put before this.
 
-    Parameters
-    ----------
-    wanted
-        What it takes.
-    given
-        What it was given.
+    wanted: What it takes.
+    given: What it was given.
     """
 
     def __init__(self, wanted: str, given: Any) -> None:
@@ -199,20 +189,12 @@ def _words(hint: Any) -> str:
 class Argument:
     """One argument of a verb, as its source states it.
 
-    Parameters
-    ----------
-    name
-        Its name.
-    hint
-        The annotation.
-    default
-        The default, or `inspect.Parameter.empty`.
-    positional
-        Whether it may be given by its place.
-    several
-        Whether it collects all positional arguments.
-    help
-        The first sentence of its description.
+    name: Its name.
+    hint: The annotation.
+    default: The default, or `inspect.Parameter.empty`.
+    positional: Whether it may be given by its place.
+    several: Whether it collects all positional arguments.
+    help: The first sentence of its description.
     """
 
     name: str
@@ -242,10 +224,7 @@ class Form:
     The source is read, not imported: a command's help waits for no library. What its annotations name is imported from
     where the source states it; those of an argument are read when they are needed.
 
-    Parameters
-    ----------
-    home
-        Module and name: ``fric.results.static:identify_static``.
+    home: Module and name: ``fric.results.static:identify_static``.
     """
 
     def __init__(self, home: str) -> None:

@@ -195,16 +195,10 @@ class AxisOutcome:
 class Session:
     """One run: its folder, its script, and the output and outcome of each step.
 
-    Parameters
-    ----------
-    folder
-        Where all files go.
-    run
-        Makes one step; raises a `FricError` where it fails.
-    say
-        Receives the outcome of each step in a line.
-    done
-        Is called for each step that is over.
+    folder: Where all files go.
+    run: Makes one step; raises a `FricError` where it fails.
+    say: Receives the outcome of each step in a line.
+    done: Is called for each step that is over.
     """
 
     def __init__(

@@ -39,14 +39,9 @@ Implausible = Annotated[
 class Output:
     """What ``-o`` writes, where the verb itself writes nothing.
 
-    Parameters
-    ----------
-    metavar, help
-        Its name and its help.
-    required
-        Whether it must be given.
-    writes
-        Its format, as `fric.output.FORMATS` calls it; empty for a folder.
+    metavar, help: Its name and its help.
+    required: Whether it must be given.
+    writes: Its format, as `fric.output.FORMATS` calls it; empty for a folder.
     """
 
     metavar: str
@@ -65,39 +60,23 @@ class Output:
 class Command:
     """A command and its verb.
 
-    Parameters
-    ----------
-    verb
-        Module and name of the verb.
-    output
-        What ``-o`` writes.
-    plot, plausible, replaces
-        Whether there is a figure to draw, whether what is read is held against physics, and whether ``--force``
-        replaces outputs that exist.
-    doing
-        What a progress bar says meanwhile.
-    flags
-        Names of options, by argument, where they are not the argument's.
-    places
-        Arguments with a default that are given by their place nevertheless.
-    options
-        Arguments that are given by a name though Python takes them by their place.
-    without
-        Arguments that only Python has.
-    bound
-        Arguments that the command gives.
-    optional
-        Arguments that the line need not give though the verb has no default: the function that is called sees to it.
-    further
-        Arguments of other verbs, by verb; with some of `READ_MACHINE` the machine is read by them first.
-    text
-        The help, where it is not that of the verb; ``more`` follows it.
-    helps
-        The help of options, by argument, where the first sentence of its description is not.
-    own
-        What only a terminal has: further parameters.
-    run
-        Where the function is that is called in place of the verb and its end, with what was given.
+    verb: Module and name of the verb.
+    output: What ``-o`` writes.
+    plot, plausible, replaces: Whether there is a figure to draw, whether what is read is held against physics, and
+        whether ``--force`` replaces outputs that exist.
+    doing: What a progress bar says meanwhile.
+    flags: Names of options, by argument, where they are not the argument's.
+    places: Arguments with a default that are given by their place nevertheless.
+    options: Arguments that are given by a name though Python takes them by their place.
+    without: Arguments that only Python has.
+    bound: Arguments that the command gives.
+    optional: Arguments that the line need not give though the verb has no default: the function that is called sees to
+        it.
+    further: Arguments of other verbs, by verb; with some of `READ_MACHINE` the machine is read by them first.
+    text: The help, where it is not that of the verb; ``more`` follows it.
+    helps: The help of options, by argument, where the first sentence of its description is not.
+    own: What only a terminal has: further parameters.
+    run: Where the function is that is called in place of the verb and its end, with what was given.
     """
 
     verb: str

@@ -31,10 +31,7 @@ if TYPE_CHECKING:
 class Stream:
     """Standard output or standard error, written through Rich.
 
-    Parameters
-    ----------
-    stderr
-        True for standard error.
+    stderr: True for standard error.
     """
 
     def __init__(self, *, stderr: bool) -> None:
@@ -95,26 +92,16 @@ def finish(
 ) -> Any:
     """End a command: make its result, write, plot, and print report or JSON, and the warnings; return the result.
 
-    Parameters
-    ----------
-    make
-        Makes the result; is handed a function that it may tell of its progress.
-    output, plot
-        Files that the result is saved to, and that its figure is drawn to; ``NAME=FILE`` draws that of another name.
-    json
-        Print the document, and nothing else on standard output.
-    force
-        Replace outputs that exist.
-    doing
-        What a progress bar says meanwhile.
-    also
-        Further figures, by the file that each goes to.
-    into
-        A folder that the result is saved into, in place of a file; the result looks after what is there.
-    writes
-        Format of ``output``, as `fric.output.FORMATS` calls it.
-    worded
-        Puts options in the place of arguments that a warning names.
+    make: Makes the result; is handed a function that it may tell of its progress.
+    output, plot: Files that the result is saved to, and that its figure is drawn to; ``NAME=FILE`` draws that of
+        another name.
+    json: Print the document, and nothing else on standard output.
+    force: Replace outputs that exist.
+    doing: What a progress bar says meanwhile.
+    also: Further figures, by the file that each goes to.
+    into: A folder that the result is saved into, in place of a file; the result looks after what is there.
+    writes: Format of ``output``, as `fric.output.FORMATS` calls it.
+    worded: Puts options in the place of arguments that a warning names.
     """
     figures = {path: draw for path, draw in (also or {}).items() if path is not None}
     view, plot = named(plot)

@@ -19,14 +19,9 @@ PLAIN: dict[str, Any] = {"rich_markup_mode": None, "pretty_exceptions_enable": F
 def group(name: str, text: str, homes: Mapping[str, Home], **settings: Any) -> typer.Typer:
     """Return a group of commands.
 
-    Parameters
-    ----------
-    name, text
-        Its name and its help.
-    homes
-        Where each of its commands is, by name, in the order of the help.
-    settings
-        What else `typer.Typer` takes.
+    name, text: Its name and its help.
+    homes: Where each of its commands is, by name, in the order of the help.
+    settings: What else `typer.Typer` takes.
     """
 
     @cache

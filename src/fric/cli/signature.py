@@ -31,14 +31,9 @@ def parameter(name: str, hint: Any, default: Any = Parameter.empty) -> Parameter
 def parameter_of(given: Argument, flags: str = "", *, place: bool = False) -> Parameter:
     """Return what a command takes for an argument of its verb.
 
-    Parameters
-    ----------
-    given
-        The argument.
-    flags
-        Names of the option, where that of the argument is not its name.
-    place
-        Whether it is given by its place, not by a name.
+    given: The argument.
+    flags: Names of the option, where that of the argument is not its name.
+    place: Whether it is given by its place, not by a name.
     """
     kinds, default = kinds_of(given.hint), given.default
     read, many = _read(given.hint)

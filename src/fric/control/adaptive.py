@@ -58,16 +58,10 @@ def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> 
 class Adaptive(ControlBlock):
     """The adaptive feedforward.
 
-    Parameters
-    ----------
-    rate
-        How fast level and stiffness follow [1/s].
-    cutoff
-        Cutoff of the observer's Q that the regressors go through [Hz].
-    lowest, highest
-        Bounds of the level over the nominal level that is fed forward [1].
-    softest, stiffest
-        Bounds of the stiffness over the nominal stiffness [1].
+    rate: How fast level and stiffness follow [1/s].
+    cutoff: Cutoff of the observer's Q that the regressors go through [Hz].
+    lowest, highest: Bounds of the level over the nominal level that is fed forward [1].
+    softest, stiffest: Bounds of the stiffness over the nominal stiffness [1].
     """
 
     name = "adaptive"

@@ -50,32 +50,18 @@ class Gains(Protocol):
 class Setting:
     """What a block is packed for: the axis as its controller knows it, and the motion that it begins.
 
-    Parameters
-    ----------
-    plant
-        The nominal plant.
-    cascade
-        The axis' cascade: with it sampling and limit.
-    friction
-        The friction that the scheme feeds forward; None for none.
-    models
-        All friction that the controller believes in, by the model's name.
-    gain
-        Share of the friction that is fed forward [1].
-    lead
-        Lead of the feedforward [s].
-    K_f
-        Force constant that the controller believes [N/V].
-    reference
-        The reference; None where none is known yet.
-    position, velocity
-        Where the axis begins, and how fast it is there [m], [m/s].
-    seen
-        Reading of the encoder one sample before [m].
-    resolution
-        One step of the encoder [m]; 0 for none.
-    spans
-        95 % intervals of friction's parameters, as ``F_c`` or ``k_2``, over their values [1], where identified.
+    plant: The nominal plant.
+    cascade: The axis' cascade: with it sampling and limit.
+    friction: The friction that the scheme feeds forward; None for none.
+    models: All friction that the controller believes in, by the model's name.
+    gain: Share of the friction that is fed forward [1].
+    lead: Lead of the feedforward [s].
+    K_f: Force constant that the controller believes [N/V].
+    reference: The reference; None where none is known yet.
+    position, velocity: Where the axis begins, and how fast it is there [m], [m/s].
+    seen: Reading of the encoder one sample before [m].
+    resolution: One step of the encoder [m]; 0 for none.
+    spans: 95 % intervals of friction's parameters, as ``F_c`` or ``k_2``, over their values [1], where identified.
     """
 
     plant: LinearPlant

@@ -77,12 +77,8 @@ def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> 
 class GainScheduled(ControlBlock):
     """The cascade with scheduled gains.
 
-    Parameters
-    ----------
-    proportional, integral
-        By which share of themselves K_p and K_i are larger while the friction is stiff [1].
-    carried
-        Share of the change between two reversals that the integral is handed over at the next [1].
+    proportional, integral: By which share of themselves K_p and K_i are larger while the friction is stiff [1].
+    carried: Share of the change between two reversals that the integral is handed over at the next [1].
     """
 
     name = "gain-scheduled"

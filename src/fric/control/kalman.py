@@ -49,10 +49,7 @@ def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> 
 class Kalman(ControlBlock):
     """The Kalman filter as a disturbance observer.
 
-    Parameters
-    ----------
-    cutoff
-        Angular frequency of its Butterworth poles over 2π [Hz].
+    cutoff: Angular frequency of its Butterworth poles over 2π [Hz].
     """
 
     name = "kalman"

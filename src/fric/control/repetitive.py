@@ -60,10 +60,7 @@ def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> 
 class Repetitive(ControlBlock):
     """The repetitive controller.
 
-    Parameters
-    ----------
-    cutoff
-        Where what is learned has fallen by 3 dB [Hz].
+    cutoff: Where what is learned has fallen by 3 dB [Hz].
     """
 
     name = "repetitive"

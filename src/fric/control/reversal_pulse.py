@@ -69,21 +69,14 @@ def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> 
 class ReversalPulse(ControlBlock):
     """The table over velocity and the pulse at a reversal.
 
-    Parameters
-    ----------
-    slow, middle, fast
-        Amplitude of the pulse at each of `ACCELERATIONS` [V], straight lines over the logarithm between; negative where
-        friction builds up more slowly than in the table.
-    decay
-        Time in which the pulse falls to 1/e [s].
-    slow_at, middle_at, fast_at
-        The accelerations of those amplitudes [m/s²].
-    straight
-        1 for straight lines over the acceleration itself, from none at rest, as SINUMERIK's adaptive characteristic.
-    integral
-        Integral time of the controller that the pulse goes through [s]; 0 where it is added to the voltage.
-    table
-        Share of the table that is added [1].
+    slow, middle, fast: Amplitude of the pulse at each of `ACCELERATIONS` [V], straight lines over the logarithm
+        between; negative where friction builds up more slowly than in the table.
+    decay: Time in which the pulse falls to 1/e [s].
+    slow_at, middle_at, fast_at: The accelerations of those amplitudes [m/s²].
+    straight: 1 for straight lines over the acceleration itself, from none at rest, as SINUMERIK's adaptive
+        characteristic.
+    integral: Integral time of the controller that the pulse goes through [s]; 0 where it is added to the voltage.
+    table: Share of the table that is added [1].
     """
 
     name = "reversal-pulse"

@@ -48,14 +48,9 @@ def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> 
 class SlidingMode(ControlBlock):
     """The sliding-mode controller.
 
-    Parameters
-    ----------
-    gain
-        Slope of the line in the layer, reach over layer [V·s/m].
-    slope
-        Slope of the surface: how fast the error dies out on it [1/s].
-    reach
-        Voltage outside the layer [V].
+    gain: Slope of the line in the layer, reach over layer [V·s/m].
+    slope: Slope of the surface: how fast the error dies out on it [1/s].
+    reach: Voltage outside the layer [V].
     """
 
     name = "sliding-mode"

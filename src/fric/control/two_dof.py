@@ -45,10 +45,7 @@ def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> 
 class TwoDegrees(ControlBlock):
     """The observer of Umeno and Hori, matched to the delay.
 
-    Parameters
-    ----------
-    cutoff
-        Corner frequency 1/(2π·τ) of Q [Hz].
+    cutoff: Corner frequency 1/(2π·τ) of Q [Hz].
     """
 
     name = "two-dof"

@@ -28,10 +28,7 @@ class Resonance:
     damping: damping ratio ζ of the resonance [1]
     encoder: where the encoder is: the position is that of the motor (Z_1) or of the table (Z_2)
 
-    Raises
-    ------
-    FricError
-        When a value is out of its range.
+    Raises FricError: When a value is out of its range.
     """
 
     frequency: Annotated[float, "frequency"]

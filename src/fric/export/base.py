@@ -37,35 +37,20 @@ class Part:
     A controller has no preview of its reference, but it has the reference's velocity and acceleration: they carry it
     over the lead. On a circle of 30 mm at 100 mm/s, 0.65 ms ahead, that is right to 0.05 nm.
 
-    Parameters
-    ----------
-    role
-        ``compensation`` for the controller, with its nominal models; ``machine`` for the axis with its true
-        friction, as a plant to try a controller on.
-    machine, axis, motion
-        Where it belongs.
-    scheme
-        Name of the scheme.
-    friction
-        The friction that is fed forward, or that the axis has; None where none is fed forward.
-    K_f, A, B
-        The plant: force constant [N/V], damping [1/s], acceleration per volt [m/(s²·V)].
-    sampling, limit, resolution
-        Rate of the controller [Hz], its largest voltage [V], the encoder's step [m].
-    gain
-        Share of the friction that is fed forward.
-    lead
-        Lead of the feedforward [s].
-    delay
-        Transport delay of the axis [s].
-    load
-        Constant force against positive motion [N].
-    velocity_filter
-        Corner of the low-pass behind the first difference of the encoder [Hz].
-    K_p, K_i
-        Gains of the speed controller [V·s/m], [V/m].
-    blocks
-        The scheme's control blocks besides the controller.
+    role: ``compensation`` for the controller, with its nominal models; ``machine`` for the axis with its true friction,
+        as a plant to try a controller on.
+    machine, axis, motion: Where it belongs.
+    scheme: Name of the scheme.
+    friction: The friction that is fed forward, or that the axis has; None where none is fed forward.
+    K_f, A, B: The plant: force constant [N/V], damping [1/s], acceleration per volt [m/(s²·V)].
+    sampling, limit, resolution: Rate of the controller [Hz], its largest voltage [V], the encoder's step [m].
+    gain: Share of the friction that is fed forward.
+    lead: Lead of the feedforward [s].
+    delay: Transport delay of the axis [s].
+    load: Constant force against positive motion [N].
+    velocity_filter: Corner of the low-pass behind the first difference of the encoder [Hz].
+    K_p, K_i: Gains of the speed controller [V·s/m], [V/m].
+    blocks: The scheme's control blocks besides the controller.
     """
 
     role: Role

@@ -17,19 +17,10 @@ from fric.friction.stribeck import OnStaticMap
 class OnBlocks(OnStaticMap):
     """A model of N slip blocks that carry shares of the Stribeck level.
 
-    Parameters
-    ----------
-    static
-        The static map: F_c, F_s, v_s, delta, sigma.
-    alpha
-        Each block's share, shape (N,), Σ alpha = 1 [1].
-    k
-        Each block's stiffness, shape (N,) [N/m].
-
-    Raises
-    ------
-    FricError
-        When alpha is negative or does not sum to 1, when k is not positive, or the lengths differ.
+    static: The static map: F_c, F_s, v_s, delta, sigma.
+    alpha: Each block's share, shape (N,), Σ alpha = 1 [1].
+    k: Each block's stiffness, shape (N,) [N/m].
+    Raises FricError: When alpha is negative or does not sum to 1, when k is not positive, or the lengths differ.
     """
 
     alpha: tuple[float, ...]

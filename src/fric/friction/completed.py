@@ -39,12 +39,8 @@ class Completed(FrictionModel):
     With the residual of a measured motion it explains that motion for any parameters of the model. Since pre-sliding,
     cogging and a level that varies with position all depend on the travel, it also predicts another motion.
 
-    Parameters
-    ----------
-    model
-        The model.
-    forwards, backwards
-        The added force [N], at the first of `travels`.
+    model: The model.
+    forwards, backwards: The added force [N], at the first of `travels`.
     """
 
     model: FrictionModel

@@ -35,12 +35,8 @@ class Directed(FrictionModel):
     A friction file with ``static_negative`` gives each of its models in this form; a force that both directions
     share (gravity, the bias of an amplifier) is the ``offset``, and no friction.
 
-    Parameters
-    ----------
-    model
-        The model with the static map of the positive direction: a `StaticMap`, or a model with a static map.
-    negative
-        Static map of the negative direction.
+    model: The model with the static map of the positive direction: a `StaticMap`, or a model with a static map.
+    negative: Static map of the negative direction.
     """
 
     model: FrictionModel

@@ -46,17 +46,10 @@ class Rolling(GMS):
 
     In a friction file it is the section ``rolling`` beside ``static`` and ``gms``.
 
-    Parameters
-    ----------
-    static, alpha, k, C
-        As in `GMS`.
-    amplitude, pitch, phase
-        Relative amplitude [1], period along the stroke [m] and phase [rad] of each wave, each of shape (waves,).
-
-    Raises
-    ------
-    FricError
-        When the waves differ in length, together reach 1, or have no positive pitch.
+    static, alpha, k, C: As in `GMS`.
+    amplitude, pitch, phase: Relative amplitude [1], period along the stroke [m] and phase [rad] of each wave, each of
+        shape (waves,).
+    Raises FricError: When the waves differ in length, together reach 1, or have no positive pitch.
     """
 
     amplitude: tuple[float, ...] = ()

@@ -115,10 +115,7 @@ STATIC_PARAMETERS = tuple(parameter.name for parameter in StaticMap.parameters)
 class OnStaticMap(FrictionModel):
     """A dynamic model whose steady state is a static map; its file has a ``static`` section, too.
 
-    Parameters
-    ----------
-    static
-        The static map that the model settles on at constant velocity.
+    static: The static map that the model settles on at constant velocity.
     """
 
     static: StaticMap

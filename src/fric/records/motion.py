@@ -35,14 +35,9 @@ FINE = 0.01
 class Motion:
     """A motion without the encoder's steps.
 
-    Parameters
-    ----------
-    time
-        Sample instants [s], shape (n,).
-    position, velocity, acceleration
-        The motion [m], [m/s], [m/s²] at those instants, each of shape (n,).
-    step
-        The encoder's step [m]; 0 where none is visible.
+    time: Sample instants [s], shape (n,).
+    position, velocity, acceleration: The motion [m], [m/s], [m/s²] at those instants, each of shape (n,).
+    step: The encoder's step [m]; 0 where none is visible.
     """
 
     time: Real

@@ -45,14 +45,9 @@ def acting_force(time: Real, force: Real, delay: float) -> Real:
 class Drive(NamedTuple):
     """Force constant and delay of a record, where no plant is known.
 
-    Parameters
-    ----------
-    K_f
-        Force constant [N/V]; None where it is not known.
-    T_d
-        Delay of the force behind the voltage that makes it [s].
-    force_lag
-        Lag of the logged force behind that voltage [s].
+    K_f: Force constant [N/V]; None where it is not known.
+    T_d: Delay of the force behind the voltage that makes it [s].
+    force_lag: Lag of the logged force behind that voltage [s].
     """
 
     K_f: float | None = None

@@ -30,12 +30,8 @@ Fit = Callable[[Sequence[float]], "GMSResult"]
 class KnotPage:
     """A page with the virgin curve, its knots, the blocks by eq. (6), and the residual of a replay.
 
-    Parameters
-    ----------
-    start
-        The knots to begin with, fitted.
-    fit
-        Fits other knots.
+    start: The knots to begin with, fitted.
+    fit: Fits other knots.
     """
 
     def __init__(self, start: GMSResult, fit: Fit) -> None:

@@ -20,15 +20,8 @@ class StepCache:
     A step is made again when a file that it reads, its settings, or the code of fric has changed, or when what it left
     is gone or was edited.
 
-    Parameters
-    ----------
-    folder
-        The folder; made where it is not there.
-
-    Raises
-    ------
-    FricError
-        When the folder cannot be made.
+    folder: The folder; made where it is not there.
+    Raises FricError: When the folder cannot be made.
     """
 
     def __init__(self, folder: Path) -> None:

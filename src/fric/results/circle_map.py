@@ -98,10 +98,7 @@ def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, 
 
     A range stands for so many values, each as much larger than the one before. The last unit holds for all without one.
 
-    Raises
-    ------
-    FricError
-        When a value is no quantity of this dimension, or not positive.
+    Raises FricError: When a value is no quantity of this dimension, or not positive.
     """
     if not isinstance(given, str):
         found = tuple(in_si(item, dimension) for item in (given if isinstance(given, list | tuple) else [given]))

@@ -96,12 +96,8 @@ class ComparisonResult(Result):
 class HalvesResult(Result):
     """How far halves of the records are apart, each identified alone.
 
-    Parameters
-    ----------
-    halves
-        Each parameter of each halving.
-    logs
-        The records.
+    halves: Each parameter of each halving.
+    logs: The records.
     """
 
     halves: Halves

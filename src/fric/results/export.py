@@ -303,10 +303,7 @@ def export_axis(
 def _linuxcnc_bench() -> ModuleType:
     """Return the module of the test bench that runs circles in LinuxCNC.
 
-    Raises
-    ------
-    FricError
-        When fric does not run from a checkout of its repository, which holds the bench.
+    Raises FricError: When fric does not run from a checkout of its repository, which holds the bench.
     """
     folder = Path(fric.__file__).parents[2] / "tests" / "linuxcnc"
     if not (folder / "trial.py").exists():
@@ -342,10 +339,7 @@ def _drawing(
 ) -> tuple[dict[str, Any], list[Candidate], Prediction | None]:
     """Return what a run file says of itself, what a scheme and none left on its machines, and what was predicted.
 
-    Raises
-    ------
-    FricError
-        When it is of another machine, or without the scheme or the axis.
+    Raises FricError: When it is of another machine, or without the scheme or the axis.
     """
     made, left, prediction = read_run_provenance(file), read_drawn(file), read_prediction(file)
     runs = [run for run in read_runs(file, traces=False) if run.scheme == scheme or run.scheme.bare]
@@ -369,10 +363,7 @@ def _drawing(
 def one_target(name: str, part: str, *, single: bool) -> Target:
     """Return a target that exports such a part, with such options.
 
-    Raises
-    ------
-    FricError
-        When there is none.
+    Raises FricError: When there is none.
     """
     known = targets()
     if name not in known:

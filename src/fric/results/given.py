@@ -29,10 +29,7 @@ def silent(steps: int = 1, *, total: int | None = None) -> None:
 def records_of(given: Iterable[Any], *, one_axis: bool = True) -> list[Record]:
     """Return the records (of one axis) that are given: records, log files, or lists of them.
 
-    Raises
-    ------
-    FricError
-        When something else is given, a file is no log file, or the records are of different axes.
+    Raises FricError: When something else is given, a file is no log file, or the records are of different axes.
     """
     found = list(_flat(given))
     if not found:
@@ -82,10 +79,7 @@ def where_of(given: Any) -> str:
 def quantity(given: str | float | None, dimension: str, motion: Motion = "linear") -> float | None:
     """Return a positive quantity given in SI, or as a text with its unit; None where none is.
 
-    Raises
-    ------
-    FricError
-        When the text is no quantity of this dimension, or the value is not positive.
+    Raises FricError: When the text is no quantity of this dimension, or the value is not positive.
     """
     return None if given is None else positive(given, dimension, motion)
 
@@ -110,10 +104,7 @@ def in_si(given: str | float, dimension: str, motion: Motion = "linear") -> floa
 def bounded(name: str, given: str | float, motion: Motion = "linear") -> float:
     """Return a quantity that is given, in SI, held against its bound of `fric.plausibility` as what files hold is.
 
-    Raises
-    ------
-    FricError
-        When it is no quantity of its dimension, or of no machine.
+    Raises FricError: When it is no quantity of its dimension, or of no machine.
     """
     dimension = BOUNDS[name].dimension
     value = in_si(given, dimension, motion)

@@ -41,21 +41,11 @@ CIRCLES = "circle tests, or their files"
 def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None, to: str = "log") -> D:
     """Return the document that is given as itself, as its file or as a result.
 
-    Parameters
-    ----------
-    kind
-        The type of document.
-    given
-        A document, the path of its file, or a result whose document it is.
-    of
-        Name and motion of the axis that it must be of.
-    to
-        What that axis is of, in the words of an error.
-
-    Raises
-    ------
-    FricError
-        When something else is given, or the document is of another axis or motion.
+    kind: The type of document.
+    given: A document, the path of its file, or a result whose document it is.
+    of: Name and motion of the axis that it must be of.
+    to: What that axis is of, in the words of an error.
+    Raises FricError: When something else is given, or the document is of another axis or motion.
     """
     wanted = f"a {kind.type} file, or a result that holds one"
     if isinstance(given, Result):
@@ -143,12 +133,8 @@ def machine_of(given: Any) -> Machine:
 def schemes_of(asked: Any, known: Any = None) -> list[Scheme]:
     """Return the schemes that are asked for by their names, or given as themselves.
 
-    Parameters
-    ----------
-    asked
-        A scheme, several, or names as in ``a,c,f`` or ``all``.
-    known
-        Schemes by name, or their file; the paper's where not given.
+    asked: A scheme, several, or names as in ``a,c,f`` or ``all``.
+    known: Schemes by name, or their file; the paper's where not given.
     """
     if isinstance(asked, Scheme):
         return [asked]

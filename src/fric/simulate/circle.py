@@ -21,10 +21,7 @@ from fric.simulate.machine import Machine
 class Circle:
     """A circular test.
 
-    Raises
-    ------
-    FricError
-        When radius, feed or revolutions are not positive.
+    Raises FricError: When radius, feed or revolutions are not positive.
     """
 
     radius: float = 0.03  # Radius [m]
@@ -92,10 +89,7 @@ def run_circle(
 class Grid:
     """What is run on each of many circles; a circle by its number, radius by radius.
 
-    Raises
-    ------
-    FricError
-        When there is no feed or no radius.
+    Raises FricError: When there is no feed or no radius.
     """
 
     machine: Machine  # The machine
@@ -145,12 +139,8 @@ class Cell:
 class CircleMap:
     """Results of schemes on all circles.
 
-    Parameters
-    ----------
-    grid
-        What was run.
-    cells
-        One a circle, in their order.
+    grid: What was run.
+    cells: One a circle, in their order.
     """
 
     grid: Grid

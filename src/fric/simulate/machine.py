@@ -25,15 +25,10 @@ from fric.verb import typed
 class NominalFriction:
     """The friction that a controller feeds forward.
 
-    Parameters
-    ----------
-    models
-        Friction models by name, as a scheme asks for them.
-    gain
-        Share of the nominal friction that is fed forward.
-    lead
-        Lead of the feedforward of friction and inverse model [s]; ``auto`` for the delay T_d of
-        the nominal plant, which is when the drive answers.
+    models: Friction models by name, as a scheme asks for them.
+    gain: Share of the nominal friction that is fed forward.
+    lead: Lead of the feedforward of friction and inverse model [s]; ``auto`` for the delay T_d of the nominal plant,
+        which is when the drive answers.
     """
 
     models: Mapping[str, FrictionModel] = field(default_factory=dict)
@@ -139,12 +134,8 @@ class Axis:
 class Published:
     """What others measured on this machine in a circular test.
 
-    Parameters
-    ----------
-    radius, feed
-        The circle [m], [m/s].
-    glitches
-        Glitch by scheme [m].
+    radius, feed: The circle [m], [m/s].
+    glitches: Glitch by scheme [m].
     """
 
     radius: float

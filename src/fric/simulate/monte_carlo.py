@@ -33,10 +33,7 @@ ACCURACY = 5e-9
 class Study:
     """What is run on each of many machines.
 
-    Raises
-    ------
-    FricError
-        When a spread names no parameter of the machine, or the accuracy is negative.
+    Raises FricError: When a spread names no parameter of the machine, or the accuracy is negative.
     """
 
     machine: Machine  # The nominal machine
@@ -114,14 +111,9 @@ class Outcome:
 class Distribution:
     """How the glitch of one scheme is distributed over the machines.
 
-    Parameters
-    ----------
-    quantiles
-        Glitch [m] by the names of `QUANTILES`; nan where the scheme ran on no machine.
-    best
-        Share of the machines on which no other scheme leaves less [1]; equal schemes share a machine.
-    failed, saturated
-        Machines on which the scheme could not run, and on which the drive saturated.
+    quantiles: Glitch [m] by the names of `QUANTILES`; nan where the scheme ran on no machine.
+    best: Share of the machines on which no other scheme leaves less [1]; equal schemes share a machine.
+    failed, saturated: Machines on which the scheme could not run, and on which the drive saturated.
     """
 
     quantiles: Mapping[str, float]

@@ -117,10 +117,8 @@ class RecordedPath:
 
     Between its samples it is a cubic spline, whose derivatives are velocity and acceleration.
 
-    Raises
-    ------
-    FricError
-        When there are fewer than ten samples, the motion does not begin at rest, or `fric.series.keep` raises.
+    Raises FricError: When there are fewer than ten samples, the motion does not begin at rest, or `fric.series.keep`
+        raises.
     """
 
     time: Real  # Sample instants [s], strictly increasing, shape (n,)

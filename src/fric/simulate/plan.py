@@ -54,14 +54,9 @@ class Limits:
 class Planned:
     """One experiment of a plan.
 
-    Parameters
-    ----------
-    kind
-        A kind of record, or ``circle``.
-    settings
-        Its settings, as `fric.simulate.experiment` takes them, in SI.
-    why
-        Its purpose.
+    kind: A kind of record, or ``circle``.
+    settings: Its settings, as `fric.simulate.experiment` takes them, in SI.
+    why: Its purpose.
     """
 
     kind: str
@@ -93,16 +88,10 @@ class Expected:
 class Plan:
     """The experiments to run, and the intervals expected of them.
 
-    Parameters
-    ----------
-    axis
-        The axis as known beforehand.
-    limits
-        What it may do.
-    planned, lasting
-        The experiments, and how long each lasts [s].
-    expected
-        Expected intervals, by parameter.
+    axis: The axis as known beforehand.
+    limits: What it may do.
+    planned, lasting: The experiments, and how long each lasts [s].
+    expected: Expected intervals, by parameter.
     """
 
     axis: Axis

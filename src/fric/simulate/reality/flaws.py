@@ -23,18 +23,11 @@ from fric.simulate.reality.parts import (
 class Excitation:
     """How the multisine of a frequency response is made.
 
-    Parameters
-    ----------
-    lines
-        Frequencies.
-    lowest
-        First frequency; all are its multiples [Hz].
-    highest
-        Last frequency [Hz].
-    mean
-        Mean speed [m/s].
-    peak
-        Peak speed of the multisine; half the mean where left out [m/s].
+    lines: Frequencies.
+    lowest: First frequency; all are its multiples [Hz].
+    highest: Last frequency [Hz].
+    mean: Mean speed [m/s].
+    peak: Peak speed of the multisine; half the mean where left out [m/s].
     """
 
     lines: int
@@ -89,20 +82,12 @@ class Reality:
 class SecondMass:
     """A table on a spring behind the motor, instead of one rigid mass.
 
-    Parameters
-    ----------
-    mass
-        Of the table, a part of the moving mass [kg].
-    stiffness
-        Of the spring [N/m].
-    damping
-        Beside the spring [N·s/m].
-    backlash
-        Play from flank to flank [m].
-    encoder
-        Where it is: motor or table.
-    friction
-        Where it acts: motor or table.
+    mass: Of the table, a part of the moving mass [kg].
+    stiffness: Of the spring [N/m].
+    damping: Beside the spring [N·s/m].
+    backlash: Play from flank to flank [m].
+    encoder: Where it is: motor or table.
+    friction: Where it acts: motor or table.
     """
 
     mass: Annotated[float, "mass"]

@@ -16,14 +16,9 @@ class Cogging:
 
     It is ``force·sin(2π·z/pitch + phase)``, against positive motion.
 
-    Parameters
-    ----------
-    force
-        Amplitude [N].
-    pitch
-        Period [m].
-    phase
-        Phase at position 0 [rad].
+    force: Amplitude [N].
+    pitch: Period [m].
+    phase: Phase at position 0 [rad].
     """
 
     force: Annotated[float, "force"]
@@ -40,14 +35,9 @@ class Wave:
 
     The level varies by the factor ``1 + amplitude·sin(2π·z/pitch + phase)``.
 
-    Parameters
-    ----------
-    amplitude
-        Relative amplitude [1].
-    pitch
-        Period [m].
-    phase
-        Phase at position 0 [rad].
+    amplitude: Relative amplitude [1].
+    pitch: Period [m].
+    phase: Phase at position 0 [rad].
     """
 
     amplitude: Annotated[float, "ratio"]
@@ -63,12 +53,8 @@ class Wave:
 class Direction:
     """Friction of the negative direction, over that of the positive direction.
 
-    Parameters
-    ----------
-    level
-        Of F_c and F_s [1].
-    viscous
-        Of sigma [1].
+    level: Of F_c and F_s [1].
+    viscous: Of sigma [1].
     """
 
     level: Annotated[float, "ratio"] = 1.0
@@ -91,14 +77,9 @@ class Dwell:
     The age θ follows the ageing law of rate-and-state friction, ``dθ/dt = 1 - θ·|v|/distance`` (A. Ruina, Journal of
     Geophysical Research 88, 1983, p. 10359): at rest it is the time of rest, in sliding ``distance/|v|``.
 
-    Parameters
-    ----------
-    growth
-        Growth for each factor e of the age [1].
-    time
-        Age from which it counts [s].
-    distance
-        Sliding that renews the contact [m].
+    growth: Growth for each factor e of the age [1].
+    time: Age from which it counts [s].
+    distance: Sliding that renews the contact [m].
     """
 
     growth: Annotated[float, "ratio"]
@@ -116,12 +97,8 @@ class Drift:
 
     It does so while the machine runs, as ``1 + amount·(1 - exp(-t/time))``.
 
-    Parameters
-    ----------
-    amount
-        Its final value, less 1 [1].
-    time
-        Time constant, from the first experiment of a session [s].
+    amount: Its final value, less 1 [1].
+    time: Time constant, from the first experiment of a session [s].
     """
 
     amount: Annotated[float, "ratio"]
@@ -158,14 +135,9 @@ def below_one(flaw: object, name: str, field: str) -> None:
 class ForceChannel:
     """What the drive makes of the force before it logs it.
 
-    Parameters
-    ----------
-    lag
-        Time by which it is late against position and voltage [s].
-    filter
-        Corner of a first-order low-pass [Hz], at the controller's rate.
-    step
-        Step in which it is logged, as one of the motor's current [N].
+    lag: Time by which it is late against position and voltage [s].
+    filter: Corner of a first-order low-pass [Hz], at the controller's rate.
+    step: Step in which it is logged, as one of the motor's current [N].
     """
 
     lag: Annotated[float, "time"] = 0.0
@@ -181,18 +153,11 @@ class ForceChannel:
 class Clock:
     """Instants of the samples.
 
-    Parameters
-    ----------
-    jitter
-        Standard deviation of the instants [s], around even ones.
-    lost
-        Share of the samples that is lost at random [1].
-    position
-        Time by which the position is logged late [s], against the clock.
-    input
-        Time by which the voltage is logged late [s], against the clock.
-    stamped
-        Whether the logged time shows jitter and loss. Else it is evenly spaced.
+    jitter: Standard deviation of the instants [s], around even ones.
+    lost: Share of the samples that is lost at random [1].
+    position: Time by which the position is logged late [s], against the clock.
+    input: Time by which the voltage is logged late [s], against the clock.
+    stamped: Whether the logged time shows jitter and loss. Else it is evenly spaced.
     """
 
     jitter: Annotated[float, "time"] = 0.0
@@ -212,12 +177,8 @@ class NoiseColour:
 
     It is white noise behind a first-order low-pass.
 
-    Parameters
-    ----------
-    force
-        Root mean square [N].
-    corner
-        Corner of the low-pass that it is behind [Hz].
+    force: Root mean square [N].
+    corner: Corner of the low-pass that it is behind [Hz].
     """
 
     force: Annotated[float, "force"]
@@ -234,14 +195,9 @@ class Interpolation:
 
     Its reading is ``z + error·sin(2π·z/pitch + phase)``, in whole steps.
 
-    Parameters
-    ----------
-    error
-        Amplitude [m].
-    pitch
-        Pitch of the scale's lines [m].
-    phase
-        Phase at position 0 [rad].
+    error: Amplitude [m].
+    pitch: Pitch of the scale's lines [m].
+    phase: Phase at position 0 [rad].
     """
 
     error: Annotated[float, "position"]
