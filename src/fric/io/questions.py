@@ -241,8 +241,7 @@ _ORDER = (_of_rate, _of_column, _of_units, _of_force)
 
 def _column(guess: Guess, n: int | None) -> Real:
     """Return the first values of a column that are numbers."""
-    blocks = list(guess.table.read([n or 0]))
-    values = np.concatenate([block.columns[0] for block in blocks]) if blocks else np.zeros(1)
+    values = np.concatenate([block.columns[0] for block in guess.table.read([n or 0])])
     values = values[np.isfinite(values)]
     return values if len(values) else np.zeros(1)
 

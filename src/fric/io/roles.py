@@ -149,7 +149,7 @@ def _head(table: Table, most: int) -> Real:
         rows += len(parts[-1])
         if rows >= most:
             break
-    return np.concatenate(parts)[:most] if parts else np.empty((0, len(table.columns)))
+    return np.concatenate(parts)[:most]
 
 
 def axes_of(tables: Sequence[Table]) -> list[Axis]:

@@ -28,7 +28,7 @@ from fric.records.over_strokes import over_place
 from fric.records.recognition import LOOP_SHARE, Sine, Staircase, force_rises, recognised_kind, turns_of
 from fric.records.resolution import encoder_step
 from fric.records.segments import Segment, segments_and_rests, travelled
-from fric.units import Motion, readable
+from fric.units import Motion, readable, rotates
 
 SPEEDS = 5
 """Least number of speeds for a map: the number of its parameters plus one."""
@@ -218,7 +218,7 @@ ALIKE = 0.03
 Inspected = Inspection | ResponseInspection | TableInspection
 
 
-LONGEST: dict[Motion, float] = {"linear": 0.5e-3, "rotary": 0.1}
+LONGEST = (0.5e-3, 0.1)
 """Travel in which pre-sliding ends at most [m, rad]: it takes tens of micrometres on guideways, a degree in gears."""
 FINE = 12.0
 """Counts of the encoder in a micro-step at least: of fewer the virgin curve is off by more than 2 % of the loop."""
@@ -381,7 +381,7 @@ def _too_slow(log: Log, rises: list[tuple[float, int, float]]) -> Use | None:
             f"the force comes up within {length[0]} of a reversal, and a sample at {rate} moves {length[1]}: log faster"
         )
         return Use("gms", False, why)
-    if samples < np.inf and travel > LONGEST[log.motion]:
+    if samples < np.inf and travel > LONGEST[rotates(log.motion)]:
         over = readable(travel, log.unit("position"))
         return Use("gms", False, f"the force comes up over {over} after a reversal, which is no pre-sliding")
     return None

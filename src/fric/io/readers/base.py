@@ -168,14 +168,17 @@ class Table(ABC):
         """Read the wanted columns (indices, in this order) from the first row to the last."""
 
     def read(self, wanted: Sequence[int]) -> Iterator[Block]:
-        """Yield `blocks`; an exception of a library in them becomes an error about damage of the file."""
-        found = iter(self.blocks(wanted))
+        """Yield `blocks`, one at least; an exception of a library in them becomes an error about damage of the file."""
+        found, empty = iter(self.blocks(wanted)), True
         while True:
             with foreign(self.path, "Export it again.", lacking=True):
                 block = next(found, None)
             if block is None:
-                return
+                break
+            empty = False
             yield block
+        if empty:
+            raise FricError("holds no samples", where=str(self.path), hint="Export it again, with its samples.")
 
     def place(self, row: int, column: int | None = None) -> str:
         """Return where a row (counted from 0) and a column are, for messages."""
