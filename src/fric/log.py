@@ -112,9 +112,7 @@ class Log(_FromFile):
         keep(self, {name: channel_dimension(name) for name in CHANNELS}, self.where, motion=self.motion)
         if self.position is None and self.velocity is None:
             raise FricError(
-                "there is neither position nor velocity",
-                where=self.where,
-                hint="Map one of them to a column.",
+                "there is neither position nor velocity", where=self.where, hint="Map one of them to a column."
             )
 
     @classmethod

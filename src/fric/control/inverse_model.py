@@ -167,8 +167,7 @@ def _discrete(q: QFilter, A: float, B: float, sampling: float) -> DiscreteObserv
         )
     unit_gain = (prod(-pole for pole in poles) / prod(-zero for zero in zeros)).real
     return DiscreteObserver(
-        inverse=_tustin([*zeros, 0.0, -A], poles, unit_gain / B, sampling),
-        low_pass=_held(zeros, poles, sampling),
+        inverse=_tustin([*zeros, 0.0, -A], poles, unit_gain / B, sampling), low_pass=_held(zeros, poles, sampling)
     )
 
 

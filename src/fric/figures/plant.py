@@ -60,10 +60,7 @@ def _measured(top: Axes, middle: Axes, response: ResponseFit, colour: str, marke
     decibel, degrees = 20 * np.log10(np.maximum(table.magnitude, 1e-300)), np.degrees(_branch(response))
     look: dict[str, Any] = {"fmt": marker, "markersize": 3, "markerfacecolor": "white", "elinewidth": 0.7, "zorder": 3}
     dense = f.size > 300  # a Welch spectrum: points alone
-    for axes, values, error in (
-        (top, decibel, 20 / np.log(10) * deviation),
-        (middle, degrees, np.degrees(deviation)),
-    ):
+    for axes, values, error in ((top, decibel, 20 / np.log(10) * deviation), (middle, degrees, np.degrees(deviation))):
         if dense:
             axes.plot(f[used], values[used], ".", markersize=2, color=colour, label=name, zorder=3)
         else:

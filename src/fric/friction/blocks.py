@@ -43,8 +43,7 @@ class OnBlocks(OnStaticMap):
         super().__post_init__()
         if not self.alpha or len(self.alpha) != len(self.k):
             raise FricError(
-                f"{self.name} has {len(self.alpha)} alpha and {len(self.k)} k",
-                hint="Give one of each for every block.",
+                f"{self.name} has {len(self.alpha)} alpha and {len(self.k)} k", hint="Give one of each for every block."
             )
         if not (min(self.alpha) >= 0 and abs(sum(self.alpha) - 1) <= 1e-5):  # six digits each
             raise FricError(

@@ -597,11 +597,7 @@ def ingest(
 
 
 def _first_readable(
-    sources: Sequence[Path],
-    stated: StatedLog,
-    session: Session,
-    held: tuple[str, Motion] | None,
-    files: ExitStack,
+    sources: Sequence[Path], stated: StatedLog, session: Session, held: tuple[str, Motion] | None, files: ExitStack
 ) -> tuple[int, Iterable[Table], tuple[str, Motion], list[FricError]]:
     """Open the first file that can be, and return it with what is wrong with those before it."""
     refused: list[FricError] = []

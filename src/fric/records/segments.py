@@ -226,13 +226,7 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
     kept = (trimmed(path, *trimmed(path, *piece)) for piece in pieces)
     found = [segment for piece in kept if (segment := _accepted(path, *piece)) is not None]
     moves = [
-        (
-            start,
-            stop,
-            abs(path.travel(start, stop)),
-            path.explained(stop - start),
-            log.time[stop - 1] - log.time[start],
-        )
+        (start, stop, abs(path.travel(start, stop)), path.explained(stop - start), log.time[stop - 1] - log.time[start])
         for start, stop in pieces
     ]
     while moments := [segment for segment in found if not _lasts(segment, found, moves, len(log))]:

@@ -88,14 +88,7 @@ def render_view(seen: View, inputs: ReportInput, title: str, template: str = "re
     return (
         environment()
         .get_template(template)
-        .render(
-            view=seen,
-            maps=inputs.maps,
-            title=title,
-            data=as_data(inputs),
-            mark=Markup(REPORT_MARK),
-            **more,
-        )
+        .render(view=seen, maps=inputs.maps, title=title, data=as_data(inputs), mark=Markup(REPORT_MARK), **more)
     )
 
 

@@ -134,9 +134,7 @@ def scheme_rows(runs: Sequence[CircleRun], published: Mapping[str, float]) -> li
     bare = next(run.circularity.glitch for run in runs if run.scheme.bare)
     return [
         SchemeRow(
-            run,
-            published.get(run.scheme.name),
-            1 - run.circularity.glitch / bare if not run.scheme.bare else None,
+            run, published.get(run.scheme.name), 1 - run.circularity.glitch / bare if not run.scheme.bare else None
         )
         for run in runs
     ]

@@ -12,12 +12,7 @@ from fric.control.q_filter import QFilter
 from fric.design.cascade import design_cascade
 from fric.design.observer import ObserverDesign
 from fric.design.observer import design_observer as find_observer
-from fric.design.perturbation import (
-    Perturbation,
-    Resonance,
-    model_perturbation,
-    robust_limit,
-)
+from fric.design.perturbation import Perturbation, Resonance, model_perturbation, robust_limit
 from fric.documents.controller import observer_tree
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError

@@ -242,9 +242,7 @@ def _duration(log: Record) -> str:
 
 
 @verb
-def read(
-    *files: LogLike,
-) -> Records:
+def read(*files: LogLike) -> Records:
     """Read the records of log files of one axis.
 
     Parameters
@@ -310,9 +308,7 @@ class InspectionResult(Result):
 
 
 @verb
-def inspect(
-    *logs: LogLike,
-) -> InspectionResult:
+def inspect(*logs: LogLike) -> InspectionResult:
     """Tell what each record of log files holds, and what it is good for.
 
     Parameters

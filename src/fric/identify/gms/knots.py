@@ -231,13 +231,7 @@ def _placed(
     return (greedy, roamed)[simplest([cost(greedy), cost(roamed)])]
 
 
-def _optimized(
-    algorithm: int,
-    cost: Callable[[Real], float],
-    start: Real,
-    low: Real,
-    high: Real,
-) -> Real:
+def _optimized(algorithm: int, cost: Callable[[Real], float], start: Real, low: Real, high: Real) -> Real:
     optimizer = nlopt.opt(algorithm, len(start))
     optimizer.set_lower_bounds(low)
     optimizer.set_upper_bounds(high)

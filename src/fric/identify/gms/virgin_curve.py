@@ -132,9 +132,7 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
     first, last = cycles or (1, count)
     if first > count:
         raise FricError(
-            f"cycle {first} was asked for, and there are {count}",
-            where=where,
-            hint="Choose `cycles=` anew.",
+            f"cycle {first} was asked for, and there are {count}", where=where, hint="Choose `cycles=` anew."
         )
     hysteresis = HysteresisCycles(record, reversals, (first, min(last, count)), loaded)
     if hysteresis.amplitude < STEPS * motion.step:

@@ -38,11 +38,7 @@ class Lines(NamedTuple):
 
 
 def select(
-    measured: MeasuredResponse,
-    *,
-    hold: float | None,
-    coherence: float,
-    band: tuple[float, float] = (0.0, np.inf),
+    measured: MeasuredResponse, *, hold: float | None, coherence: float, band: tuple[float, float] = (0.0, np.inf)
 ) -> tuple[Lines, Mask]:
     """Return the lines of a response that are sure enough, and which they are, shape (n,).
 

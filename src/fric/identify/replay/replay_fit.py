@@ -175,10 +175,7 @@ def _known(name: str) -> type[FrictionModel]:
 
 
 def _held(
-    model: type[FrictionModel],
-    fix: Mapping[str, float],
-    free: Sequence[str],
-    static: Mapping[str, Estimate] | None,
+    model: type[FrictionModel], fix: Mapping[str, float], free: Sequence[str], static: Mapping[str, Estimate] | None
 ) -> dict[tuple[str, str], float]:
     """Return the values that are not searched: those given, those held by default, and a static map that is kept."""
     declared = {p.name: (section, p) for section, parameters in model.declared().items() for p in parameters}

@@ -183,11 +183,7 @@ def joint(coordinates: Coordinates, x: Real, covariance: Real, seen: Mask, block
 
 
 def limits(
-    coordinates: Coordinates,
-    x: Real,
-    covariance: Real,
-    seen: Mask,
-    quantile: float,
+    coordinates: Coordinates, x: Real, covariance: Real, seen: Mask, quantile: float
 ) -> dict[tuple[str, str], tuple[tuple[float, float], ...]]:
     """Return the 95 % intervals of what was fitted: symmetric in the logarithm, the logit of a share, or linearly."""
     known = np.where(seen[:, None] & seen, covariance, 0.0)
@@ -207,13 +203,7 @@ def limits(
 
 
 def _within_search(
-    coordinates: Coordinates,
-    key: tuple[str, str],
-    x: Real,
-    covariance: Real,
-    centre: Real,
-    low: Real,
-    high: Real,
+    coordinates: Coordinates, key: tuple[str, str], x: Real, covariance: Real, centre: Real, low: Real, high: Real
 ) -> tuple[Real, Real]:
     """Return limits that are open where they leave what was searched, or the value sits on its edge.
 
