@@ -1,9 +1,10 @@
 """The content of records as `--json` prints it, ``fric: inspection/1``: apart, since reading a log inspects none."""
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from fric.documents.base import Document
 from fric.documents.generated import PartOf
+from fric.documents.quantity import Of
 from fric.records.inspection import Inspection, ResponseInspection, TableInspection
 
 
@@ -26,4 +27,4 @@ class InspectionDocument(Document):
 
     type: ClassVar[str] = "inspection"
 
-    records: list[InspectedLog | InspectedResponse | InspectedTable]
+    records: Annotated[list[InspectedLog | InspectedResponse | InspectedTable], Of("found")]

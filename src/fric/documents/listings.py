@@ -35,7 +35,7 @@ class ExampleDocument(Document):
     type: ClassVar[str] = "example"
 
     name: str
-    folder: str
+    folder: Annotated[str, Of(lambda made: str(made.folder))]
     files: list[str]
 
 

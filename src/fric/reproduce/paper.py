@@ -1,15 +1,13 @@
 """The paper from end to end: both axes learned, then the circles with what was learned."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from shutil import copyfile
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from matplotlib.figure import Figure
 
@@ -27,7 +25,7 @@ from fric.output import staged
 from fric.reproduce.axis import STEPS, AxisFiles, learn_axis
 from fric.reproduce.page import write_page
 from fric.reproduce.step_cache import StepCache
-from fric.results.base import Result
+from fric.results.base import DataFrame, Result
 from fric.results.circle import CircleResult
 from fric.results.given import Advance, silent
 from fric.results.kinds import MachineFile, Seed
@@ -40,9 +38,6 @@ from fric.units import readable
 from fric.verb import Kind, verb
 from fric.verdict import facts
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 FEEDS = (0.1, 0.01)
 """Feeds of Fig. 8 and Fig. 9 [m/s]."""
 
@@ -51,7 +46,7 @@ MOST_SAMPLES = 30_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Reproduction(Result):
+class Reproduction(Result, schema=ReproductionDocument):
     """What a reproduction left.
 
     Parameters
@@ -71,11 +66,6 @@ class Reproduction(Result):
     runs: Mapping[float, list[CircleRun]]
     steps: int
     made: int
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The page, and what each scheme leaves at each feed."""
-        return ReproductionDocument.made(self).tree()
 
     def circles(self) -> list[CircleResult]:
         """Return what each scheme leaves, a circle a feed."""
@@ -101,7 +91,7 @@ class Reproduction(Result):
         """Return the circles at the first feed."""
         return self.circles()[0].figure()
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> DataFrame:
         """Return what each scheme leaves [m], by feed and scheme."""
         import pandas as pd
 

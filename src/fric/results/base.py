@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from math import inf, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from fric.errors import FricError
 from fric.estimate import Estimate, elements, note_of
@@ -17,9 +17,12 @@ from fric.units import readable
 from fric.verb import verb
 
 if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure as Figure
+    from pandas import DataFrame as DataFrame
 
+    from fric.documents.base import Document
+else:  # no result needs them before it is drawn, or made a table
+    Figure = DataFrame = Any
 
 BRIEF = 4
 """Values that a line names at most."""
@@ -28,14 +31,23 @@ BRIEF = 4
 class Result(ABC):
     """A result: it prints its own report, draws its own figure, and is saved as what its command writes."""
 
-    def __init_subclass__(cls) -> None:
+    _schema: ClassVar[tuple[type[Document], str] | None] = None
+
+    def __init_subclass__(cls, schema: type[Document] | None = None, of: str = "") -> None:
+        """Take the schema that the document is read off by, and what it is read off: a field, or the result itself."""
+        if schema is not None:
+            cls._schema = schema, of
         if "save" in vars(cls):
             cls.save = verb(cls.save)  # type: ignore[method-assign]
 
     @cached_property
-    @abstractmethod
     def document(self) -> dict[str, Any]:
         """What ``--json`` prints: the document that is saved, or the figures that were found."""
+        if self._schema is None:
+            raise NotImplementedError(f"{type(self).__name__} states neither a schema nor a document")
+        schema, of = self._schema
+        holder = getattr(self, of) if of else self
+        return schema.made(holder, notices=self.warnings, logs=getattr(self, "logs", ())).tree()
 
     @abstractmethod
     def report(self) -> Sequence[Piece]:
@@ -57,7 +69,7 @@ class Result(ABC):
         """Return the figures of the report in SI units, by row and column."""
         raise FricError(f"a {type(self).__name__} is no table", hint="Take its document.")
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> DataFrame:
         """Return the figures of the report as a table in SI units."""
         import pandas as pd
 
@@ -66,6 +78,8 @@ class Result(ABC):
     @property
     def warnings(self) -> Sequence[Notice]:
         """What the data cannot tell."""
+        if self._schema is not None:
+            return tuple(getattr(getattr(self, self._schema[1], None), "warnings", ()))
         return tuple(map(Notice.of, self.document.get("warnings_coded") or self.document.get("warnings", ())))
 
     def views(self) -> list[str]:
@@ -124,7 +138,7 @@ class Identified(Result):
     def sections(self) -> dict[str, dict[str, dict[str, Any]]]:
         """Return the parameters by section of the document and by name, as they stand in it."""
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> DataFrame:
         """Return value, interval and unit of each parameter in SI, by section and name; vectors by element."""
         import pandas as pd
 
@@ -148,7 +162,7 @@ class Identified(Result):
         values = [f"{name} {readable(entry['value'], entry['unit'])}" for name, entry in named if _is_number(entry)]
         return ", ".join(values[:BRIEF])
 
-    def conf_int(self) -> pd.DataFrame:
+    def conf_int(self) -> DataFrame:
         """Return the 95 % interval of each parameter that has one, in SI; infinite where the data set no limit."""
         return self.to_frame()[["low", "high"]].dropna()
 

@@ -1,13 +1,11 @@
 """The circular test under compensation schemes, on one machine or on many."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from fric.circles.prediction import Prediction
 from fric.contour import QUADRANTS
@@ -16,7 +14,7 @@ from fric.documents.identified import Identified
 from fric.documents.spread import read_spreads
 from fric.errors import FricError
 from fric.notice import Notice, once
-from fric.results.base import Result
+from fric.results.base import Figure, Result
 from fric.results.given import Advance, bounded, in_si, silent
 from fric.results.given_models import circles_of, machine_of, schemes_of
 from fric.results.kinds import (
@@ -41,12 +39,9 @@ from fric.units import readable
 from fric.verb import Kind, verb
 from fric.verdict import Verdict, candidates_of, decide, evidence_of, facts
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CircleResult(Result):
+class CircleResult(Result, schema=CircleResultDocument):
     """What schemes leave of one circle.
 
     Parameters
@@ -83,11 +78,6 @@ class CircleResult(Result):
         text = [notice.at(f"scheme {run.scheme.name}") for run in self.runs for notice in run.warnings]
         before = self.identified.warnings if self.identified else ()
         return once([*self.machine.warnings, *before, *text, *(self.many.warnings() if self.many else ())])
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """Glitch and radial error by scheme [m]."""
-        return CircleResultDocument.made(self, notices=self.warnings).tree()
 
     @cached_property
     def verdict(self) -> Verdict:

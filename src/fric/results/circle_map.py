@@ -1,11 +1,8 @@
 """The glitch of each scheme over feed and radius."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -13,7 +10,7 @@ from fric.documents.contours import CircleMapDocument
 from fric.errors import FricError
 from fric.flaws.prediction import INTERRUPTED, SCHEME_FAILED
 from fric.notice import Notice, once
-from fric.results.base import Result
+from fric.results.base import DataFrame, Result
 from fric.results.given import Advance, bounded, in_si, silent
 from fric.results.given_models import machine_of, schemes_of
 from fric.results.kinds import Address, Count, KnownSchemes, MachineLike, Quantities, Quantity, SchemesLike
@@ -24,15 +21,12 @@ from fric.simulate.processes import run_all
 from fric.units import readable
 from fric.verb import Kind, verb
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 POINTS = 6
 """Feeds, and radii, that a range stands for."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CircleMapResult(Result):
+class CircleMapResult(Result, schema=CircleMapDocument, of="found"):
     """What schemes leave of circles of many feeds and radii.
 
     Parameters
@@ -65,11 +59,6 @@ class CircleMapResult(Result):
                 notices.append(SCHEME_FAILED.found(f"scheme {scheme.name}", **counts, why=why))
         return once([*self.found.grid.machine.warnings, *notices])
 
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """Glitch by scheme, radius and feed [m], and what differs between schemes."""
-        return CircleMapDocument.made(self.found, notices=self.warnings).tree()
-
     def report(self) -> list[Piece]:
         """Return the glitch by circle and scheme, and where blocks gain and an observer spoils."""
         grid = self.found.grid
@@ -82,7 +71,7 @@ class CircleMapResult(Result):
         table = Table(columns, rows, f"{grid.machine.name}: glitch in µm")
         return [table, *CircleMapDocument.model_validate(self.document).describe()]
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> DataFrame:
         """Return the glitch [m] by radius and feed, a column a scheme."""
         import pandas as pd
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
@@ -38,7 +37,7 @@ from fric.verb import Kind, verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ComparisonResult(Result):
+class ComparisonResult(Result, schema=ComparisonDocument, of="comparison"):
     """Friction models by how well they tell what they were not fitted to.
 
     Parameters
@@ -49,11 +48,10 @@ class ComparisonResult(Result):
 
     comparison: Comparison
 
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The figures of the comparison."""
-        logs = [record.log for record in self.comparison.records]
-        return ComparisonDocument.made(self.comparison, notices=self.comparison.warnings, logs=logs).tree()
+    @property
+    def logs(self) -> list[Log]:
+        """The records."""
+        return [record.log for record in self.comparison.records]
 
     def report(self) -> list[Piece]:
         """Return a line a model, and whether one of them is the best."""
@@ -93,7 +91,7 @@ class ComparisonResult(Result):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class HalvesResult(Result):
+class HalvesResult(Result, schema=HalvesDocument, of="halves"):
     """How far halves of the records are apart, each identified alone.
 
     halves: Each parameter of each halving.
@@ -102,11 +100,6 @@ class HalvesResult(Result):
 
     halves: Halves
     logs: Sequence[Log]
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The halves, in SI."""
-        return HalvesDocument.made(self.halves, logs=self.logs).tree()
 
     def report(self) -> list[Piece]:
         """Return a line a parameter of each halving, and how many halves agree."""

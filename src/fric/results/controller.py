@@ -1,12 +1,10 @@
 """A designed controller."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from fric.circles.gains import FoundController, controller_of
 from fric.circles.measured import MeasuredCircle
@@ -16,7 +14,7 @@ from fric.documents.controller import ControllerDocument, ControllerPart, contro
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.notice import Notice
-from fric.results.base import Identified
+from fric.results.base import Figure, Identified
 from fric.results.design import Design
 from fric.results.given import in_si, positive, quantity
 from fric.results.given_models import circles_of, document_of
@@ -24,9 +22,6 @@ from fric.results.kinds import AxisName, CircleLike, PlantLike, Quantity, Scheme
 from fric.results.text import Piece, parameters, plain_names
 from fric.units import Motion, parse_gain, readable
 from fric.verb import verb
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,19 +1,14 @@
 """What both designs share: the plant that they are for, and a table of margins."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fric.design.perturbation import Perturbation, measured_perturbation
 from fric.documents.plant import PlantDocument
 from fric.log import FrequencyResponse, Log
 from fric.notice import Notice
-from fric.results.base import Result
+from fric.results.base import Figure, Result
 from fric.results.text import Table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MARGINS = (
     ("phase_margin", "phase margin", "°", 1),

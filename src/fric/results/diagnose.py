@@ -1,13 +1,10 @@
 """A measured circle taken apart, and held against a machine file."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import hypot, isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from fric.circles.agreement import CAUSES, Agreement, agreement, circles_to_predict, predict
 from fric.circles.diagnose import Diagnosis, both_directions
@@ -18,7 +15,7 @@ from fric.documents.identified import machine_to_predict
 from fric.estimate import Estimate, in_digits
 from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.notice import Notice
-from fric.results.base import Result
+from fric.results.base import Figure, Result
 from fric.results.given import Advance, quantity, silent
 from fric.results.given_models import CIRCLES, circles_of, machine_of, schemes_of
 from fric.results.kinds import CircleLike, KnownSchemes, MachineLike, Quantity, SchemeName
@@ -26,12 +23,9 @@ from fric.results.text import Piece, Table
 from fric.units import readable
 from fric.verb import UnfitError, verb
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DiagnosisResult(Result):
+class DiagnosisResult(Result, schema=DiagnosisDocument):
     """A measured circle: geometry, control loops, backlash, friction glitches, and the figures of ISO 230-4.
 
     Parameters
@@ -49,11 +43,6 @@ class DiagnosisResult(Result):
     def warnings(self) -> Sequence[Notice]:
         """What the circle cannot tell, and what does not agree."""
         return [*self.found.warnings, *(self.held.warnings if self.held else ())]
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """What was found, with 95 % intervals, and what was predicted."""
-        return DiagnosisDocument.made(self, notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return the glitches, beside those predicted, and the geometry."""

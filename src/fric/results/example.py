@@ -60,7 +60,7 @@ def formats() -> FormatsResult:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ExampleResult(Result):
+class ExampleResult(Result, schema=ExampleDocument):
     """An example that was copied.
 
     Parameters
@@ -76,12 +76,6 @@ class ExampleResult(Result):
     name: str
     folder: Path
     files: tuple[str, ...]
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """Name, folder and files."""
-        content = {"name": self.name, "folder": str(self.folder), "files": list(self.files)}
-        return ExampleDocument.made(content).tree()
 
     def report(self) -> list[Piece]:
         """Return the files, and what may be done with them."""

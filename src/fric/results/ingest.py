@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import cached_property
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -22,7 +21,7 @@ from fric.io.ingest import ingest as read_foreign
 from fric.io.propose import guessed
 from fric.io.questions import Ask, answered, beside
 from fric.notice import Notice
-from fric.results.base import Result
+from fric.results.base import DataFrame, Figure, Result
 from fric.results.given import Advance, in_si, quantity, silent
 from fric.results.kinds import MappingLike, Quantity, RecordKind, SchemeName
 from fric.results.text import Piece
@@ -30,14 +29,11 @@ from fric.units import Motion, readable, words_of
 from fric.verb import Kind, verb
 
 if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.figure import Figure
-
     from fric.io.ingest_circle import IngestedCircles
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CirclesResult(Result):
+class CirclesResult(Result, schema=IngestCirclesDocument, of="done"):
     """What was read into a circle test file.
 
     Parameters
@@ -47,11 +43,6 @@ class CirclesResult(Result):
     """
 
     done: IngestedCircles
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The tests that were added."""
-        return IngestCirclesDocument.made(self.done, notices=self.done.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return a line a test."""
@@ -129,7 +120,7 @@ def ingest_circles(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class IngestResult(Result):
+class IngestResult(Result, schema=IngestDocument, of="done"):
     """What was read into a log file.
 
     Parameters
@@ -145,11 +136,6 @@ class IngestResult(Result):
     done: Ingested
     mapped: bool
     told: Sequence[Notice] = ()
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The records that were added and skipped."""
-        return IngestDocument.made(self.done, notices=self.warnings).tree()
 
     @property
     def warnings(self) -> Sequence[Notice]:
@@ -176,7 +162,7 @@ class IngestResult(Result):
         """Return what each record of the log file holds."""
         return fric.inspect(self.done.output).figure()
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> DataFrame:
         """Return the samples of the log file, as `Records` gives them."""
         return fric.read(self.done.output).to_frame()
 

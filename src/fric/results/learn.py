@@ -1,13 +1,9 @@
 """A repeated circle that is learned: in simulation round after round, or from a measured circle to the next."""
 
-from __future__ import annotations
-
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from fric.circles.learn import Learned, Learning, Table, circles_to_learn, learn_from
 from fric.circles.learn import learn as learn_rounds
@@ -19,8 +15,7 @@ from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.io.circle import choose_circles, read_feedforward, write_feedforward
 from fric.io.run import read_run_provenance, write_runs
-from fric.notice import Notice
-from fric.results.base import Result
+from fric.results.base import DataFrame, Result
 from fric.results.given import Advance, bounded, path_of, quantity, silent
 from fric.results.kinds import CircleLike, MachineFile, Quantity, SchemeName
 from fric.results.text import Piece
@@ -30,12 +25,9 @@ from fric.simulate.machine import Machine
 from fric.units import readable
 from fric.verb import Kind, verb
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LearnResult(Result):
+class LearnResult(Result, schema=LearningDocument, of="found"):
     """A circle that was learned in simulation.
 
     Parameters
@@ -45,16 +37,6 @@ class LearnResult(Result):
     """
 
     found: Learned
-
-    @property
-    def warnings(self) -> Sequence[Notice]:
-        """That it is for one circle, and whether it grows again."""
-        return self.found.warnings
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """Glitch by round, and what is left of other circles [m]."""
-        return LearningDocument.made(self.found, notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return the glitch of each round, and of other circles: medians, with the chance of one run."""
@@ -74,7 +56,7 @@ class LearnResult(Result):
         ]
         return [*pieces, "", TextTable(["carried over to", "glitch µm"], carried)]
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> DataFrame:
         """Return the glitch [m] by round."""
         import pandas as pd
 
@@ -87,7 +69,7 @@ class LearnResult(Result):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LearnedTable(Result):
+class LearnedTable(Result, schema=LearnedFeedforwardDocument, of="table"):
     """The feedforward of the next round, from a measured circle.
 
     Parameters
@@ -97,16 +79,6 @@ class LearnedTable(Result):
     """
 
     table: Table
-
-    @property
-    def warnings(self) -> Sequence[Notice]:
-        """That it is for one circle."""
-        return self.table.warnings
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The circle, and the largest voltage by axis [V]."""
-        return LearnedFeedforwardDocument.made(self.table, notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return what is fed forward, by axis."""

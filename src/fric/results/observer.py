@@ -1,11 +1,9 @@
 """A designed disturbance observer."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import QFilter
@@ -19,6 +17,7 @@ from fric.errors import FricError
 from fric.flaws.response import CONTROLLER_BY_DEFAULT, OBSERVER_ASSUMED
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.notice import Notice
+from fric.results.base import Figure
 from fric.results.design import Design, perturbation_of
 from fric.results.given import in_si, quantity, records_of
 from fric.results.given_models import cascade_of, document_of
@@ -26,9 +25,6 @@ from fric.results.kinds import ControllerLike, Count, LogLike, PlantLike, Quanti
 from fric.results.text import Piece, Table
 from fric.units import Motion, parse_gain
 from fric.verb import verb
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FIRST_MODE = 50.0
 """Where the lowest structural mode of an axis is assumed [Hz] whose response was not measured: a slow machine's."""

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,7 +23,7 @@ from fric.verdict import facts
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PathResult(Result):
+class PathResult(Result, schema=PathResultDocument):
     """What schemes leave of one path.
 
     Parameters
@@ -46,11 +45,6 @@ class PathResult(Result):
         """What the user should know."""
         text = [notice.at(f"scheme {run.scheme.name}") for run in self.runs for notice in run.warnings]
         return once([*self.machine.warnings, *text])
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """Glitch and contour error by scheme [m]."""
-        return PathResultDocument.made(self, notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return what each scheme leaves, and the glitch at each reversal."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import floor, log10
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 from fric.columns import CHANNELS
 from fric.documents.inspection import InspectionDocument
@@ -18,16 +18,12 @@ from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.records.inspection import Channel, Inspected, Inspection, ResponseInspection, TableInspection
 from fric.records.inspection import inspect as inspect_record
-from fric.results.base import Result
+from fric.results.base import DataFrame, Figure, Result
 from fric.results.given import records_of
 from fric.results.kinds import LogLike
 from fric.results.text import Piece, Table
 from fric.units import readable, si_unit
 from fric.verb import verb
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.figure import Figure
 
 FEW = 4
 """Number of records up to which each is printed in full; of more, a table has a row each."""
@@ -211,7 +207,7 @@ class Records(Result, Sequence[Record]):
         """Write a log file, whole or not at all."""
         write_logs(Path(path), self.records, force=force)
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> DataFrame:
         """Return the samples of all records in SI, by record and time (or frequency, or velocity)."""
         import pandas as pd
 
@@ -259,7 +255,7 @@ def read(*files: LogLike) -> Records:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class InspectionResult(Result):
+class InspectionResult(Result, schema=InspectionDocument):
     """What records hold, and what they are good for.
 
     Parameters
@@ -272,11 +268,6 @@ class InspectionResult(Result):
 
     records: Sequence[Record]
     found: Sequence[Inspected]
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """What was found, by record."""
-        return InspectionDocument.made({"records": self.found}, notices=self.warnings).tree()
 
     @property
     def warnings(self) -> tuple[Notice, ...]:

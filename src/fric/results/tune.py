@@ -1,12 +1,8 @@
 """What the controllers of a machine believe, refitted to recorded circles."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from fric.circles.next_circle import measured_glitch
 from fric.circles.tune import Tuned, steps_of_tuning
@@ -16,7 +12,7 @@ from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.notice import Notice
 from fric.output import refuse_existing, together
-from fric.results.base import Result
+from fric.results.base import DataFrame, Figure, Result
 from fric.results.given import Advance, silent
 from fric.results.given_models import CIRCLES, circles_of, machine_of
 from fric.results.kinds import CircleLike, MachineLike, SchemeName
@@ -26,13 +22,9 @@ from fric.threads import one_blas_thread
 from fric.units import readable
 from fric.verb import UnfitError, verb
 
-if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.figure import Figure
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TuneResult(Result):
+class TuneResult(Result, schema=TuningDocument):
     """A machine whose controllers believe what recorded circles say.
 
     Parameters
@@ -58,11 +50,6 @@ class TuneResult(Result):
     def warnings(self) -> Sequence[Notice]:
         """What the circles cannot tell, and what was refused."""
         return self.found.warnings
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """Parameters with 95 % intervals by axis, and what the next circles should show."""
-        return TuningDocument.made(self, notices=self.warnings).tree()
 
     @property
     def measured(self) -> dict[str, float]:
@@ -102,7 +89,7 @@ class TuneResult(Result):
 
         return draw_tuned(next(iter(self.found.axes.values())))
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> DataFrame:
         """Return what the next circles should show [m]."""
         import pandas as pd
 

@@ -1,11 +1,8 @@
 """A recorded motion replayed by the identified axis."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 from fric.circles.validation import Validation, validate_closed_loop, validate_inverse, validate_open_loop
 from fric.documents.comparison import ValidationDocument
@@ -17,7 +14,7 @@ from fric.flaws.prediction import INVERSE_LEFT_OUT, T_D_BELOW_HOLD
 from fric.log import Log
 from fric.notice import Notice, once
 from fric.records.timing import even_sampling as sampling_of
-from fric.results.base import Result
+from fric.results.base import DataFrame, Result
 from fric.results.given import in_si, logs_of
 from fric.results.given_models import cascade_of, document_of, friction_of
 from fric.results.kinds import ControllerLike, FrictionLike, LogLike, PlantLike, Quantity
@@ -25,12 +22,9 @@ from fric.results.text import Piece, Table
 from fric.units import readable, si_unit
 from fric.verb import Kind, verb
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ValidationResult(Result):
+class ValidationResult(Result, schema=ValidationDocument):
     """Records, and what the identified axis makes of them.
 
     Parameters
@@ -52,12 +46,6 @@ class ValidationResult(Result):
         """What the files warn of, and what the records show of controller and voltage."""
         return once([*self.notices, *(text for validation in self.validations for text in validation.warnings)])
 
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The scores."""
-        content = {"validations": self.validations}
-        return ValidationDocument.made(content, notices=self.warnings, logs=self.logs).tree()
-
     def report(self) -> list[Piece]:
         """Return relative and rms error of each signal."""
         rows = [
@@ -72,7 +60,7 @@ class ValidationResult(Result):
         ]
         return [Table(("", "signal", "relative error", "rms error"), rows)]
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> DataFrame:
         """Return the errors by record, loop and signal, in SI."""
         import pandas as pd
 
