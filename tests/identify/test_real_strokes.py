@@ -47,14 +47,14 @@ SLOW = np.geomspace(0.1e-3, 30e-3, 14)
 
 
 def test_a_fall_that_only_the_two_slowest_of_one_direction_show_is_kept() -> None:
-    """Forward strokes reach into the fall, backward ones don't: none is left out, and the fall is found."""
+    """Forward strokes reach into the fall, backward ones don't: none stands off, and the fall is found."""
     map_ = StaticMap(F_c=80.0, F_s=120.0, v_s=0.6e-3, delta=1.0, sigma=100.0)
     rng = np.random.default_rng(1)
     fast = np.geomspace(4e-3, 40e-3, 12)
     speeds = np.concatenate([[0.3e-3, 0.8e-3], fast, -fast])
     fit = identify_static([stroke(v, rng, friction=map_, noise=0.005) for v in speeds])
     assert fit.static is not None
-    assert not fit.static.left_out
+    assert not fit.static.standing_off
     assert float(fit.static.estimates["F_s"]) == pytest.approx(120, rel=0.01)
     assert float(fit.static.estimates["F_c"]) == pytest.approx(80, rel=0.01)
 

@@ -244,13 +244,13 @@ def test_too_few_speeds_and_no_stroke_are_errors():
         identify_static([Log(t, t)])
 
 
-def test_a_stroke_that_stands_off_all_others_is_left_out_and_told():
+def test_a_stroke_that_stands_off_all_others_hardly_counts_and_is_named():
     logs = _logs(13)
     spoiled = [*logs[:20], replace(logs[20], force=logs[20].force + 40.0), *logs[21:]]
     fit, clean = identify_static(spoiled), identify_static(logs)
-    assert [p.velocity for p in fit.static.left_out] == [clean.points[20].velocity]
-    assert "strokes-left-out" in {one.code for one in fit.warnings}
-    assert not clean.static.left_out
+    assert [p.velocity for p, _ in fit.static.standing_off] == [clean.points[20].velocity]
+    assert {one.code: one.severity for one in fit.warnings}["strokes-stand-off"] == "doubt"
+    assert not clean.static.standing_off
     for name in NAMES:
         low, high = _limits(clean, name)
         assert abs(_value(fit, name) - _value(clean, name)) < high - low

@@ -67,7 +67,7 @@ class Fit(Part):
     between_records: dict[Literal["level", "offset", "mass"], Quantity] | None = Field(
         None, description="standard deviation of the level, the offset and the mass from record to record"
     )
-    left_out: int | None = Field(None, description="number of strokes that were left out as outliers")
+    left_out: int | None = Field(None, description="number of strokes that deviate from all others, and weigh less")
     negative: Fit | None = Field(None, description="the same of the negative direction's own map")
     alpha_sum: Quantity | None = Field(None, description="sum of alpha before it was normalised")
     virgin_curve_rmse: Quantity | None = None
@@ -262,7 +262,7 @@ def _used(plant: Plant | None, motion: Motion, *taken: str) -> dict[str, Any]:
 def _quality(fit: MapFit, unit: str) -> dict[str, Any]:
     return {
         "rmse": Estimate(fit.rmse, unit), "r2": fit.r2, "between_strokes": Estimate(fit.between, unit),
-        "left_out": len(fit.left_out), "covariance": Covariance.of(fit.problem.free, fit.covariance, "linear"),
+        "left_out": len(fit.standing_off), "covariance": Covariance.of(fit.problem.free, fit.covariance, "linear"),
     }  # fmt: skip
 
 

@@ -23,7 +23,7 @@ class MapBranches:
     sign: int  # 1 for both directions or the positive direction, -1 for the negative direction
     branches: Sequence[Band]  # force as it was logged over velocity [N over m/s], a curve a direction
     size: Band  # force in the direction of motion, the offset taken off, over speed [N over m/s]
-    left_out: Sequence[tuple[float, float]] = ()  # velocity [m/s] and force [N] of strokes that were not fitted
+    standing_off: Sequence[tuple[float, float]] = ()  # velocity [m/s] and force [N] of strokes that weigh less
     offset: float = 0.0
 
 
@@ -88,7 +88,7 @@ def _map_of(fit: StaticFit) -> FrictionMap:
                 force, wide = one.predict(branch * speed) if fit.negative is None else (sign * size, error)
                 branches.append(Band(branch * speed, force, force - wide, force + wide))
         along = Band(speed, size - offset, size - offset - error, size - offset + error)
-        maps.append(MapBranches(sign, branches, along, [(p.velocity, p.force) for p in one.left_out], offset))
+        maps.append(MapBranches(sign, branches, along, [(p.velocity, p.force) for p, _ in one.standing_off], offset))
     return FrictionMap(fit.motion, maps, v, np.array([p.force for p in fit.points]), half)
 
 
@@ -96,7 +96,7 @@ def _over_velocity(axes: Axes, found: FrictionMap) -> None:
     scale, unit, factor, force_unit = found.scales()
     _points(axes, found.velocity * scale, found.force * factor, found.half * factor)
     for branches in found.maps:
-        for v, F in branches.left_out:
+        for v, F in branches.standing_off:
             axes.plot(v * scale, F * factor, "x", color=GREY, zorder=4)
         for branch in branches.branches:
             label = "eq. (2) with 95 % band" if branch.x[-1] > 0 else None
@@ -115,7 +115,7 @@ def _over_speed(axes: Axes, found: FrictionMap) -> None:
     scale, unit, factor, force_unit = found.scales()
     offset = found.maps[0].offset if found.maps and found.maps[0].sign > 0 else 0.0
     for branches in found.maps:
-        for v, F in branches.left_out:
+        for v, F in branches.standing_off:
             axes.plot(abs(v) * scale, (F - branches.offset) * np.sign(v) * factor, "x", color=GREY, zorder=4)
     for sign, colour, marker, label in (
         (1, BLUE, "o", "positive direction"),

@@ -50,10 +50,9 @@ F_S_EXTRAPOLATED = Flaw("F_s-extrapolated", "wrong", "{below:.0%} of the fall li
 F_C_AT_BOUND = Flaw("F_c-at-bound", "wrong", "F_c ends at its bound of 0: the fall reaches beyond the fastest stroke.",
     "Log faster strokes, or take Coulomb plus viscous friction with `form='coulomb'`.",
     widens={"level": 0.2, "v_s": 0.5}, circle_settles=True)
-STROKES_LEFT_OUT = Flaw("strokes-left-out", "doubt", "Strokes that deviate from all others are left out: {strokes}.",
-    "Look at their records.")
-STROKES_STAND_OFF = Flaw("strokes-stand-off", "note", "Strokes deviate from all others by up to {most:2} and weigh "
-    "less: {strokes}. Between two counts a slow axis may stick.", "Look at their records.")
+STROKES_STAND_OFF = Flaw("strokes-stand-off", lambda f: "doubt" if f.share > SCATTERED else "note",
+    "Strokes deviate from all others by up to {most:2} and weigh less: {strokes}. Between two counts a slow axis may "
+    "stick.", "Look at their records.")
 STROKES_SCATTER = Flaw("strokes-scatter", lambda f: "doubt" if f.share > SCATTERED else "note",
     "Strokes scatter by {spread:2} beyond their noise, {share:.0%} of the force: weights and intervals allow for it.",
     "{large:Friction that does not repeat, a play or an axis that hunts is no map of speed. Look at their records.|}")

@@ -52,7 +52,7 @@ def between_records(strokes: Strokes) -> Correction | None:
     if problem.with_offset:
         kinds.append(member)
     residual, columns = problem.F - problem.model(solution.theta), problem.jacobian(solution.theta)
-    found = mixed_model(residual, columns, fitted.own, [kind[fitted.kept] for kind in kinds])
+    found = mixed_model(residual, columns, fitted.own, kinds)
     chance = float(chdtrc(len(kinds), found.likelier))
     if not found.deviations.any() or (len(names) == 2 and chance > OF_TWO):
         return None
@@ -107,13 +107,11 @@ def place(strokes: Strokes) -> Correction | None:
     if asked == "on":
         points, together = profile.taken_off(strokes.points)
         return Correction(points=points, together=together)
-    (plain, raw), (fitted, placed) = (
-        solved(replace(strokes, points=points), strokes.offset)
+    raw, placed = (
+        solved(replace(strokes, points=points), strokes.offset)[1]
         for points in (strokes.points, profile.held_out(strokes.points))
     )
-    both = plain.kept & fitted.kept
-    weight = raw.weight[both[plain.kept]]
-    as_logged, without = raw.errors[raw.form][both[plain.kept]], placed.errors[placed.form][both[fitted.kept]]
+    weight, as_logged, without = raw.weight, raw.errors[raw.form], placed.errors[placed.form]
     again = "what comes again at the same places"
     if not predicts_better(weight, as_logged, without):
         return Correction(tried={f"without {again}": weighted_rms(weight, without)})

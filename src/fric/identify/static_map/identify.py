@@ -256,16 +256,12 @@ def _ageing(fit: MapFit) -> Iterator[Notice]:
 
 
 def _strokes(fit: MapFit) -> Iterator[Notice]:
-    """Name the strokes that were left out, and those with reduced weight."""
-    if fit.left_out:
-        yield flaws.STROKES_LEFT_OUT.found(strokes=[_named(fit, point) for point in fit.left_out])
+    """Name the strokes with reduced weight."""
     if fit.standing_off:
-        most = fit.asked.of(max(by for _, by in fit.standing_off), "force")
-        yield flaws.STROKES_STAND_OFF.found(strokes=[_named(fit, point) for point, _ in fit.standing_off], most=most)
-
-
-def _named(fit: MapFit, point: SpeedPoint) -> str:
-    return f"{point.record} ({fit.asked.says(point.velocity, 'velocity')})"
+        most = max(by for _, by in fit.standing_off)
+        share = most / float(np.median(np.abs(fit.problem.F)))
+        named = [f"{point.record} ({fit.asked.says(point.velocity, 'velocity')})" for point, _ in fit.standing_off]
+        yield flaws.STROKES_STAND_OFF.found(strokes=named, most=fit.asked.of(most, "force"), share=share)
 
 
 def _correlated(fit: MapFit) -> Iterator[Notice]:

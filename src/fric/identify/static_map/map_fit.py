@@ -20,9 +20,9 @@ from fric.identify.static_map.stribeck_fit import (
     Fitted,
     Solution,
     StribeckProblem,
+    fit_strokes,
     profile_interval,
     solve_with_scatter,
-    without_outliers,
 )
 from fric.identify.static_map.strokes import Asked, Strokes
 from fric.units import si_unit
@@ -276,9 +276,8 @@ class MapFit:
     covariance: Real  # Linearised covariance of the free parameters, in the order of ``problem.free``
     between: float  # Standard deviation of the strokes beyond their noise [N]
     held_out: HeldOut  # How well forms predict strokes that are held out
-    left_out: tuple[SpeedPoint, ...] = ()  # Outlying strokes that were not fitted
     standing_off: tuple[tuple[SpeedPoint, float], ...] = ()
-    """Outlying strokes that were fitted, each with its deviation [N], which reduces its weight."""
+    """Strokes that deviate from all others, each with its deviation [N], which reduces its weight."""
 
     @property
     def static_map(self) -> StaticMap:
@@ -331,17 +330,14 @@ def solved(strokes: Strokes, offset: float | None) -> tuple[Fitted, HeldOut]:
     )
     for into in strokes.into:
         problem = into(problem, strokes.points)
-    fitted = without_outliers(problem, 0.0 * F if fixed else errors, fixed=fixed)
+    fitted = fit_strokes(problem, fixed=fixed)
     return chosen(fitted, fall=asked.form == "auto", shape=asked.delta == "auto", fixed=fixed)
 
 
 def fit_map(strokes: Strokes, offset: float | None = None) -> MapFit:
     """Fit eq. (2) to strokes; each weighs by its error and the scatter of all beyond their errors.
 
-    A stroke is left out where it deviates from the map by more than `OUTLYING` times the median absolute residual of
-    all (as a standard deviation), and its error, and where the strokes of its direction next to it in speed, or those
-    that repeat it, contradict it: the slowest and the fastest have no neighbours on both sides, and are never left out.
-    Outlying strokes that are kept have their deviation in their weight.
+    Strokes that deviate from all others have their deviation in their weight.
 
     Where Coulomb plus viscous friction predicts held-out strokes no worse, or a parameter of eq. (2) ends at its bound,
     that is taken: F_s = F_c and v_s are then assumed.
@@ -351,16 +347,14 @@ def fit_map(strokes: Strokes, offset: float | None = None) -> MapFit:
     Raises FricError: When there are too few strokes for the parameters.
     """
     fitted, held_out = solved(strokes, offset)
-    left_out = tuple(point for point, used in zip(strokes.points, fitted.kept, strict=True) if not used)
-    part = [point for point, used in zip(strokes.points, fitted.kept, strict=True) if used]
-    standing = tuple((point, float(by)) for point, by in zip(part, fitted.beyond, strict=True) if by)
+    standing = tuple((point, float(by)) for point, by in zip(strokes.points, fitted.beyond, strict=True) if by)
     estimates, covariance = _estimates(fitted, strokes.asked)
-    estimates = _with_common_errors(estimates, fitted, strokes.together[:, fitted.kept])
+    estimates = _with_common_errors(estimates, fitted, strokes.together)
     if strokes.asked.damping:
         fitted, estimates = _less_damping(fitted, estimates, strokes.asked)
     return MapFit(
         strokes.asked, fitted.problem, fitted.solution, estimates, covariance, fitted.between,
-        replace(held_out, also=strokes.tried), left_out, standing,
+        replace(held_out, also=strokes.tried), standing,
     )  # fmt: skip
 
 

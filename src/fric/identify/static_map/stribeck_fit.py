@@ -339,16 +339,14 @@ def nonnegative(A: Real, b: Real, most: int) -> tuple[Real, float]:
     return x, rest
 
 
-OUTLYING = 6.0
-"""Standard deviations from the map beyond which a stroke is left out."""
 REPEATED = 0.05
 """Ratio of speeds, less one, up to which two strokes repeat each other."""
 SWUNG = 0.3
 """Share of what averaging over a swing does to a force that is its error: the swing is no sine."""
 MOST_OUTLYING = 0.15
-"""Share of the strokes that may be left out: where more are outliers, the map is wrong."""
+"""Share of the strokes that may stand off: where more do, the map is wrong."""
 STANDING = 5.0
-"""Standard deviations from the map beyond which the deviation of a kept stroke is in its weight."""
+"""Standard deviations from the map beyond which the deviation of a stroke is in its weight."""
 REPEATS = 1e-3
 """Share of the force to which friction repeats at best."""
 
@@ -359,48 +357,35 @@ class Fitted(NamedTuple):
     problem: StribeckProblem  # What was minimised; the standard errors include all scatter
     solution: Solution  # Where the minimum is
     between: float  # Standard deviation of the strokes beyond their errors [N]
-    own: Real  # The error of each stroke that is kept [N]
-    kept: Mask  # Which strokes had a part, shape (n,)
-    beyond: Real  # Deviation of single strokes beyond all that [N], mostly 0; one value a kept stroke
+    own: Real  # The error of each stroke [N], shape (n,)
+    beyond: Real  # Deviation of single strokes beyond all that [N], mostly 0, shape (n,)
 
 
-def without_outliers(problem: StribeckProblem, certain: Real, *, fixed: bool) -> Fitted:
-    """Fit the strokes, leaving out the worst outlier, until none is left."""
-    whole, kept, errors = problem, np.ones(len(problem.v), bool), problem.standard_error
-    while True:
-        swing = None if whole.swing is None else whole.swing[kept]
-        problem = replace(whole, v=whole.v[kept], F=whole.F[kept], standard_error=errors[kept], swing=swing)
-        if problem.degrees_of_freedom < 1:
-            raise FricError(
-                f"{len(whole.v)} strokes cannot give {len(problem.free)} parameters",
-                hint=f"Log strokes at {len(problem.free) + 1} speeds or more, or fix delta.",
-            )
-        solution, between = solve_with_scatter(problem, errors[kept], fixed=fixed)
-        if swing is not None and not fixed:
-            swung = problem.model(solution.theta) - replace(problem, swing=None).model(solution.theta)
-            errors = errors.copy()
-            errors[kept] = np.hypot(whole.standard_error[kept], SWUNG * swung)
-            problem = replace(problem, standard_error=errors[kept])
-            solution, between = solve_with_scatter(problem, errors[kept], fixed=fixed)
-        worst = _outlying(problem, solution, certain, kept)
-        if worst is None:
-            break
-        kept[worst] = False
-    beyond = 0.0 * errors[kept] if fixed else _beyond(problem, solution, errors[kept])
+def fit_strokes(problem: StribeckProblem, *, fixed: bool) -> Fitted:
+    """Fit the strokes; those that deviate from all others weigh less, but where the weights are ``fixed``."""
+    own, free, count = problem.standard_error, len(problem.free), len(problem.v)
+    if problem.degrees_of_freedom < 1:
+        hint = f"Log strokes at {free + 1} speeds or more, or fix delta."
+        raise FricError(f"{count} strokes cannot give {free} parameters", hint=hint)
+    if problem.swing is not None and not fixed:
+        solution, _ = solve_with_scatter(problem, own, fixed=fixed)
+        swung = problem.model(solution.theta) - replace(problem, swing=None).model(solution.theta)
+        own = np.hypot(own, SWUNG * swung)
+        problem = replace(problem, standard_error=own)
+    solution, between = solve_with_scatter(problem, own, fixed=fixed)
+    beyond = 0.0 * own if fixed else _beyond(problem, solution, own)
     if beyond.any():
-        errors = errors.copy()
-        errors[kept] = np.hypot(errors[kept], beyond)
-        solution, between = solve_with_scatter(replace(problem, standard_error=errors[kept]), errors[kept], fixed=fixed)
-    problem = replace(problem, standard_error=np.sqrt(errors[kept] ** 2 + between**2))
-    return Fitted(problem, solution, between, errors[kept], kept, beyond)
+        own = np.hypot(own, beyond)
+        solution, between = solve_with_scatter(replace(problem, standard_error=own), own, fixed=fixed)
+    return Fitted(replace(problem, standard_error=np.hypot(own, between)), solution, between, own, beyond)
 
 
 def _beyond(problem: StribeckProblem, solution: Solution, errors: Real) -> Real:
     """Return the deviation of single strokes from a map that all others agree on [N], shape (n,).
 
-    They are kept, for they may be the fall of a real drive, and their weight includes the deviation: an axis that hunts
-    between the counts of its encoder sticks now and then, which its logged position does not show. That takes less
-    force: where both directions take more at one speed, it is the map that is wrong there, and they weigh as all.
+    Their weight includes the deviation, so that what went wrong hardly counts, and the fall of a real drive still does.
+    An axis that hunts between the counts of its encoder sticks now and then, which its logged position does not show.
+    That takes less force: where both directions take more at one speed, the map is wrong there, and they weigh as all.
     """
     found = 0.0 * errors
     least = np.maximum(errors, REPEATS * float(np.median(np.abs(problem.F))))
@@ -426,39 +411,6 @@ def _mirrored(problem: StribeckProblem, some: Mask) -> Mask:
     """Return which strokes have another stroke of their speed in the other direction."""
     v = np.where(some, problem.v, np.nan)
     return np.asarray(np.any(np.abs(v[:, np.newaxis] + v) <= REPEATED * np.abs(v), axis=0))
-
-
-def _outlying(problem: StribeckProblem, solution: Solution, errors: Real, kept: Mask) -> int | None:
-    """Return the worst outlier, where a stroke is far off both map and neighbours."""
-    if np.count_nonzero(~kept) >= MOST_OUTLYING * len(kept) or problem.degrees_of_freedom < 4:
-        return None
-    residual = np.abs(problem.F - problem.model(solution.theta))
-    usual = robust_deviation(residual) + 1e-9 * float(np.abs(problem.F).max())
-    measure = OUTLYING * np.maximum(usual, errors[kept])
-    for worst in np.argsort(-residual / measure):
-        if residual[worst] <= measure[worst]:
-            return None
-        if _contradicted(problem, int(worst), float(measure[worst])):
-            return int(np.flatnonzero(kept)[worst])
-    return None
-
-
-def _contradicted(problem: StribeckProblem, n: int, measure: float) -> bool:
-    """Return whether the strokes of its direction next to a stroke in speed contradict it.
-
-    Between two strokes friction is between theirs, for any shape of its fall, to within the measure; where two repeat
-    its speed, they alone are used.
-    """
-    same = (np.sign(problem.v) == np.sign(problem.v[n])) & (np.arange(len(problem.v)) != n)
-    apart = np.log(np.abs(problem.v) / np.abs(problem.v[n]))
-    repeats = problem.F[same & (np.abs(apart) < REPEATED)]
-    if len(repeats) > 1:
-        return abs(float(problem.F[n] - np.median(repeats))) > measure
-    below, above = np.flatnonzero(same & (apart < 0)), np.flatnonzero(same & (apart >= 0))
-    if not (len(below) and len(above)):
-        return False
-    beside = [problem.F[below[np.argmax(apart[below])]], problem.F[above[np.argmin(apart[above])]]]
-    return bool(problem.F[n] < min(beside) - measure or problem.F[n] > max(beside) + measure)
 
 
 def solve_with_scatter(
