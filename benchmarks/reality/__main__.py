@@ -14,11 +14,11 @@ from benchmarks.reality.ablation import kept, section
 from benchmarks.reality.bench import STEPS, Row, run_all
 from benchmarks.reality.page import page
 from benchmarks.reality.results import Results
-from benchmarks.reality.session import flaws
+from benchmarks.reality.session import CLEAN, flaws
 from fric.cli.console import progress
 from fric.simulate.processes import default_workers
 
-NAMES = flaws()
+NAMES = [*flaws(), CLEAN]
 
 
 def main() -> int:

@@ -10,7 +10,7 @@ from math import comb
 from time import monotonic
 
 from benchmarks.reality.judge import Number, Step, Verdict, identified
-from benchmarks.reality.session import Sessions, machine_with
+from benchmarks.reality.session import CLEAN, Sessions, machine_with
 from fric.control.scheme import choose_schemes
 from fric.errors import FricError
 from fric.simulate.circle import run_circle
@@ -144,7 +144,8 @@ def run(flaw: str, seeds: Iterable[int]) -> list[Outcome]:
     sessions, found = Sessions(flaw), []
     for seed in seeds:
         verdict = identified(sessions.session(seed))
-        found.append(Outcome(flaw, seed, verdict.steps, glitches(flaw, verdict) if seed == 0 else None))
+        circles = glitches(flaw, verdict) if seed == 0 and flaw != CLEAN else None
+        found.append(Outcome(flaw, seed, verdict.steps, circles))
     return found
 
 

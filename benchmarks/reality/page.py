@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from benchmarks.reality.bench import HOLDS, STEPS, Row
-from benchmarks.reality.session import machine_with
+from benchmarks.reality.session import CLEAN, machine_with
 
 HEAD = """# Flaws of real drives
 
@@ -67,6 +67,8 @@ def page(rows: Sequence[Row]) -> str:
 
 
 def _flaw(flaw: str) -> str:
+    if flaw == CLEAN:
+        return "no flaw, and another machine in each session"
     name = machine_with(flaw).name
     return name.removeprefix("ten blocks, and ").removeprefix("ten blocks")
 

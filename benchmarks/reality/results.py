@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from benchmarks.reality.bench import Glitches, Outcome
 from benchmarks.reality.judge import Step
-from benchmarks.reality.session import MACHINES
+from benchmarks.reality.session import file_of
 from fric.output import staged
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ ROOMS = ("control", "drive", "friction", "identify", "kernels", "simulate")
 def version(flaw: str) -> str:
     """Return a digest of all that the sessions of a machine depend on: code, machine, bench."""
     files = sorted(file for room in ROOMS for file in (SOURCE / room).rglob("*.py"))
-    files += [*sorted(Path(__file__).parent.glob("*.py")), MACHINES / "base.yaml", MACHINES / f"{flaw}.yaml"]
+    files += [*sorted(Path(__file__).parent.glob("*.py")), file_of("base"), file_of(flaw)]
     return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fric.documents.machine_files import read_machine
+from fric.friction.gms import GMS
 from fric.log import Log
 from fric.simulate.axis import Trace
 from fric.simulate.experiment import Trial, constant_velocity, frequency_response, presliding_sine, sliding_sine_around
@@ -21,15 +22,50 @@ PERIODS = 8
 """Periods of the multisine."""
 
 
+CLEAN = "clean"
+"""In place of a flaw: each session is of another machine, which has none."""
+
+
 def flaws() -> list[str]:
     """Return the names of the machines, the base machine first and that with all flaws last."""
     names = sorted(file.stem for file in MACHINES.glob("*.yaml"))
     return ["base", *(name for name in names if name not in {"base", "all"}), "all"]
 
 
+def file_of(flaw: str) -> Path:
+    """Return the file of the machine with a flaw."""
+    return MACHINES / f"{'base' if flaw == CLEAN else flaw}.yaml"
+
+
 def machine_with(flaw: str) -> Machine:
     """Return the machine with a flaw."""
-    return read_machine(MACHINES / f"{flaw}.yaml")
+    return read_machine(file_of(flaw))
+
+
+def another(axis: Axis, seed: int) -> Axis:
+    """Return an axis of the same kind that has no flaw either: mass, friction, drive and channels are drawn anew."""
+    random = np.random.default_rng([seed, 11])
+
+    def times(most: float) -> float:
+        return float(np.exp(random.uniform(-1.0, 1.0) * np.log(most)))
+
+    mass, level, slip, known = times(3.0), times(3.0), times(2.0), axis.friction
+    assert isinstance(known, GMS)
+    F_c, share = known.static.F_c * level, 1.0 + random.uniform(0.1, 0.6)
+    static = replace(
+        known.static, F_c=F_c, F_s=F_c * share, v_s=known.static.v_s * times(2.0),
+        sigma=known.static.sigma * level * times(2.0),
+    )  # fmt: skip
+    count = int(random.integers(3, 11))
+    alpha = random.dirichlet(np.full(count, 4.0))
+    slips = 70e-6 * slip * np.geomspace(0.01, 1.0, count)
+    friction = GMS(static, tuple(alpha), tuple(alpha * static.F_s / slips), known.C * level * times(2.0))
+    cascade, plant = axis.cascade, replace(axis.plant, A=axis.plant.A * times(1.5), B=axis.plant.B / mass)
+    return replace(
+        axis, plant=plant, friction=friction, force_noise=axis.force_noise * level * times(2.0),
+        cascade=replace(cascade, K_p=cascade.K_p * mass, K_i=cascade.K_i * mass),
+        encoder=replace(axis.encoder, resolution=axis.encoder.resolution * slip * times(2.0)),
+    )  # fmt: skip
 
 
 def drawn(axis: Axis, seed: int) -> Axis:
@@ -79,7 +115,8 @@ class Sessions:
 
     def session(self, seed: int) -> Session:
         """Return the session of a seed."""
-        axis, runs, began = drawn(self.axis, seed), [], 0.0
+        draw, runs, began = another if self.flaw == CLEAN else drawn, [], 0.0
+        axis = draw(self.axis, seed)
         for trial in [
             *constant_velocity.planned(axis, speeds=SPEEDS),
             *presliding_sine.planned(axis, frequency=0.2, cycles=4),
