@@ -4,13 +4,13 @@ from typing import Literal, get_args
 
 Kind = Literal[
     "constant-velocity", "presliding-sine", "micro-steps", "sliding-sine", "frequency-response", "motion",
-    "force-velocity",
+    "force-velocity", "holding-map",
 ]  # fmt: skip
 KINDS: tuple[Kind, ...] = get_args(Kind)
 PRESLIDING = frozenset({"presliding-sine", "micro-steps"})
 """Kinds of a motion back and forth that shows friction before sliding."""
 
-CHANNELS = ("time", "position", "velocity", "force", "input", "reference", "added")
+CHANNELS = ("time", "position", "velocity", "force", "input", "reference", "added", "load_position", "mode")
 """What a record in time can hold; each is a dimension of `fric.units`, or has that of another channel."""
 
 
@@ -54,7 +54,7 @@ def channel_dimension(channel: str) -> str:
     if channel.startswith(f"{FORCE_VELOCITY}."):
         return FORCE_VELOCITY_DIMENSIONS[channel.rpartition(".")[2]]
     channel = channel.rpartition(".")[2]
-    alike = {"reference": "position", "added": "input"}
+    alike = {"reference": "position", "added": "input", "load_position": "position", "mode": "ratio"}
     return alike.get(channel) or RESPONSE_DIMENSIONS.get(channel, channel)
 
 

@@ -75,6 +75,10 @@ class Log(_FromFile):
         Reference position [m or rad], shape (n,).
     added
         Voltage that was added to the controller's output, and is in the input [V], shape (n,).
+    load_position
+        Position by a second encoder at the load, where the first is at the motor [m or rad], shape (n,).
+    mode
+        State of the control, as a compensation that is off (0) or on (1), shape (n,).
     name
         Name of the record in its file.
     kind
@@ -85,6 +89,8 @@ class Log(_FromFile):
         File the record was read from, and the digest of what was read.
     dropped
         Samples left out when the record was ingested, because a cell was no number.
+    labels
+        Names of the modes 0, 1, … where the log gave words.
 
     Raises
     ------
@@ -99,6 +105,8 @@ class Log(_FromFile):
     input: Real | None = None
     reference: Real | None = None
     added: Real | None = None
+    load_position: Real | None = None
+    mode: Real | None = None
     name: str = "record"
     kind: Kind | None = None
     axis: str = "x"
@@ -106,6 +114,7 @@ class Log(_FromFile):
     source: str = ""
     sha256: str = ""
     dropped: int = 0
+    labels: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         axis_name(self.axis, self.where)

@@ -37,7 +37,7 @@ from fric.io.readers.base import Column, Memory
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.plausibility import Finding, lifted, settled
-from fric.records import clipping, flaws, inspection, judgement, kicks, timing
+from fric.records import clipping, encoders, flaws, inspection, judgement, kicks, modes, timing
 from fric.simulate.contour_run import Chance, run_warnings
 from fric.verdict import Candidate, Evidence
 
@@ -85,6 +85,19 @@ def coarse(size: float) -> list[Notice]:
     z = np.tile([0.0, 2.0 * judgement.STEPS / size], 6)
     record = N(motion=N(position=z, step=1.0), reversals=np.arange(len(z)), slides=False, name="a")
     return judgement.too_coarse([record])
+
+
+def two_modes(size: float) -> list[Notice | None]:
+    t = np.arange(12_000) / 500.0
+    reference, since = 1e-3 * np.sin(np.pi * t), (t + 0.5) % 1.0  # since a reversal
+    bump = np.sign(np.cos(np.pi * t)) * np.exp(-(((since - 0.02) / 0.01) ** 2))
+    behind = 20e-6 * np.where(t < 12.2, modes.APART**size, 1.0) * bump + 1e-8 * RNG.standard_normal(len(t))
+    return [modes.switched(Log(t, reference - behind, reference=reference))]
+
+
+def two_encoders(size: float) -> list[Notice | None]:
+    z = np.sin(np.arange(400.0) / 20.0)
+    return [encoders.two_encoders(Log(np.arange(400.0), z, load_position=0.9 * z if is_so(size) else None))]
 
 
 def dead(size: float) -> list[Notice | None]:
@@ -325,6 +338,8 @@ SHOWN: dict[str, Show] = {
     "force-coarse": lambda s: forces(np.arange(1000) % (round(flaws.COARSE / s) + 1) * 0.1),
     "drive-off": lambda s: flaws.record_flaws([resting(s * clipping.OFF)], "gms"),
     "foreign-compensation": lambda s: [kicks.foreign_compensation(compensated(s * kicks.KICKED * 1e-6))],
+    "modes-switch": two_modes,
+    "two-encoders": two_encoders,
     "force-clipped": lambda s: forces(cut(s)),
     "input-clipped": lambda s: forces(np.linspace(0.0, 1.0, 400), "plant", input=cut(s)),
     "clipped-unused": lambda s: clipping.without_clipped([of_force(np.arange(400.0)), of_force(cut(s))], 0.0)[1],

@@ -28,9 +28,12 @@ from fric.log import Log, Record
 from fric.notice import Notice
 from fric.output import staged
 from fric.records.clipping import STUCK
+from fric.records.encoders import two_encoders
 from fric.records.inspection import Inspection, TableInspection, inspect
 from fric.records.judgement import excites
+from fric.records.modes import switched
 from fric.records.segments import travelled
+from fric.results.given import in_one_mode
 from fric.results.ingest import mapping_of
 from fric.units import Motion
 
@@ -136,6 +139,8 @@ def find_sources(
     for path in _controllers(given):
         document = read_document(path, ControllerDocument)
         found.controllers.setdefault(document.axis, path)
+    logs = [replace(record, source="") for record in seen if isinstance(record, Log)]
+    found.description += [notice for log in logs for of in (switched, two_encoders) if (notice := of(log)) is not None]
     if found.copies:
         found.description.append(FILE_COPIES.found(files=first_of(found.copies)))
     for why, files in found.refused.items():
@@ -217,6 +222,7 @@ def _own(path: Path) -> str | None:
 
 
 def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
+    records = [part for record in records for part in in_one_mode(record)]
     inspected = [inspect(record) for record in records]
     uses = frozenset(use.purpose for inspection in inspected for use in inspection.uses if use.good)
     if any(map(_excites, records)):

@@ -43,6 +43,13 @@ FOREIGN_COMPENSATION = Flaw("foreign-compensation", "wrong",
     "At {count} of {reversals} reversals the axis jumps {height} ahead of its reference, first at {time} and {place}, "
     "and is back after {decay}: the control compensates friction, {when}.",
     "Switch its friction compensation off, and log again.", widens={"level": 0.1, "k": 1.0})
+MODES_SWITCH = Flaw("modes-switch", "note",
+    "{logged:The control switches its mode|A compensation is switched, by the error at reversals}: {parts}. "
+    "Each part is a record{compared:: tracking error {compared}|}.")
+TWO_ENCODERS = Flaw("two-encoders", "note",
+    "Friction is identified on the motor's encoder, along whose travel the logged force does its work"
+    "{lost:; the load's lags by {lost} (lost motion)|}{stiffness:, stiffness at most {stiffness}|}.",
+    "`encoder='load'` takes the load's.")
 DRIVE_OFF = Flaw("drive-off", "note",
     "The drive is off for {share:.0%} of {records}: the force is exactly 0 while the axis rests. That is left out.")
 FORCE_COARSE = Flaw("force-coarse", "doubt",

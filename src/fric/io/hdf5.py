@@ -180,7 +180,9 @@ class LogWriter:
         """Append one whole record."""
         kind = "frequency-response" if isinstance(log, FrequencyResponse) else log.kind
         dropped = log.dropped or None if isinstance(log, Log) else None
-        record = self.create(log.name, kind=kind, source=log.source, sha256=log.sha256, dropped=dropped)
+        labels = "\n".join(log.labels) or None if isinstance(log, Log) else None
+        about = {"source": log.source, "sha256": log.sha256, "dropped": dropped, "labels": labels}
+        record = self.create(log.name, kind=kind, **about)
         if isinstance(log, FrequencyResponse):
             values = {name: getattr(log, name) for name in RESPONSE_DIMENSIONS}
             record.extend({name: column for name, column in values.items() if column is not None})
@@ -325,4 +327,5 @@ def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -
         raise FricError(f"record '{name}' has no time", where=str(path))
     words = text(group.attrs, "dropped", "0")
     dropped = int(words) if words.isdigit() else 0
-    return Log(**cast("Any", channels), kind=kind, dropped=dropped, **attributes)
+    labels = tuple(filter(None, text(group.attrs, "labels").split("\n")))
+    return Log(**cast("Any", channels), kind=kind, dropped=dropped, labels=labels, **attributes)

@@ -208,10 +208,15 @@ class WholeRows:
     def __init__(self, table: Table, chosen: Plan, drop: bool) -> None:
         self._table, self._wanted, self._drop = table, chosen.wanted, drop
         self._limits = chosen.limits()
+        state = chosen.origins.get("mode")
+        table.states = None if state is None else state.column
 
     def good(self, block: Block) -> tuple[list[Real], NDArray[np.int64]]:
         """Return the columns without the rows that are not whole, and the rows' numbers in the file."""
         rows = np.arange(block.row, block.row + len(block.columns[0]))
+        if self._table.states is not None:  # a state that lacks is one, too
+            n = self._wanted.index(self._table.states)
+            block.columns[n] = np.where(np.isfinite(block.columns[n]), block.columns[n], -1.0)
         bounded = list(zip(block.columns, self._limits, strict=True))
         if not len(rows) or all(-most <= values.min() and values.max() <= most for values, most in bounded):  # no NaN
             return block.columns, rows
@@ -483,7 +488,7 @@ class Session:
         self._stated |= chosen.stated
         total = dropped + int(table.said.get("dropped", 0))
         sha256 = sha256_of()
-        record.close(sha256=sha256, dropped=total or None)
+        record.close(sha256=sha256, dropped=total or None, labels="\n".join(table.labels) or None)
         if dropped:
             self.warnings.append(CELLS_DROPPED.found(str(table.path), dropped=dropped, samples=samples + dropped))
         left_out = tuple(column.name for n, column in enumerate(table.columns) if n not in chosen.wanted)

@@ -23,6 +23,7 @@ from fric.flaws.static_map import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.log import Log
 from fric.notice import Notice
 from fric.records.clipping import clipped_among, drive_off
+from fric.records.encoders import two_encoders
 from fric.records.kicks import foreign_compensation
 from fric.records.over_strokes import OverPlace, over_time
 from fric.records.resolution import lattice_step
@@ -199,7 +200,8 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
         jitter, displaced = Estimate(worst_one.jitter, "s"), Estimate(worst_one.displaced, log.unit("position"))
         where = _records(log for log, _ in jitters)
         warnings.append(SAMPLING_JITTERS.found(where, jitter=jitter, displaced=displaced, purpose=purpose))
-    return warnings + [notice for log in logs if (notice := foreign_compensation(log)) is not None]
+    warnings += [notice for log in logs if (notice := foreign_compensation(log)) is not None]
+    return warnings + [notice for log in logs if (notice := two_encoders(log)) is not None][:1]
 
 
 def stroke_flaws(

@@ -12,6 +12,7 @@ from fric.flaws.channel import FOREIGN_COMPENSATION, ONE_DIRECTION
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.records.clipping import STUCK, clipped_samples, counts
+from fric.records.encoders import Transmission, transmission_of
 from fric.records.flaws import clock_flaws, stroke_flaws
 from fric.records.judgement import (
     RISES,
@@ -114,6 +115,7 @@ class Inspection(InspectedRecord):
     excites: whether the motion separates mass, viscous and Coulomb friction
     slope: least slope of the branches between reversals, over their mean; null without force
     energy: lost per cycle of the logged force; null without cycles
+    transmission: between two encoders; null without
     dropped: samples that were left out when the record was ingested
     """
 
@@ -131,6 +133,7 @@ class Inspection(InspectedRecord):
     excites: bool = False
     slope: float | None = None
     energy: Estimate | None = None
+    transmission: Transmission | None = None
     dropped: int = 0
 
     @property
@@ -244,7 +247,7 @@ def inspect(record: Record) -> Inspected:
     found = Inspection.of(
         record, dropped=record.dropped, kind=record.kind or "motion", stated=record.kind is not None,
         samples=len(log), duration=float(log.time[-1] - log.time[0]),
-        sampling=sampling, jitter=jitter, channels=channels, gaps=gaps,
+        sampling=sampling, jitter=jitter, channels=channels, gaps=gaps, transmission=transmission_of(log),
     )  # fmt: skip
     if len(log) < STUCK:
         return replace(found, uses=(Use("identification", False, f"{len(log)} samples are too few"),))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fric.arrays import Indices, Real
+from fric.arrays import Indices, Mask, Real
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.channel import FOREIGN_COMPENSATION
@@ -33,13 +33,22 @@ class _Kick:
     sample: int  # At the reversal
 
 
-def foreign_compensation(log: Log) -> Notice | None:
-    """Return that the control kicks the axis at reversals, as a friction compensation does that was left on.
+@dataclass(frozen=True)
+class Tracking:
+    """How a record follows its reference.
 
-    Friction holds an axis behind its reference. What puts it ahead after most reversals, by counts of the encoder and
-    by a share of all deviations elsewhere, is a pulse or a step of the control. Deviations that go with the velocity
-    and the acceleration are those of the loop.
+    rest: deviation of the position without what goes with velocity and acceleration, as the lag of a loop does [m]
+    spans: of each reversal where the look at it begins, its sample, and where the look ends
+    far: samples far from reversals
     """
+
+    rest: Real
+    spans: list[tuple[int, int, int]]
+    far: Mask
+
+
+def tracking(log: Log) -> Tracking | None:
+    """Return how a record follows its reference; None where it has no reference, no reversal, or nothing between."""
     if log.reference is None or log.position is None or log.added is not None or len(log) < SAMPLES:
         return None
     at = find_reversals(log.reference)
@@ -47,18 +56,30 @@ def foreign_compensation(log: Log) -> Notice | None:
         return None
     t, speed = log.time, np.gradient(log.reference, log.time)
     columns = np.column_stack([np.ones(len(t)), speed, np.gradient(speed, t)])
-    deviation, sizes = log.position - log.reference, np.maximum(np.abs(columns).max(axis=0), 1e-300)
+    columns /= np.maximum(np.abs(columns).max(axis=0), 1e-300)
+    deviation, far = log.position - log.reference, np.ones(len(t), dtype=bool)
     spans = _around_reversals(t, log.reference, at)
-    far = np.ones(len(t), dtype=bool)
     for begin, _, end in spans:
         far[begin:end] = False
     if far.sum() < SAMPLES // 4:
         return None
-    columns /= sizes
-    rest = deviation - columns @ np.linalg.lstsq(columns[far], deviation[far], rcond=1e-9)[0]
-    least = max(KICKED * float(np.quantile(np.abs(rest[far]), 0.99)), KICK_COUNTS * visible_step(log.position))
-    found = [_kick(t, log.reference, rest, *span) for span in spans]
-    kicks = [one for one in found if one.lead > max(least, BEFORE * one.before)]
+    return Tracking(deviation - columns @ np.linalg.lstsq(columns[far], deviation[far], rcond=1e-9)[0], spans, far)
+
+
+def foreign_compensation(log: Log) -> Notice | None:
+    """Return that the control kicks the axis at reversals, as a friction compensation does that was left on.
+
+    Friction holds an axis behind its reference. What puts it ahead after most reversals, by counts of the encoder and
+    by a share of all deviations elsewhere, is a pulse or a step of the control. Deviations that go with the velocity
+    and the acceleration are those of the loop.
+    """
+    if (followed := tracking(log)) is None or log.reference is None or log.position is None:
+        return None
+    t, rest = log.time, followed.rest
+    least = KICKED * float(np.quantile(np.abs(rest[followed.far]), 0.99))
+    least = max(least, KICK_COUNTS * visible_step(log.position))
+    found = [_kick(t, log.reference, rest, *span) for span in followed.spans]
+    kicks = [kick for kick in found if kick.lead > max(least, BEFORE * kick.before)]
     if len(kicks) < 2 or 2 * len(kicks) <= len(found):  # a single one is hunting or a disturbance
         return None
     lead, lag, late, decay = (

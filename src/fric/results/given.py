@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from math import isfinite
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from fric.errors import FricError
 from fric.flaws.unit import BOUNDS
@@ -13,6 +13,9 @@ from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.plausibility import Finding, settled
 from fric.units import Motion, likely, parse
 from fric.verb import UnfitError, refused
+
+if TYPE_CHECKING:
+    from fric.records.encoders import Encoder
 
 
 class Advance(Protocol):
@@ -26,8 +29,13 @@ def silent(steps: int = 1, *, total: int | None = None) -> None:
     """Tell nobody."""
 
 
-def records_of(given: Iterable[Any], *, one_axis: bool = True) -> list[Record]:
+def records_of(
+    given: Iterable[Any], *, one_axis: bool = True, whole: bool = False, encoder: Encoder = "motor"
+) -> list[Record]:
     """Return the records (of one axis) that are given: records, log files, or lists of them.
+
+    A record in which the mode of the control switches is several, one for each mode, unless they are wanted ``whole``.
+    Of two encoders, the position is that of the one named.
 
     Raises FricError: When something else is given, a file is no log file, or the records are of different axes.
     """
@@ -38,12 +46,25 @@ def records_of(given: Iterable[Any], *, one_axis: bool = True) -> list[Record]:
     if one_axis and len(axes) > 1:
         text = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
         raise FricError(f"the logs are of different axes: {text}", hint="Identify one axis at a time.")
-    return found
+    if encoder != "motor":
+        from fric.records.encoders import by_encoder
+
+        found = [by_encoder(record, encoder) if isinstance(record, Log) else record for record in found]
+    return found if whole else [part for record in found for part in in_one_mode(record)]
 
 
-def logs_of(given: Iterable[Any]) -> list[Log]:
+def in_one_mode(record: Record) -> Sequence[Record]:
+    """Return the parts of a record that are in one mode of the control each."""
+    if not isinstance(record, Log):
+        return [record]
+    from fric.records.modes import parts_of  # with the motion, which tables need not
+
+    return parts_of(record)
+
+
+def logs_of(given: Iterable[Any], encoder: Encoder = "motor") -> list[Log]:
     """Return the records in time of one axis that are given, as `records_of`."""
-    records = records_of(given)
+    records = records_of(given, encoder=encoder)
     logs = [record for record in records if isinstance(record, Log)]
     if not logs:
         raise FricError("there is no record in time", where=records[0].where)

@@ -17,7 +17,7 @@ from fric.plausibility import Finding, of_amplitudes, of_friction, of_level, of_
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import logs_of, several, where_of
 from fric.results.given_models import friction_of, plant_of
-from fric.results.kinds import FrictionLike, LogLike, PlantLike
+from fric.results.kinds import EncoderName, FrictionLike, LogLike, PlantLike
 from fric.results.text import Piece, Table, parameters
 from fric.units import readable, si_unit
 from fric.verb import Kind, verb
@@ -86,6 +86,7 @@ def identify_gms(
     cycles: Annotated[tuple[int, int] | str | None, Kind(str, "FIRST:LAST")] = None,
     refine: bool = True,
     plant: PlantLike | None = None,
+    encoder: EncoderName = "motor",
 ) -> GMSResult:
     """Identify alpha, k and C of the GMS model (eqs. 3 to 6) from pre-sliding cycles, and C from sliding.
 
@@ -106,13 +107,15 @@ def identify_gms(
         Refine alpha, k and C by replay along the measured motion.
     plant
         The plant, whose own linear damping is taken off. Its file or its result; its inertia is taken off, too.
+    encoder
+        Of two encoders, the one whose position friction is identified on.
 
     Raises
     ------
     FricError
         When no record has whole cycles, an amplitude is under three encoder steps, or the knots do not suit the curve.
     """
-    records = logs_of(logs)
+    records = logs_of(logs, encoder)
     axis, motion = records[0].axis, records[0].motion
     kept = friction_of(static, axis, motion)
     forward, backward = (None, None) if kept is None else kept.maps()

@@ -47,6 +47,8 @@ Count: TypeAlias = Annotated[int, Kind(least=1)]
 Seed: TypeAlias = Annotated[int, Kind(least=0)]
 """The seed of what is drawn at random."""
 
+EncoderName: TypeAlias = Literal["motor", "load"]
+"""One of two encoders of an axis."""
 LogLike: TypeAlias = Annotated["Record | Path | str | Iterable[Record | Path | str]", Kind(Path, "LOG.h5")]
 """A log file, its records as `fric.read` returns them, or a list of both."""
 PlantLike: TypeAlias = Annotated["Plant | PlantDocument | Result | Path | str", Kind(Path, "PLANT.yaml")]

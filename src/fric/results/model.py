@@ -15,7 +15,7 @@ from fric.records.prepared import prepared
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import logs_of
 from fric.results.given_models import friction_of, plant_of
-from fric.results.kinds import Count, FrictionLike, LogLike, PlantLike, Seed
+from fric.results.kinds import Count, EncoderName, FrictionLike, LogLike, PlantLike, Seed
 from fric.results.text import Piece, parameters
 from fric.units import Motion, parse, readable, si_unit
 from fric.verb import Kind, verb
@@ -64,6 +64,7 @@ def identify_model(
     fix: Annotated[Iterable[str] | Mapping[str, float | str], Kind(list[str], "NAME=VALUE")] = (),
     free: Annotated[Sequence[str], Kind(list[str], "NAME")] = (),
     seed: Seed = 0,
+    encoder: EncoderName = "motor",
 ) -> ModelResult:
     """Fit any friction model to any records by replay along the measured motion.
 
@@ -85,6 +86,8 @@ def identify_model(
         Fit a parameter that is held by default: delta.
     seed
         Seed of the coarse search.
+    encoder
+        Of two encoders, the one whose position friction is identified on.
 
     Raises
     ------
@@ -97,7 +100,7 @@ def identify_model(
             f"there is no friction model '{model}' to fit",
             hint=f"{near(model, known)}There are {', '.join(sorted(known))}.",
         )
-    records = logs_of(logs)
+    records = logs_of(logs, encoder)
     axis, motion = records[0].axis, records[0].motion
     kept = friction_of(static, axis, motion)
     taken_off = plant_of(plant, axis, motion)

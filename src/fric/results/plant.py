@@ -17,7 +17,7 @@ from fric.notice import Notice
 from fric.plausibility import Finding, of_logs, settled
 from fric.results.base import Identified
 from fric.results.given import quantity, records_of
-from fric.results.kinds import Count, LogLike, Quantity
+from fric.results.kinds import Count, EncoderName, LogLike, Quantity
 from fric.results.text import Piece, named, parameters
 from fric.units import readable
 from fric.verb import Kind, verb
@@ -103,6 +103,7 @@ def identify_plant(
     cutoff: Annotated[Quantity | None, "frequency"] = None,
     decimation: Count | None = None,
     border: Annotated[int | None, Kind(least=0)] = None,
+    encoder: EncoderName = "motor",
 ) -> PlantResult:
     """Identify the plant A, B, T_d (eq. 1) and K_f, from frequency responses or from an ordinary motion.
 
@@ -138,13 +139,15 @@ def identify_plant(
         One sample of so many is kept.
     border
         Samples left out at the start.
+    encoder
+        Of two encoders, the one whose position friction is identified on.
 
     Raises
     ------
     FricError
         When no record serves, too few lines are sure, or a motion does not separate the terms.
     """
-    given = records_of(logs)
+    given = records_of(logs, encoder=encoder)
     wanted, records = plant_records(given, None if method == "auto" else method)
     motion, in_time = records[0].motion, [record for record in records if isinstance(record, Log)]
     doubtful = settled(of_logs(in_time))

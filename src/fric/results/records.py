@@ -18,8 +18,9 @@ from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.records.inspection import Channel, Inspected, Inspection, ResponseInspection, TableInspection
 from fric.records.inspection import inspect as inspect_record
+from fric.records.modes import switched
 from fric.results.base import DataFrame, Figure, Result
-from fric.results.given import records_of
+from fric.results.given import in_one_mode, records_of
 from fric.results.kinds import LogLike
 from fric.results.text import Piece, Table
 from fric.units import readable, si_unit
@@ -80,9 +81,13 @@ def _log_rows(found: Inspection) -> list[tuple[str, str]]:
     if sine := found.sine:
         text = f"{_value(sine.amplitude, length)}, {sine.frequency:.4g} Hz, {sine.cycles:.3g} cycles"
         rows.append(("sine", text + (f", at {_value(sine.mean_velocity, speed)}" if sine.mean_velocity else "")))
-    if found.energy is not None and found.kind in {"presliding-sine", "motion"}:
-        ((_, value, interval, unit),) = estimate_rows({"": found.energy.as_dict()})
-        rows.append(("lost per cycle", f"{value} ({interval}) {unit}"))
+    estimates = {"lost per cycle": found.energy} if found.kind in {"presliding-sine", "motion"} else {}
+    if between := found.transmission:
+        estimates |= {
+            "lost motion": between.lost_motion, "wind-up": between.wind_up, "stiffness": between.stiffness,
+        }  # fmt: skip
+    known = {name: estimate for name, estimate in estimates.items() if estimate is not None}
+    rows += [(name, f"{value} ({interval}) {unit}") for name, value, interval, unit in estimate_rows(known)]
     if found.rise is not None and found.reversals:
         rows.append(("force rises in", f"{100 * found.rise:.3g} % of a stroke"))
     return rows
@@ -251,7 +256,7 @@ def read(*files: LogLike) -> Records:
     FricError
         When one is no log file, or they are of different axes.
     """
-    return Records(records_of(files))
+    return Records(records_of(files, whole=True))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -264,20 +269,20 @@ class InspectionResult(Result, schema=InspectionDocument):
         The records.
     found
         What was found in each.
+    switches
+        Where the mode of the control switches inside a record, which is then taken as several.
     """
 
     records: Sequence[Record]
     found: Sequence[Inspected]
+    switches: Sequence[Notice] = ()
 
     @property
     def warnings(self) -> tuple[Notice, ...]:
         """What is amiss with each record, after its name."""
-        return tuple(
-            notice.at(inspection.name)
-            for inspection in self.found
-            if isinstance(inspection, Inspection)
-            for notice in inspection.warnings
-        )
+        inspections = [inspection for inspection in self.found if isinstance(inspection, Inspection)]
+        found = (notice.at(inspection.name) for inspection in inspections for notice in inspection.warnings)
+        return (*self.switches, *found)
 
     def report(self) -> list[Piece]:
         """Return all that a few records hold; of many, a line each."""
@@ -307,5 +312,7 @@ def inspect(*logs: LogLike) -> InspectionResult:
     logs
         Log files of one axis. Records are taken, too.
     """
-    records = records_of(logs, one_axis=False)
-    return InspectionResult(records, [inspect_record(record) for record in records])
+    records = records_of(logs, one_axis=False, whole=True)
+    switches = [notice for log in records if isinstance(log, Log) and (notice := switched(log)) is not None]
+    parts = [part for record in records for part in in_one_mode(record)]
+    return InspectionResult(parts, [inspect_record(part) for part in parts], switches)

@@ -20,7 +20,7 @@ from fric.plausibility import Finding, of_friction, of_logs, of_strokes, settled
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import in_si, records_of
 from fric.results.given_models import document_of, plant_of
-from fric.results.kinds import LogLike, PlantLike, Quantity
+from fric.results.kinds import EncoderName, LogLike, PlantLike, Quantity
 from fric.results.text import Piece, parameters
 from fric.units import readable, si_unit
 from fric.verb import Kind, verb
@@ -86,6 +86,7 @@ def identify_static(
     average: Literal["robust", "median"] = "robust",
     form: Literal["auto", "coulomb", "stribeck"] = "auto",
     load: Annotated[Quantity | None, "force"] = None,
+    encoder: EncoderName = "motor",
 ) -> StaticResult:
     """Identify the static friction map F_c, F_s, v_s, delta, sigma (eq. 2) from constant-velocity strokes.
 
@@ -111,13 +112,15 @@ def identify_static(
     load
         Constant load where you know it, as "60 N" or "0 N": the offset is then it. As the weight of a vertical
         axis.
+    encoder
+        Of two encoders, the one whose position friction is identified on.
 
     Raises
     ------
     FricError
         When there is no steady stroke, or there are too few speeds for the parameters.
     """
-    records = [log for log in records_of(logs) if not isinstance(log, FrequencyResponse)]
+    records = [log for log in records_of(logs, encoder=encoder) if not isinstance(log, FrequencyResponse)]
     if not records:
         raise FricError("there is neither a record in time nor a table of forces and velocities")
     given = None if plant is None or isinstance(plant, Plant) else document_of(PlantDocument, plant)

@@ -99,7 +99,7 @@ def test_names_and_units_are_those_of_addresses_and_kind_of_axis(tmp_path: Path)
     done = fric.ingest(path, output=tmp_path / "log.h5", axis="axis2")
     (log,) = read_logs(tmp_path / "log.h5")
     assert (log.axis, log.motion) == ("axis2", "linear/A")
-    assert set(log.channels()) == {"time", "position", "reference", "velocity", "force"}
+    assert set(log.channels()) == {"time", "position", "load_position", "reference", "velocity", "force"}
     assert log.position is not None
     assert log.velocity is not None
     np.testing.assert_allclose(log.position, 2e-3 * z, atol=1e-8)

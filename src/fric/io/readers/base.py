@@ -152,6 +152,10 @@ class Table(ABC):
 
     notices: Sequence[Notice] = ()
     """Warnings about the table, once it is read."""
+    states: int | None = None
+    """Column whose words are states: each becomes a number, and is listed in ``labels``."""
+    labels: Sequence[str] = ()
+    """Words of that column, as far as it is read."""
 
     def __init__(
         self,

@@ -155,6 +155,9 @@ def _columns(signals: list[Signal], *, rotary: bool) -> list[Column]:
             along = channel != "velocity" or rotary or signal.units == "velo"  # a motor's speed is none of its axis
             if channel not in taken and unit and along and re.search(pattern, signal.address):
                 taken[channel] = n
+    motor = next((n for n, signal in enumerate(signals) if "ActPos1st" in signal.address), None)
+    if motor is not None and "ActPos2nd" in signals[taken["position"]].address:
+        taken |= {"position": motor, "load_position": taken["position"]}
     names = {n: channel for channel, n in taken.items()}
     return [
         Column(names.get(n) or signal.address or signal.description, UNITS.get(signal.units, (None, None))[rotary])

@@ -256,6 +256,9 @@ MOST_LINE = 2 << 20
 MOST_EMPTY = 256
 """Empty cells behind those of the header that a row may have."""
 
+MOST_STATES = 64
+"""Words of a column of states at most: others are no state."""
+
 _GZIP = b"\x1f\x8b"
 
 FORMAT = Format("Text", (".csv", ".tsv", ".txt", ".dat", ".log", ".gz"))
@@ -339,8 +342,21 @@ class TextTable(Table):
                 if waiting and (piece is None or len(waiting) == AHEAD):
                     size, parsed = waiting.popleft()
                     frame = self._frame(parsed, row)
-                    yield Block(row, [_numbers(frame[n], self._shape.decimal) for n in wanted], size)
+                    columns = [
+                        self._states(frame[n]) if n == self.states else _numbers(frame[n], self._shape.decimal)
+                        for n in wanted
+                    ]
+                    yield Block(row, columns, size)
                     row += len(frame)
+
+    def _states(self, column: "pd.Series[Any]") -> Real:
+        """Return a column of states as numbers, words by their order of appearance."""
+        if pd.api.types.is_numeric_dtype(column) and not self.labels:  # truth values, too
+            return column.to_numpy(dtype="f8", na_value=np.nan)
+        words = column.astype("str").str.strip()
+        self.labels = tuple(dict.fromkeys([*self.labels, *words.unique()]))[:MOST_STATES]
+        numbers = {word: float(n) for n, word in enumerate(self.labels)}
+        return words.map(numbers).to_numpy(dtype="f8", na_value=np.nan)
 
     def _pieces(self) -> Iterator[list[memoryview]]:
         """Cut the data into pieces of whole lines, each of some parts, in an encoding in which a digit is a byte."""

@@ -1,0 +1,200 @@
+"""Modes of the control that switch inside a record: by a channel of its state, else by the error at reversals."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from fric.arrays import Real
+from fric.estimate import Estimate
+from fric.flaws.channel import MODES_SWITCH
+from fric.log import Log
+from fric.notice import Notice
+from fric.records.kicks import Tracking, tracking
+from fric.records.recognition import visible_step
+from fric.records.reversals import find_reversals
+from fric.records.segments import SHORTEST, travelled
+from fric.units import readable
+
+MOST = 64
+"""Parts of a record at most: a state that changes more often is no mode of the control."""
+ALIKE = 0.02
+"""Share by which length and speed of strokes of one motion differ at most."""
+APART = 1.15
+"""Ratio of errors at reversals of one motion, above which the control is in two modes."""
+COUNTS = 3.0
+"""Counts of the encoder by which these errors differ at least."""
+SCATTER = 0.1
+"""Scatter of either size at most, over the distance of both on a scale of logarithms."""
+STROKES = 3
+"""Strokes one after the other that a mode lasts at least, where no channel shows it."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Samples of a record from ``start`` to ``stop`` in one mode, and whether a channel names it."""
+
+    mode: str
+    start: int
+    stop: int
+    logged: bool
+
+
+@dataclass(frozen=True)
+class _Stroke:
+    start: int  # First sample of the look at its reversal
+    stop: int  # At the next reversal
+    motion: tuple[float, float, float]  # Length [m], highest speed [m/s], direction
+    error: float  # Root mean square of the tracking error [m]
+    glitch: float  # Range of the deviation about its reversal [m]
+
+
+def modes_of(log: Log) -> list[Part]:
+    """Return the parts of a record in which the control is in one mode; none where the mode does not switch."""
+    found = _logged(log) if log.mode is not None else _seen(log)
+    return found if len({part.mode for part in found}) > 1 else []
+
+
+def parts_of(log: Log) -> list[Log]:
+    """Return the parts of a record, each in one mode and named with it; the record alone where no mode switches."""
+    found, count = list[Log](), dict[str, int]()
+    for part in modes_of(log):
+        count[part.mode] = n = count.get(part.mode, 0) + 1
+        name = f"{log.name} {part.mode}{f' {n}' if n > 1 else ''}"
+        found.append(replace(log.slice(part.start, part.stop), name=name))
+    return found or [log]
+
+
+def switched(log: Log) -> Notice | None:
+    """Return where the mode of a record switches, and the tracking error of each in motions that all modes have."""
+    if not (parts := modes_of(log)):
+        return None
+    names = list(dict.fromkeys(part.mode for part in parts))
+    spans = [f"{part.mode} from {log.time[part.start]:.4g} to {log.time[part.stop - 1]:.4g} s" for part in parts]
+    errors, glitches = _compared(log, parts, names)
+    unit = log.unit("position")
+    compared = [
+        f"{name} {readable(error, unit)} rms and {readable(glitch, unit)} at reversals"
+        for name, error, glitch in zip(names, errors, glitches, strict=False)
+    ]
+    return MODES_SWITCH.found(
+        log.where, logged=parts[0].logged, parts=spans, compared=compared, modes=names,
+        errors=[Estimate(error, unit) for error in errors], glitches=[Estimate(glitch, unit) for glitch in glitches],
+    )  # fmt: skip
+
+
+def _logged(log: Log) -> list[Part]:
+    """Return the runs of a mode's channel; none where it is a state of the motion: moving, its direction, in place."""
+    assert log.mode is not None
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(log.mode)) + 1, [len(log)]])
+    if not 2 < len(edges) <= MOST + 1:
+        return []
+    z = travelled(log)
+    turns = find_reversals(z)
+    inside = [int(((a < turns) & (turns < b)).sum()) for a, b in pairwise(edges)]
+    if len(turns) > 1 and max(inside) < 2:
+        return []
+    onoff = set(np.unique(log.mode)) <= {0.0, 1.0}
+    least = 0.01 * float(np.ptp(z))
+    found = []
+    for a, b in pairwise(map(int, edges)):
+        value = float(log.mode[a])
+        if 0 <= value < len(log.labels):
+            name = log.labels[int(value)]
+        else:
+            name = ("off", "on")[int(value)] if onoff else f"mode {value:g}"
+        if b - a >= SHORTEST and np.ptp(z[a:b]) > least:
+            found.append(Part(name, a, b, logged=True))
+    return found
+
+
+def _strokes(log: Log, followed: Tracking) -> list[_Stroke]:
+    """Return the strokes of the reference from reversal to reversal."""
+    assert log.reference is not None
+    assert log.position is not None
+    x, error, found = log.reference, log.position - log.reference, []
+    speed = np.abs(np.gradient(x, log.time))
+    for (begin, first, end), (following, last, _) in pairwise(followed.spans):
+        move = float(x[last] - x[first])
+        motion = (abs(move), float(speed[first:last].max()), float(np.sign(move)))
+        rms = float(np.sqrt(np.mean(error[begin:following] ** 2)))
+        found.append(_Stroke(begin, following, motion, rms, float(np.ptp(followed.rest[begin:end]))))
+    return found
+
+
+def _motions(strokes: Iterable[_Stroke]) -> Iterator[list[_Stroke]]:
+    """Yield the strokes of each motion, in the order of time."""
+    groups = list[list[_Stroke]]()
+    for stroke in strokes:
+        for group in groups:
+            if np.allclose(group[0].motion, stroke.motion, rtol=ALIKE, atol=0.0):
+                group.append(stroke)
+                break
+        else:
+            groups.append([stroke])
+    yield from groups
+
+
+def _compared(log: Log, parts: list[Part], names: list[str]) -> tuple[list[float], list[float]]:
+    """Return tracking error and error at reversals of each mode [m], over the motions that all of them have."""
+    if (followed := tracking(log)) is None:
+        return [], []
+    rows = list[list[tuple[float, float]]]()
+    for group in _motions(_strokes(log, followed)):
+        of_modes = [
+            [s for s in group if any(p.mode == name and p.start <= s.start and s.stop <= p.stop for p in parts)]
+            for name in names
+        ]
+        if all(of_modes):
+            rows.append([
+                (float(np.mean([s.error**2 for s in of_mode])), float(np.median([s.glitch for s in of_mode])))
+                for of_mode in of_modes
+            ])  # fmt: skip
+    if not rows:
+        return [], []
+    squares, glitches = np.mean(rows, axis=0).T
+    return np.sqrt(squares).tolist(), glitches.tolist()
+
+
+def _seen(log: Log) -> list[Part]:
+    """Return the parts of a record in which errors at reversals of one motion are of one of two sizes.
+
+    The sizes differ by `APART` and by far more than either scatters, in every motion that recurs, and each lasts for
+    `STROKES` strokes or more: directions that differ take turns, a drift is gradual, and noise does neither. A stroke
+    between both is that of a switch.
+    """
+    if (followed := tracking(log)) is None or log.position is None:
+        return []
+    least, strokes, large = COUNTS * visible_step(log.position), _strokes(log, followed), dict[int, bool | None]()
+    for group in _motions(strokes):
+        if (sizes := _of_two(np.array([stroke.glitch for stroke in group]), least)) is None:
+            continue
+        large |= {stroke.start: size for stroke, size in zip(group, sizes, strict=True)}
+    starts = [start for start in sorted(large) if large[start] is not None]
+    if len(large) < max(0.8 * len(strokes), 2 * STROKES):
+        return []
+    switches = [n for n in range(1, len(starts)) if large[starts[n]] != large[starts[n - 1]]]
+    edges = [0, *switches, len(starts)]
+    between = len(large) - len(starts)
+    if not switches or np.diff(edges).min() < STROKES or between > len(switches):
+        return []
+    cuts = [0, *(starts[n] for n in switches), len(log)]
+    names = ["off" if large[starts[n]] else "on" for n in edges[:-1]]
+    return [Part(name, *cut, logged=False) for name, cut in zip(names, pairwise(cuts), strict=True)]
+
+
+def _of_two(glitches: Real, least: float) -> list[bool | None] | None:
+    """Return whether errors of one motion are of the larger of two sizes, None of those between; None of one size."""
+    sizes = np.log(np.maximum(glitches, 1e-300))
+    order = np.sort(sizes)
+    splits = [n for n in range(2, len(order) - 1)]
+    if not splits:
+        return None
+    n = min(splits, key=lambda n: n * float(order[:n].var()) + (len(order) - n) * float(order[n:].var()))
+    low, high = float(np.median(order[:n])), float(np.median(order[n:]))
+    gap = high - low
+    off = np.minimum(np.abs(sizes - low), np.abs(sizes - high))
+    if gap < np.log(APART) or np.exp(high) - np.exp(low) < least or np.median(off) > SCATTER * gap:
+        return None
+    return [None if d > 2.0 * SCATTER * gap else bool(s > 0.5 * (low + high)) for s, d in zip(sizes, off, strict=True)]
