@@ -10,16 +10,18 @@ import numpy as np
 
 from benchmarks.reality.session import MACHINES, machine_with
 from fric.documents.spread import read_spreads
-from fric.simulate.reality.flaws import Excitation, Reality, SecondMass
-from fric.simulate.reality.parts import (
+from fric.simulate.reality.flaws import (
     Clock,
     Cogging,
     Direction,
     Drift,
     Dwell,
+    Excitation,
     ForceChannel,
     Interpolation,
     NoiseColour,
+    Reality,
+    SecondMass,
     Wave,
 )
 from fric.simulate.spread import draw_machine

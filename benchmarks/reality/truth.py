@@ -12,7 +12,7 @@ from benchmarks.reality.session import SPEEDS, Session
 from fric.drive.sensing import low_pass_pole
 from fric.friction.gms import GMS
 from fric.simulate.machine import Axis
-from fric.simulate.reality.parts import Drift
+from fric.simulate.reality.flaws import Drift
 
 Real = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from fric.design.observer import WholeLoop
 from fric.design.perturbation import model_perturbation
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.export.select import compensation_of
+from fric.export.base import compensation_of
 from fric.simulate.circle import Circle, run_circle
 
 XY = Path("configs/xy-table.yaml")

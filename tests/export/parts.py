@@ -13,9 +13,8 @@ import numpy as np
 from fric.control.scheme import Scheme
 from fric.documents.machine_files import read_machine
 from fric.documents.schemes import read_schemes
-from fric.export.base import Part, Role
+from fric.export.base import Part, Role, compensation_of
 from fric.export.c import c_files
-from fric.export.select import compensation_of
 from fric.friction import FrictionModel, models
 from fric.friction.directed import Directed
 from fric.friction.stribeck import StaticMap

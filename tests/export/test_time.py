@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fric.documents.machine_files import read_machine
-from fric.export.select import machine_of
+from fric.export.base import machine_of
 from fric.export.st import st_files
 from fric.friction.maxwell_slip import MaxwellSlip
 from fric.friction.stribeck import StaticMap

@@ -8,7 +8,7 @@ import pytest
 
 import fric
 from fric.errors import FricError
-from fric.figures.views import views
+from fric.figures.style import views
 from tests.figures.cases import SUBJECTS
 from tests.figures.drawn import labels
 from tests.new_file import place, python, shared_tests

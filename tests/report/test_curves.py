@@ -18,7 +18,7 @@ from fric.friction.gms import GMS
 from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs
 from fric.report.collect import collect
-from fric.report.curves import friction_curves, map_band, presliding, virgin_band
+from fric.report.plots import friction_curves, map_band, presliding, virgin_band
 
 from .conftest import LOGS
 

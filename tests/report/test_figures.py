@@ -22,12 +22,12 @@ from fric.friction.stribeck import StaticMap
 from fric.io.run import read_runs, write_runs
 from fric.log import Log
 from fric.report.collect import collect
-from fric.report.curves import friction_curves
 from fric.report.drift import Change
 from fric.report.plots import (
     Drawn,
     contour_figure,
     drift_figure,
+    friction_curves,
     friction_map,
     hysteresis,
     motions,

@@ -9,7 +9,7 @@ from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.io.hdf5 import read_records, write_logs
 from fric.log import Log
-from fric.reproduce.axis import SAMPLES, STEPS
+from fric.reproduce.paper import SAMPLES, STEPS
 from fric.simulate.experiment import (
     EXPERIMENTS,
     OF_THE_PAPER,

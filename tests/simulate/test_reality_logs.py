@@ -14,8 +14,7 @@ from fric.drive.sensing import Encoder, low_pass_pole
 from fric.errors import FricError
 from fric.log import Log
 from fric.simulate.experiment import constant_velocity, experiment, frequency_response, presliding_sine
-from fric.simulate.reality.flaws import Reality
-from fric.simulate.reality.parts import Clock, ForceChannel, Interpolation, NoiseColour
+from fric.simulate.reality.flaws import Clock, ForceChannel, Interpolation, NoiseColour, Reality
 from fric.simulate.reality.trace import _between, _driven, encoder_tells
 
 MACHINES = Path("configs/reality")

@@ -17,9 +17,8 @@ from fric.kernels.replay import replay
 from fric.reference import Reference, strokes
 from fric.simulate.axis import run_axis
 from fric.simulate.experiment import Trial, runs_of
-from fric.simulate.reality.flaws import Reality, SecondMass
+from fric.simulate.reality.flaws import Cogging, Direction, Drift, Dwell, Reality, SecondMass, Wave
 from fric.simulate.reality.motion import true_axis
-from fric.simulate.reality.parts import Cogging, Direction, Drift, Dwell, Wave
 
 BASE = read_machine(Path("configs/reality/base.yaml")).axis("x")
 IDEAL = replace(BASE, encoder=Encoder(), force_noise=0.0)

@@ -1,19 +1,33 @@
-"""The exported part of a machine, and targets, which make files of it."""
+"""The exported part of a machine: one axis under one scheme; targets, which make files of it, and their manifest."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+import numpy as np
 from numpy.typing import NDArray
 
-from fric.errors import FricError
+import fric
+from fric.arrays import Real
+from fric.control.base import ControlBlock, Setting
+from fric.control.scheme import Scheme
+from fric.documents.base import warned
+from fric.errors import FricError, clean
+from fric.export.rendering import remark
 from fric.export.translate.program import Program
 from fric.export.translate.reader import Entry, read_program
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed
-from fric.units import Motion
+from fric.friction.stribeck import StaticMap
+from fric.notice import Notice
+from fric.reference import Reference
+from fric.simulate.axis import blocks_of, setting_of
+from fric.simulate.machine import Machine
+from fric.units import Motion, rotates, si_unit
 
 LARGEST = {
     "position": 1e4, "velocity": 1e3, "acceleration": 1e6, "time": 1.0, "force": 1e9, "voltage": 1e6, "gain": 1e3,
@@ -149,3 +163,118 @@ class Target:
     files: Callable[..., Files]  # Returns the files of a part by name; takes the options that the target knows
     options: frozenset[str] = field(default_factory=frozenset)  # Names of the options that it knows
     parts: tuple[str, ...] = ("compensation",)  # The part of an axis that it exports: ``compensation``, ``machine``
+
+
+def compensation_of(machine: Machine, name: str, scheme: Scheme) -> Part:
+    """Return the controller of an axis under a scheme, with its nominal models.
+
+    Raises FricError: When the scheme needs something that the axis does not have, or there is no such axis.
+    """
+    axis = machine.axis(name)
+    if scheme.joint:
+        raise FricError(
+            f"scheme {scheme.name} designs the cascade of axis {name} anew, and a cascade is not exported",
+            hint="Take the gains of 'fric design block --joint' into the machine file, and 'joint' out of the scheme.",
+        )
+    rest = Reference(axis.cascade.sampling, *np.zeros((3, 1)))
+    setting = setting_of(axis, scheme, rest)
+    controller, *others = blocks_of(axis, scheme, setting)
+    if controller.name != axis.cascade.name:
+        raise FricError(
+            f"scheme {scheme.name} puts '{controller.name}' in place of the controller, and fric exports what is added "
+            "to a controller",
+            hint="Choose a scheme whose controller is the cascade.",
+        )
+    nominal, cascade = axis.nominal or axis.plant, axis.cascade
+    friction = setting.friction
+    if friction is None and others:
+        friction = StaticMap(F_c=0.0, F_s=0.0, v_s=1.0)  # nothing is fed forward; the blocks are
+    return Part(
+        "compensation", machine.name, name, axis.motion, remark(scheme.name), friction, nominal.K_f, nominal.A,
+        nominal.B, cascade.sampling, cascade.limit, axis.encoder.resolution, setting.gain, setting.lead,
+        K_p=cascade.K_p, K_i=cascade.K_i, blocks=tuple(_block(block, setting) for block in others),
+    )  # fmt: skip
+
+
+def machine_of(machine: Machine, name: str) -> Part:
+    """Return an axis with its true friction, as a plant to try a controller on."""
+    axis = machine.axis(name)
+    plant, cascade = axis.plant, axis.cascade
+    return Part(
+        "machine", machine.name, name, axis.motion, "", axis.friction, plant.K_f, plant.A, plant.B, cascade.sampling,
+        cascade.limit, axis.encoder.resolution, delay=plant.transport_delay(cascade.sampling), load=axis.load,
+        velocity_filter=cascade.velocity_filter,
+    )  # fmt: skip
+
+
+def _block(block: ControlBlock, setting: Setting) -> BlockPart:
+    def at(position: float, seen: float) -> Real:
+        return block.initial_state(replace(setting, position=position, seen=seen))
+
+    rest = at(0.0, 0.0)
+    return BlockPart(
+        block.name, block.kind, type(block).step, block.packed(setting), rest, at(1.0, 0.0) - rest, at(0.0, 1.0) - rest
+    )
+
+
+def manifest(
+    target: str, part: Part, files: Files, *, notices: Iterable[Notice], sources: Iterable[Mapping[str, str]]
+) -> dict[str, Any]:
+    """Return the content of manifest.json: SI values with their units, a digest of each file and of each source."""
+    unit = "rad" if rotates(part.motion) else "m"
+    values = {
+        "sampling": (part.sampling, "Hz"), "limit": (part.limit, "V"), "lead": (part.lead, "s"),
+        "gain": (part.gain, "1"), "K_f": (part.K_f, si_unit("force per input", part.motion)), "A": (part.A, "1/s"),
+        "B": (part.B, f"{unit}/(s^2*V)"), "resolution": (part.resolution, unit),
+    }  # fmt: skip
+    if part.role == "machine":
+        values |= {
+            "delay": (part.delay, "s"),
+            "load": (part.load, si_unit("force", part.motion)),
+            "velocity_filter": (part.velocity_filter, "Hz"),
+        }
+    digests = {
+        name: hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
+        for name, content in files.items()
+    }
+    return {
+        "fric": "export/1",
+        "version": fric.__version__,
+        "target": target,
+        "part": part.role,
+        "machine": part.machine,
+        "axis": part.axis,
+        "motion": part.motion,
+        "scheme": part.scheme,
+        "parameters": {name: _quantity(value, unit) for name, (value, unit) in values.items()},
+        "friction": friction_values(part.model, part.motion),
+        "blocks": [{"name": b.title, "kind": b.kind, "parameters": b.parameters.tolist()} for b in part.blocks],
+        "files": digests,
+        "sources": list(sources),
+        **warned(notices),
+    }
+
+
+def manifest_text(content: Mapping[str, Any]) -> str:
+    """Return a manifest as JSON."""
+    return clean(json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)) + "\n"
+
+
+def friction_values(model: FrictionModel, motion: Motion) -> dict[str, Any]:
+    """Return the parameters of a model by section and name, each with its unit."""
+    if isinstance(model, Directed):
+        backwards = friction_values(model.negative, motion)["static"]
+        return friction_values(model.model, motion) | {"static_negative": backwards}
+    found: dict[str, Any] = {"model": model.name}
+    parts = {name: value for name, value in vars(model).items() if isinstance(value, FrictionModel)}
+    holders: dict[str, Any] = {model.name: model} | parts
+    for section, parameters in type(model).declared().items():
+        holder = holders.get(section, model)
+        found[section] = {p.name: _quantity(getattr(holder, p.name), si_unit(p.dimension, motion)) for p in parameters}
+    return found
+
+
+def _quantity(value: Any, unit: str) -> dict[str, Any]:
+    if isinstance(value, tuple):
+        return {"value": list(value), "unit": unit}
+    return {"value": None if value == float("inf") else value, "unit": unit}

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from fric.errors import FricError
-from fric.export.base import Files, Part, Target
+from fric.export.base import Files, Part, Target, friction_values
 from fric.export.c import name_of
-from fric.export.manifest import friction_values
 from fric.units import si_unit
 
 SPEEDS = 61

@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 
 from fric.contour import QUADRANTS
-from fric.figures.style import BLUE, CYCLE, GREEN, GREY, SKY, VERMILION, new_figure
-from fric.figures.views import view
+from fric.figures.style import BLUE, CYCLE, GREEN, GREY, SKY, VERMILION, new_figure, view
 from fric.simulate.axis import Trace
 from fric.simulate.circle import CircleMap, CircleRun
 from fric.simulate.monte_carlo import MonteCarlo

@@ -13,8 +13,7 @@ from fric.circles.agreement import Agreement
 from fric.circles.diagnose import Diagnosis
 from fric.circles.glitches import smoothed
 from fric.figures.circle import LINES, direction_arrow, grid_lines, grid_of
-from fric.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, new_figure
-from fric.figures.views import view
+from fric.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, new_figure, view
 
 COLOURS = {1: BLUE, -1: GREEN}
 """Colour of each direction."""

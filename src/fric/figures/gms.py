@@ -8,8 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fric.arrays import Real
-from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, Band, look, new_figure, shade
-from fric.figures.views import view
+from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, Band, look, new_figure, shade, view
 from fric.identify.gms.fit import GMSFit, Replay
 from fric.identify.gms.virgin_curve import HysteresisCycles, VirginCurve
 from fric.units import Motion, prefixed, si_unit

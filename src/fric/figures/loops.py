@@ -10,8 +10,7 @@ from fric.control.q_filter import QFilter
 from fric.design.margins import Loop, Margins, decibel
 from fric.design.observer import ObserverDesign
 from fric.design.perturbation import Perturbation
-from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, look, new_figure
-from fric.figures.views import view
+from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, look, new_figure, view
 
 LOWEST = 0.5
 """Lowest frequency at which loops are drawn [Hz]."""

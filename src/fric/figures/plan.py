@@ -3,8 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from fric.figures.style import BLACK, BLUE, GREY, VERMILION, new_figure
-from fric.figures.views import view
+from fric.figures.style import BLACK, BLUE, GREY, VERMILION, new_figure, view
 from fric.friction.directed import Directed
 from fric.simulate.plan import Plan
 from fric.units import prefixed, si_unit

@@ -8,8 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fric.arrays import Real
-from fric.figures.style import BLACK, BLUE, GREY, VERMILION, Band, new_figure, shade
-from fric.figures.views import view
+from fric.figures.style import BLACK, BLUE, GREY, VERMILION, Band, new_figure, shade, view
 from fric.identify.static_map.identify import StaticFit
 from fric.units import Motion, prefixed, rotates, si_unit
 

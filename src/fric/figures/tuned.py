@@ -9,8 +9,7 @@ from matplotlib.ticker import LogLocator
 from fric.arrays import Real
 from fric.circles.learn import Learned
 from fric.circles.tune_fit import TunedAxis
-from fric.figures.style import BLUE, GREY, VERMILION, new_figure
-from fric.figures.views import view
+from fric.figures.style import BLUE, GREY, VERMILION, new_figure, view
 
 AROUND = np.radians(25.0)
 """Half of what is shown around a reversal, as an angle on the circle [rad]."""

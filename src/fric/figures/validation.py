@@ -6,8 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fric.circles.validation import Validation
-from fric.figures.style import BLACK, BLUE, GREY, VERMILION, look, new_figure
-from fric.figures.views import view
+from fric.figures.style import BLACK, BLUE, GREY, VERMILION, look, new_figure, view
 from fric.identify.replay.compare import Comparison
 from fric.identify.replay.replay_fit import ReplayFit
 from fric.units import prefixed, si_unit

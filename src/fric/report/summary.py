@@ -18,9 +18,9 @@ from fric.errors import FricError
 from fric.io.recognise import write_report
 from fric.notice import Notice
 from fric.report.collect import ContourTest, ReportInput, collect
-from fric.report.curves import presliding
 from fric.report.drift import description, document_changes, glitch_changes
 from fric.report.page import render_report
+from fric.report.plots import presliding
 from fric.report.view import observations
 from fric.results.base import Result
 from fric.results.circle import CircleResult

@@ -25,18 +25,19 @@ from fric.flaws import flaw_of
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.report.collect import Contour, ContourTest, Item, Measured, ReportInput
-from fric.report.curves import friction_curves, presliding
 from fric.report.drift import Change, block_counts, description, document_changes, glitch_changes
 from fric.report.plots import (
     Drawn,
     contour_figure,
     decision_figure,
     drift_figure,
+    friction_curves,
     friction_map,
     hysteresis,
     magnification,
     motions,
     pictures,
+    presliding,
     q_filter,
     reversal_figures,
     virgin_curves,

@@ -59,7 +59,7 @@ class Result(ABC):
 
     def figure(self) -> Figure:
         """Return the figure that ``--plot`` draws: the usual one of the first of its parts that has any."""
-        from fric.figures.views import views_of
+        from fric.figures.style import views_of
 
         for draw in views_of([*vars(self).values()], usual=True).values():
             return draw()
@@ -84,7 +84,7 @@ class Result(ABC):
 
     def views(self) -> list[str]:
         """Return the names of the figures that can be drawn of what is in the result."""
-        from fric.figures.views import views_of
+        from fric.figures.style import views_of
 
         return list(views_of([*vars(self).values()]))
 
@@ -106,7 +106,7 @@ class Result(ABC):
         FricError
             When there is no figure of that name, or the file's ending is no format.
         """
-        from fric.figures.views import figure_named
+        from fric.figures.style import figure_named
 
         drawn = self.figure() if view is None else figure_named(view, [*vars(self).values()])
         if path is not None:

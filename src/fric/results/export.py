@@ -21,9 +21,7 @@ from fric.documents.listings import ExportDocument
 from fric.documents.machine_files import axis_notices, read_machine, read_machine_document
 from fric.errors import FricError, near
 from fric.export import targets
-from fric.export.base import Files, Part, Target
-from fric.export.manifest import manifest, manifest_text
-from fric.export.select import compensation_of, machine_of
+from fric.export.base import Files, Part, Target, compensation_of, machine_of, manifest, manifest_text
 from fric.flaws.prediction import NOTHING_SIMULATED, SCHEME_SATURATES
 from fric.io.run import read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.notice import Notice, once

@@ -1,22 +1,208 @@
 """Properties of a real axis beyond eq. (1) and a friction model, each off by default."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from math import inf
 from typing import Annotated
 
 from fric.errors import FricError
-from fric.simulate.reality.parts import (
-    Clock,
-    Cogging,
-    Direction,
-    Drift,
-    Dwell,
-    ForceChannel,
-    Interpolation,
-    NoiseColour,
-    Wave,
-    not_negative,
-    positive,
-)
+
+
+@dataclass(frozen=True)
+class Cogging:
+    """A force of the motor over position.
+
+    It is ``force·sin(2π·z/pitch + phase)``, against positive motion.
+
+    force: Amplitude [N].
+    pitch: Period [m].
+    phase: Phase at position 0 [rad].
+    """
+
+    force: Annotated[float, "force"]
+    pitch: Annotated[float, "position"]
+    phase: Annotated[float, "angle"] = 0.0
+
+    def __post_init__(self) -> None:
+        positive(self, "cogging", "pitch")
+
+
+@dataclass(frozen=True)
+class Wave:
+    """A wave of the friction's level over position.
+
+    The level varies by the factor ``1 + amplitude·sin(2π·z/pitch + phase)``.
+
+    amplitude: Relative amplitude [1].
+    pitch: Period [m].
+    phase: Phase at position 0 [rad].
+    """
+
+    amplitude: Annotated[float, "ratio"]
+    pitch: Annotated[float, "position"]
+    phase: Annotated[float, "angle"] = 0.0
+
+    def __post_init__(self) -> None:
+        positive(self, "waves", "pitch")
+        below_one(self, "waves", "amplitude")
+
+
+@dataclass(frozen=True)
+class Direction:
+    """Friction of the negative direction, over that of the positive direction.
+
+    level: Of F_c and F_s [1].
+    viscous: Of sigma [1].
+    """
+
+    level: Annotated[float, "ratio"] = 1.0
+    viscous: Annotated[float, "ratio"] = 1.0
+
+    def __post_init__(self) -> None:
+        positive(self, "direction", "level")
+        not_negative(self, "direction")
+
+    @property
+    def is_none(self) -> bool:
+        """Whether the directions are equal."""
+        return self == Direction()
+
+
+@dataclass(frozen=True)
+class Dwell:
+    """Static friction that grows with the age of the contact: F_s·(1 + growth·ln(1 + age/time)).
+
+    The age θ follows the ageing law of rate-and-state friction, ``dθ/dt = 1 - θ·|v|/distance`` (A. Ruina, Journal of
+    Geophysical Research 88, 1983, p. 10359): at rest it is the time of rest, in sliding ``distance/|v|``.
+
+    growth: Growth for each factor e of the age [1].
+    time: Age from which it counts [s].
+    distance: Sliding that renews the contact [m].
+    """
+
+    growth: Annotated[float, "ratio"]
+    time: Annotated[float, "time"]
+    distance: Annotated[float, "position"]
+
+    def __post_init__(self) -> None:
+        not_negative(self, "dwell")
+        positive(self, "dwell", "time", "distance")
+
+
+@dataclass(frozen=True)
+class Drift:
+    """A factor that changes from 1 to 1 + amount.
+
+    It does so while the machine runs, as ``1 + amount·(1 - exp(-t/time))``.
+
+    amount: Its final value, less 1 [1].
+    time: Time constant, from the first experiment of a session [s].
+    """
+
+    amount: Annotated[float, "ratio"]
+    time: Annotated[float, "time"]
+
+    def __post_init__(self) -> None:
+        positive(self, "drift", "time")
+        if not self.amount > -1.0:
+            raise FricError(f"the amount of a drift is {self.amount:g}", hint="Give more than -100 %.")
+
+
+def not_negative(flaw: object, name: str) -> None:
+    """Raise `FricError` where a number of a flaw is negative."""
+    for number in fields(flaw):  # type: ignore[arg-type]
+        value = getattr(flaw, number.name)
+        if isinstance(value, float) and not value >= 0.0:
+            raise FricError(f"{name}: {number.name} is {value:g}", hint="Give zero or a positive value.")
+
+
+def positive(flaw: object, name: str, *which: str) -> None:
+    """Raise `FricError` where one of these fields is not positive."""
+    for number in which:
+        if not getattr(flaw, number) > 0.0:
+            raise FricError(f"{name}: {number} is {getattr(flaw, number):g}", hint="Give a positive value.")
+
+
+def below_one(flaw: object, name: str, field: str) -> None:
+    """Raise `FricError` where a share is not below 1."""
+    if not abs(getattr(flaw, field)) < 1.0:
+        raise FricError(f"{name}: {field} is {getattr(flaw, field):g}", hint="Give a share below 1.")
+
+
+@dataclass(frozen=True)
+class ForceChannel:
+    """What the drive makes of the force before it logs it.
+
+    lag: Time by which it is late against position and voltage [s].
+    filter: Corner of a first-order low-pass [Hz], at the controller's rate.
+    step: Step in which it is logged, as one of the motor's current [N].
+    """
+
+    lag: Annotated[float, "time"] = 0.0
+    filter: Annotated[float, "frequency"] = inf
+    step: Annotated[float, "force"] = 0.0
+
+    def __post_init__(self) -> None:
+        not_negative(self, "force")
+        positive(self, "force", "filter")
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Instants of the samples.
+
+    jitter: Standard deviation of the instants [s], around even ones.
+    lost: Share of the samples that is lost at random [1].
+    position: Time by which the position is logged late [s], against the clock.
+    input: Time by which the voltage is logged late [s], against the clock.
+    stamped: Whether the logged time shows jitter and loss. Else it is evenly spaced.
+    """
+
+    jitter: Annotated[float, "time"] = 0.0
+    lost: Annotated[float, "ratio"] = 0.0
+    position: Annotated[float, "time"] = 0.0
+    input: Annotated[float, "time"] = 0.0
+    stamped: bool = True
+
+    def __post_init__(self) -> None:
+        not_negative(self, "clock")
+        below_one(self, "clock", "lost")
+
+
+@dataclass(frozen=True)
+class NoiseColour:
+    """Noise of the logged force that remembers.
+
+    It is white noise behind a first-order low-pass.
+
+    force: Root mean square [N].
+    corner: Corner of the low-pass that it is behind [Hz].
+    """
+
+    force: Annotated[float, "force"]
+    corner: Annotated[float, "frequency"]
+
+    def __post_init__(self) -> None:
+        not_negative(self, "noise")
+        positive(self, "noise", "corner")
+
+
+@dataclass(frozen=True)
+class Interpolation:
+    """Sub-divisional error of the encoder.
+
+    Its reading is ``z + error·sin(2π·z/pitch + phase)``, in whole steps.
+
+    error: Amplitude [m].
+    pitch: Pitch of the scale's lines [m].
+    phase: Phase at position 0 [rad].
+    """
+
+    error: Annotated[float, "position"]
+    pitch: Annotated[float, "position"]
+    phase: Annotated[float, "angle"] = 0.0
+
+    def __post_init__(self) -> None:
+        positive(self, "encoder", "pitch")
 
 
 @dataclass(frozen=True)

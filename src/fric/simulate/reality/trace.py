@@ -16,8 +16,8 @@ from fric.kernels.sensing import read
 from fric.log import Log
 from fric.simulate.axis import Trace
 from fric.simulate.machine import Axis
+from fric.simulate.reality.flaws import NoiseColour
 from fric.simulate.reality.motion import sensing_of
-from fric.simulate.reality.parts import NoiseColour
 
 
 def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: str, kind: Kind, seed: int) -> Log:
