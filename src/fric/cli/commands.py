@@ -5,9 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 import fric
-from fric.cli.command import READ_MACHINE, Command, Output
-from fric.cli.group import Home, group
-from fric.cli.signature import option, parameter
+from fric.cli.command import READ_MACHINE, Command, Home, Output, group, option, parameter
 from fric.cli.special import OF_CIRCLES
 from fric.columns import CIRCLE, KINDS
 from fric.verb import folders, verbs_in

@@ -11,9 +11,9 @@ from types import FrameType
 import typer
 
 import fric
+from fric.cli.command import group
 from fric.cli.commands import COMMANDS
 from fric.cli.console import ERR, prepare_streams
-from fric.cli.group import group
 from fric.errors import FricError, printable
 
 app = group(

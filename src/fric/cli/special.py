@@ -9,10 +9,9 @@ from typing import Annotated, Any
 import typer
 
 import fric
-from fric.cli.command import READ_MACHINE, Command
+from fric.cli.command import READ_MACHINE, Command, argument
 from fric.cli.completion import topics, types
 from fric.cli.console import ERR, OUT, Interruption, asker, finish, interruption, print_json
-from fric.cli.signature import argument
 from fric.errors import printable
 from fric.output import refuse_existing
 from fric.units import rotates

@@ -24,24 +24,9 @@ from fric.figures.contours import scheme_look
 from fric.flaws import flaw_of
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
+from fric.report import plots
 from fric.report.collect import Contour, ContourTest, Item, Measured, ReportInput
 from fric.report.drift import Change, block_counts, description, document_changes, glitch_changes
-from fric.report.plots import (
-    Drawn,
-    contour_figure,
-    decision_figure,
-    drift_figure,
-    friction_curves,
-    friction_map,
-    hysteresis,
-    magnification,
-    motions,
-    pictures,
-    presliding,
-    q_filter,
-    reversal_figures,
-    virgin_curves,
-)
 from fric.results.design import perturbation_of
 from fric.results.text import Table, plain_names
 from fric.units import readable, rotates, significant
@@ -140,8 +125,8 @@ class MeasuredView:
     glitch: float  # the largest that was measured [m]
     causes: Table
     tables: Sequence[Table]
-    picture: Drawn  # the figure of `fric diagnose`
-    further: Sequence[Drawn]
+    picture: plots.Drawn  # the figure of `fric diagnose`
+    further: Sequence[plots.Drawn]
 
 
 def measured_view(measured: Measured, key: str) -> MeasuredView:
@@ -157,7 +142,7 @@ def measured_view(measured: Measured, key: str) -> MeasuredView:
         held.scheme if held else "", held.all_agree if held else None,
         measured.glitch,
         result.causes(), [piece for piece in result.report() if isinstance(piece, Table)],
-        Drawn(f"{key}-diagnosis", "", caption, alt, result.figure()), pictures(result.found, key),
+        plots.Drawn(f"{key}-diagnosis", "", caption, alt, result.figure()), plots.pictures(result.found, key),
     )  # fmt: skip
 
 
@@ -397,10 +382,10 @@ class AxisView:
 
     name: str
     groups: Sequence[Group]
-    figures: Sequence[Drawn]
-    observer: Drawn | None
+    figures: Sequence[plots.Drawn]
+    observer: plots.Drawn | None
     notes: Sequence[str]
-    further: Sequence[Drawn] = ()
+    further: Sequence[plots.Drawn] = ()
 
 
 @dataclass(frozen=True)
@@ -418,16 +403,16 @@ class TestView:
     """The content about one contour."""
 
     test: ContourTest
-    figure: Drawn
-    decision: Drawn | None  # the picture beside the verdict
+    figure: plots.Drawn
+    decision: plots.Drawn | None  # the picture beside the verdict
     sizes: Mapping[str, tuple[str, float]]  # the glitch now, with the choice, and at most [m], by its class
-    reversals: Sequence[Drawn]
+    reversals: Sequence[plots.Drawn]
     lines: Sequence[Line]
     verdict: Verdict
     observations: Sequence[str]
     earlier: ContourTest | None
     blocks: Sequence[str] = ()
-    further: Sequence[Drawn] = ()
+    further: Sequence[plots.Drawn] = ()
     magnification: float | None = None
 
     __test__ = False  # no test of pytest's
@@ -442,7 +427,7 @@ class DriftView:
     after: str
     description: str
     changes: Sequence[Change]
-    figure: Drawn | None
+    figure: plots.Drawn | None
 
 
 @dataclass(frozen=True)
@@ -461,7 +446,7 @@ class View:
 
 def view(inputs: ReportInput) -> View:
     """Return the content of a page from the collected data."""
-    longest = presliding(inputs)
+    longest = plots.presliding(inputs)
     earlier = {id(after): before for before, after in inputs.test_pairs}
     tests = [_test(n, inputs, test, earlier.get(id(test)), longest) for n, test in enumerate(inputs.tests)]
     sources = [(item.source, item.kind, item.provenance) for item in (*inputs.items, *inputs.replaced)]
@@ -509,20 +494,20 @@ def _settled(text: Notice) -> Notice:
 def _axis(inputs: ReportInput, axis: str) -> AxisView:
     items = [item for item in inputs.items if item.axis == axis]
     groups = [group for item in items for group in groups_of(item)]
-    figures: list[Drawn] = []
+    figures: list[plots.Drawn] = []
     notes: list[str] = []
     observer = None
     for item in items:
         if item.kind == "friction":
-            curves = friction_curves(inputs, item)
-            figures += friction_map(item, curves) if curves.maps else []
-            figures += virgin_curves(item, curves) + hysteresis(item, curves)
+            curves = plots.friction_curves(inputs, item)
+            figures += plots.friction_map(item, curves) if curves.maps else []
+            figures += plots.virgin_curves(item, curves) + plots.hysteresis(item, curves)
             notes += curves.notes
         elif item.kind == "plant":
-            figures += motions(item, [log for log in inputs.records if _is_motion(log, axis)])
+            figures += plots.motions(item, [log for log in inputs.records if _is_motion(log, axis)])
         elif item.kind == "observer":
-            observer = q_filter(item, perturbation(inputs, item))
-    further = [picture for item in items for picture in pictures(item.document, f"{item.kind}-{axis}")]
+            observer = plots.q_filter(item, perturbation(inputs, item))
+    further = [picture for item in items for picture in plots.pictures(item.document, f"{item.kind}-{axis}")]
     return AxisView(axis, groups, figures, observer, notes, further)
 
 
@@ -574,17 +559,17 @@ def _test(
         sizes |= {"most": ("at most", chosen.stays_under)} if chosen.drawn else {}
     return TestView(
         test,
-        contour_figure(n, test, earlier),
-        decision_figure(n, test, chosen) if isinstance(chosen, Contour) else None,
+        plots.contour_figure(n, test, earlier),
+        plots.decision_figure(n, test, chosen) if isinstance(chosen, Contour) else None,
         sizes,
-        reversal_figures(n, test),
+        plots.reversal_figures(n, test),
         lines,
         verdict,
         observations(test, longest),
         earlier,
         tuple(asked.values()),
-        pictures(test.runs, f"run-{n}"),
-        magnification(test) if test.radius is not None else None,
+        plots.pictures(test.runs, f"run-{n}"),
+        plots.magnification(test) if test.radius is not None else None,
     )
 
 
@@ -597,13 +582,13 @@ def _drifts(inputs: ReportInput) -> Iterator[DriftView]:
             words += f" The models have {counts[0]} and {counts[1]} blocks, which cannot be compared one by one."
         title = f"{after.kind.capitalize()} of axis {after.axis}"
         yield DriftView(
-            title, _dated(before), _dated(after), words, changes, drift_figure(f"drift-{n}", title, changes)
+            title, _dated(before), _dated(after), words, changes, plots.drift_figure(f"drift-{n}", title, changes)
         )
     for n, (earlier, later) in enumerate(inputs.test_pairs):
         changes = glitch_changes(earlier, later)
         what = f"circle of {readable(later.radius, 'm')}" if later.radius is not None else "path"
         title = f"Glitch: {what} at {readable(later.feed, 'm/s')}"
-        figure = drift_figure(f"drift-run-{n}", title, changes)
+        figure = plots.drift_figure(f"drift-run-{n}", title, changes)
         yield DriftView(title, _dated(earlier), _dated(later), description(changes), changes, figure)
 
 

@@ -1,4 +1,4 @@
-"""The paper from end to end: both axes learned, the circles with what was learned, and a page of all beside the paper."""
+"""The paper from end to end: both axes learned, circles with what was learned, and a page of all beside the paper."""
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
