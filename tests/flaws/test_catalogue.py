@@ -447,8 +447,7 @@ def test_flaws_without_a_record_here_only_become_fewer() -> None:
 WITHOUT = """
     samples-lost sampling-jitters force-late force-late-open force-turned K_f-differs force-response-missing
     force-not-proportional encoder-errs stiffness-unresolved force-over-position friction-over-position
-    force-along-axis force-drifts friction-drifts offset-drifts misfit-in-one-stretch offset-differs
-    level-between-records friction-ages directions-differ offset-shared fall-not-seen F_s-at-bound fall-open
+    force-along-axis force-drifts friction-ages directions-differ offset-shared fall-not-seen F_s-at-bound fall-open
     F_s-extrapolated F_c-at-bound strokes-stand-off strokes-scatter strokes-unsettled
     strokes-settling strokes-swing residuals-follow-speed correlated damping-too-large sigma-in-A one-speed
     records-without-stroke rows-at-rest errors-of-means loop-feeds-back no-coherence few-periods A-holds-friction

@@ -23,17 +23,6 @@ ENERGY_DRIFTS = Flaw("energy-drifts", "doubt",
 ENERGY_IN_ONE_SEGMENT = Flaw("energy-in-one-segment", "doubt",
     "The energy lost per cycle is {there} from {begin:.4g} to {end:.4g} s, and {elsewhere} elsewhere.",
     "Look what happened to the contact.")
-FRICTION_DRIFTS = Flaw("friction-drifts", "doubt", "Friction changes by {change:+.1%} over the record.",
-    "Warm the axis up, and log again.", widens={"level": 0.08})
-OFFSET_DRIFTS = Flaw("offset-drifts", "doubt", "The offset of the force changes by {change:2} over the record.",
-    "Warm amplifier and sensor up, and log again.")
-MISFIT_IN_ONE_STRETCH = Flaw("misfit-in-one-stretch", "doubt",
-    "The misfit sits from {begin:.4g} to {end:.4g} s: {there:2} (rms) there, {elsewhere:2} elsewhere.",
-    "Look what happened to the contact.")
-OFFSET_DIFFERS = Flaw("offset-differs", "doubt",
-    "The offset differs by {by} between records: {least} in '{first}', {most} in '{second}'.")
-LEVEL_BETWEEN_RECORDS = Flaw("level-between-records", "doubt",
-    "Friction differs by {by:.1%} between records: {least:.3f} of the model in '{first}', {most:.3f} in '{second}'.")
 RECORDS_VARY = Flaw("records-vary", "doubt",
     "Records differ: {by} (standard deviation). In their order: {order}.",
     "Intervals are of the mean over records, and allow for it.{one_speed: Each holds one speed: log several in each, "

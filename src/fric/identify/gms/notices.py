@@ -1,21 +1,18 @@
 """Warnings about what pre-sliding data do not determine."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import pairwise, permutations
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 
-from fric.arrays import Indices, Real
+from fric.arrays import Real
 from fric.estimate import Estimate
 from fric.flaws import blocks
-from fric.flaws import drift as flaws
 from fric.flaws.channel import FIRST_BLOCK_UNRESOLVED
 from fric.flaws.drift import FRICTION_DIFFERS, REST_RAISES_FRICTION
-from fric.identify.gms.fit import GMSFit, Replay
+from fric.identify.gms.fit import GMSFit
 from fric.identify.gms.knots import Blocks
 from fric.notice import Notice
-from fric.records.judgement import RESOLVED, cycle_energies, drift, energy_warnings
+from fric.records.judgement import RESOLVED, cycle_energies, energy_warnings
 from fric.units import si_unit
 
 INERTIA = 0.1
@@ -111,123 +108,15 @@ def pair_gaps(pairs: Blocks) -> Real:
     return np.asarray(limit[:-1] + limit[1:] - both)
 
 
-CHANGES = 0.03
-"""Share of F_s by which friction or offset must change to give a warning."""
-
-PIECES = 30
-"""Segments of a record in which its misfit is evaluated."""
-
-STANDS_OFF = 3.0
-"""Ratio to the usual misfit above which the misfit of a segment is an outlier."""
-
-
 def changes(fit: GMSFit) -> Iterator[Notice]:
-    """Yield what changed while the records of a fit were logged."""
-    newton, F_s = si_unit("force", fit.motion), fit.static.F_s
-    presliding = [record for record in fit.records if record.kind == "presliding"]
-    offsets, levels = dict[str, float](), []
-    for replay in presliding:
-        offset, level = _over_cycles(replay)
-        if not len(level):
-            continue
-        offsets[replay.name] = float(offset.mean())
-        levels.append(float(level.mean()))
-        where = f"record '{replay.name}'"
-        if (change := _drifts(level, CHANGES)) is not None:
-            yield flaws.FRICTION_DRIFTS.found(where, change=change)
-        if (change := _drifts(offset, CHANGES * F_s)) is not None:
-            yield flaws.OFFSET_DRIFTS.found(where, change=Estimate(change, newton))
-        if (segment := segment_of_misfit(replay)) is not None:
-            begin, end, there, elsewhere = segment
-            rms = {"there": Estimate(there, newton), "elsewhere": Estimate(elsewhere, newton)}
-            yield flaws.MISFIT_IN_ONE_STRETCH.found(where, begin=begin, end=end, **rms)
-        else:  # a cycle and a half hardly raise the misfit, but clearly the energies, as `inspect` shows
-            reversals = _seen_reversals(replay)
-            notices = energy_warnings(
-                cycle_energies(replay.position, replay.measured, reversals), replay.time[reversals[::2]]
+    """Yield what changed while a record of a fit was logged, by the energy of its cycles over that of the model's."""
+    for replay in fit.records:
+        if replay.kind == "presliding":
+            reversals, seen = replay.record.reversals, replay.used | replay.held_out
+            reversals = reversals[seen[np.minimum(reversals, len(seen) - 1)]]
+            measured, modelled = (
+                cycle_energies(replay.position, force, reversals) for force in (replay.measured, replay.replayed)
             )
-            yield from (notice.at(where) for notice in notices if notice.code == flaws.ENERGY_IN_ONE_SEGMENT.code)
-    if differing := _beyond_load(fit, offsets):
-        by, (least, first), (most, second) = differing
-        values = {"least": Estimate(least, newton), "first": first, "most": Estimate(most, newton), "second": second}
-        yield flaws.OFFSET_DIFFERS.found(by=Estimate(by, newton), **values)
-    if len(levels) > 1 and np.ptp(levels) > CHANGES:
-        yield flaws.LEVEL_BETWEEN_RECORDS.found(by=float(np.ptp(levels)), **_between(presliding, levels))
-
-
-def _beyond_load(
-    fit: GMSFit, offsets: Mapping[str, float]
-) -> tuple[float, tuple[float, str], tuple[float, str]] | None:
-    """Return the difference of the offsets of two records [N], and both, where their loads do not explain it.
-
-    Blocks that do not slip along a cycle of amplitude a keep the load that they had where the record begins: up to
-    ``V(inf) - V(a)`` on the virgin curve V, which shows as an offset. Where the end of the curve is unknown, it may be
-    any.
-    """
-    if len(offsets) < 2 or not (fit.static_given or fit.curve.saturates):
-        return None
-    ends = max(float(fit.curve.force[-1]), fit.static.F_s)
-    load = {cycle.name: max(ends - float(fit.curve(cycle.amplitude)), 0.0) for cycle in fit.hysteresis}
-    pairs = [
-        (offsets[b] - offsets[a] - load.get(a, 0.0) - load.get(b, 0.0), a, b)
-        for a, b in permutations(offsets, 2) if offsets[b] > offsets[a]
-    ]  # fmt: skip
-    beyond, a, b = max(pairs, default=(0.0, "", ""))
-    return (
-        (offsets[b] - offsets[a], (offsets[a], a), (offsets[b], b))
-        if beyond > CHANGES * fit.static.F_s + 2.0 * fit.rmse
-        else None
-    )
-
-
-def _between(records: Sequence[Replay], values: Sequence[Any]) -> dict[str, Any]:
-    """Return the least and the most of values, and the records that have them."""
-    pairs = list(zip(values, (record.name for record in records), strict=False))
-    (least, first), (most, second) = (pick(pairs, key=lambda pair: float(pair[0])) for pick in (min, max))
-    return {"least": least, "first": first, "most": most, "second": second}
-
-
-def _over_cycles(replay: Replay) -> tuple[Real, Real]:
-    """Return the offset [N] and the friction relative to the model's, of each whole cycle."""
-    reversals = _seen_reversals(replay)
-    ends = reversals[::2]
-    measured, modelled = (
-        cycle_energies(replay.position, force, reversals) for force in (replay.measured, replay.replayed)
-    )
-    rest = replay.measured - replay.replayed + replay.own[0]
-    offset = [float(np.mean(rest[a:b])) for a, b in pairwise(ends)]
-    return np.array(offset), np.asarray(measured / modelled)
-
-
-def _seen_reversals(replay: Replay) -> Indices:
-    """Return the reversals among what a replay fits or holds out."""
-    reversals, seen = replay.record.reversals, replay.used | replay.held_out
-    return np.asarray(reversals[seen[np.minimum(reversals, len(seen) - 1)]])
-
-
-def _drifts(values: Real, least: float) -> float | None:
-    """Return the change of values from the first cycle to the last, where it is sure and more than the least."""
-    if len(values) < 4:
-        return None
-    change, half = drift(values)
-    return change if abs(change) > max(half, least) else None
-
-
-def segment_of_misfit(replay: Replay) -> tuple[float, float, float, float] | None:
-    """Return begin and end [s] of the segment that a replay's misfit sits in, its rms there and elsewhere [N].
-
-    None where the misfit is spread over the record. Segments are compared with the lower quartile of all.
-    """
-    seen = np.flatnonzero(replay.used | replay.held_out)
-    if len(seen) < 10 * PIECES:
-        return None
-    pieces = np.array_split(seen, PIECES)
-    rest = replay.measured - replay.replayed
-    rms = np.sqrt([float(np.mean(rest[piece] ** 2)) for piece in pieces])
-    off = np.flatnonzero(rms > STANDS_OFF * float(np.quantile(rms, 0.25)))
-    if not len(off) or len(off) < 0.7 * (off[-1] - off[0] + 1) or len(off) == PIECES:
-        return None
-    inside = np.zeros(PIECES, bool)
-    inside[off[0] : off[-1] + 1] = True
-    there, elsewhere = (float(np.sqrt(np.mean(rms[part] ** 2))) for part in (inside, ~inside))
-    return float(replay.time[pieces[off[0]][0]]), float(replay.time[pieces[off[-1]][-1]]), there, elsewhere
+            usual = float(np.sum(modelled)) / max(len(modelled), 1)
+            for notice in energy_warnings(measured / modelled * usual, replay.time[reversals[::2]]):
+                yield notice.at(f"record '{replay.name}'")
