@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Mapping
 
-MOST = 400
+MOST_CHARACTERS = 400
 """Characters of each part of a message at most."""
 
 
@@ -19,7 +19,7 @@ def clean(text: str) -> str:
     return "".join(text if text.isprintable() or text == "\n" else " " if text.isspace() else blank for text in text)
 
 
-def printable(text: str, most: int = MOST) -> str:
+def printable(text: str, most: int = MOST_CHARACTERS) -> str:
     """Return a text as `clean` does, on one line, and cut in its middle."""
     line = clean(text).replace("\n", " ")
     return line if len(line) <= most else f"{line[: 2 * most // 3]} … {line[-(most // 3) :]}"

@@ -218,7 +218,7 @@ def verbs_in(room: str) -> dict[str, str]:
     return {name: f"{room}.{stem}:{name}" for stem, names in named for name in names}
 
 
-class Form:
+class VerbForm:
     """The source of a verb: its text, and its arguments in their order.
 
     The source is read, not imported: a command's help waits for no library. What its annotations name is imported from

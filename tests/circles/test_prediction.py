@@ -13,7 +13,7 @@ from fric.circles.prediction import predicted as predicted_of
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.contours import prediction_of, prediction_tree
 from fric.documents.friction import FrictionDocument
-from fric.documents.identified import FORM, Identified, discrepancies
+from fric.documents.identified import FORM, IdentifiedMachine, discrepancies
 from fric.documents.plant import PlantDocument
 from fric.flaws import CATALOGUE
 from fric.friction.completed import PLAY, since_reversal
@@ -99,7 +99,9 @@ def predicted(identified, test_of_risen):
                (("F_c", axis.friction.static.F_c), ("F_s", axis.friction.static.F_s), ("B", axis.plant.B))}
         for name, axis in identified.axes.items()
     }  # fmt: skip
-    known = Identified(identified, intervals, {}, {}, {"x": (Notice("k ± 0.1", "prediction-widened", "note"),)}, ())
+    known = IdentifiedMachine(
+        identified, intervals, {}, {}, {"x": (Notice("k ± 0.1", "prediction-widened", "note"),)}, ()
+    )
     given = {"velocity": 0.1, "machines": 8, "workers": 1, "spread": {}}
     return {
         "alone": fric.circle(known, "a,c,f", **given).prediction,

@@ -12,9 +12,9 @@ from scipy.integrate import solve_ivp
 
 import fric
 from fric.circles.measured import AxisTrace, MeasuredCircle, measured_from_run
-from fric.circles.next_circle import NextCircle, law_warnings, measured_glitch, next_circles, worse_ahead
+from fric.circles.next_circle import CircleForecast, law_warnings, measured_glitch, next_circles, worse_ahead
 from fric.circles.tune import cautious, loop_warnings, tune, tune_axis
-from fric.circles.tune_fit import Balance, Coordinates, at, fit, instrumented
+from fric.circles.tune_fit import Balance, BalanceCoordinates, at, fit, instrumented
 from fric.circles.tune_intervals import alike_warnings, groups_alike, timing_warnings, tuned_estimates
 from fric.circles.voltage import refined, voltage_record
 from fric.control.scheme import PAPER_SCHEMES
@@ -159,7 +159,7 @@ def test_the_replay_agrees_with_friction_that_is_solved_as_a_differential_equati
 def test_with_the_truth_nothing_is_left(drawn, circles):
     axis = drawn.axes["x"]
     records = tuple(voltage_record(test, "x") for test in circles)
-    truth = Coordinates.of(axis.friction, axis.plant.T_d)
+    truth = BalanceCoordinates.of(axis.friction, axis.plant.T_d)
     plant = np.array([1 / axis.plant.B, axis.plant.A / axis.plant.B])
     left = at(Balance(records, truth, axis.plant.K_f), np.zeros(4), plant)
     assert left.rms < 5e-3
@@ -229,7 +229,7 @@ def test_a_position_that_is_late_is_told_by_most_poor_logs(drawn, circles):
 def test_a_shift_is_told_only_where_the_interval_of_the_delay_says_so_too(drawn, circles, interval, codes):
     axis = drawn.axes["x"]
     records = (voltage_record(circles[0], "x"),)
-    found = at(Balance(records, Coordinates.of(axis.friction, 0.65e-3), axis.plant.K_f), np.zeros(4))
+    found = at(Balance(records, BalanceCoordinates.of(axis.friction, 0.65e-3), axis.plant.K_f), np.zeros(4))
     low, high = (limit * 1e-3 for limit in interval)
     told = timing_warnings(axis, found, Estimate((low + high) / 2, "s", (low, high)))
     assert [one.code for one in told] == codes
@@ -294,7 +294,7 @@ def test_instruments_take_off_what_counts_pull_the_delay_by():
         seen, both = recorded(machine), []
         for name, axis in machine.axes.items():
             records = tuple(voltage_record(test, name) for test in seen)
-            truth = Coordinates.of(axis.friction, axis.plant.T_d)
+            truth = BalanceCoordinates.of(axis.friction, axis.plant.T_d)
             K_f, plant = axis.plant.K_f, (1 / axis.plant.B, axis.plant.A / axis.plant.B, 0.0)
             finer = tuple(refined(one, axis.friction, axis.plant.T_d, plant, K_f) for one in records)
             found = fit(Balance(finer, truth, K_f), [np.zeros(4)])
@@ -307,7 +307,7 @@ def test_instruments_take_off_what_counts_pull_the_delay_by():
 
 def test_intervals_hold_the_truth_of_blocks_that_slip_alike(drawn, circles):
     axis = drawn.axes["x"]
-    full = Coordinates.of(axis.friction, axis.plant.T_d).full()
+    full = BalanceCoordinates.of(axis.friction, axis.plant.T_d).full()
     records = tuple(voltage_record(test, "x") for test in circles)
     found = fit(Balance(records, full, axis.plant.K_f), [np.zeros(len(full.names))])
     assert [1, 2] in groups_alike(found)  # 27.5 and 25.9 µm
@@ -390,7 +390,7 @@ def test_a_circle_is_worse_where_it_should_be_by_more_than_chance(circles, tuned
 
     def ahead(glitch):
         chance = Chance((glitch,) * 5)
-        return [NextCircle(0.01, 0.03, scheme, chance, (0.0, 2 * glitch), chance) for scheme in "cf"]
+        return [CircleForecast(0.01, 0.03, scheme, chance, (0.0, 2 * glitch), chance) for scheme in "cf"]
 
     def again(share):
         return lambda n: Chance(tuple(seen * (1 + share * np.linspace(-1, 1, 5))))

@@ -10,7 +10,7 @@ from fric.cli.command import GIVEN, Command, found
 from fric.cli.commands import COMMANDS, DESIGN, IDENTIFY, SIMULATE
 from fric.cli.main import app
 from fric.errors import FricError
-from fric.verb import Form
+from fric.verb import VerbForm
 
 MADE = {
     name: one
@@ -26,7 +26,7 @@ def test_a_table_entry_fits_its_verb(name):
     names = {*command.form.names, *(one for more in command.further.values() for one in more)}
     named = {*command.flags, *command.helps, *command.places, *command.options, *command.without, *command.bound}
     assert named <= names
-    forms = [(command.form, command.form.names), *((Form(verb), more) for verb, more in command.further.items())]
+    forms = [(command.form, command.form.names), *((VerbForm(verb), more) for verb, more in command.further.items())]
     inner = {*GIVEN, *command.without, *command.bound}
     helps = {one: form[one].help for form, ones in forms for one in ones if one not in inner}
     assert {one for one, text in helps.items() if not text} == set()
@@ -35,7 +35,7 @@ def test_a_table_entry_fits_its_verb(name):
 @pytest.mark.parametrize("name", MADE)
 def test_the_source_of_a_verb_says_what_python_sees(name):
     """A form is read from the source alone; here the verb is imported, too."""
-    form = Form(MADE[name].verb)
+    form = VerbForm(MADE[name].verb)
     verb = found(MADE[name].verb)
     seen = signature(verb).parameters
     assert form.names == list(seen)

@@ -10,7 +10,7 @@ from fric.control.q_filter import Q_FILTERS, QFilter
 from fric.design.loop import SampledLoop
 from fric.design.margins import decibel, margins
 from fric.design.observer import WholeLoop, design_observer
-from fric.design.perturbation import Resonance, measured_perturbation, model_perturbation, robust_limit
+from fric.design.perturbation import StructuralMode, measured_perturbation, model_perturbation, robust_limit
 from fric.errors import FricError
 from fric.log import FrequencyResponse
 from tests.design.plants import CASCADE_X, CASCADE_Y, X, Y
@@ -57,7 +57,7 @@ def test_a_resonance_limits_q_where_the_hand_calculation_says(frequency: float, 
     |Q·Delta| ≤ 1 for every x is f_c² ≤ f_r²·x²/(|Delta| − 1); for light damping the least is close to x = 1, where
     |Delta| = share/(2ζ): f_c = f_r/√(share/(2ζ) − 1).
     """
-    limit = robust_limit(model_perturbation(NO_DELAY, 2000.0, [Resonance(frequency, damping, share)]))
+    limit = robust_limit(model_perturbation(NO_DELAY, 2000.0, [StructuralMode(frequency, damping, share)]))
     assert limit.q is not None
     at_peak = frequency / sqrt(share / (2 * damping) - 1)
     assert limit.q.cutoff == pytest.approx(at_peak, rel=0.02)
@@ -68,7 +68,7 @@ def test_a_resonance_limits_q_where_the_hand_calculation_says(frequency: float, 
 
 
 def test_a_resonance_that_decides_is_named() -> None:
-    Delta = model_perturbation(X, 2000.0, [Resonance(20.0, 0.03, 0.3)])
+    Delta = model_perturbation(X, 2000.0, [StructuralMode(20.0, 0.03, 0.3)])
     design = design_observer(X, CASCADE_X, perturbation=Delta)
     assert "eq. (8)" in design.reason
     assert design.robust.frequency == pytest.approx(20, rel=0.02)
@@ -174,7 +174,7 @@ def test_the_controller_is_blamed_only_where_the_response_is_good() -> None:
 def test_no_loop_is_recommended_that_misses_the_peak_on_the_measured_response() -> None:
     """M_s is taken of the open loop with the measured response itself, line by line, apart from the design."""
     f = np.geomspace(1.0, 1900.0, 800)
-    mode = Resonance(140.0, 0.08, 0.15)
+    mode = StructuralMode(140.0, 0.08, 0.15)
     G = X.response(f) * (1.0 + mode.response(f))
     design = design_observer(X, CASCADE_X, perturbation=measured_perturbation(response(f, G, np.full(800, 0.999)), X))
     loop = SampledLoop(X, CASCADE_X, (design.observer,))
@@ -186,7 +186,7 @@ def test_no_loop_is_recommended_that_misses_the_peak_on_the_measured_response() 
 def test_no_resonance_is_refused() -> None:
     for wrong in ((0.0, 0.1, 1.0), (10.0, 0.0, 1.0), (10.0, 1.5, 1.0), (10.0, 0.1, 0.0)):
         with pytest.raises(FricError):
-            Resonance(*wrong)
+            StructuralMode(*wrong)
 
 
 def test_a_peak_sensitivity_that_no_loop_has_is_refused() -> None:

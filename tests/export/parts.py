@@ -13,7 +13,7 @@ import numpy as np
 from fric.control.scheme import Scheme
 from fric.documents.machine_files import read_machine
 from fric.documents.schemes import read_schemes
-from fric.export.base import Part, Role, compensation_of
+from fric.export.base import ExportedPart, Role, compensation_of
 from fric.export.c import c_files
 from fric.friction import FrictionModel, models
 from fric.friction.directed import Directed
@@ -36,14 +36,14 @@ REFUSED = {"leuven": "depends on the data", "rolling": "controllers do not have"
 """Friction models that no controller's program can hold, and the reason that is given. All others must be exported."""
 
 
-def part(model: FrictionModel, role: Role = "compensation", lead: float = 0.65e-3) -> Part:
-    return Part(
+def part(model: FrictionModel, role: Role = "compensation", lead: float = 0.65e-3) -> ExportedPart:
+    return ExportedPart(
         role, "a machine", "x", "linear", "f", model, K_f=548.0, A=28.57, B=4.526, sampling=SAMPLING, limit=10.0,
         resolution=0.25e-6, gain=0.73, lead=lead, delay=0.525e-3,
     )  # fmt: skip
 
 
-def scheme_part(scheme: str | Scheme = "f", axis: str = "x") -> Part:
+def scheme_part(scheme: str | Scheme = "f", axis: str = "x") -> ExportedPart:
     chosen = SCHEMES[scheme] if isinstance(scheme, str) else scheme
     return compensation_of(read_machine(MACHINE), axis, chosen)
 
@@ -126,7 +126,7 @@ INPUTS = ("position", "velocity", "acceleration", "measured", "control", "input"
 class InC:
     """An exported part, compiled and called."""
 
-    def __init__(self, one: Part, folder: Path, *, single: bool = False, compiler: str = "cc") -> None:
+    def __init__(self, one: ExportedPart, folder: Path, *, single: bool = False, compiler: str = "cc") -> None:
         files = c_files(one, single=single)
         for name, text in files.items():
             (folder / name).write_text(str(text))

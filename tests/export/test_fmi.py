@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fric.export.base import Part
+from fric.export.base import ExportedPart
 from fric.export.fmi import fmi_files
 from fric.friction import models
 from tests.export.parts import (
@@ -68,7 +68,7 @@ class Unit:
         return np.array(found)
 
 
-def _units(one: Part, folder: Path) -> list[Unit]:
+def _units(one: ExportedPart, folder: Path) -> list[Unit]:
     """The units of both versions, which are made at once."""
     made = {int(name[-5]): content for name, content in fmi_files(one).items()}
     assert sorted(made) == [2, 3]

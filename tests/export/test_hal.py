@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fric.export.base import Part
+from fric.export.base import ExportedPart
 from fric.export.linuxcnc import linuxcnc_files
 from tests.export.parts import EXPORTED, InC, exportable, part, scheme_part, typical
 from tests.linuxcnc.bench import apart
@@ -41,7 +41,7 @@ loadusr -w sleep {seconds}
 """
 
 
-def _run(rows: np.ndarray, folder: Path, parts: dict[str, Part], sampled: list[tuple[str, str]]) -> np.ndarray:
+def _run(rows: np.ndarray, folder: Path, parts: dict[str, ExportedPart], sampled: list[tuple[str, str]]) -> np.ndarray:
     """Feed rows to the components of parts by axis, one a period, and return sampled pins, one row a period."""
     for axis, one in parts.items():
         for name, text in linuxcnc_files(replace(one, axis=axis)).items():
@@ -87,7 +87,7 @@ def _rows() -> np.ndarray:
     return np.column_stack([rows, enable, np.ones(ROWS), reset])
 
 
-def _in_c(one: Part, rows: np.ndarray, folder: Path) -> np.ndarray:
+def _in_c(one: ExportedPart, rows: np.ndarray, folder: Path) -> np.ndarray:
     """What the component should give, by the exported C."""
     made = InC(one, folder)
     made.reset()

@@ -13,7 +13,7 @@ import fric
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.results.export import Arc
+from fric.results.export import TriedCircle
 from tests.export.parts import MACHINE
 from tests.linuxcnc.bench import Program, read_session, read_trace, run_program
 from tests.linuxcnc.trial import try_in_linuxcnc
@@ -58,7 +58,7 @@ def test_a_program_that_was_broken_off_is_an_error_and_no_shorter_record(
 
 
 @pytest.fixture(scope="module")
-def trials(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Arc], list[Arc], Path]:
+def trials(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[TriedCircle], list[TriedCircle], Path]:
     machine = read_machine(IDENTIFIED)
     folders = [tmp_path_factory.mktemp("linuxcnc") for _ in range(2)]
     slow = try_in_linuxcnc(machine, PAPER_SCHEMES["f"], folders[0])
@@ -69,7 +69,7 @@ def trials(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Arc], list[Ar
 @needs_linuxcnc
 @pytest.mark.long
 def test_each_quadrant_is_as_simulated_and_the_feedforward_takes_off_what_it_should(
-    trials: tuple[list[Arc], list[Arc], Path],
+    trials: tuple[list[TriedCircle], list[TriedCircle], Path],
 ) -> None:
     for arc in trials[0]:
         assert arc.difference < 0.5e-6, (arc.scheme.title, arc.feed, arc.direction)
@@ -80,7 +80,9 @@ def test_each_quadrant_is_as_simulated_and_the_feedforward_takes_off_what_it_sho
 
 @needs_linuxcnc
 @pytest.mark.long
-def test_two_runs_are_equal_byte_by_byte(trials: tuple[list[Arc], list[Arc], Path], tmp_path: Path) -> None:
+def test_two_runs_are_equal_byte_by_byte(
+    trials: tuple[list[TriedCircle], list[TriedCircle], Path], tmp_path: Path
+) -> None:
     try_in_linuxcnc(read_machine(IDENTIFIED), PAPER_SCHEMES["f"], tmp_path, feeds=(0.1,))
     for session in ("session-none", "session-feedforward", "session-f"):
         first, second = ((folder / session / "trace.txt").read_bytes() for folder in (trials[2], tmp_path))

@@ -8,7 +8,7 @@ from matplotlib.patches import Rectangle
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.figures.circle import draw_circle_map
-from fric.simulate.circle import Cell, CircleMap, Grid
+from fric.simulate.circle import Cell, CircleGrid, CircleMap
 
 MICROMETRES = np.array(
     [[[6.0, 7.0, 8.0], [9.0, np.nan, 11.0]], [[2.0, 9.5, 3.0], [4.0, 5.0, 12.0]]]
@@ -17,7 +17,7 @@ MICROMETRES = np.array(
 
 def test_each_cell_stands_in_its_place_with_its_glitch():
     schemes = tuple(PAPER_SCHEMES[name] for name in "cf")
-    grid = Grid(read_machine(Path("configs/xy-table.yaml")), schemes, (0.01, 0.05, 0.1), (0.01, 0.03), 5e-9)
+    grid = CircleGrid(read_machine(Path("configs/xy-table.yaml")), schemes, (0.01, 0.05, 0.1), (0.01, 0.03), 5e-9)
     cells = [Cell(grid.circle(n), 1e-6 * MICROMETRES[:, *divmod(n, 3)], {}) for n in range(6)]
     figure = draw_circle_map(CircleMap(grid, cells))
     for panel, values in zip(figure.axes, MICROMETRES, strict=False):

@@ -277,7 +277,7 @@ def guess(size: float) -> Guessed:
         for n, (channel, unit) in enumerate((("time", "s"), ("position", "m"), ("force", "N")))
     }
     table = Memory(Path("log.csv"), tuple(map(Column, "abc")), [])
-    return Guessed((Guess((table.path,), table, roles.Axis("x", "linear", 1.0, chosen), named=False),))
+    return Guessed((Guess((table.path,), table, roles.AxisColumns("x", "linear", 1.0, chosen), named=False),))
 
 
 def resting(off: float) -> Log:
@@ -392,7 +392,7 @@ SHOWN: dict[str, Show] = {
     "parameters-correlated": correlated,
     "model-shape": shaped,
     "law-differs": next_circles,
-    "one-feed": lambda s: tuned(feeds=(0.1, 0.1 * tune_intervals.APART / s)),
+    "one-feed": lambda s: tuned(feeds=(0.1, 0.1 * tune_intervals.FEEDS_APART / s)),
     "circle-misfit": lambda s: tuned(rms=s * tune_intervals.MISFIT),
     "direction": lambda s: tuned(side=is_so(s)),
     "tuned-at-bound": lambda s: tuned(x=0.97 * s),
@@ -401,7 +401,9 @@ SHOWN: dict[str, Show] = {
     "circle-elsewhere": lambda s: one_circle(radius=0.03 * next_circle.OTHER_FEED * s),
     "table-unseen": lambda s: one_circle(encoder="motor" if is_so(s) else "table"),
     "circle-cannot-run": lambda s: one_circle(runs=not is_so(s)),
-    "completed-disagrees": lambda s: one_circle(seen=1e-5 + s * (next_circle.APART + next_circle.SHARE_APART * 1e-5)),
+    "completed-disagrees": lambda s: one_circle(
+        seen=1e-5 + s * (next_circle.GLITCH_APART + next_circle.SHARE_APART * 1e-5)
+    ),
     "squareness-unseen": lambda s: taken_apart(instrument="encoders" if is_so(s) else "grid"),
     "mismatch-or-squareness": lambda s: taken_apart(both=not is_so(s)),
     "lost-motion-cause": lambda s: taken_apart(backlash=s * 1e-6),

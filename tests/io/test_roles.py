@@ -18,7 +18,7 @@ from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
 from fric.io.propose import propose
 from fric.io.readers import tables
-from fric.io.roles import SURE, Axis, axes_of
+from fric.io.roles import SURE, AxisColumns, axes_of
 from fric.units import rotates
 from tests.chance import fewest
 from tests.io.judge import judged
@@ -26,7 +26,7 @@ from tests.io.judge import judged
 SEEDS = 30
 
 
-def told(path: Path) -> list[Axis]:
+def told(path: Path) -> list[AxisColumns]:
     with closing(tables(path)) as found:
         return axes_of([next(found)])
 

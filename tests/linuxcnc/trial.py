@@ -12,7 +12,7 @@ from fric.contour import circularity
 from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.reference import Reference
-from fric.results.export import Arc
+from fric.results.export import TriedCircle
 from fric.results.given import Advance, silent
 from fric.simulate.axis import run_axis
 from fric.simulate.contour_run import pair
@@ -48,7 +48,7 @@ def try_in_linuxcnc(
     feeds: Sequence[float] = (0.1, 0.01),
     radius: float = 0.03,
     advance: Advance = silent,
-) -> list[Arc]:
+) -> list[TriedCircle]:
     """Run circles in LinuxCNC with a scheme switched on by and by, and the same loops in simulation.
 
     Parameters
@@ -73,7 +73,7 @@ def try_in_linuxcnc(
     chosen = trial_schemes(scheme)
     advance(0, total=len(chosen))
 
-    def session(one: Scheme) -> list[Arc]:
+    def session(one: Scheme) -> list[TriedCircle]:
         arcs = _arcs(machine, one, run_session(machine, one, scheme, folder), feeds, radius)
         advance()
         return arcs
@@ -82,7 +82,9 @@ def try_in_linuxcnc(
         return [arc for arcs in pool.map(session, chosen) for arc in arcs]
 
 
-def _arcs(machine: Machine, scheme: Scheme, record: Recording, feeds: Sequence[float], radius: float) -> list[Arc]:
+def _arcs(
+    machine: Machine, scheme: Scheme, record: Recording, feeds: Sequence[float], radius: float
+) -> list[TriedCircle]:
     line = record.line
     starts = np.flatnonzero((line != 0) & (np.append(0, line[:-1]) != line))
     ends = [s + int(np.argmin(line[s:] == line[s])) if (line[s:] != line[s]).any() else len(line) for s in starts]
@@ -99,5 +101,5 @@ def _arcs(machine: Machine, scheme: Scheme, record: Recording, feeds: Sequence[f
             simulated.append(run_axis(machine.axis(name), Reference(record.sampling, r, v, a), scheme).position)
             true.append(z)
         measured, expected = (circularity(x, y, radius) for x, y in (true, simulated))
-        found.append(Arc(scheme, feed, direction, measured, expected))
+        found.append(TriedCircle(scheme, feed, direction, measured, expected))
     return found

@@ -21,7 +21,7 @@ from fric.planning.expected import identified
 from fric.planning.next_record import by_what_they_leave
 from fric.records.prepared import prepared
 from fric.simulate.experiment import runs_of
-from fric.simulate.plan import Candidate, Limits, Planned
+from fric.simulate.plan import CandidateRecord, Limits, Planned
 
 LIMITS = Limits(0.3, 0.1, 5.0)
 
@@ -99,7 +99,7 @@ def test_a_file_without_gms_is_refused_with_what_to_do(tmp_path: Path) -> None:
 
 def test_of_records_that_narrow_alike_the_shorter_one_is_first() -> None:
     strokes, sine, swing = (
-        Candidate(Planned("circle", {}, why), lasting, half_width, scatter)
+        CandidateRecord(Planned("circle", {}, why), lasting, half_width, scatter)
         for why, lasting, half_width, scatter in (
             ("strokes", 70.0, 9.0, 0.1),
             ("sine", 60.0, 6.0, 0.5),

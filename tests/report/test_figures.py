@@ -24,7 +24,7 @@ from fric.log import Log
 from fric.report.collect import collect
 from fric.report.drift import Change
 from fric.report.plots import (
-    Drawn,
+    PageFigure,
     contour_figure,
     drift_figure,
     friction_curves,
@@ -44,7 +44,7 @@ LABEL = re.compile(r"^\S.*\S? \[[^\[\]]+\]$")
 Check = Callable[[], None]
 
 
-def curves(drawn: Drawn) -> Iterator[tuple[Line2D, np.ndarray, np.ndarray]]:
+def curves(drawn: PageFigure) -> Iterator[tuple[Line2D, np.ndarray, np.ndarray]]:
     """Give each line and each set of points of a figure, with its x and y, but straight levels and bars."""
     for axes in drawn.figure.axes:
         for line in axes.get_lines():
@@ -53,7 +53,7 @@ def curves(drawn: Drawn) -> Iterator[tuple[Line2D, np.ndarray, np.ndarray]]:
                 yield line, x, np.asarray(line.get_ydata(), float)
 
 
-def named(drawn: Drawn) -> dict[str, Line2D]:
+def named(drawn: PageFigure) -> dict[str, Line2D]:
     """Return the lines that the page switches, by name."""
     found = {str(line.get_gid()): line for axes in drawn.figure.axes for line in axes.get_lines()}
     return {name: line for name, line in found.items() if name.startswith(("now:", "earlier:"))}
@@ -63,7 +63,7 @@ def spread(y: np.ndarray) -> float:
     return float(np.nanmax(y) - np.nanmin(y))
 
 
-def each_fails_when_level(drawn: Drawn, check: Check) -> None:
+def each_fails_when_level(drawn: PageFigure, check: Check) -> None:
     """Hold a check against the figure, and then with each of its curves made level: it must fail."""
     check()
     levelled = 0
@@ -78,7 +78,7 @@ def each_fails_when_level(drawn: Drawn, check: Check) -> None:
     assert levelled
 
 
-def labelled(drawn: Drawn) -> None:
+def labelled(drawn: PageFigure) -> None:
     for label in labels(drawn.figure):
         assert LABEL.match(label), label
 
@@ -99,7 +99,7 @@ def test_the_map_is_eq_2_of_the_file(files: SimpleNamespace) -> None:
     for drawn in friction_map(item, friction_curves(alone, item)):
         labelled(drawn)
 
-        def check(drawn: Drawn = drawn) -> None:
+        def check(drawn: PageFigure = drawn) -> None:
             found = [(x, y) for _, x, y in curves(drawn)]
             assert len(found) == (1 if "log" in drawn.id else 2)
             for x, y in found:
@@ -136,7 +136,7 @@ def test_the_virgin_curve_is_that_of_the_blocks_and_of_the_record(inputs: Any) -
     for drawn in virgin_curves(item, found):
         labelled(drawn)
 
-        def check(drawn: Drawn = drawn) -> None:
+        def check(drawn: PageFigure = drawn) -> None:
             points, line, at = [(x, y) for _, x, y in curves(drawn)]
             seen = measured.displacement <= (np.inf if "log" in drawn.id else 2 * knots[-1])
             close(points[0], measured.displacement[seen] * 1e6)
@@ -156,7 +156,7 @@ def test_loops_are_the_record_and_its_replay(inputs: Any) -> None:
     for drawn, cycle in zip(shown, found.hysteresis, strict=True):
         labelled(drawn)
 
-        def check(drawn: Drawn = drawn, cycle: Any = cycle) -> None:
+        def check(drawn: PageFigure = drawn, cycle: Any = cycle) -> None:
             measured, replayed = [(x, y) for _, x, y in curves(drawn)]
             for x, _ in (measured, replayed):
                 close(x, cycle.position * 1e6)
@@ -234,7 +234,7 @@ def test_reversals_are_the_radial_error_over_time_behind_them(files: SimpleNames
     for k, drawn in enumerate(reversal_figures(0, test)):
         labelled(drawn)
 
-        def check(k: int = k, drawn: Drawn = drawn) -> None:
+        def check(k: int = k, drawn: PageFigure = drawn) -> None:
             for (_, time, error), found in zip(curves(drawn), runs, strict=True):
                 assert -5.01 <= np.degrees(time.min() * 1e-3 * test.feed / test.radius) < -4
                 assert 24 < np.degrees(time.max() * 1e-3 * test.feed / test.radius) <= 25.01

@@ -13,7 +13,7 @@ import pytest
 
 import fric
 from fric.documents.yaml import read_tree
-from fric.report.knots import HOST, MOST, KnotPage
+from fric.report.knots import HOST, MOST_REQUEST, KnotPage
 
 from .conftest import LOGS
 from .test_browser import BROWSER, DRIVER, SWITCHES
@@ -64,7 +64,7 @@ def test_it_answers_this_computer_alone_behind_its_token_and_names_no_file(page:
         assert asked(page, method, path, {"knots": KNOTS})[0] == 404, path
     assert asked(page, "GET", right, Host="evil.example")[0] == 404
     assert asked(page, "POST", f"{right}try", {"knots": KNOTS}, Content_Type="text/plain")[0] == 404
-    assert asked(page, "POST", f"{right}try", {"knots": KNOTS}, Content_Length=str(MOST + 1))[0] == 404
+    assert asked(page, "POST", f"{right}try", {"knots": KNOTS}, Content_Length=str(MOST_REQUEST + 1))[0] == 404
     for wrong in ({"knots": []}, {"knots": ["x"]}, {"knots": [-1.0]}, [1], {"knots": [1e-6] * 13}, {"knots": [5.0]}):
         assert "error" in json.loads(asked(page, "POST", f"{right}try", wrong)[1])
     status, text = asked(page, "POST", f"{right}save", {"knots": [80e-6, 0.9e-6, 26e-6]})

@@ -177,7 +177,7 @@ def run_fleet(
 
 
 @dataclass(frozen=True)
-class Drift:
+class ParameterDrift:
     """One number of an axis at two dates."""
 
     # machine, axis, dates: where and when
@@ -194,7 +194,7 @@ class Drift:
         return self.adjusted <= LEVEL
 
 
-def drifts(found: Sequence[UnitOutcome]) -> list[Drift]:
+def drifts(found: Sequence[UnitOutcome]) -> list[ParameterDrift]:
     """Return every number that two following dates of an axis share, by its adjusted probability."""
     every = [drift for machine in _machines(found) for drift in _of_machine(machine)]
     adjusted = holm(np.array([drift.p for drift in every]))
@@ -239,13 +239,13 @@ def _machines(found: Sequence[UnitOutcome]) -> Iterator[list[UnitOutcome]]:
         yield list(dates)
 
 
-def _of_machine(dates: Sequence[UnitOutcome]) -> Iterator[Drift]:
+def _of_machine(dates: Sequence[UnitOutcome]) -> Iterator[ParameterDrift]:
     for before, after in pairwise(dates):
         for axis in before.axes.keys() & after.axes.keys():
             of = (before.unit.machine, axis, (before.unit.date, after.unit.date))
             for change, freedom in _changes(before.axes[axis], after.axes[axis]):
                 if (p := probability(change, freedom)) is not None:
-                    yield Drift(*of, change, p)
+                    yield ParameterDrift(*of, change, p)
 
 
 def _changes(before: UnitAxis, after: UnitAxis) -> Iterator[tuple[Change, float]]:
@@ -287,7 +287,7 @@ class FleetResult(Result):
 
     folder: Path
     outcomes: Sequence[UnitOutcome]
-    drifts: Sequence[Drift]
+    drifts: Sequence[ParameterDrift]
 
     @property
     def changed(self) -> list[tuple[str, str]]:

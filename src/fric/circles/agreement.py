@@ -9,7 +9,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.circles.diagnose import Diagnosis, diagnose
-from fric.circles.glitches import Glitch, Pulse, smoothed
+from fric.circles.glitches import Glitch, GlitchPulse, smoothed
 from fric.circles.measured import measured_from_run
 from fric.contour import QUADRANTS, of_axes
 from fric.control.scheme import Scheme
@@ -135,7 +135,7 @@ def agreement(
     return Agreement(predicted, intervals, agrees, causes, scheme, tuple(warnings))
 
 
-def _cause(found: Glitch, said: Glitch, pulse: Pulse, other: Pulse) -> str:
+def _cause(found: Glitch, said: Glitch, pulse: GlitchPulse, other: GlitchPulse) -> str:
     """Return what differs most between two pulses: sign, level, width or place.
 
     The measured pulse is written as ``g·p((φ - d)/w)`` of the predicted p, and the largest of |ln g|, |ln w| and the

@@ -21,7 +21,7 @@ from fric.circles.geometry import (
     quiet,
     tails_of,
 )
-from fric.circles.glitches import Glitch, Pulse, glitch_of, noise_of, pulses, smoothed
+from fric.circles.glitches import Glitch, GlitchPulse, glitch_of, noise_of, pulses, smoothed
 from fric.circles.measured import MeasuredCircle
 from fric.circles.revolutions import Revolutions, revolutions
 from fric.contour import QUADRANTS
@@ -228,7 +228,7 @@ class Diagnosis:
         """The largest magnitude of the glitches [m]."""
         return max(abs(glitch.value) for glitch in self.glitches.values())
 
-    def pulses(self, n: int = 0) -> dict[str, Pulse]:
+    def pulses(self, n: int = 0) -> dict[str, GlitchPulse]:
         """Return the deviation of a test around its reversals, less geometry and pitch."""
         tested = self.tests[n]
         return pulses(tested.angle, tested.deviation - self.model[n], tested.revolution, tested.test.direction)
@@ -345,11 +345,11 @@ def _require_one_circle(tests: Sequence[MeasuredCircle]) -> None:
             )  # fmt: skip
 
 
-def _pulses_of(tested: Revolutions, fit: Geometry, n: int) -> dict[str, Pulse]:
+def _pulses_of(tested: Revolutions, fit: Geometry, n: int) -> dict[str, GlitchPulse]:
     return pulses(tested.angle, tested.deviation - fit.model(tested, n), tested.revolution, tested.test.direction)
 
 
-def _covers(pulse: Pulse) -> float:
+def _covers(pulse: GlitchPulse) -> float:
     """Return up to what angle behind the reversal a pulse is seen [rad]."""
     width = np.radians(1.0)
     phi, mean = smoothed(pulse, width)

@@ -21,7 +21,7 @@ from fric.statistics import robust_deviation
 
 FED = 0.7
 """Share to which feedforward must reduce the error of the voltage for a controller to count as feeding forward."""
-ALIKE = 0.06
+VOLTAGE_MISSED = 0.06
 """Share of the fed back voltage by which a stated controller may miss it."""
 GAIN = 0.1
 """Least difference of a gain [1] that counts, where another gain would explain the error."""
@@ -56,7 +56,7 @@ class StatedController:
     def as_stated(self) -> bool:
         """Whether the controller is as it was stated: its error is small, and no other gains would halve it."""
         other = max(abs(gain - 1.0) for gain in (self.K_p, self.K_i) if gain is not None) > GAIN
-        return self.apart <= ALIKE and not (other and self.explained < 0.5 * self.apart)
+        return self.apart <= VOLTAGE_MISSED and not (other and self.explained < 0.5 * self.apart)
 
     def describe(self) -> str:
         """Return what differs, in a sentence."""
@@ -127,7 +127,7 @@ def against_stated(
     left = seen - seen_parts @ gains - constant
     spread = robust_deviation(left)
     swing, added = float(np.std(left)), None
-    if spread < QUIET * swing and spread < ALIKE * size < swing:
+    if spread < QUIET * swing and spread < VOLTAGE_MISSED * size < swing:
         added = np.where(np.abs(left) > max(ABOVE * spread, 1e-3 * size), difference, 0.0)
         kept = added == 0.0
         difference, left = difference * kept, left * kept

@@ -106,7 +106,7 @@ WITHIN = np.array([[np.log(FADES[0]), -0.5], [np.log(FADES[-1]), 1.0]])
 SPREAD = np.array([np.log(FADES[-1] / FADES[0]) / np.sqrt(12.0), 0.3])
 """Prior standard deviations of ln λ and κ: λ is one of `FADES`, and no tail is far from an
 exponential (that of two equal poles has κ = λ over its angle so far, 0.15 to 0.3)."""
-MOST = 10_000
+MOST_FITTED = 10_000
 """Samples that geometry is fitted to; of more, means over neighbours are taken."""
 
 
@@ -194,7 +194,7 @@ def fit_geometry(
     both: Whether there are both directions, which separate mismatch from squareness.
     """
     many = len(tests)
-    every = -(-sum(len(test.angle) for test in tests) // MOST)
+    every = -(-sum(len(test.angle) for test in tests) // MOST_FITTED)
     parts = [_means(test, np.flatnonzero(quiet(test, behind[n])), every) for n, test in enumerate(tests)]
     X = np.vstack([columns_of(one, n, many, both, lines) for n, (one, _) in enumerate(parts)])
     d = np.concatenate([circle.deviation for circle, _ in parts])

@@ -28,7 +28,7 @@ class Glitch:
 
 
 @dataclass(frozen=True)
-class Pulse:
+class GlitchPulse:
     """What a circle shows around one reversal, less what belongs to the geometry."""
 
     phi: Real  # Angle behind the reversal in the direction of motion [rad], increasing, shape (n,)
@@ -36,18 +36,18 @@ class Pulse:
     revolution: Indices  # Number of the revolution, shape (n,)
 
 
-def pulses(angle: Real, rest: Real, revolution: Indices, direction: int) -> dict[str, Pulse]:
+def pulses(angle: Real, rest: Real, revolution: Indices, direction: int) -> dict[str, GlitchPulse]:
     """Return what lies within 45° of each of the four reversals, by quadrant."""
     found = {}
     for n, name in enumerate(QUADRANTS):
         phi = (direction * (angle - n * pi / 2) + pi) % (2 * pi) - pi
         near = np.flatnonzero(np.abs(phi) <= pi / 4)
         near = near[np.argsort(phi[near], kind="stable")]
-        found[name] = Pulse(phi[near], rest[near], revolution[near])
+        found[name] = GlitchPulse(phi[near], rest[near], revolution[near])
     return found
 
 
-def smoothed(pulse: Pulse, width: float) -> tuple[Real, Real]:
+def smoothed(pulse: GlitchPulse, width: float) -> tuple[Real, Real]:
     """Return angles [rad] and means [m] of the deviation over windows of a width [rad] that overlap by half."""
     sums, places = np.concatenate([[0.0], np.cumsum(pulse.rest)]), np.concatenate([[0.0], np.cumsum(pulse.phi)])
     centres = np.arange(pulse.phi[0] + width / 2, pulse.phi[-1] - width / 2, width / 4)
@@ -57,7 +57,7 @@ def smoothed(pulse: Pulse, width: float) -> tuple[Real, Real]:
     return (places[high] - places[low]) / (high - low), (sums[high] - sums[low]) / (high - low)
 
 
-def noise_of(pulse: Pulse) -> float:
+def noise_of(pulse: GlitchPulse) -> float:
     """Return the standard deviation of a sample about its neighbourhood [m], by second differences within a turn."""
     found = []
     for revolution in np.unique(pulse.revolution):
@@ -67,7 +67,7 @@ def noise_of(pulse: Pulse) -> float:
     return sqrt(float(np.median(found))) if found else 0.0
 
 
-def glitch_of(pulse: Pulse, radius: float, base: float, resolution: float) -> Glitch:
+def glitch_of(pulse: GlitchPulse, radius: float, base: float, resolution: float) -> Glitch:
     """Return peak, width and place of a pulse.
 
     The peak is that of a parabola, over the widest window around it (to both sides, or to one side, where the pulse
@@ -79,7 +79,7 @@ def glitch_of(pulse: Pulse, radius: float, base: float, resolution: float) -> Gl
     resolution: One step of the encoder [m]; 0 where none is seen.
     """
     near = np.abs(pulse.phi) <= WINDOW
-    pulse = Pulse(pulse.phi[near], pulse.rest[near], pulse.revolution[near])
+    pulse = GlitchPulse(pulse.phi[near], pulse.rest[near], pulse.revolution[near])
     sigma = max(noise_of(pulse), resolution / sqrt(12.0), 1e-12)
     spacing = 2 * WINDOW / max(len(pulse.phi), 1)
     # windows from fine to coarse, until the noise of a mean is small beside the largest of them
@@ -113,7 +113,7 @@ def _half_height(phi: Real, mean: Real, top: int) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def _parabola(pulse: Pulse, about: float, width: float, sigma: float, sign: float) -> tuple[float, float, float]:
+def _parabola(pulse: GlitchPulse, about: float, width: float, sigma: float, sign: float) -> tuple[float, float, float]:
     """Return place [rad], height [m] and standard error [m] of the peak."""
     centre = int(np.searchsorted(pulse.phi, about))
     spacing = float(pulse.phi[-1] - pulse.phi[0]) / max(len(pulse.phi) - 1, 1)
@@ -144,7 +144,7 @@ def _parabola(pulse: Pulse, about: float, width: float, sigma: float, sign: floa
     return vertex, value, unit * sigma
 
 
-def _fitted(pulse: Pulse, a: int, b: int) -> tuple[Real, Real, tuple[float, float], float]:
+def _fitted(pulse: GlitchPulse, a: int, b: int) -> tuple[Real, Real, tuple[float, float], float]:
     """Return a parabola's coefficients and columns, middle and half of its window [rad], and the squares left."""
     middle, half = (pulse.phi[a] + pulse.phi[b - 1]) / 2, max((pulse.phi[b - 1] - pulse.phi[a]) / 2, 1e-12)
     t = (pulse.phi[a:b] - middle) / half
@@ -153,7 +153,7 @@ def _fitted(pulse: Pulse, a: int, b: int) -> tuple[Real, Real, tuple[float, floa
     return p, X, (float(middle), float(half)), float(np.sum((pulse.rest[a:b] - X @ p) ** 2))
 
 
-def _parabola_through(pulse: Pulse, a: int, b: int, sign: float) -> tuple[float, float, float, float]:
+def _parabola_through(pulse: GlitchPulse, a: int, b: int, sign: float) -> tuple[float, float, float, float]:
     """Return place [rad] and height [m] of a parabola's peak, its error over that of a sample, and the squares left."""
     p, X, (middle, half), rss = _fitted(pulse, a, b)
     vertex = -p[1] / (2 * p[2]) if sign * p[2] < 0 else (-1.0 if sign * p[1] < 0 else 1.0)
@@ -162,7 +162,7 @@ def _parabola_through(pulse: Pulse, a: int, b: int, sign: float) -> tuple[float,
     return middle + half * vertex, float(at @ p), error, rss
 
 
-def _between_revolutions(pulse: Pulse, place: float, width: float) -> float:
+def _between_revolutions(pulse: GlitchPulse, place: float, width: float) -> float:
     """Return the standard deviation between revolutions of the mean around the peak [m]; 0 of one revolution."""
     near = np.abs(pulse.phi - place) <= width / 2
     means = [

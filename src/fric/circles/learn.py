@@ -83,7 +83,7 @@ def next_feedforward(
 
 
 @dataclass(frozen=True)
-class Table:
+class LearnedFeedforward:
     """The feedforward of the next round of a measured circle."""
 
     test: MeasuredCircle  # The circle that it is for
@@ -103,7 +103,7 @@ class Table:
 
 def learn_from(
     test: MeasuredCircle, machine: Machine, how: Learning | None = None, before: Mapping[str, Real] | None = None
-) -> Table:
+) -> LearnedFeedforward:
     """Return the feedforward of the next round from a measured circle.
 
     test: The circle test, with reference, position and voltage.
@@ -130,7 +130,7 @@ def learn_from(
     warnings = [flaws.LEARNED_FROM_ONE_CIRCLE.found()]
     if how.share < 1 and before is None:
         warnings.append(flaws.NOTHING_FED_BEFORE.found(share=how.share))
-    return Table(test, how, time, wanted, voltage, tuple(warnings))
+    return LearnedFeedforward(test, how, time, wanted, voltage, tuple(warnings))
 
 
 OTHERS = ((1.0, 0.5), (2 / 3, 1.0))

@@ -80,7 +80,7 @@ Instrument = Literal["encoders", "grid", "ball-bar", ""]
 
 LEAST = 16
 """Samples that a circle test has at least."""
-MOST = 1e3
+LARGEST_CIRCLE = 1e3
 """Radius [m] and feed [m/s] of a circle test at most."""
 CHANNELS = ("time", "reference", "position", "input", "force")
 """What a trace of one axis of a circle test can hold."""
@@ -164,7 +164,7 @@ class MeasuredCircle:
             axis_name(name, self.where)
         keep(self, {"angle": "angle", "deviation": "position"}, self.where, least=LEAST)
         for what in ("radius", "feed"):
-            if not 0 < getattr(self, what) <= MOST:
+            if not 0 < getattr(self, what) <= LARGEST_CIRCLE:
                 raise FricError(f"the {what} of the circle is {getattr(self, what):g}", where=self.where)
         if self.direction not in (1, -1):
             raise FricError(f"the direction is {self.direction}", where=self.where, hint="Say 1 or -1.")

@@ -159,7 +159,7 @@ DIFFERS, MORE = 1.5, 0.15e-6
 
 
 @dataclass(frozen=True)
-class NextCircle:
+class CircleForecast:
     """Prediction of a circle under one scheme."""
 
     # feed, radius: the circle [m/s], [m]
@@ -185,7 +185,7 @@ class NextCircle:
 
 def next_circles(
     tests: Sequence[MeasuredCircle], tuned: Mapping[str, TunedAxis], done: Callable[[], object] = lambda: None
-) -> list[NextCircle]:
+) -> list[CircleForecast]:
     """Return the predictions of schemes (c) and (f) on the recorded circles, with the new nominal parameters.
 
     The machine is assumed to be that of the tuning, and the residual of the recorded voltages to be part of its
@@ -220,12 +220,12 @@ def next_circles(
             high = max(around) + width + SMEARED * max(chance.median - alone.median, 0.0)
             ci95 = max(min(around) - width, 0.0), high
             other = _exceeds(chance, alone) and _exceeds(chance, _of_the_encoder(test, n, tuned, scheme, again))
-            found.append(NextCircle(test.feed, test.radius, scheme.name, chance, ci95, alone, other))
+            found.append(CircleForecast(test.feed, test.radius, scheme.name, chance, ci95, alone, other))
             done()
     return found
 
 
-def law_warnings(predicted: Sequence[NextCircle]) -> list[Notice]:
+def law_warnings(predicted: Sequence[CircleForecast]) -> list[Notice]:
     """Return that friction differs from the model, where the residual makes a glitch larger than the model does."""
     more = [circle for circle in predicted if circle.other_law]
     if not more:
@@ -333,7 +333,7 @@ def _completed(tuned: TunedAxis, n: int) -> Axis:
 
 def worse_ahead(
     tests: Sequence[MeasuredCircle],
-    predicted: Sequence[NextCircle],
+    predicted: Sequence[CircleForecast],
     again: Callable[[int], Chance],
     count: float,
     *,
@@ -368,7 +368,7 @@ def worse_ahead(
 
 
 def better_ahead(
-    tests: Sequence[MeasuredCircle], predicted: Sequence[NextCircle], again: Callable[[int], Chance]
+    tests: Sequence[MeasuredCircle], predicted: Sequence[CircleForecast], again: Callable[[int], Chance]
 ) -> bool:
     """Return whether a next circle should be better than the recorded by more than chance; arguments as above."""
     for n, test in enumerate(tests):
@@ -391,7 +391,7 @@ def measured_glitch(test: MeasuredCircle) -> float:
     return max(map(abs, measured_quadrants(test)))
 
 
-APART, SHARE_APART = 5e-7, 0.03
+GLITCH_APART, SHARE_APART = 5e-7, 0.03
 """Largest error of a completed machine in a measured glitch [m], and as a share of it."""
 FARTHEST, TELLING, LATER = 4e-4, 2.0, 0.1
 """How far from the plant's another delay is looked for [s], how much better it must explain a circle's voltages, and by
@@ -458,7 +458,7 @@ def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
     off = {
         name: (value, other)
         for name, value, other in zip(QUADRANTS, seen, expected, strict=True)
-        if name in judged and not np.isclose(value, other, rtol=SHARE_APART, atol=APART)
+        if name in judged and not np.isclose(value, other, rtol=SHARE_APART, atol=GLITCH_APART)
     }
     if off:
         microns = {name: (f"{a * 1e6:+.1f}", f"{b * 1e6:+.1f}") for name, (a, b) in off.items()}

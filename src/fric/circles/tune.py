@@ -8,7 +8,7 @@ import numpy as np
 
 from fric.circles.measured import MeasuredCircle
 from fric.circles.next_circle import (
-    NextCircle,
+    CircleForecast,
     better_ahead,
     law_warnings,
     next_circles,
@@ -19,8 +19,8 @@ from fric.circles.tune_fit import (
     SHAPE,
     STARTS,
     Balance,
-    Coordinates,
-    Fitted,
+    BalanceCoordinates,
+    FittedBalance,
     TunedAxis,
     at,
     explained,
@@ -134,7 +134,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
         )
     nominal = axis.nominal or axis.plant
     records = tuple(voltage_record(test, axis.name) for test in tests)
-    few = Coordinates.of(axis.nominal_friction.models["gms"], nominal.T_d)
+    few = BalanceCoordinates.of(axis.nominal_friction.models["gms"], nominal.T_d)
     gain = float(np.log(axis.nominal_friction.gain)) if axis.nominal_friction.gain > 0 else 0.0
     start = np.array([gain, 0.0, 0.0, 0.0])
     before = at(Balance(records, few, nominal.K_f), start, np.array([1 / nominal.B, nominal.A / nominal.B]))
@@ -204,7 +204,7 @@ def part_warning(why: str, names: Sequence[str]) -> Notice:
     return TUNED_IN_PART.found(why=why, kept=words)
 
 
-def _again(found: Fitted) -> Fitted:
+def _again(found: FittedBalance) -> FittedBalance:
     """Return the fit along the motion that the fit itself resolves more finely.
 
     Each time the delay's error falls to a fifth: it is repeated until it rests.
@@ -227,7 +227,7 @@ class Tuned:
     machine: Machine  # The machine with its new nominal parameters
     axes: Mapping[str, TunedAxis]  # What was found, by axis
     tests: tuple[MeasuredCircle, ...]  # The circles
-    predicted: tuple[NextCircle, ...]  # What the next circles should show; empty where the result is refused
+    predicted: tuple[CircleForecast, ...]  # What the next circles should show; empty where the result is refused
     warnings: tuple[Notice, ...]  # Warnings: what the circles do not determine, and what was refused
 
     @property

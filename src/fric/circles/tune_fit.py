@@ -37,7 +37,7 @@ PRIOR_ALPHA, PRIOR_K = 0.4, 0.7
 
 
 @dataclass(frozen=True)
-class Coordinates:
+class BalanceCoordinates:
     """Coordinates about a friction model and a delay."""
 
     model: GMS  # The nominal friction
@@ -48,7 +48,7 @@ class Coordinates:
     side: float = 0.0  # What ``side`` is nominally, as a logarithm
 
     @classmethod
-    def of(cls, nominal: FrictionModel, T_d: float) -> Coordinates:
+    def of(cls, nominal: FrictionModel, T_d: float) -> BalanceCoordinates:
         """Return the four coordinates about a nominal model, which may have a map for each direction.
 
         Raises FricError: When it is no GMS model.
@@ -59,7 +59,7 @@ class Coordinates:
             return cls(replace(model, static=mean_map(static, other)), T_d, side=float(np.log(static.F_c / other.F_c)))
         return cls(model, T_d)
 
-    def full(self) -> Coordinates:
+    def full(self) -> BalanceCoordinates:
         """Return the coordinates of the whole shape."""
         model = self.model
         blocks = range(1, len(model.alpha) + 1)
@@ -67,7 +67,7 @@ class Coordinates:
         alphas = tuple(f"alpha_{n}" for n in blocks) if len(model.alpha) > 1 else ()
         return replace(self, names=("level", "C", "T_d", *shape, *alphas, *(f"k_{n}" for n in blocks)))
 
-    def sided(self) -> Coordinates:
+    def sided(self) -> BalanceCoordinates:
         """Return the coordinates, and the difference between the directions."""
         return replace(self, names=(*self.names, "side"))
 
@@ -112,7 +112,7 @@ class Coordinates:
         shares, C = tuple(value / sum(alpha) for value in alpha), m.C * level * self._factor(x, "C")
         return GMS(static=replace(static, F_c=F_c, F_s=F_s, v_s=v_s, delta=delta), alpha=shares, k=k, C=C)
 
-    def moved(self, other: Coordinates, x: Real) -> Real:
+    def moved(self, other: BalanceCoordinates, x: Real) -> Real:
         """Return the point of these coordinates that is at a point of others about the same nominal model."""
         found = np.zeros(len(self.names))
         for n, name in enumerate(self.names):
@@ -167,7 +167,7 @@ class Balance:
     """
 
     records: tuple[VoltageRecord, ...]  # The circles
-    coordinates: Coordinates  # What is searched
+    coordinates: BalanceCoordinates  # What is searched
     K_f: float  # Force constant that the controller believes [N/V]: it is not separable from friction, so it is kept
 
     @cached_property
@@ -206,7 +206,7 @@ class Balance:
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedBalance:
     """What a search found."""
 
     balance: Balance  # What was balanced
@@ -239,7 +239,7 @@ class Fitted:
         return float(np.sqrt(np.mean(np.square(known)))) if known else None
 
 
-class Search:
+class BalanceSearch:
     """Residuals of a balance with its priors, in standard deviations, with what is linear projected out."""
 
     def __init__(self, balance: Balance, sigma: float = NOISE) -> None:
@@ -292,7 +292,7 @@ class Search:
         )
 
 
-def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: int = 12) -> Fitted:
+def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: int = 12) -> FittedBalance:
     """Return the least-squares point of a balance with its priors, from the best of some starts.
 
     balance: What is balanced.
@@ -300,19 +300,19 @@ def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: in
     sigma: Standard deviation of a sample relative to the priors [V].
     most: Steps at most.
     """
-    search, few = Search(balance, max(sigma, NOISE)), most if len(starts) == 1 else 7
+    search, few = BalanceSearch(balance, max(sigma, NOISE)), most if len(starts) == 1 else 7
     best = min((search.fine(x, few) for x in starts), key=lambda solution: solution.cost)
     return at(balance, best.x if len(starts) == 1 else search.fine(best.x, most).x)
 
 
-def at(balance: Balance, x: Real, plant: Real | None = None) -> Fitted:
+def at(balance: Balance, x: Real, plant: Real | None = None) -> FittedBalance:
     """Return the residual at a point, with the plant that fits best there, or with a given plant (its offsets fitted).
 
     balance: What is balanced.
     x: The point, shape (p,).
     plant: m [V·s²/m] and a [V·s/m] that are kept.
     """
-    search = Search(balance)
+    search = BalanceSearch(balance)
     left, columns = search.left(x), search.columns
     if plant is None:
         linear = np.linalg.lstsq(columns, left, rcond=None)[0]
@@ -321,7 +321,7 @@ def at(balance: Balance, x: Real, plant: Real | None = None) -> Fitted:
         offsets = np.linalg.lstsq(columns[:, 2:], left - columns[:, :2] @ plant, rcond=None)[0]
         linear, gradient = np.concatenate([plant, offsets]), -columns
     residual = (left - columns @ linear) / balance.weights
-    return Fitted(balance, x, np.asarray(linear, float), residual, gradient / balance.weights[:, None])
+    return FittedBalance(balance, x, np.asarray(linear, float), residual, gradient / balance.weights[:, None])
 
 
 DRAWS = 8
@@ -333,7 +333,7 @@ SHAPE = 1.6
 shape is right they leave 1.1 to 1.4 times as much, where it is not 4 to 16. Below it is a tie: four are simpler."""
 
 
-def recorded_again(found: Fitted, draws: int = DRAWS) -> list[Real]:
+def recorded_again(found: FittedBalance, draws: int = DRAWS) -> list[Real]:
     """Return what circles that are recorded again leave at what was found, which is their truth [V], each (n,).
 
     The motion behind encoder counts is known to a part of a count, with the same error in every revolution: no scatter
@@ -353,7 +353,7 @@ def recorded_again(found: Fitted, draws: int = DRAWS) -> list[Real]:
     return left
 
 
-def explained(found: Fitted) -> float:
+def explained(found: FittedBalance) -> float:
     """Return the root mean square that noise and encoder explain of a fit's residual [V]: the larger of both.
 
     Noise is what does not repeat from turn to turn, and the encoder's share what circles leave that are recorded again.
@@ -362,7 +362,7 @@ def explained(found: Fitted) -> float:
     return max(found.noise() or 0.0, float(np.sqrt(np.mean(np.square(again)))))
 
 
-def _once_more(found: Fitted, n: int, rng: np.random.Generator) -> MeasuredCircle:
+def _once_more(found: FittedBalance, n: int, rng: np.random.Generator) -> MeasuredCircle:
     """Return a circle test as the machine that was found records it along the motion that was found."""
     record: VoltageRecord = found.balance.records[n]
     model, T_d, (m, a, offset), K_f = found.truth(n)
@@ -403,7 +403,7 @@ class Instruments:
     power: float  # Variance of an independent sample [V²]
 
     @classmethod
-    def of(cls, found: Fitted) -> Instruments:
+    def of(cls, found: FittedBalance) -> Instruments:
         """Return the instruments about a fit."""
         from scipy.signal import sosfiltfilt
 
@@ -430,9 +430,9 @@ class Instruments:
         return np.asarray((scaled.T / size).T)
 
 
-def instrumented(found: Fitted) -> Fitted:
+def instrumented(found: FittedBalance) -> FittedBalance:
     """Return a fit moved to where its instruments see no residual; unchanged, where they show too little for that."""
-    p, search, weights = len(found.x), Search(found.balance), found.balance.weights
+    p, search, weights = len(found.x), BalanceSearch(found.balance), found.balance.weights
     step = Instruments.of(found).error(weights * found.residual)
     x, plant = found.x + step[:p], found.plant + step[p:]
     moved = replace(found, x=x, plant=plant, residual=(search.left(x) - search.columns @ plant) / weights)
@@ -441,7 +441,7 @@ def instrumented(found: Fitted) -> Fitted:
     return replace(moved, gradient=np.hstack([search.derivatives(x), -search.columns]) / weights[:, None])
 
 
-def whole(found: Fitted) -> Fitted:
+def whole(found: FittedBalance) -> FittedBalance:
     """Return a fit in the coordinates of the whole shape: the point found, and the residual from there.
 
     The choice between four parameters and the whole shape may depend on little, and the intervals must not depend on
@@ -454,7 +454,7 @@ def whole(found: Fitted) -> Fitted:
         return found
     balance = replace(found.balance, coordinates=shape)
     x = shape.moved(kept, found.x)
-    slopes = Search(balance).derivatives(x) / balance.weights[:, None]
+    slopes = BalanceSearch(balance).derivatives(x) / balance.weights[:, None]
     lifted = replace(found, balance=balance, x=x, gradient=np.hstack([slopes, found.gradient[:, len(kept.names) :]]))
     step = Instruments.of(lifted).error(balance.weights * lifted.residual)
     return replace(lifted, residual=lifted.residual + lifted.gradient @ step)
@@ -504,8 +504,8 @@ class TunedAxis:
     friction: FrictionModel
     nominal: Plant
     # before, after: residual of the recorded voltages with nominal and tuned parameters
-    before: Fitted
-    after: Fitted
+    before: FittedBalance
+    after: FittedBalance
     estimates: TunedEstimates | None  # Both with their intervals; None where the result is no machine
     full: bool  # Whether the full shape was fitted
     improves: bool  # Whether the result is better than the nominal parameters

@@ -10,7 +10,7 @@ from fric.arrays import Real
 from fric.circles.measured import MeasuredCircle
 from fric.circles.tune_fit import (
     SHAPE,
-    Fitted,
+    FittedBalance,
     Instruments,
     TunedEstimates,
     at,
@@ -29,11 +29,11 @@ from fric.records.resolution import lattice_step
 from fric.simulate.machine import Axis
 from fric.statistics import hac_covariance, score_covariance
 
-APART = 3.0
+FEEDS_APART = 3.0
 """Ratio of the feeds of two circles above which they hold different information."""
 LATE = 0.25
 """Relative deviation of the delay from the nominal value that gives a warning, where its interval excludes it."""
-ALIKE = 0.5
+BLOCKS_ALIKE = 0.5
 """Distance of two blocks' slip displacements, in the logarithm, below which they are not separable: the residual has
 several minima there, whose alpha and k differ by up to 20 %."""
 HALF_WIDTH = 2.31
@@ -43,7 +43,7 @@ MISFIT = 3.0
 
 
 def identifiability_warnings(
-    axis: Axis, tests: Sequence[MeasuredCircle], before: Fitted, found: Fitted
+    axis: Axis, tests: Sequence[MeasuredCircle], before: FittedBalance, found: FittedBalance
 ) -> Iterator[Notice]:
     """Yield the warnings about what the circles leave open, and what the fit shows of them.
 
@@ -52,7 +52,7 @@ def identifiability_warnings(
     before, found: Residual of the voltages with nominal and tuned parameters.
     """
     where, feeds = f"axis {axis.name}", sorted(test.feed for test in tests)
-    if feeds[-1] < APART * feeds[0]:
+    if feeds[-1] < FEEDS_APART * feeds[0]:
         missing = (
             "delay, inertia and how friction falls with speed above it (T_d may be off by half)"
             if feeds[-1] < 0.03
@@ -77,7 +77,7 @@ def identifiability_warnings(
         yield circle.TUNED_AT_BOUND.found(where, names=at_end)
 
 
-def timing_warnings(axis: Axis, found: Fitted, T_d: Estimate) -> Iterator[Notice]:
+def timing_warnings(axis: Axis, found: FittedBalance, T_d: Estimate) -> Iterator[Notice]:
     """Yield that position and voltage are shifted against each other, where the interval of the delay shows it, too."""
     nominal = found.balance.coordinates.T_d
     low, high = (float(limit) for limit in np.ravel(T_d.ci95 or (T_d.value, T_d.value)))
@@ -87,7 +87,7 @@ def timing_warnings(axis: Axis, found: Fitted, T_d: Estimate) -> Iterator[Notice
         yield flaw.found(f"axis {axis.name}", delay=delay, low=least, high=most, nominal=believed)
 
 
-def _drifts(axis: Axis, found: Fitted) -> Iterator[Notice]:
+def _drifts(axis: Axis, found: FittedBalance) -> Iterator[Notice]:
     """Yield the circles in which the level of friction changes with time: by its line, the fit's parameters apart."""
     balance = found.balance
     J, residual = balance.weights[:, None] * found.gradient, balance.weights * found.residual
@@ -104,7 +104,7 @@ def _drifts(axis: Axis, found: Fitted) -> Iterator[Notice]:
             yield circle.CIRCLE_DRIFTS.found(f"axis {axis.name}", change=change, size=abs(change), half=half, feed=feed)
 
 
-def groups_alike(found: Fitted) -> list[list[int]]:
+def groups_alike(found: FittedBalance) -> list[list[int]]:
     """Return the blocks that slip at about the same displacement, group by group, counted from 0."""
     if not any(name.startswith("alpha") for name in found.balance.coordinates.names):
         return []
@@ -112,14 +112,14 @@ def groups_alike(found: Fitted) -> list[list[int]]:
     slips = np.log(np.array(model.alpha) / np.array(model.k))
     groups: list[list[int]] = []
     for n in map(int, np.argsort(slips)):
-        if groups and slips[n] - slips[groups[-1][-1]] < ALIKE:
+        if groups and slips[n] - slips[groups[-1][-1]] < BLOCKS_ALIKE:
             groups[-1].append(n)
         else:
             groups.append([n])
     return [sorted(group) for group in groups if len(group) > 1]
 
 
-def merged(found: Fitted) -> Fitted | None:
+def merged(found: FittedBalance) -> FittedBalance | None:
     """Return a fit with its residual, and its derivatives where blocks that slip together have the same displacement.
 
     There the blocks are not separable, and the distance that the fit found is noise. None where none slip together.
@@ -136,7 +136,7 @@ def merged(found: Fitted) -> Fitted | None:
     return replace(at(found.balance, x), residual=found.residual)
 
 
-def alike_warnings(axis: Axis, found: Fitted, estimates: TunedEstimates) -> Iterator[Notice]:
+def alike_warnings(axis: Axis, found: FittedBalance, estimates: TunedEstimates) -> Iterator[Notice]:
     """Yield the warning about blocks that slip together, with their total share and stiffness."""
     groups = groups_alike(found)
     if not groups:
@@ -167,7 +167,7 @@ OPEN = 20.0
 UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "alpha": "1", "k": "N/m", "C": "N/s"}
 
 
-def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
+def tuned_estimates(found: FittedBalance, plant: Plant) -> TunedEstimates:
     """Return the result with intervals: of the noise, correlated in any way, and of the encoder.
 
     found: The fit. Of what it kept of the shape only the covariance of its coordinates depends.
@@ -235,7 +235,7 @@ def _scaled(estimate: Estimate, shift: float, wider: float) -> Estimate:
     return replace(estimate, value=value, ci95=(low * (1 - wider), high * (1 + wider)))
 
 
-def _covariance(about: Fitted, left: list[Real]) -> Real:
+def _covariance(about: FittedBalance, left: list[Real]) -> Real:
     """Return the covariance of coordinates and plant, shape (p + 2 + circles,) square.
 
     Samples are thinned to four a period of the filter's corner: samples between them add no information. Scores are
@@ -263,7 +263,7 @@ def _covariance(about: Fitted, left: list[Real]) -> Real:
     return np.asarray(covariance)
 
 
-def _beyond(about: Fitted, left: list[Real]) -> float:
+def _beyond(about: FittedBalance, left: list[Real]) -> float:
     """Return how many times what repeats of the residual exceeds what circles leave that are recorded again.
 
     Least 1. A larger factor is not due to this step: a ripple of the encoder, or friction of another shape, with a
@@ -274,7 +274,7 @@ def _beyond(about: Fitted, left: list[Real]) -> float:
     return max(1.0, repeats / again) if again > 0 else 1.0
 
 
-def _of_the_encoder(found: Fitted) -> Real:
+def _of_the_encoder(found: FittedBalance) -> Real:
     """Return variances of the stiffnesses' logarithms, shape (p,): as the encoder shows a slip."""
     coordinates = found.balance.coordinates
     model = coordinates.friction(found.x)
@@ -289,7 +289,7 @@ def _of_the_encoder(found: Fitted) -> Real:
     return variances
 
 
-def _logarithms(found: Fitted) -> tuple[Real, list[str]]:
+def _logarithms(found: FittedBalance) -> tuple[Real, list[str]]:
     """Return derivatives of the parameters' logarithms by coordinates and plant, and the parameters' names."""
     coordinates, p = found.balance.coordinates, len(found.x)
     total = p + len(found.plant)

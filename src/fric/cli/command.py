@@ -16,7 +16,7 @@ from fric.cli import completion
 from fric.cli.console import finish
 from fric.errors import FLAGS, FricError, as_options
 from fric.results.kinds import METAVARS
-from fric.verb import Argument, Form, kinds_of
+from fric.verb import Argument, VerbForm, kinds_of
 
 
 def option(help: str, *names: str, **settings: Any) -> Any:
@@ -185,9 +185,9 @@ class Command:
     run: str = ""
 
     @cached_property
-    def form(self) -> Form:
+    def form(self) -> VerbForm:
         """What the verb says of itself."""
-        return Form(self.verb)
+        return VerbForm(self.verb)
 
     @property
     def help(self) -> str:
@@ -215,7 +215,7 @@ class Command:
         """Return the parameters: places, output, options, and what all commands share."""
         form = self.form
         asked = [form[name] for name in form.names if name not in {*GIVEN, *self.without, *self.bound}]
-        asked += [Form(verb)[name] for verb, names in self.further.items() for name in names]
+        asked += [VerbForm(verb)[name] for verb, names in self.further.items() for name in names]
         asked = [replace(argument, default=None) if argument.name in self.optional else argument for argument in asked]
         placed = [
             argument

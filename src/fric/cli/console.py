@@ -71,7 +71,7 @@ def _spelled(error: UnicodeError) -> tuple[str, int]:
     return text.encode(error.encoding, "replace").decode(error.encoding), error.end
 
 
-MOST = 1000
+MOST_CHARACTERS = 1000
 """Characters of a warning at most."""
 
 OUT, ERR = Stream(stderr=False), Stream(stderr=True)
@@ -131,7 +131,7 @@ def finish(
         print_json(warned(result.warnings) | result.document)
     else:
         for piece in result.report():
-            OUT.print(printable(worded(piece), 10 * MOST) if isinstance(piece, str) else piece, markup=False)
+            OUT.print(printable(worded(piece), 10 * MOST_CHARACTERS) if isinstance(piece, str) else piece, markup=False)
         if written:
             OUT.print(f"wrote {' and '.join(map(str, written))}", markup=False)
     from fric.results.text import told_alone
@@ -158,7 +158,7 @@ def print_warnings(warnings: Iterable[str]) -> None:
     """Print each warning on standard error."""
     for warning in warnings:
         ERR.print("[bold yellow]warning:[/]", end=" ")
-        ERR.print(printable(warning, MOST), markup=False)
+        ERR.print(printable(warning, MOST_CHARACTERS), markup=False)
 
 
 @contextmanager
@@ -205,7 +205,7 @@ def ask(question: Any) -> None:
     for bar in _BARS:
         bar.stop()
     lines = question.lines(drawn=ERR.console.encoding.lower().startswith("utf"))
-    ERR.print("\n".join(printable(line, MOST) for line in lines), markup=False)
+    ERR.print("\n".join(printable(line, MOST_CHARACTERS) for line in lines), markup=False)
     line = ""
     while not (line and question.take(line)):
         ERR.print("That is no answer. " * bool(line) + f"1 to {len(question.choices)}, or Enter for 1: ", end="")

@@ -23,7 +23,7 @@ SURE = 0.5
 
 
 @dataclass(frozen=True)
-class Resonance:
+class StructuralMode:
     """A structural mode that eq. (1) does not have: it takes G to G·(1 + share·s²/(s² + 2ζωs + ω²)).
 
     Raises FricError: When it is no damped resonance.
@@ -77,7 +77,7 @@ class Perturbation:
         return real + 1j * np.interp(frequency, self.frequency, self.ratio.imag, left=0.0, right=0.0)
 
 
-def model_perturbation(plant: LinearPlant, nyquist: float, resonances: Sequence[Resonance] = ()) -> Perturbation:
+def model_perturbation(plant: LinearPlant, nyquist: float, resonances: Sequence[StructuralMode] = ()) -> Perturbation:
     """Return Delta of a model: the plant's delay, and resonances where some are known.
 
     plant: Eq. (1), of which G_n is all but the delay.

@@ -31,7 +31,7 @@ class Plain(Written):
     parameters: int
 
 
-class Score(Written):
+class ScorePart(Written):
     """How one model predicts samples that it was not fitted to."""
 
     rms: float
@@ -72,7 +72,7 @@ def _scored(found: Any, residual: tuple[Real, ...]) -> dict[str, Any]:
 def _models(found: Any) -> dict[str, Any]:
     scores = {score.name: score for score in found.scores}
     return {
-        name: read_off(Score, score, {"records"}) | {"records": _scored(found, score.residual)}
+        name: read_off(ScorePart, score, {"records"}) | {"records": _scored(found, score.residual)}
         for name, score in scores.items()
     }
 
@@ -92,7 +92,7 @@ class ComparisonDocument(Document):
         description="of every rms"
     )
     winner: str | None
-    models: Annotated[dict[str, Score], Of(_models)]
+    models: Annotated[dict[str, ScorePart], Of(_models)]
     baselines: Annotated[dict[str, Plain], Of(lambda found: {baseline.name: baseline for baseline in found.baselines})]
     leads: dict[str, Lead]
     presliding: Annotated[dict[str, Quantity], Of(_presliding)] = Field(

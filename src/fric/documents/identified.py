@@ -118,7 +118,7 @@ NO_INTERVAL = "no parameter has a 95 % interval"
 
 
 @dataclass(frozen=True)
-class Identified:
+class IdentifiedMachine:
     """A machine as it was identified."""
 
     machine: Machine  # The machine, true to the estimates
@@ -145,7 +145,7 @@ def read_identified(
     gain: float | None = None,
     lead: float | str | None = None,
     friction_model: str | None = None,
-) -> Identified:
+) -> IdentifiedMachine:
     """Read a machine file with the intervals of what was identified of it.
 
     What is identified of an axis is what its controller believes: the friction file given in ``nominal_files``, or that
@@ -200,10 +200,10 @@ def read_identified(
             where=str(path),
             hint="Give files that `fric identify` wrote: `nominal_files='x=FRICTION.yaml'`, or in the machine file.",
         )
-    return Identified(replace(machine, axes=axes), intervals, covariances, beyond, widened, tuple(warnings))
+    return IdentifiedMachine(replace(machine, axes=axes), intervals, covariances, beyond, widened, tuple(warnings))
 
 
-def machine_to_predict(path: Path) -> tuple[Machine, Identified | None]:
+def machine_to_predict(path: Path) -> tuple[Machine, IdentifiedMachine | None]:
     """Read a machine file as what is known of the machine: as identified, where it has intervals.
 
     Raises FricError: As `read_machine`.

@@ -59,7 +59,7 @@ class Layout(Part):
     comment: str | None = Field(default=None, min_length=1, max_length=1, description="begins what is no data")
 
 
-class Channel(Part):
+class ColumnMapping(Part):
     """Where a channel comes from: a column, or one value for the whole record."""
 
     column: str | int | None = Field(default=None, description="name, or index counted from 0")
@@ -94,7 +94,7 @@ class FileMapping(Part):
     record: str = Field(default="{stem}", description="name of the record")
     file: str | None = Field(default=None, description='what the file name says, as "{axis}_{speed}mmps"')
     format: Layout = Layout()
-    columns: dict[str, Channel] = Field(default_factory=dict)
+    columns: dict[str, ColumnMapping] = Field(default_factory=dict)
     files: str | list[str] | None = Field(default=None, description='of a part: names of its files, as "*.csv"')
 
     def fits(self, path: Path, names: Collection[str]) -> bool:
@@ -119,7 +119,7 @@ class FileMapping(Part):
             raise ValidationError.from_exception_data("mapping", errors)
         return self
 
-    def _check(self, name: str, channel: Channel, known: tuple[str, ...]) -> None:
+    def _check(self, name: str, channel: ColumnMapping, known: tuple[str, ...]) -> None:
         if self.kind == CIRCLE:
             if not is_circle_channel(name):
                 raise FricError(

@@ -111,7 +111,7 @@ class FrictionSeen(Part):
     F_c_over_M: Quantity | None = None
 
 
-class Parameter(Quantity):
+class FittedParameter(Quantity):
     """A parameter of a fit to a motion, with its deviation as if residuals were independent."""
 
     deviation: float | None = None
@@ -136,7 +136,7 @@ class PlantFitPart(Part):
     cutoff: Quantity | None = None
     decimation: int | None = None
     border: int | None = None
-    parameters: dict[str, Parameter] | None = Field(None, description="M, F_v, F_c, offset of the rigid axis")
+    parameters: dict[str, FittedParameter] | None = Field(None, description="M, F_v, F_c, offset of the rigid axis")
     covariance: CovarianceBlock | None = Field(None, description="how the parameters err together")
 
 

@@ -39,7 +39,7 @@ Role = Literal["compensation", "machine"]
 
 
 @dataclass(frozen=True)
-class Part:
+class ExportedPart:
     """The exported part of one axis: its controller under one scheme, or the machine itself.
 
     ::
@@ -165,7 +165,7 @@ class Target:
     parts: tuple[str, ...] = ("compensation",)  # The part of an axis that it exports: ``compensation``, ``machine``
 
 
-def compensation_of(machine: Machine, name: str, scheme: Scheme) -> Part:
+def compensation_of(machine: Machine, name: str, scheme: Scheme) -> ExportedPart:
     """Return the controller of an axis under a scheme, with its nominal models.
 
     Raises FricError: When the scheme needs something that the axis does not have, or there is no such axis.
@@ -189,18 +189,18 @@ def compensation_of(machine: Machine, name: str, scheme: Scheme) -> Part:
     friction = setting.friction
     if friction is None and others:
         friction = StaticMap(F_c=0.0, F_s=0.0, v_s=1.0)  # nothing is fed forward; the blocks are
-    return Part(
+    return ExportedPart(
         "compensation", machine.name, name, axis.motion, remark(scheme.name), friction, nominal.K_f, nominal.A,
         nominal.B, cascade.sampling, cascade.limit, axis.encoder.resolution, setting.gain, setting.lead,
         K_p=cascade.K_p, K_i=cascade.K_i, blocks=tuple(_block(block, setting) for block in others),
     )  # fmt: skip
 
 
-def machine_of(machine: Machine, name: str) -> Part:
+def machine_of(machine: Machine, name: str) -> ExportedPart:
     """Return an axis with its true friction, as a plant to try a controller on."""
     axis = machine.axis(name)
     plant, cascade = axis.plant, axis.cascade
-    return Part(
+    return ExportedPart(
         "machine", machine.name, name, axis.motion, "", axis.friction, plant.K_f, plant.A, plant.B, cascade.sampling,
         cascade.limit, axis.encoder.resolution, delay=plant.transport_delay(cascade.sampling), load=axis.load,
         velocity_filter=cascade.velocity_filter,
@@ -218,7 +218,7 @@ def _block(block: ControlBlock, setting: Setting) -> BlockPart:
 
 
 def manifest(
-    target: str, part: Part, files: Files, *, notices: Iterable[Notice], sources: Iterable[Mapping[str, str]]
+    target: str, part: ExportedPart, files: Files, *, notices: Iterable[Notice], sources: Iterable[Mapping[str, str]]
 ) -> dict[str, Any]:
     """Return the content of manifest.json: SI values with their units, a digest of each file and of each source."""
     unit = "rad" if rotates(part.motion) else "m"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fric.errors import FricError
-from fric.export.base import LARGEST, Files, Part, Target
+from fric.export.base import LARGEST, ExportedPart, Files, Target
 from fric.export.rendering import identifier, render
 from fric.export.translate.c_code import Dialect, c_routines
 from fric.units import si_unit
@@ -26,12 +26,12 @@ SUB_STEPS = 50
 """Steps of the exported axis in one period of its controller."""
 
 
-def name_of(part: Part) -> str:
+def name_of(part: ExportedPart) -> str:
     """Return the names of the files of a part: ``fric_AXIS``, ``fric_AXIS_machine``."""
     return f"fric_{identifier(part.axis)}" + ("_machine" if part.role == "machine" else "")
 
 
-def values_of(part: Part, number: Callable[[float], str]) -> dict[str, Any]:
+def values_of(part: ExportedPart, number: Callable[[float], str]) -> dict[str, Any]:
     """Return the data of a part for templates, with numbers as the language writes them."""
     model = part.model
     unit, force_unit = (si_unit(name, part.motion) for name in ("position", "force"))
@@ -81,7 +81,7 @@ def plain_text(of: object) -> str:
     return " ".join(first.split()).encode("ascii", "ignore").decode()
 
 
-def c_values(part: Part, *, single: bool = False) -> dict[str, Any]:
+def c_values(part: ExportedPart, *, single: bool = False) -> dict[str, Any]:
     """Return the data of a part for the templates of C."""
     dialect = Dialect(f"{name_of(part)}_", single)
     number = dialect.number
@@ -105,7 +105,7 @@ def c_values(part: Part, *, single: bool = False) -> dict[str, Any]:
     return values | {piece: render(f"{part.role}_{piece}.c.j2", **values).rstrip() for piece in pieces}
 
 
-def c_files(part: Part, *, single: bool = False) -> Files:
+def c_files(part: ExportedPart, *, single: bool = False) -> Files:
     """Return header and source of a part.
 
     Raises FricError: When an observer is to be in single precision: the coefficients that difference a position twice

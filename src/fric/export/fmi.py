@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from fric.errors import FricError
-from fric.export.base import Files, Part, Target
+from fric.export.base import ExportedPart, Files, Target
 from fric.export.c import c_files, c_values
 from fric.export.rendering import render
 
@@ -31,7 +31,7 @@ class Variable:
     variability: str = "continuous"
 
 
-def _variables(part: Part, unit: str, force: str) -> list[Variable]:
+def _variables(part: ExportedPart, unit: str, force: str) -> list[Variable]:
     rows: list[tuple[str, ...]]
     if part.role == "machine":
         rows = [
@@ -62,7 +62,7 @@ def _variables(part: Part, unit: str, force: str) -> list[Variable]:
     return [Variable(n, *row) for n, row in enumerate(rows)]
 
 
-def fmi_files(part: Part) -> Files:
+def fmi_files(part: ExportedPart) -> Files:
     """Return two units of a part: NAME-fmi2.fmu and NAME-fmi3.fmu."""
     values = c_values(part)
     variables = _variables(part, values["unit"], values["force_unit"])

@@ -2,7 +2,7 @@
 
 from math import pi
 
-from fric.export.base import Files, Part, Target
+from fric.export.base import ExportedPart, Files, Target
 from fric.export.c import c_files, c_values
 from fric.export.rendering import identifier, render
 from fric.units import rotates
@@ -12,7 +12,7 @@ COMPONENTS = {"compensation": "ff", "machine": "plant"}
 JOINTS = {"x": 0, "y": 1, "z": 2, "a": 3, "b": 4, "c": 5}
 
 
-def linuxcnc_files(part: Part) -> Files:
+def linuxcnc_files(part: ExportedPart) -> Files:
     """Return the component of a part with the C that it includes; for compensation the wiring and a page beside."""
     values = c_values(part)
     name = values["name"]

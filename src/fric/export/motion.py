@@ -111,7 +111,7 @@ class Arc:
 
 
 @dataclass(frozen=True)
-class Dialect:
+class MotionDialect:
     """A language that controllers take motions in."""
 
     # name, doc: its name, and its description in one line
@@ -196,9 +196,9 @@ def _arc(words: Words, arc: Arc) -> Iterator[str]:
             yield f"{code} {x}{edge} {y}-{edge} I-{edge} J{edge} F{rounded_down(feed)}"
 
 
-def dialect(name: str, doc: str, words: Words) -> Dialect:
+def dialect(name: str, doc: str, words: Words) -> MotionDialect:
     """Return the dialect that a control's words make."""
-    return Dialect(
+    return MotionDialect(
         name, doc, lambda move: words.file(move.name, _move(words, move)),
         lambda arc: words.file(arc.name, _arc(words, arc)),
     )  # fmt: skip
@@ -278,7 +278,7 @@ def table_files(move: Move) -> Mapping[str, str]:
     return {f"{move.name}.st": head + made}
 
 
-TABLE = Dialect("table", "function blocks for TwinCAT and CODESYS that run through points in time", table_files)
+TABLE = MotionDialect("table", "function blocks for TwinCAT and CODESYS that run through points in time", table_files)
 
 
 ROWS = 2048
@@ -301,7 +301,7 @@ def _text(head: str, columns: np.ndarray[tuple[int, ...], np.dtype[np.float64]])
     return "\n".join([head, *(",".join(f"{value:.9g}" for value in row) for row in columns)]) + "\n"
 
 
-CSV = Dialect("csv", "columns of time, position, velocity, acceleration in SI", csv_files)
+CSV = MotionDialect("csv", "columns of time, position, velocity, acceleration in SI", csv_files)
 
-DIALECTS: dict[str, Dialect] = {dialect.name: dialect for dialect in (LINUXCNC, FANUC, SIEMENS, TABLE, CSV)}
+DIALECTS: dict[str, MotionDialect] = {dialect.name: dialect for dialect in (LINUXCNC, FANUC, SIEMENS, TABLE, CSV)}
 """The dialects by name."""

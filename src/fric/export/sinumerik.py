@@ -22,7 +22,7 @@ from fric.contour import circularity
 from fric.control.scheme import PAPER_SCHEMES
 from fric.errors import FricError
 from fric.estimate import as_filed
-from fric.export.base import Files, Part, Target
+from fric.export.base import ExportedPart, Files, Target
 from fric.export.c import name_of
 from fric.reference import Reference, circle
 from fric.simulate.axis import run_axis
@@ -63,7 +63,7 @@ class Pulse:
         return np.asarray(np.interp(a, at, values))
 
 
-def through_controller(part: Part, decay: float, t: Real) -> Real:
+def through_controller(part: ExportedPart, decay: float, t: Real) -> Real:
     """Return the response of the speed controller to a velocity pulse of 1 m/s [V], at times t after the reversal."""
     left = np.exp(-t / decay)
     return part.K_p * left + part.K_i * decay * (1 - left)
@@ -75,7 +75,7 @@ def _asked(feed: float, sampling: float) -> tuple[Reference, Reference]:
     return circle(RADIUS, feed, 2, sampling)
 
 
-def rise_of(part: Part) -> Real:
+def rise_of(part: ExportedPart) -> Real:
     """Return how friction rises behind the fastest reversal, as a voltage, shape (n,)."""
     motion, _ = _asked(FEEDS[0], part.sampling)
     reversals = np.flatnonzero(np.diff(np.sign(motion.velocity)) != 0) + 1
@@ -91,7 +91,7 @@ def flat(amplitude: float, decay: float) -> Pulse:
     return Pulse(amplitude, amplitude, decay, 0.5 * least, 2 * most, 4 * most)
 
 
-def fitted(axis: Axis, part: Part) -> tuple[Pulse, list[float]]:
+def fitted(axis: Axis, part: ExportedPart) -> tuple[Pulse, list[float]]:
     """Return the characteristic that leaves least on the circles of `FEEDS`, and the best amplitude of each [m/s].
 
     By simulation. For each decay the amplitude follows from the friction model after the fastest reversal;
@@ -139,7 +139,7 @@ def fitted(axis: Axis, part: Part) -> tuple[Pulse, list[float]]:
     return least((plain, adaptive)), alone
 
 
-def as_block(part: Part, pulse: Pulse) -> dict[str, float]:
+def as_block(part: ExportedPart, pulse: Pulse) -> dict[str, float]:
     """Return the values of the block ``reversal-pulse`` that is equivalent to the machine data."""
     return {
         "slow": part.K_p * pulse.largest, "middle": part.K_p * pulse.largest, "fast": part.K_p * pulse.smallest,
@@ -148,13 +148,13 @@ def as_block(part: Part, pulse: Pulse) -> dict[str, float]:
     }  # fmt: skip
 
 
-def chance_of(axis: Axis, part: Part, pulse: Pulse | None, feed: float) -> Chance:
+def chance_of(axis: Axis, part: ExportedPart, pulse: Pulse | None, feed: float) -> Chance:
     """Return the result of `left_over`, at several places between two counts where it depends on them."""
     places = [n / PLACES for n in range(PLACES)] if feed < SLOW else [0.0]
     return Chance(tuple(left_over(axis.placed(place), part, pulse, feed) for place in places), 0.0)
 
 
-def left_over(axis: Axis, part: Part, pulse: Pulse | None, feed: float) -> float:
+def left_over(axis: Axis, part: ExportedPart, pulse: Pulse | None, feed: float) -> float:
     """Return the glitch [m] of a circle of 30 mm with the pulse; with the model fed forward where there is none."""
     motion, other = _asked(feed, part.sampling)
     scheme = PAPER_SCHEMES["c" if part.model.name == "gms" else "b"]
@@ -167,7 +167,7 @@ def left_over(axis: Axis, part: Part, pulse: Pulse | None, feed: float) -> float
     return max(abs(quadrants[0]), abs(quadrants[2]))
 
 
-def sinumerik_files(part: Part, *, machine: Machine) -> Files:
+def sinumerik_files(part: ExportedPart, *, machine: Machine) -> Files:
     """Return the machine data as assignments, and a page with the glitch that they leave by simulation.
 
     Raises FricError: When the axis is not linear: the circle that is simulated is of two linear axes.

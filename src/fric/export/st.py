@@ -1,12 +1,12 @@
 """The target ``st``: structured text of IEC 61131-3, functions and one function block."""
 
-from fric.export.base import Files, Part, Target
+from fric.export.base import ExportedPart, Files, Target
 from fric.export.c import values_of
 from fric.export.rendering import render
 from fric.export.translate.st_code import st_number, st_routines
 
 
-def st_files(part: Part) -> Files:
+def st_files(part: ExportedPart) -> Files:
     """Return the function block of a part, and the functions that it calls, in one file."""
     values = values_of(part, st_number)
     routines = st_routines(part.program, values["prefix"])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fric.errors import FricError
-from fric.export.base import Files, Part, Target, friction_values
+from fric.export.base import ExportedPart, Files, Target, friction_values
 from fric.export.c import name_of
 from fric.units import si_unit
 
@@ -17,7 +17,7 @@ SPEEDS = 61
 """Speeds of the table of steady friction, both directions and rest."""
 
 
-def parameter_rows(part: Part) -> list[tuple[str, str, float, str]]:
+def parameter_rows(part: ExportedPart) -> list[tuple[str, str, float, str]]:
     """Return section, name, value and unit of each parameter, blocks one by one."""
     rows: list[tuple[str, str, float, str]] = [
         ("axis", "K_f", part.K_f, "N/V"), ("axis", "A", part.A, "1/s"), ("axis", "B", part.B, "m/(s^2*V)"),
@@ -33,7 +33,7 @@ def parameter_rows(part: Part) -> list[tuple[str, str, float, str]]:
     return rows
 
 
-def steady_table(part: Part) -> np.ndarray[Any, Any]:
+def steady_table(part: ExportedPart) -> np.ndarray[Any, Any]:
     """Return velocity [m/s], friction [N] and feedforward [V] in steady motion, shape (n, 3)."""
     fast = np.geomspace(1e-5, 0.5, SPEEDS // 2)
     v = np.concatenate([-fast[::-1], [0.0], fast])
@@ -41,7 +41,7 @@ def steady_table(part: Part) -> np.ndarray[Any, Any]:
     return np.column_stack([v, force, part.gain * force / part.K_f])
 
 
-def csv_files(part: Part) -> Files:
+def csv_files(part: ExportedPart) -> Files:
     """Return two texts: the parameters, and friction over velocity."""
     parameters, table = io.StringIO(), io.StringIO()
     writer = csv.writer(parameters, lineterminator="\n")
@@ -54,7 +54,7 @@ def csv_files(part: Part) -> Files:
     return {f"{name_of(part)}-parameters.csv": parameters.getvalue(), f"{name_of(part)}-steady.csv": table.getvalue()}
 
 
-def mat_files(part: Part) -> Files:
+def mat_files(part: ExportedPart) -> Files:
     """Return a MATLAB v5 file: a struct of parameters in SI, and the table of steady friction."""
     from scipy.io import savemat
 
@@ -73,7 +73,7 @@ def mat_files(part: Part) -> Files:
     return {f"{name_of(part)}.mat": head + b" " * (116 - len(head)) + data[116:]}  # the date is not of the content
 
 
-def xlsx_files(part: Part) -> Files:
+def xlsx_files(part: ExportedPart) -> Files:
     """Return a workbook of two sheets: the parameters, and friction over velocity.
 
     Raises FricError: When openpyxl is not installed.

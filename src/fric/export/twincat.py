@@ -8,7 +8,7 @@ the bound is bisected until 20 points reach the largest velocity.
 import numpy as np
 
 from fric.arrays import Real
-from fric.export.base import Files, Part, Target
+from fric.export.base import ExportedPart, Files, Target
 from fric.export.c import name_of
 from fric.units import rotates, si_unit
 
@@ -18,7 +18,7 @@ FASTEST = 0.5
 """Largest velocity of the list [m/s, rad/s]."""
 
 
-def list_of(part: Part) -> tuple[Real, Real, float]:
+def list_of(part: ExportedPart) -> tuple[Real, Real, float]:
     """Return velocities, voltages, and the largest error of the interpolation [N].
 
     part: What is exported.
@@ -64,7 +64,7 @@ def _error(v: Real, force: Real, first: int, last: int) -> float:
     return float(np.abs(line - force[inside]).max())
 
 
-def twincat_files(part: Part) -> Files:
+def twincat_files(part: ExportedPart) -> Files:
     """Return the list as text, and a page with its remaining error."""
     velocity, volts, error = list_of(part)
     unit, force = ("rad" if rotates(part.motion) else "mm"), si_unit("force", part.motion)

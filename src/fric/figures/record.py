@@ -16,7 +16,7 @@ from fric.units import prefixed, si_unit
 
 POINTS = 4000
 """Columns that a curve is drawn in: more samples than twice that are drawn as their least and greatest."""
-MOST = 6
+MOST_ROWS = 6
 """Largest number of records that each get a separate row of panels; more records are overlaid."""
 
 
@@ -31,7 +31,7 @@ def draw_record(records: Sequence[Record], found: Sequence[Inspected]) -> Figure
     found: What `fric.records.inspection.inspect` found in each.
     """
     pairs = list(zip(records, found, strict=True))
-    if len(pairs) > MOST:
+    if len(pairs) > MOST_ROWS:
         return _overview(pairs)
     height = sum(3.6 if isinstance(record, Log) else 2.6 for record in records)
     with new_figure(7.4, max(height, 3.0)) as figure:

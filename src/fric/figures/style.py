@@ -132,7 +132,7 @@ Draw = TypeVar("Draw", bound="Callable[..., Figure]")
 
 
 @dataclass(frozen=True)
-class View:
+class FigureView:
     """One figure: its name, the type that it draws (or a sequence of), the function, whether it is drawn by default."""
 
     name: str
@@ -146,7 +146,7 @@ class View:
         return (self.draw.__doc__ or "").strip().split("\n\n", 1)[0].replace("\n", " ")
 
 
-_FOUND: dict[tuple[str, str], View] = {}
+_FOUND: dict[tuple[str, str], FigureView] = {}
 
 
 def view(name: str, of: str, *, usual: bool = False) -> Callable[[Draw], Draw]:
@@ -158,7 +158,7 @@ def view(name: str, of: str, *, usual: bool = False) -> Callable[[Draw], Draw]:
     """
 
     def entered(draw: Draw) -> Draw:
-        _FOUND[of, name] = View(name, of, draw, usual)
+        _FOUND[of, name] = FigureView(name, of, draw, usual)
         return draw
 
     return entered
@@ -171,7 +171,7 @@ def _imported() -> None:
         import_module(f"fric.figures.{module.name}")
 
 
-def views(of: str | None = None) -> tuple[View, ...]:
+def views(of: str | None = None) -> tuple[FigureView, ...]:
     """Return every figure, by type and name; or those of one type."""
     _imported()
     return tuple(view for _, view in sorted(_FOUND.items()) if of in {None, view.of})

@@ -39,14 +39,14 @@ def draw_validation(validations: Sequence[Validation]) -> Figure:
         return figure
 
 
-MOST = 4
+MOST_DRAWN = 4
 """Records that are drawn."""
 
 
 @view("replay", of="ReplayFit", usual=True)
 def draw_replay(fit: ReplayFit) -> Figure:
     """Draw, for each record, measured and replayed force over position, and the residual over time."""
-    records = fit.records[:MOST]
+    records = fit.records[:MOST_DRAWN]
     with new_figure(6.3, 2.6 * len(records)) as figure:
         axes = figure.subplots(len(records), 2, squeeze=False)
         force, position = si_unit("force", fit.motion), si_unit("position", fit.motion)

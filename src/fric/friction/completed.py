@@ -10,19 +10,19 @@ from fric.exact import each
 from fric.friction.base import FrictionModel, Parameter, Property
 from fric.kernels.elementary import exp
 from fric.kernels.inner import address_of
-from fric.kernels.left_over import AHEAD, Grid, left_over_step, travels_along
+from fric.kernels.left_over import AHEAD, TravelGrid, left_over_step, travels_along
 from fric.kernels.signatures import Step
 
 PLAY = 1e-6
 """Travel back that makes a reversal [m]: fluctuations by encoder counts are smaller."""
-KNEE, RATIO, APART = 28, 0.25, 3e-4
+KNEE, RATIO, STEP_BEYOND = 28, 0.25, 3e-4
 """Points that are a ratio ``e^RATIO`` apart, up to a millimetre, and the distance of those behind [m]."""
 
 
 def travels(longest: float) -> Real:
     """Return the travels since a reversal at which the force is given [m], up to the longest."""
     near = PLAY * each(exp, RATIO * np.arange(KNEE + 1.0))
-    return np.append(near, near[-1] + APART * np.arange(1, max(int((longest - near[-1]) / APART), 0) + 2))
+    return np.append(near, near[-1] + STEP_BEYOND * np.arange(1, max(int((longest - near[-1]) / STEP_BEYOND), 0) + 2))
 
 
 def since_reversal(position: Real) -> tuple[Real, Real]:
@@ -63,7 +63,7 @@ class Completed(FrictionModel):
 
     def packed(self) -> Real:
         """Return ``[address of the model's step, grid, force forwards, force backwards, the model's parameters]``."""
-        grid = Grid(address_of(type(self.model).step), len(self.forwards), PLAY, KNEE, RATIO, APART)
+        grid = TravelGrid(address_of(type(self.model).step), len(self.forwards), PLAY, KNEE, RATIO, STEP_BEYOND)
         return np.array([*grid, *self.forwards, *self.backwards, *self.model.packed()])
 
     def initial_state(self) -> Real:

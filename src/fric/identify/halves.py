@@ -16,7 +16,7 @@ from fric.identify.static_map.points import SpeedPoint, stroke_points
 from fric.log import ForceVelocity, Log
 from fric.records.recognition import kind_of
 
-ALIKE = 6.0
+SPEEDS_ALIKE = 6.0
 """Ratio of the slowest, and of the fastest strokes of two halves, up to which the halves determine the same map."""
 LEAST = 200
 """Samples of half a motion at least."""
@@ -111,7 +111,7 @@ def _of_strokes(logs: Sequence[Log], plant: Plant | None) -> Iterator[tuple[str,
     def fit(chosen: Mask, load: float | None = None) -> Fit:
         def made() -> Mapping[str, Estimate]:
             reach = [(abs(velocity[some]).min(), abs(velocity[some]).max()) for some in (chosen, ~chosen) if some.any()]
-            if len(reach) < 2 or any(max(ends) > ALIKE * min(ends) for ends in zip(*reach, strict=True)):
+            if len(reach) < 2 or any(max(ends) > SPEEDS_ALIKE * min(ends) for ends in zip(*reach, strict=True)):
                 raise FricError("one half has other speeds than the other")
             table = _table([point for point, item in zip(points, chosen, strict=True) if item], logs[0])
             found = identify_static([table], direction="both", delta=1.0, load=load).static

@@ -19,9 +19,9 @@ from fric.columns import (
     Kind,
     channel_dimension,
 )
-from fric.documents.mapping import Channel, FileMapping, filled
+from fric.documents.mapping import ColumnMapping, FileMapping, filled
 from fric.errors import FricError
-from fric.io.readers.base import Table, plain_name
+from fric.io.readers.base import ForeignTable, plain_name
 from fric.io.words import EXACT, OF_MEANS, refuse_left_out
 from fric.series import CLOSEST, largest, require_plausible
 from fric.units import Motion, factor, kinds_of, parse, si_unit
@@ -64,7 +64,7 @@ class Origin:
 
 
 @dataclass(frozen=True)
-class Plan:
+class ColumnPlan:
     """How a table becomes a record."""
 
     motion: Motion
@@ -120,14 +120,14 @@ class Plan:
 
 
 def plan(
-    table: Table,
+    table: ForeignTable,
     mapping: FileMapping | None,
     kind: Kind | None,
     motion: Motion | None,
     fields: Mapping[str, str],
     *,
     part: bool = False,
-) -> Plan:
+) -> ColumnPlan:
     """Find every channel of a table.
 
     table: The table.
@@ -171,17 +171,17 @@ def plan(
         raise FricError("no channel is read from a column", where=where, hint="Name the column of one at least.")
     names = tuple(column.name for column in table.columns)
     stated = frozenset(name for name, channel in channels.items() if channel.sign is not None)
-    return Plan(chosen, origins, wanted, names, form, stated)
+    return ColumnPlan(chosen, origins, wanted, names, form, stated)
 
 
-def _form(channels: Mapping[str, Channel], kind: Kind | None) -> Form:
+def _form(channels: Mapping[str, ColumnMapping], kind: Kind | None) -> Form:
     if kind == FORCE_VELOCITY or ("time" not in channels and {"n", "deviation", "error"} & channels.keys()
                                   and "magnitude" not in channels):  # fmt: skip
         return "means"
     return "response" if "magnitude" in channels else "time"
 
 
-def _of_file(table: Table, channels: Mapping[str, Channel], part: bool) -> dict[str, Channel]:
+def _of_file(table: ForeignTable, channels: Mapping[str, ColumnMapping], part: bool) -> dict[str, ColumnMapping]:
     """Return the channels of a mapping that are read from a file: all, or of a part those that it can hold."""
     if not part:
         return dict(channels)
@@ -198,7 +198,7 @@ def _of_file(table: Table, channels: Mapping[str, Channel], part: bool) -> dict[
     return found
 
 
-def _by_header(table: Table, kind: Kind | None) -> dict[str, Channel]:
+def _by_header(table: ForeignTable, kind: Kind | None) -> dict[str, ColumnMapping]:
     """Return the channels that the header names itself."""
     names = [plain_name(column.name) for column in table.columns]
     spoken = [EXACT.get(name, name) for name in names]
@@ -208,16 +208,16 @@ def _by_header(table: Table, kind: Kind | None) -> dict[str, Channel]:
     has = {"velocity", "force"} <= set(means) and {"n", "deviation", "error"} & set(means)
     if kind == FORCE_VELOCITY or (kind is None and has and "time" not in spoken):
         spoken, known = means, tuple(FORCE_VELOCITY_DIMENSIONS)
-    found: dict[str, Channel] = {}
+    found: dict[str, ColumnMapping] = {}
     for channel in known:
         columns = [n for n, name in enumerate(names) if name == channel]
         columns = columns or [n for n, name in enumerate(spoken) if name == channel]
         if columns:
-            found[channel] = Channel(column=table.find(table.columns[columns[0]].name, channel))
+            found[channel] = ColumnMapping(column=table.find(table.columns[columns[0]].name, channel))
     return found
 
 
-def _hint(table: Table, channel: str, found: Collection[str] = ()) -> str:
+def _hint(table: ForeignTable, channel: str, found: Collection[str] = ()) -> str:
     if channel == "time" and {"velocity", "force"} <= set(found):
         return (
             "If each row is a mean force at one velocity, say `kind='force-velocity'`; else say the sampling in a "
@@ -227,7 +227,12 @@ def _hint(table: Table, channel: str, found: Collection[str] = ()) -> str:
 
 
 def origin_of(
-    table: Table, name: str, channel: Channel, motion: Motion, fields: Mapping[str, str], form: Form = "time"
+    table: ForeignTable,
+    name: str,
+    channel: ColumnMapping,
+    motion: Motion,
+    fields: Mapping[str, str],
+    form: Form = "time",
 ) -> Origin:
     """Return where one channel comes from: its column, with the factor to SI."""
     where, dimension = str(table.path), _dimension(name, form)
@@ -281,5 +286,5 @@ def _dimension(channel: str, form: Form) -> str:
     return channel_dimension(f"{FORCE_VELOCITY}.{channel}" if form == "means" else channel)
 
 
-def _column(table: Table, wanted: Any, name: str, fields: Mapping[str, str]) -> int:
+def _column(table: ForeignTable, wanted: Any, name: str, fields: Mapping[str, str]) -> int:
     return table.find(filled(wanted, fields, str(table.path)) if isinstance(wanted, str) else wanted, name)

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 from fric.arrays import Real
-from fric.circles.learn import Table
+from fric.circles.learn import LearnedFeedforward
 from fric.circles.measured import CHANNELS, AxisTrace, Instrument, MeasuredCircle, measured_from_run
 from fric.columns import BALL_BAR, channel_dimension
 from fric.errors import FricError, clean
@@ -28,7 +28,7 @@ FEEDFORWARD = "feedforward/1"
 FEEDFORWARD_UNITS = {"time": "s", "reference": "m", "voltage": "V"}
 
 
-def write_feedforward(path: Path, table: Table, provenance: str = "", *, force: bool = False) -> None:
+def write_feedforward(path: Path, table: LearnedFeedforward, provenance: str = "", *, force: bool = False) -> None:
     """Write the feedforward of the next round: attributes of its circle, and a group per axis; whole or not at all."""
     test = table.test
     with staged_hdf5(path, force=force) as (file, check):

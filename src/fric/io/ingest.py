@@ -21,11 +21,11 @@ from fric.documents.mapping import FileMapping, MappingDocument, filled
 from fric.errors import FricError
 from fric.flaws.files import CELLS_DROPPED, COLUMNS_LEFT_OUT, SAMPLES_MISSING
 from fric.input import regular
-from fric.io.channels import Form, Origin, Plan, plan
+from fric.io.channels import ColumnPlan, Form, Origin, plan
 from fric.io.hdf5 import LogWriter, header_of, log_writer
 from fric.io.readers import tables
-from fric.io.readers.base import OF_SEVERAL, RECORD, Block, Table
-from fric.io.readers.joined import Joined, Part
+from fric.io.readers.base import OF_SEVERAL, RECORD, ForeignTable, RowBlock
+from fric.io.readers.joined import Joined, SharedClock
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
 from fric.units import Motion, drive_unit, words_of
@@ -49,7 +49,7 @@ ODD_SHARE = 0.1
 """A segment at another rate that is shorter than this, and inside the record, is missing samples."""
 
 
-class Clock:
+class ClockCheck:
     """Checks that time runs forward, and at one rate.
 
     Missing samples and jitter are no second rate: that has the mean period of a window changed and four in five of its
@@ -205,13 +205,13 @@ def _weighed(values: Real) -> Real:
 class WholeRows:
     """Finds the rows of a table that are whole."""
 
-    def __init__(self, table: Table, chosen: Plan, drop: bool) -> None:
+    def __init__(self, table: ForeignTable, chosen: ColumnPlan, drop: bool) -> None:
         self._table, self._wanted, self._drop = table, chosen.wanted, drop
         self._limits = chosen.limits()
         state = chosen.origins.get("mode")
         table.states = None if state is None else state.column
 
-    def good(self, block: Block) -> tuple[list[Real], NDArray[np.int64]]:
+    def good(self, block: RowBlock) -> tuple[list[Real], NDArray[np.int64]]:
         """Return the columns without the rows that are not whole, and the rows' numbers in the file."""
         rows = np.arange(block.row, block.row + len(block.columns[0]))
         if self._table.states is not None:  # a state that lacks is one, too
@@ -240,13 +240,13 @@ class WholeRows:
         )  # fmt: skip
 
 
-def joined(files: Sequence[tuple[Table, Plan]]) -> tuple[Joined, Plan]:
+def joined(files: Sequence[tuple[ForeignTable, ColumnPlan]]) -> tuple[Joined, ColumnPlan]:
     """Return one table of the channels of several files, and the meaning of its columns.
 
     files: Table and plan of each file; each plan has a time and the channels that the file holds.
     Raises FricError: When a channel is in two files, none has a position or velocity, or a file logged no time.
     """
-    parts: list[Part] = []
+    parts: list[SharedClock] = []
     origins = {"time": Origin(0, 1.0)}
     names, holders, stated = ["time"], dict[str, str](), frozenset[str]()
     for table, of_file in files:
@@ -258,7 +258,7 @@ def joined(files: Sequence[tuple[Table, Plan]]) -> tuple[Joined, Plan]:
                 hint="Write the time into the file, or join files that have it.",
             )  # fmt: skip
         columns = tuple(dict.fromkeys(origin.column for origin in own.values() if origin.column is not None))
-        parts.append(Part(table, time, columns, of_file.origins["time"].factor, table.path.stem))
+        parts.append(SharedClock(table, time, columns, of_file.origins["time"].factor, table.path.stem))
         for name, origin in own.items():
             if name in holders:
                 raise FricError(
@@ -279,7 +279,7 @@ def joined(files: Sequence[tuple[Table, Plan]]) -> tuple[Joined, Plan]:
     wanted = tuple(dict.fromkeys(column for column in ranked if column is not None))
     first = files[0][0]
     table = Joined(first.path, parts, first.constants, first.said)
-    return table, Plan(files[0][1].motion, origins, wanted, tuple(names), "time", stated)
+    return table, ColumnPlan(files[0][1].motion, origins, wanted, tuple(names), "time", stated)
 
 
 KIND_OF_FORM: dict[Form, Kind] = {"response": "frequency-response", "means": FORCE_VELOCITY}
@@ -320,7 +320,7 @@ class StatedLog:
     join: bool = False  # Make one record of all files, which hold its channels on a common clock, in memory
 
 
-class Session:
+class IngestSession:
     """One call of `ingest`: its arguments, and its progress."""
 
     def __init__(self, stated: StatedLog, progress: Progress, beside: ThreadPoolExecutor) -> None:
@@ -332,7 +332,7 @@ class Session:
         self.skipped: list[tuple[str, str]] = []
         self.warnings: list[Notice] = []
 
-    def of_axis(self, table: Table, held: tuple[str, Motion] | None) -> tuple[str, Motion]:
+    def of_axis(self, table: ForeignTable, held: tuple[str, Motion] | None) -> tuple[str, Motion]:
         """Return name and motion of the axis: as stated, as in the file that is added to, or from the units."""
         mapping, said = self._of(table), table.said
         axis = self._about.axis or said.get("axis")
@@ -346,7 +346,7 @@ class Session:
             known = self._plan(table, known).motion
         return axis or (held[0] if held else "x"), known
 
-    def read(self, path: Path, found: Iterable[Table], writer: LogWriter, axis: str, motion: Motion) -> None:
+    def read(self, path: Path, found: Iterable[ForeignTable], writer: LogWriter, axis: str, motion: Motion) -> None:
         """Add the records of one file, which are its tables."""
         digest, none, before = self._beside.submit(digest_of, path), list[FricError](), len(self.records)
         if self.known and digest.result() in self.known:
@@ -394,7 +394,7 @@ class Session:
                 hint=f"Say `sign: -1` for the {against} in the mapping; or `sign: 1`, if it is meant so.",
             )  # fmt: skip
 
-    def _fields(self, table: Table) -> dict[str, str]:
+    def _fields(self, table: ForeignTable) -> dict[str, str]:
         stem = table.path.name.removesuffix(".gz")
         stem = stem[: stem.rfind(".")] if "." in stem[1:] else stem
         constants = {
@@ -406,24 +406,26 @@ class Session:
         mapping = self._of(table)
         return mapping.fields(constants, str(table.path)) if mapping else constants
 
-    def _of(self, table: Table) -> FileMapping | None:
+    def _of(self, table: ForeignTable) -> FileMapping | None:
         """Return what the user states about a table; None where nothing is, and its header decides."""
         names = [column.name for column in table.columns]
         return self._mapping.of(table.path, names, self._about.axis) if self._mapping else None
 
-    def _plan(self, table: Table, motion: Motion | None) -> Plan:
+    def _plan(self, table: ForeignTable, motion: Motion | None) -> ColumnPlan:
         mapping = self._of(table)
         kind = self._about.kind or cast("Kind | None", table.said.get("kind") if not mapping else None)
         return plan(table, mapping, kind, motion, self._fields(table), part=self._about.join)
 
-    def _name_and_kind(self, table: Table, chosen: Plan) -> tuple[str, Kind | None]:
+    def _name_and_kind(self, table: ForeignTable, chosen: ColumnPlan) -> tuple[str, Kind | None]:
         mapping = self._of(table)
         said, template = table.said, mapping.record if mapping else "{stem}"
         name = said.get("name") or filled(template, self._fields(table), str(table.path))
         kind = self._about.kind or cast("Kind | None", (mapping.kind if mapping else None) or said.get("kind"))
         return name.replace("/", "-"), KIND_OF_FORM.get(chosen.form, kind)
 
-    def join(self, paths: Sequence[Path], found: Iterable[Iterable[Table]], writer: LogWriter, motion: Motion) -> None:
+    def join(
+        self, paths: Sequence[Path], found: Iterable[Iterable[ForeignTable]], writer: LogWriter, motion: Motion
+    ) -> None:
         """Add one record whose channels are in several files."""
         sha256 = hashlib.sha256("".join(map(digest_of, paths)).encode()).hexdigest()
         source = " + ".join(map(str, paths))
@@ -444,10 +446,10 @@ class Session:
             files.append((table, chosen))
         self.records.append(self._add(*joined(files), writer, source, lambda: sha256))
 
-    def _blocks(self, table: Table, chosen: Plan) -> tuple[Iterator[dict[str, Real]], list[int]]:
+    def _blocks(self, table: ForeignTable, chosen: ColumnPlan) -> tuple[Iterator[dict[str, Real]], list[int]]:
         """Return the channels of a table block by block, checked, inside the window; and a count of what is dropped."""
         drop = self._about.bad_cells == "drop"
-        rows_of, clock, dropped = WholeRows(table, chosen, drop), Clock(table.place, uneven=drop), [0]
+        rows_of, clock, dropped = WholeRows(table, chosen, drop), ClockCheck(table.place, uneven=drop), [0]
         last: dict[str, float] = {}
 
         def blocks() -> Iterator[dict[str, Real]]:
@@ -470,7 +472,7 @@ class Session:
         return blocks(), dropped
 
     def _add(
-        self, table: Table, chosen: Plan, writer: LogWriter, source: str, sha256_of: Callable[[], str]
+        self, table: ForeignTable, chosen: ColumnPlan, writer: LogWriter, source: str, sha256_of: Callable[[], str]
     ) -> IngestedRecord:
         name, kind = self._name_and_kind(table, chosen)
         record = writer.create(name, kind=kind, source=source)
@@ -502,7 +504,7 @@ class Session:
         return {name: values[kept] for name, values in channels.items()}
 
 
-def _digest(table: Table, file: Future[str]) -> str:
+def _digest(table: ForeignTable, file: Future[str]) -> str:
     """Return the digest of a record, or that of its file, with the record's name where the file holds several."""
     said = table.said
     return said.get("sha256") or file.result() + (f":{said['name']}" if "name" in said else "")
@@ -579,7 +581,7 @@ def ingest(
     mapping, join = stated.mapping, stated.join
     held = header_of(output) if append and output.exists() else None
     with ThreadPoolExecutor(1) as beside, ExitStack() as files:  # digests are taken while the file is read
-        session = Session(stated, progress or (lambda _: None), beside)
+        session = IngestSession(stated, progress or (lambda _: None), beside)
         first, opened, (chosen_axis, chosen_motion), refused = _first_readable(sources, stated, session, held, files)
         with log_writer(output, axis=chosen_axis, motion=chosen_motion, append=append, force=force) as writer:
             session.known = writer.digests()
@@ -602,8 +604,12 @@ def ingest(
 
 
 def _first_readable(
-    sources: Sequence[Path], stated: StatedLog, session: Session, held: tuple[str, Motion] | None, files: ExitStack
-) -> tuple[int, Iterable[Table], tuple[str, Motion], list[FricError]]:
+    sources: Sequence[Path],
+    stated: StatedLog,
+    session: IngestSession,
+    held: tuple[str, Motion] | None,
+    files: ExitStack,
+) -> tuple[int, Iterable[ForeignTable], tuple[str, Motion], list[FricError]]:
     """Open the first file that can be, and return it with what is wrong with those before it."""
     refused: list[FricError] = []
     for n, source in enumerate(sources):
@@ -625,7 +631,7 @@ def _together(refused: Sequence[FricError], files: int) -> FricError:
     return FricError(f"{len(refused)} of {files} files cannot be read:\n" + "\n".join(lines), hint=" ".join(hints[:2]))
 
 
-def _tables(path: Path, mapping: MappingDocument | None, files: ExitStack, axis: str | None) -> Iterator[Table]:
+def _tables(path: Path, mapping: MappingDocument | None, files: ExitStack, axis: str | None) -> Iterator[ForeignTable]:
     """Yield the tables of a file; of a file with several axes, those of the requested axis, or of the first."""
     for table in files.enter_context(closing(tables(path, mapping.format if mapping else None))):
         names = table.said.get(OF_SEVERAL, "").split()

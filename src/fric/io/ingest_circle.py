@@ -14,15 +14,15 @@ from fric.circles.measured import AxisTrace, Instrument, MeasuredCircle
 from fric.circles.revolutions import FoundCircle, find_circles, fit_circle, rounded
 from fric.columns import BALL_BAR
 from fric.documents.base import provenance
-from fric.documents.mapping import Channel, MappingDocument
+from fric.documents.mapping import ColumnMapping, MappingDocument
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.files import COLUMNS_BY_CONTENT, NO_REFERENCE, RADIUS_ASSUMED, THERE_ALREADY
-from fric.io.channels import Origin, Plan, origin_of
+from fric.io.channels import ColumnPlan, Origin, origin_of
 from fric.io.circle import FORMAT, read_circles, write_circles
-from fric.io.ingest import Clock, Progress, WholeRows, digest_of
+from fric.io.ingest import ClockCheck, Progress, WholeRows, digest_of
 from fric.io.readers import tables
-from fric.io.readers.base import Table
+from fric.io.readers.base import ForeignTable
 from fric.io.words import ANGLES, ASKED, BESIDE, DEVIATIONS, DRIVEN, PUSHED, SENSED, TIME
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
@@ -34,8 +34,8 @@ ROLES = {"reference": ASKED, "position": SENSED}
 
 
 def circle_plan(
-    table: Table, mapping: MappingDocument | None, sampling: float | None, fields: Mapping[str, str]
-) -> tuple[Plan, list[Notice]]:
+    table: ForeignTable, mapping: MappingDocument | None, sampling: float | None, fields: Mapping[str, str]
+) -> tuple[ColumnPlan, list[Notice]]:
     """Return where each channel of a circle test comes from, and what had to be assumed for it.
 
     table: The table.
@@ -77,10 +77,12 @@ def circle_plan(
             warnings.append(NO_REFERENCE.found(where))
     wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
     stated = frozenset(name for name, channel in channels.items() if channel.sign is not None)
-    return Plan("linear", origins, wanted, tuple(column.name for column in table.columns), "time", stated), warnings
+    return ColumnPlan(
+        "linear", origins, wanted, tuple(column.name for column in table.columns), "time", stated
+    ), warnings
 
 
-def _by_header(table: Table) -> dict[str, Channel]:
+def _by_header(table: ForeignTable) -> dict[str, ColumnMapping]:
     """Return the channels that the header names, as ``x_ref [mm]`` or ``position x [µm]``."""
     found: dict[str, tuple[int, int]] = {}  # channel: rank, column
     names = [" ".join(re.split(r"[^0-9a-zµ]+", column.name.casefold())).strip() for column in table.columns]
@@ -96,7 +98,7 @@ def _by_header(table: Table) -> dict[str, Channel]:
             axes = [word for word in words if word in AXES]
             if len(axes) == 1:
                 _by_role(found, axes[0], [word for word in words if word != axes[0]], column.unit, n)
-    return {name: Channel(column=n) for name, (_, n) in found.items()}
+    return {name: ColumnMapping(column=n) for name, (_, n) in found.items()}
 
 
 def _parted(name: str) -> list[str]:
@@ -126,7 +128,7 @@ def _keep(found: dict[str, tuple[int, int]], channel: str, rank: int, n: int) ->
         found[channel] = (rank, n)
 
 
-def _by_content(table: Table, sampling: float | None) -> tuple[Plan, list[Notice]]:
+def _by_content(table: ForeignTable, sampling: float | None) -> tuple[ColumnPlan, list[Notice]]:
     """Return the columns of LinuxCNC's sampler text: a running number, then pairs of axes in mm, without a header."""
     names = tuple(column.name for column in table.columns)
     first = next(iter(table.read(range(len(names)))))
@@ -160,7 +162,7 @@ def _by_content(table: Table, sampling: float | None) -> tuple[Plan, list[Notice
     notice = COLUMNS_BY_CONTENT.found(
         str(table.path), reference=of_reference, position=" and ".join(map(str, position))
     )
-    return Plan("linear", origins, wanted, names, "time", frozenset()), [notice]
+    return ColumnPlan("linear", origins, wanted, names, "time", frozenset()), [notice]
 
 
 def _is_circle(x: Real, y: Real) -> float:
@@ -256,9 +258,9 @@ def ingest_circles(
     return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)))
 
 
-def _whole(table: Table, chosen: Plan, drop: bool, progress: Progress) -> dict[str, Real]:
+def _whole(table: ForeignTable, chosen: ColumnPlan, drop: bool, progress: Progress) -> dict[str, Real]:
     """Return all channels of a table in SI."""
-    rows_of, clock, parts = WholeRows(table, chosen, drop), Clock(table.place), []
+    rows_of, clock, parts = WholeRows(table, chosen, drop), ClockCheck(table.place), []
     for block in table.read(chosen.wanted):
         good, rows = rows_of.good(block)
         channels = chosen.convert(good, rows)

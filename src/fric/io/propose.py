@@ -15,9 +15,9 @@ from fric.errors import FricError, printable
 from fric.flaws.files import MAPPING_ASSUMED, MAPPING_OPEN, MAPPING_PROPOSED
 from fric.io.channels import plan
 from fric.io.readers import tables
-from fric.io.readers.base import OF_SEVERAL, Column, Table, plain_name
+from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, plain_name
 from fric.io.recognise import is_hdf5
-from fric.io.roles import LIKELY, SURE, Axis, Role, axes_of, in_memory, tag
+from fric.io.roles import LIKELY, SURE, AxisColumns, Role, axes_of, in_memory, tag
 from fric.io.words import OF_MEANS, axis_of, bare, looking_like, measures, named_as, spoken
 from fric.notice import Notice
 from fric.output import staged
@@ -29,7 +29,7 @@ MOST_FILES = 16
 """Number of files of the same columns whose values are read."""
 
 
-class Question(NamedTuple):
+class OpenQuestion(NamedTuple):
     """An open question: its channel, the likeliest answer and the others."""
 
     channel: str
@@ -41,14 +41,14 @@ class Guess:
     """What is guessed of one axis of files that have the same columns."""
 
     files: tuple[Path, ...]  # The files
-    table: Table  # One of the files, for its columns
-    axis: Axis
+    table: ForeignTable  # One of the files, for its columns
+    axis: AxisColumns
     named: bool  # Whether the names show the axis
     kind: str = ""  # The kind of the record, where the columns show it
-    joined: tuple[tuple[Table, Axis], ...] = ()  # Of files that hold a part of the channels each
+    joined: tuple[tuple[ForeignTable, AxisColumns], ...] = ()  # Of files that hold a part of the channels each
 
     @property
-    def questions(self) -> list[Question]:
+    def questions(self) -> list[OpenQuestion]:
         """What is open of it."""
         found = []
         for channel, role in wanted_roles(self.axis).items():
@@ -56,14 +56,14 @@ class Guess:
             if role.likelihood < SURE and channel in NEEDED:
                 beside = " or ".join(f"'{self.table.columns[n].name}'" for n in role.others)
                 is_it = f"{name} ({role.likelihood:.0%}{', or ' + beside if beside else ''})"
-                found.append(Question(channel, f"the {channel} is {is_it}"))
+                found.append(OpenQuestion(channel, f"the {channel} is {is_it}"))
             if channel in NEEDED and not _known_unit(role, self.axis.motion):
                 others = f", or {', '.join(role.units)}" if role.units else ""
                 unit = f"is in {role.unit} ({role.unit_likelihood:.0%}{others})" if role.unit else "has no unit"
-                found.append(Question(channel, f"{name} ({channel}) {unit}"))
+                found.append(OpenQuestion(channel, f"{name} ({channel}) {unit}"))
         missing = [] if {"position", "velocity"} & self.axis.roles.keys() else ["position"]
         missing += [] if "time" in self.axis.roles or self.kind else ["time"]
-        return [*(Question(text, f"no column looks like the {text}") for text in missing), *found]
+        return [*(OpenQuestion(text, f"no column looks like the {text}") for text in missing), *found]
 
     @property
     def whole(self) -> bool:
@@ -84,7 +84,7 @@ def _known_unit(role: Role, motion: Motion) -> bool:
     return role.unit_likelihood >= SURE and (role.column is None or converts(role.unit, measured, motion))
 
 
-def wanted_roles(axis: Axis) -> dict[str, Role]:
+def wanted_roles(axis: AxisColumns) -> dict[str, Role]:
     """Return the roles that are needed, and of the others those that are sure."""
     needed = {text for text in NEEDED if text != "velocity" or "position" not in axis.roles} | {
         "deviation",
@@ -110,9 +110,11 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
     if join:
         opened = [next(files.enter_context(closing(tables(path, None)))) for path in paths]
         parts = tuple((table, _chosen(table)) for table in opened)
-        whole = Axis("", _motion([t.columns[r.column] for t, a in parts for r in a.roles.values() if r.column]), 1.0)
+        whole = AxisColumns(
+            "", _motion([t.columns[r.column] for t, a in parts for r in a.roles.values() if r.column]), 1.0
+        )
         return [Guess(tuple(paths), opened[0], whole, False, joined=parts)]
-    groups: dict[tuple[Column, ...], list[Table]] = {}
+    groups: dict[tuple[Column, ...], list[ForeignTable]] = {}
     for path in paths:
         with closing(tables(path, None)) as of_file:
             for table in of_file:  # which is read as long as its file is open
@@ -128,7 +130,7 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
     return found
 
 
-def _of_group(members: Sequence[Table]) -> Iterator[Guess]:
+def _of_group(members: Sequence[ForeignTable]) -> Iterator[Guess]:
     """Yield the guess for each axis of tables that have the same columns."""
     first, names = members[0], tuple(dict.fromkeys(table.path for table in members))
     by_name = _chosen(first)
@@ -142,7 +144,7 @@ def _of_group(members: Sequence[Table]) -> Iterator[Guess]:
         yield _with_name(Guess(names, first, axis, False), alone=len(axes) == 1)
 
 
-def _filled(table: Table, axis: Axis, by_name: Axis) -> Axis:
+def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> AxisColumns:
     """Return what the values show of an axis, and the names that they leave open."""
     taken = {role.column for role in axis.roles.values()}
     for channel, role in by_name.roles.items():
@@ -306,7 +308,7 @@ def _unread_force(guess: Guess) -> bool:
     )
 
 
-def _holds_means(table: Table, guess: Axis) -> bool:
+def _holds_means(table: ForeignTable, guess: AxisColumns) -> bool:
     """Return whether a table looks like mean forces at velocities: both, no time, and a deviation, an error or n."""
     names = {OF_MEANS.get(plain_name(column.name), plain_name(column.name)) for column in table.columns}
     timed = guess.roles.get("time")
@@ -314,7 +316,7 @@ def _holds_means(table: Table, guess: Axis) -> bool:
     return not named and {"velocity", "force"} <= guess.roles.keys() and bool({"n", "deviation", "error"} & names)
 
 
-def _chosen_means(table: Table) -> Axis:
+def _chosen_means(table: ForeignTable) -> AxisColumns:
     names = [OF_MEANS.get(plain_name(column.name), plain_name(column.name)) for column in table.columns]
     columns: dict[str, list[int]] = {
         channel: [names.index(channel)] for channel in ("deviation", "error", "n") if channel in names
@@ -327,7 +329,7 @@ def _chosen_means(table: Table) -> Axis:
     return _by_names(table, columns)
 
 
-def _chosen(table: Table) -> Axis:
+def _chosen(table: ForeignTable) -> AxisColumns:
     """Return a column for each channel that looks like it by its name or unit, and what else does."""
     chosen: dict[str, list[int]] = {}
     for channel in LIKELY:
@@ -336,7 +338,7 @@ def _chosen(table: Table) -> Axis:
     return _by_names(table, chosen)
 
 
-def _by_names(table: Table, columns: dict[str, list[int]]) -> Axis:
+def _by_names(table: ForeignTable, columns: dict[str, list[int]]) -> AxisColumns:
     motion = _motion([table.columns[column[0]] for column in columns.values()])
     roles = {}
     for channel, (n, *others) in columns.items():
@@ -347,7 +349,7 @@ def _by_names(table: Table, columns: dict[str, list[int]]) -> Axis:
         roles[channel] = Role(
             channel, n, (column.unit or "") if fits else "", sure, float(fits), why, others=dict.fromkeys(others, 1)
         )
-    return Axis("", motion, 1.0, roles)
+    return AxisColumns("", motion, 1.0, roles)
 
 
 def _motion(columns: Sequence[Column]) -> Motion:
@@ -366,7 +368,7 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def _line(table: Table, role: Role, motion: Motion, file: str, *, assume: bool) -> str:
+def _line(table: ForeignTable, role: Role, motion: Motion, file: str, *, assume: bool) -> str:
     """Return the line of a channel, with its reasons and alternatives."""
     if role.column is None:
         known = role.unit and (assume or role.unit_likelihood >= SURE)

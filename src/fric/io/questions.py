@@ -15,12 +15,12 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.propose import NEEDED, Guess, Guessed, first_of, wanted_roles
 from fric.io.readers import tables
-from fric.io.roles import SURE, Axis, Role, take_reading
+from fric.io.roles import SURE, AxisColumns, Role, take_reading
 from fric.io.words import Reading
 from fric.output import staged
 from fric.units import Motion, converts, factor, in_units_of, parse, rotates
 
-MOST = 3
+MOST_QUESTIONS = 3
 """Largest number of questions; of the rest the likeliest answer is taken."""
 NAME = "fric-mapping"
 """Name of the mapping that answers become, in the folder of the logs."""
@@ -72,7 +72,7 @@ def answered(guess: Guessed, ask: Ask, *places: Path) -> Path | None:
     Raises FricError: When the mapping cannot be written.
     """
     count = 0
-    while count < MOST and (question := next(filter(None, (make(guess.found) for make in _ORDER)), None)):
+    while count < MOST_QUESTIONS and (question := next(filter(None, (make(guess.found) for make in _ORDER)), None)):
         ask(question)
         count += 1
     if not count or not guess.usable:
@@ -220,7 +220,7 @@ def _of_force(found: Sequence[Guess]) -> Question | None:
     guess, first = forces[0]
     asked = [guess.axis for guess, role in forces if (role.unit, role.units) == (first.unit, first.units)]
 
-    def motion(axis: Axis, unit: str) -> Motion:
+    def motion(axis: AxisColumns, unit: str) -> Motion:
         return in_units_of("rotary" if rotates(axis.motion) else "linear", unit)
 
     def understood(unit: str) -> str | None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from fric.arrays import Mask, Real
 from fric.errors import FricError
-from fric.io.readers.base import Column, Memory, Table
+from fric.io.readers.base import Column, ForeignTable, Memory
 from fric.io.words import TOLERANCE, Reading, Spoken, axis_of, bare, readings, spoken, time_units, usual_units
 from fric.units import Motion, converts, in_units_of, parse, rotates
 from fric.units import factor as si_factor
@@ -64,7 +64,7 @@ class Role:
 
 
 @dataclass
-class Axis:
+class AxisColumns:
     """The channels of one axis of a table."""
 
     name: str
@@ -87,7 +87,7 @@ BEYOND = 1e20
 class Samples:
     """The numbers of tables with the same columns, concatenated, with what names and units show of them."""
 
-    def __init__(self, tables: Sequence[Table]) -> None:
+    def __init__(self, tables: Sequence[ForeignTable]) -> None:
         self.columns = tables[0].columns
         most = max(MOST_VALUES // max(len(self.columns), 1) // len(tables), 64)
         pieces = [_head(table, most) for table in tables]
@@ -134,14 +134,14 @@ def _turn(x: Real) -> float:
     return next((value for value in sorted(usual) if span <= value < 1.03 * turn), turn)
 
 
-def in_memory(table: Table, *, rows: bool = True) -> Memory:
+def in_memory(table: ForeignTable, *, rows: bool = True) -> Memory:
     """Return a table with its first rows in memory, or none of them, for when its file is closed."""
     count = MOST_VALUES // max(len(table.columns), 1) // 4
     head = list(_head(table, count).T) if rows else [np.empty(0)] * len(table.columns)
     return Memory(table.path, table.columns, head, table.constants, table.said)
 
 
-def _head(table: Table, most: int) -> Real:
+def _head(table: ForeignTable, most: int) -> Real:
     """Return the first rows of a table, shape (rows, columns)."""
     parts, rows = [], 0
     for block in table.read(range(len(table.columns))):
@@ -152,7 +152,7 @@ def _head(table: Table, most: int) -> Real:
     return np.concatenate(parts)[:most]
 
 
-def axes_of(tables: Sequence[Table]) -> list[Axis]:
+def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     """Return the axes of tables that have the same columns, the surest first."""
     data = Samples(tables)
     clock = _clock(data)
@@ -164,7 +164,7 @@ def axes_of(tables: Sequence[Table]) -> list[Axis]:
     pairs = Pairs(data, t, clock)
     movements = [_movement(data, t, pairs, members) for members in _clusters(data, pairs)] or _by_velocity(data)
     if not movements:
-        return [Axis("1", "linear", 0.5, {"time": clock} if clock.column is not None else {})]
+        return [AxisColumns("1", "linear", 0.5, {"time": clock} if clock.column is not None else {})]
     used = {n for movement in movements for n in movement.columns} | {clock.column}
     scores = _drives(data, t, pairs, movements, used)
     moved = [(movement, movement.roles["position"]) for movement in movements if "position" in movement.roles]
@@ -605,7 +605,7 @@ def _by_velocity(data: Samples) -> list[_Movement]:
 
 def _in_units(
     data: Samples, t: Real, movement: _Movement, roles: dict[str, Role], clock: Role, kind: Motion | None = None
-) -> Axis | None:
+) -> AxisColumns | None:
     """Return the axis with its units: those of the header, or those that the factor and usual sizes leave."""
     nothing = Spoken(None)
     said = {channel: data.said[role.column] for channel, role in roles.items() if role.column is not None}
@@ -670,10 +670,10 @@ def _in_units(
         (replace(reading, weight=reading.weight / total) for reading in found), key=lambda reading: -reading.weight
     )
     whole = {channel: whole[channel] for channel in LIKELY if channel in whole}
-    return Axis("", moves, motion_sure, whole, tuple(ranked), None if logged else movement.factor)
+    return AxisColumns("", moves, motion_sure, whole, tuple(ranked), None if logged else movement.factor)
 
 
-def take_reading(axis: Axis, reading: Reading) -> None:
+def take_reading(axis: AxisColumns, reading: Reading) -> None:
     """Take the units of a reading as those of an axis, which closes its questions."""
     force = axis.roles.get("force")
     if force and force.unit in {"N", "N*m"} and force.unit_likelihood < SURE:

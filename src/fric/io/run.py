@@ -148,14 +148,14 @@ def read_prediction(path: Path) -> Prediction | None:
 
 
 @dataclass(frozen=True)
-class Drawn:
+class DrawnGlitches:
     """Glitch of a scheme on each of the drawn machines [m]: nan where it could not run."""
 
     glitches: tuple[float, ...]  # The largest glitch
     swings: tuple[float, ...] = ()  # What swings where no axis reverses; empty in a file before that was kept
 
 
-def read_drawn(path: Path) -> dict[str, Drawn]:
+def read_drawn(path: Path) -> dict[str, DrawnGlitches]:
     """Return what each scheme left on the machines that were drawn, by its name; empty where none was drawn."""
     with open_file(path, hint=AGAIN) as file, foreign(path, AGAIN, lacking=True):
         if MONTE_CARLO not in file:
@@ -165,7 +165,7 @@ def read_drawn(path: Path) -> dict[str, Drawn]:
         glitches = np.abs(column(group, "quadrants", ndim=3)).max(axis=2)
         swings = column(group, "swings", ndim=2) if "swings" in group else np.empty((0, len(names)))
         return {
-            name: Drawn(tuple(map(float, glitches[:, n])), tuple(map(float, swings[:, n])))
+            name: DrawnGlitches(tuple(map(float, glitches[:, n])), tuple(map(float, swings[:, n])))
             for n, name in enumerate(names)
         }
 

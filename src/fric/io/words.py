@@ -18,7 +18,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.columns import channel_dimension
 from fric.errors import FricError
-from fric.io.readers.base import Column, Table, named, plain_name
+from fric.io.readers.base import Column, ForeignTable, named, plain_name
 from fric.units import PLAIN, Motion, converts, factor, is_unit
 
 TIME = ("time", "zeit", "timestamp", "clock", "tempo", "temps", "tiempo")
@@ -130,7 +130,7 @@ def measures(column: Column, channel: str) -> bool:
     return any(converts(unit, channel_dimension(channel), motion) for motion in PLAIN)
 
 
-def looking_like(table: Table, channel: str, taken: Collection[int]) -> list[int]:
+def looking_like(table: ForeignTable, channel: str, taken: Collection[int]) -> list[int]:
     """Return the columns that look like a channel, those whose name shows it first, without ``taken``.
 
     A column whose name shows another channel is excluded, with any unit; time is recognised by its name or its unit.
@@ -149,7 +149,7 @@ def looking_like(table: Table, channel: str, taken: Collection[int]) -> list[int
     return by_name + by_unit
 
 
-def refuse_left_out(table: Table, origins: Collection[str], taken: Collection[int]) -> None:
+def refuse_left_out(table: ForeignTable, origins: Collection[str], taken: Collection[int]) -> None:
     """Refuse a table of which a column that looks like force, position or velocity would be left out.
 
     table: The table, read by its header alone.

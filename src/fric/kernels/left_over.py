@@ -15,7 +15,7 @@ AHEAD = 3
 """State before that of the inner model: direction of motion, travel in it, and the travel back from its end [m]."""
 
 
-class Grid(NamedTuple):
+class TravelGrid(NamedTuple):
     """The head of the parameters; behind it the force forwards and backwards, and the inner model's parameters."""
 
     inner: float  # address of the inner model's step
@@ -26,7 +26,7 @@ class Grid(NamedTuple):
     step: float  # m, distance of those behind
 
 
-HEAD = len(Grid._fields)
+HEAD = len(TravelGrid._fields)
 _INNER, _POINTS, _PLAY, _KNEE, _RATIO, _STEP = range(HEAD)
 
 

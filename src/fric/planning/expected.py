@@ -41,7 +41,7 @@ ACCURACY = 1e-10
 NOTABLE = 1.2
 """Widening by unmodelled friction above which it is reported."""
 
-MOST = 16
+MOST_TIMES = 16
 """Times as many strokes, cycles or periods as usual that an accuracy may take."""
 
 IDENTIFIED_BY = {
@@ -315,12 +315,12 @@ def more_records(wanted: Wanted, found: Expectation, times: Mapping[str, int]) -
     for name, lack in lacks(wanted, found):
         kind = next(kind for kind, names in IDENTIFIED_BY.items() if name in names)
         if lack > 1.0:
-            needed = times.get(kind, 1) * lack**2 if isfinite(lack) else MOST
-            more[kind] = max(more.get(kind, 1), min(ceil(needed), MOST))
+            needed = times.get(kind, 1) * lack**2 if isfinite(lack) else MOST_TIMES
+            more[kind] = max(more.get(kind, 1), min(ceil(needed), MOST_TIMES))
     return more
 
 
 def _missed(wanted: Wanted, found: Expectation) -> Iterator[Notice]:
     for name, lack in lacks(wanted, found):
         if lack > 1.0:
-            yield PLAN_ACCURACY.found(name=name, lack=lack, times=MOST)
+            yield PLAN_ACCURACY.found(name=name, lack=lack, times=MOST_TIMES)

@@ -31,7 +31,7 @@ from fric.records.prepared import prepared
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.experiment import logs_of
 from fric.simulate.machine import Axis, Machine, NominalFriction
-from fric.simulate.plan import Candidate, Limits, Narrowing, Planned
+from fric.simulate.plan import CandidateRecord, Limits, Narrowing, Planned
 
 NORMAL = 1.959963984540054
 """Half a 95 % interval in standard deviations."""
@@ -94,13 +94,13 @@ def narrowing(
             for share in (1 + SURE, 1.0, 1 - SURE)
         )
         lasting = sum(len(trial.reference) for trial in experiment.trials(axis)) / axis.cascade.sampling
-        found.append(Candidate(experiment, lasting, after, 0.5 * (most - least)))
+        found.append(CandidateRecord(experiment, lasting, after, 0.5 * (most - least)))
     return Narrowing(
         half, dict(zip(names, map(float, shares), strict=True)), by_what_they_leave(found), test, scheme.name
     )
 
 
-def by_what_they_leave(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
+def by_what_they_leave(candidates: Sequence[CandidateRecord]) -> tuple[CandidateRecord, ...]:
     """Return candidates, the best first; of those that differ by less than their scatter the shortest first."""
     ordered = sorted(candidates, key=lambda candidate: candidate.lasting)
     order = ranked([candidate.half_width for candidate in ordered], [candidate.scatter for candidate in ordered])

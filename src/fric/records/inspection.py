@@ -214,7 +214,7 @@ def inspect_table(record: ForceVelocity) -> TableInspection:
 
 GAP = 1.5
 """Sampling intervals above which samples are missing."""
-ALIKE = 0.03
+ONE_SPEED = 0.03
 """Relative difference up to which two segments have one speed."""
 
 
@@ -270,7 +270,7 @@ def inspect(record: Record) -> Inspected:
         energies = cycle_energies(log.position, log.force, reversals)
         lost = energy_per_cycle(energies)
         strokes = np.abs(np.diff(log.position[reversals]))
-        if kind in {*PRESLIDING, "motion"} and np.ptp(strokes) < ALIKE * float(np.median(strokes)):
+        if kind in {*PRESLIDING, "motion"} and np.ptp(strokes) < ONE_SPEED * float(np.median(strokes)):
             warnings += energy_warnings(energies, log.time[reversals[::2]])
         found = replace(found, slope=branch_slope(log.position, log.force, reversals), energy=lost)
     found = replace(
@@ -291,7 +291,7 @@ def distinct_speeds(segments: list[Segment]) -> tuple[float, ...]:
     speeds: list[list[Segment]] = []
     for segment in sorted(segments, key=lambda s: s.velocity):
         if speeds and abs(segment.velocity - speeds[-1][0].velocity) <= max(
-            ALIKE * abs(segment.velocity), 3.0 * np.hypot(segment.velocity_se, speeds[-1][0].velocity_se)
+            ONE_SPEED * abs(segment.velocity), 3.0 * np.hypot(segment.velocity_se, speeds[-1][0].velocity_se)
         ):
             speeds[-1].append(segment)
         else:

@@ -24,7 +24,7 @@ SHORTEST = 12
 """Places that a stroke spans at least, to be compared."""
 SURE = 4.0
 """Standard errors above which strokes agree about the place."""
-ALIKE = 0.5
+STROKES_AGREE = 0.5
 """Correlation of two strokes of one direction, above which they agree."""
 MINOR = 0.1
 """Share of the variance below which one of two causes is not reported."""
@@ -87,7 +87,7 @@ def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
     profiles = [(_profile(z, F, edges), sign, v) for z, F, sign, v in cut]
     same = _common([(a, b) for (a, s, v), (b, r, w) in combinations(profiles, 2) if s == r and v != w])
     opposite = _common([(a, b) for (a, s, _), (b, r, _) in combinations(profiles, 2) if s != r])
-    if same is None or opposite is None or not same.sure or same.correlation < ALIKE:
+    if same is None or opposite is None or not same.sure or same.correlation < STROKES_AGREE:
         return None
     # F = ±F_r + c ± w: strokes of one direction share c + w, and opposite strokes c² - w² on average
     across = opposite.covariance if opposite.sure else 0.0

@@ -67,7 +67,7 @@ def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", 
     return log.require("force", "a replay"), "force", drive.force_lag
 
 
-MOST = 400_000
+MOST_REPLAYED = 400_000
 """Largest number of samples of all records that a fit replays; of more, every n-th is taken."""
 
 PARTS = 16
@@ -240,7 +240,7 @@ def prepared(
             _prepared(log, plant, drive, conditioning) for log, conditioning in zip(logs, filters, strict=True)
         )
     records = tuple(_prepared(log, plant, drive, None) for log in logs)
-    every = -(-sum(len(record.log) for record in records) // MOST)
+    every = -(-sum(len(record.log) for record in records) // MOST_REPLAYED)
     return tuple(record.thinned(every) for record in records)
 
 

@@ -40,9 +40,9 @@ LEAST_REVERSALS = 4
 
 STAIRS = 12
 """Steps that a staircase has at least, three or more of them in one direction on the average."""
-ALIKE = 0.3
+STEPS_ALIKE = 0.3
 """Share of the size of a step by which four of five steps of a staircase differ at most."""
-MOST = 4096
+STAIRCASE_SAMPLES = 4096
 """Samples in which a staircase is sought."""
 RESTS = 0.3
 """Share of the time that a staircase rests between its steps at least."""
@@ -68,7 +68,7 @@ def fitted_staircase(position: Real) -> Staircase | None:
     A level is a run of samples, which settle or creep. How far is tried, from two counts of the encoder or its noise
     to a tenth of the motion: a steady motion has levels that are no further apart than that.
     """
-    every = -(-len(position) // MOST)
+    every = -(-len(position) // STAIRCASE_SAMPLES)
     x = position[::every]
     finest = max(2.0 * visible_step(position), 1e-4 * float(np.ptp(x)))
     within = finest
@@ -109,7 +109,7 @@ def _levels(x: Real, within: float) -> tuple[float, Indices] | None:
         return None
     step = float(np.median(np.abs(moves)))
     turns = np.flatnonzero(moves[1:] * moves[:-1] < 0.0) + 1
-    alike = float(np.mean(np.abs(np.abs(moves) - step) < ALIKE * step))
+    alike = float(np.mean(np.abs(np.abs(moves) - step) < STEPS_ALIKE * step))
     if not (len(turns) and len(moves) >= 3 * (len(turns) + 1) and alike >= 0.8):
         return None
     return step, np.array([(levels[n][1] + levels[n][2]) // 2 for n in turns], dtype=np.intp)

@@ -27,7 +27,7 @@ from fric.flaws import flaw_of
 from fric.input import foreign
 from fric.io.hdf5 import read_records
 from fric.io.recognise import FORMAT, read_report, recognise
-from fric.io.run import Drawn, read_drawn, read_prediction, read_run_provenance, read_runs
+from fric.io.run import DrawnGlitches, read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.log import Record
 from fric.notice import Notice
 from fric.results.diagnose import DiagnosisResult, diagnose
@@ -360,7 +360,7 @@ def _test(source: str, provenance: Mapping[str, Any], runs: Sequence[CircleRun |
     return ContourTest(source, provenance, first.path.feed, None, 1, labels, contours, runs=runs)
 
 
-def _with_drawn(test: ContourTest, drawn: Mapping[str, Drawn], prediction: Prediction | None) -> ContourTest:
+def _with_drawn(test: ContourTest, drawn: Mapping[str, DrawnGlitches], prediction: Prediction | None) -> ContourTest:
     schemes = prediction.schemes if prediction else {}
     contours = (
         replace(contour, drawn=drawn[name].glitches, swings=drawn[name].swings, predicted=schemes.get(name))

@@ -19,7 +19,7 @@ from fric.results.gms import GMSResult
 from fric.units import prefixed, si_unit
 
 HOST = "127.0.0.1"
-MOST = 16_384
+MOST_REQUEST = 16_384
 """Bytes of a request at most."""
 MOST_KNOTS = 12
 
@@ -103,7 +103,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Answer a request of the page."""
         word, size = self._word(), self.headers.get("Content-Length", "")
         known = word in {"try", "save"} and self.headers.get_content_type() == "application/json"
-        if not (known and size.isascii() and size.isdigit() and int(size) <= MOST):
+        if not (known and size.isascii() and size.isdigit() and int(size) <= MOST_REQUEST):
             self._send(404, b"", "text/plain")
             return
         try:

@@ -260,7 +260,7 @@ POINTS = 1500
 
 
 @dataclass(frozen=True)
-class Drawn:
+class PageFigure:
     """A figure of the page, the text above and below it, and a description for those who do not see it."""
 
     id: str
@@ -274,16 +274,16 @@ class Drawn:
         return Markup(embedded(self.figure, self.id, self.alt))
 
 
-def pictures(part: Any, key: str) -> list[Drawn]:
+def pictures(part: Any, key: str) -> list[PageFigure]:
     """Return the figures of an object, or of several of one type; a new figure is drawn without another edit."""
     if not part:
         return []
     of = type(part[0] if isinstance(part, list | tuple) else part).__name__
     found = (view for view in views(of) if view.name not in ZOOMED)
-    return [Drawn(f"{key}-{view.name}", "", view.summary, view.summary, view.draw(part)) for view in found]
+    return [PageFigure(f"{key}-{view.name}", "", view.summary, view.summary, view.draw(part)) for view in found]
 
 
-def friction_map(item: Item, curves: FrictionCurves) -> list[Drawn]:
+def friction_map(item: Item, curves: FrictionCurves) -> list[PageFigure]:
     """Return the friction-velocity map over both directions, and over speed on a logarithmic axis."""
     maps = []
     for direction, band in curves.maps.items():
@@ -308,12 +308,12 @@ def friction_map(item: Item, curves: FrictionCurves) -> list[Drawn]:
     text += f" Points: {len(curves.points)} measured strokes with 95 % intervals." if curves.points else ""
     wide, near = (map_figure(found, logarithmic=logarithmic) for logarithmic in (False, True))
     return [
-        Drawn(f"map-{item.axis}", "Friction-velocity map", text, alt, wide),
-        Drawn(f"map-log-{item.axis}", "The same over the logarithm of speed", "", alt, near),
+        PageFigure(f"map-{item.axis}", "Friction-velocity map", text, alt, wide),
+        PageFigure(f"map-log-{item.axis}", "The same over the logarithm of speed", "", alt, near),
     ]
 
 
-def virgin_curves(item: Item, curves: FrictionCurves) -> list[Drawn]:
+def virgin_curves(item: Item, curves: FrictionCurves) -> list[PageFigure]:
     """Return the virgin curve with its band and knots, over displacement and over its logarithm."""
     if curves.virgin is None or curves.knots is None:
         return []
@@ -327,12 +327,12 @@ def virgin_curves(item: Item, curves: FrictionCurves) -> list[Drawn]:
     )
     plain, near = (virgin_figure(found, logarithmic=logarithmic) for logarithmic in (False, True))
     return [
-        Drawn(f"virgin-{item.axis}", "Virgin curve", f"Knots at {text}. {BAND_CAPTION}", alt, plain),
-        Drawn(f"virgin-log-{item.axis}", "The same over the logarithm of displacement", "", alt, near),
+        PageFigure(f"virgin-{item.axis}", "Virgin curve", f"Knots at {text}. {BAND_CAPTION}", alt, plain),
+        PageFigure(f"virgin-log-{item.axis}", "The same over the logarithm of displacement", "", alt, near),
     ]
 
 
-def hysteresis(item: Item, curves: FrictionCurves) -> list[Drawn]:
+def hysteresis(item: Item, curves: FrictionCurves) -> list[PageFigure]:
     """Return the pre-sliding cycles: each record with the model replayed along it, or those of the model alone."""
     if not curves.hysteresis:
         return []
@@ -340,7 +340,7 @@ def hysteresis(item: Item, curves: FrictionCurves) -> list[Drawn]:
         alt = f"Hysteresis cycles of the GMS model of axis {item.axis}, the larger the wider."
         figure = cycles_figure(curves.hysteresis, item.motion)
         text = "No pre-sliding log was given."
-        return [Drawn(f"cycles-{item.axis}", "Pre-sliding cycles of the model", text, alt, figure)]
+        return [PageFigure(f"cycles-{item.axis}", "Pre-sliding cycles of the model", text, alt, figure)]
     drawn = []
     for n, cycle in enumerate(curves.hysteresis):
         assert cycle.measured is not None
@@ -349,17 +349,17 @@ def hysteresis(item: Item, curves: FrictionCurves) -> list[Drawn]:
         text = f"amplitude {amplitude}; measured less replayed {rms} rms"
         alt = f"Cycle {cycle.name} of axis {item.axis}, {text}."
         figure = cycles_figure([cycle], item.motion)
-        drawn.append(Drawn(f"cycle-{item.axis}-{n}", f"Cycle {cycle.name}", f"A{text[1:]}.", alt, figure))
+        drawn.append(PageFigure(f"cycle-{item.axis}-{n}", f"Cycle {cycle.name}", f"A{text[1:]}.", alt, figure))
     return drawn
 
 
-def motions(item: Item, logs: Sequence[Log]) -> list[Drawn]:
+def motions(item: Item, logs: Sequence[Log]) -> list[PageFigure]:
     """Return the force along each ordinary motion of an axis: logged, and of the rigid axis of the plant file.
 
     ``M·a + F_v·v + F_c·sgn v + offset``, along the motion without the encoder's steps.
     """
     known = {name: float(item["value"]) for name, item in (item.tree.get("fit") or {}).get("parameters", {}).items()}
-    drawn: list[Drawn] = []
+    drawn: list[PageFigure] = []
     unit = si_unit("force", item.motion)
     for log in logs:
         if log.force is None or not {"M", "F_v", "F_c", "offset"} <= known.keys():
@@ -372,12 +372,14 @@ def motions(item: Item, logs: Sequence[Log]) -> list[Drawn]:
         caption = f"Inertia, viscous and Coulomb friction of the plant file along the motion miss it by {rms} rms."
         figure = motion_figure(log.time[part] - log.time[0], log.force[part], rigid[part], f"force [{unit}]")
         drawn.append(
-            Drawn(f"motion-{item.axis}-{len(drawn)}", f"Motion {log.name}", caption, f"{log.name}: {caption}", figure)
+            PageFigure(
+                f"motion-{item.axis}-{len(drawn)}", f"Motion {log.name}", caption, f"{log.name}: {caption}", figure
+            )
         )
     return drawn
 
 
-def q_filter(item: Item, Delta: Perturbation | None) -> Drawn:
+def q_filter(item: Item, Delta: Perturbation | None) -> PageFigure:
     """Return |Q| with what limits it: eq. (8), the peak sensitivity, and 1/|Delta| where it is known."""
     sections = item.sections()["observer"]
     name, cutoff = str(item.tree.get("filter", "binomial2")), float(sections["cutoff"])
@@ -400,10 +402,10 @@ def q_filter(item: Item, Delta: Perturbation | None) -> Drawn:
     caption = f"Q is {name} with its cutoff at {cutoff:.3g} Hz" + (f": {reason}." if reason else ".")
     caption += f" As limit, {text}." if text else ""
     alt = f"Magnitude of the filter Q of axis {item.axis} over frequency. {caption}"
-    return Drawn(f"q-{item.axis}", "How far Q may reach", caption, alt, reach_figure(found, 4.8, 3.3))
+    return PageFigure(f"q-{item.axis}", "How far Q may reach", caption, alt, reach_figure(found, 4.8, 3.3))
 
 
-def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> Drawn | None:
+def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> PageFigure | None:
     """Return each relative change with its 95 % interval; None where no number has both."""
     shown = [change for change in changes if change.relative is not None and change.verdict != "unknown"]
     if not shown:
@@ -416,7 +418,7 @@ def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> Drawn 
     moved = ", ".join(row.name for row in rows if row.moved)
     alt = f"Relative change of {len(shown)} numbers with 95 % intervals; {moved or 'none'} moved beyond them."
     caption = "Diamonds: the interval of the difference does not hold 0. Circles: it does."
-    return Drawn(identity, title, caption, alt, draw_drift(rows))
+    return PageFigure(identity, title, caption, alt, draw_drift(rows))
 
 
 def magnification(test: ContourTest) -> float:
@@ -428,7 +430,7 @@ def magnification(test: ContourTest) -> float:
     return float(max(step * power for step in (1, 2, 5) if step * power <= wanted))
 
 
-def contour_figure(n: int, test: ContourTest, earlier: ContourTest | None) -> Drawn:
+def contour_figure(n: int, test: ContourTest, earlier: ContourTest | None) -> PageFigure:
     """Return the contours of one test: a magnified circle, or the error along a path."""
     parts = [
         f"({contour.scheme.name}) {contour.scheme.title} {readable(contour.glitch, 'm')}" for contour in test.contours
@@ -437,7 +439,7 @@ def contour_figure(n: int, test: ContourTest, earlier: ContourTest | None) -> Dr
     alt = f"The {what} under each scheme; largest glitch of each: {', '.join(parts)}. The table gives every number."
     if test.radius is None:
         title = f"Path at {readable(test.feed, 'm/s')}"
-        return Drawn(f"contour-{n}", title, "Dashed lines: with observer.", alt, along_figure(_contours(test)))
+        return PageFigure(f"contour-{n}", title, "Dashed lines: with observer.", alt, along_figure(_contours(test)))
     before = _contours(earlier) if earlier else []
     text = (
         "The error of the radius, magnified around the circle that was asked for (grey). Outwards is positive; dotted "
@@ -445,10 +447,10 @@ def contour_figure(n: int, test: ContourTest, earlier: ContourTest | None) -> Dr
     )
     figure = overlay_figure(_contours(test), test.radius, test.direction, magnification(test), before)
     title = f"Circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
-    return Drawn(f"contour-{n}", title, text, alt, figure)
+    return PageFigure(f"contour-{n}", title, text, alt, figure)
 
 
-def decision_figure(n: int, test: ContourTest, chosen: Contour) -> Drawn:
+def decision_figure(n: int, test: ContourTest, chosen: Contour) -> PageFigure:
     """Return the contour without and with the chosen compensation: the picture beside a decision."""
     pair = dict([("now", contour) for contour in test.contours if contour.scheme.bare and contour is not chosen])
     pair[f"with {chosen.named}"] = chosen
@@ -461,13 +463,13 @@ def decision_figure(n: int, test: ContourTest, chosen: Contour) -> Drawn:
     sizes = ", ".join(f"{label} {readable(contour.glitch, 'm', 2)}" for label, contour in pair.items())
     key, alt = f"decision-{n}", f"Contour error around its largest glitch: {sizes}."
     if test.radius is None:
-        return Drawn(key, "", "Error along the path.", alt, along_figure(contours))
+        return PageFigure(key, "", "Error along the path.", alt, along_figure(contours))
     times = magnification(drawn)
     figure = overlay_figure(contours, test.radius, test.direction, times, size=(4.6, 4.6))
-    return Drawn(key, "", f"Error of the radius, magnified {times:g} times; outwards is positive.", alt, figure)
+    return PageFigure(key, "", f"Error of the radius, magnified {times:g} times; outwards is positive.", alt, figure)
 
 
-def reversal_figures(n: int, test: ContourTest) -> list[Drawn]:
+def reversal_figures(n: int, test: ContourTest) -> list[PageFigure]:
     """Return the radial error of every scheme over the time after a reversal, one figure for each axis that was run."""
     if test.radius is None:
         return []
@@ -480,7 +482,7 @@ def reversal_figures(n: int, test: ContourTest) -> list[Drawn]:
             f"({contour.scheme.name}) {readable(abs(contour.glitches[quarter]), 'm')}" for contour in test.contours
         )
         alt = f"Radial error over time around the reversal at {label}; peaks: {peaks}."
-        drawn.append(Drawn(f"reversal-{n}-{axis}", f"At the reversal of axis {axis}, {label}", "", alt, figure))
+        drawn.append(PageFigure(f"reversal-{n}-{axis}", f"At the reversal of axis {axis}, {label}", "", alt, figure))
     return drawn
 
 

@@ -34,7 +34,7 @@ from fric.simulate.processes import outcomes
 from fric.units import readable
 from fric.verb import Kind, verb
 
-MOST, LEAST = 40, 20
+MOST_MACHINES, LEAST_MACHINES = 40, 20
 """Machines that are drawn: two, or one, lie beyond what 95 % stay under."""
 
 SECONDS = 160.0
@@ -63,7 +63,7 @@ def _wanted(test: ContourTest) -> bool:
 def _machines(test: ContourTest) -> int:
     """Return how many machines are drawn: as many as a page can wait for, by the time that the circle takes."""
     assert test.radius is not None
-    return int(np.clip(SECONDS / (2 * 2 * pi * test.radius / test.feed), LEAST, MOST))
+    return int(np.clip(SECONDS / (2 * 2 * pi * test.radius / test.feed), LEAST_MACHINES, MOST_MACHINES))
 
 
 def _drawn(test: ContourTest, advance: Callable[..., None]) -> ContourTest:

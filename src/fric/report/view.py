@@ -48,7 +48,7 @@ MATTERS = 0.9
 
 
 @dataclass(frozen=True)
-class Row:
+class NumberRow:
     """One number: symbol, plain name, value, unit, and its interval or what else is known of it."""
 
     symbol: str
@@ -64,7 +64,7 @@ class Group:
 
     title: str
     source: str
-    rows: Sequence[Row]
+    rows: Sequence[NumberRow]
     fit: Sequence[tuple[str, str]]
     correlations: Sequence[str] = ()
 
@@ -89,11 +89,11 @@ def groups_of(item: Item) -> Iterator[Group]:
         yield Group(TITLES["motion"], item.source, _rows(fit["parameters"]), words, related)
 
 
-def _rows(entries: Mapping[str, Mapping[str, Any]]) -> list[Row]:
+def _rows(entries: Mapping[str, Mapping[str, Any]]) -> list[NumberRow]:
     rows = estimate_rows(entries)
     names = plain_names(row[0] for row in rows)
     return [
-        Row(symbol, name, value, unit, interval)
+        NumberRow(symbol, name, value, unit, interval)
         for (symbol, value, interval, unit), name in zip(rows, names, strict=True)
     ]
 
@@ -125,8 +125,8 @@ class MeasuredView:
     glitch: float  # the largest that was measured [m]
     causes: Table
     tables: Sequence[Table]
-    picture: plots.Drawn  # the figure of `fric diagnose`
-    further: Sequence[plots.Drawn]
+    picture: plots.PageFigure  # the figure of `fric diagnose`
+    further: Sequence[plots.PageFigure]
 
 
 def measured_view(measured: Measured, key: str) -> MeasuredView:
@@ -142,7 +142,7 @@ def measured_view(measured: Measured, key: str) -> MeasuredView:
         held.scheme if held else "", held.all_agree if held else None,
         measured.glitch,
         result.causes(), [piece for piece in result.report() if isinstance(piece, Table)],
-        plots.Drawn(f"{key}-diagnosis", "", caption, alt, result.figure()), plots.pictures(result.found, key),
+        plots.PageFigure(f"{key}-diagnosis", "", caption, alt, result.figure()), plots.pictures(result.found, key),
     )  # fmt: skip
 
 
@@ -382,10 +382,10 @@ class AxisView:
 
     name: str
     groups: Sequence[Group]
-    figures: Sequence[plots.Drawn]
-    observer: plots.Drawn | None
+    figures: Sequence[plots.PageFigure]
+    observer: plots.PageFigure | None
     notes: Sequence[str]
-    further: Sequence[plots.Drawn] = ()
+    further: Sequence[plots.PageFigure] = ()
 
 
 @dataclass(frozen=True)
@@ -403,16 +403,16 @@ class TestView:
     """The content about one contour."""
 
     test: ContourTest
-    figure: plots.Drawn
-    decision: plots.Drawn | None  # the picture beside the verdict
+    figure: plots.PageFigure
+    decision: plots.PageFigure | None  # the picture beside the verdict
     sizes: Mapping[str, tuple[str, float]]  # the glitch now, with the choice, and at most [m], by its class
-    reversals: Sequence[plots.Drawn]
+    reversals: Sequence[plots.PageFigure]
     lines: Sequence[Line]
     verdict: Verdict
     observations: Sequence[str]
     earlier: ContourTest | None
     blocks: Sequence[str] = ()
-    further: Sequence[plots.Drawn] = ()
+    further: Sequence[plots.PageFigure] = ()
     magnification: float | None = None
 
     __test__ = False  # no test of pytest's
@@ -427,11 +427,11 @@ class DriftView:
     after: str
     description: str
     changes: Sequence[Change]
-    figure: plots.Drawn | None
+    figure: plots.PageFigure | None
 
 
 @dataclass(frozen=True)
-class View:
+class PageView:
     """The content of the page."""
 
     summary: Summary
@@ -444,7 +444,7 @@ class View:
     sources: Sequence[tuple[str, str, Any]]
 
 
-def view(inputs: ReportInput) -> View:
+def view(inputs: ReportInput) -> PageView:
     """Return the content of a page from the collected data."""
     longest = plots.presliding(inputs)
     earlier = {id(after): before for before, after in inputs.test_pairs}
@@ -456,7 +456,7 @@ def view(inputs: ReportInput) -> View:
     sources += [(circle.source, "measured circle", {}) for circle in inputs.circles]
     measured = [measured_view(circle, f"circle-{n}") for n, circle in enumerate(inputs.circles)]
     warnings = _warnings(inputs, [test.verdict for test in tests])
-    return View(
+    return PageView(
         summary_of(inputs, [test.verdict for test in tests], measured, warnings),
         warnings, [_axis(inputs, axis) for axis in inputs.axes()], tests, measured, inputs.logs,
         list(_drifts(inputs)), sources,
@@ -494,7 +494,7 @@ def _settled(text: Notice) -> Notice:
 def _axis(inputs: ReportInput, axis: str) -> AxisView:
     items = [item for item in inputs.items if item.axis == axis]
     groups = [group for item in items for group in groups_of(item)]
-    figures: list[plots.Drawn] = []
+    figures: list[plots.PageFigure] = []
     notes: list[str] = []
     observer = None
     for item in items:

@@ -169,7 +169,7 @@ CURVE = 100e-6
 
 
 @dataclass(frozen=True)
-class Row:
+class ComparedRow:
     """A number beside the number it is compared with."""
 
     name: str  # Its name
@@ -182,7 +182,7 @@ class Row:
     reason: str = ""  # Why it differs, where it differs much
 
 
-def plant_rows(part: AxisPart, found: PlantDocument, motion: Motion) -> list[Row]:
+def plant_rows(part: AxisPart, found: PlantDocument, motion: Motion) -> list[ComparedRow]:
     """Compare eq. (1) with the result of the response."""
     given, estimates = part.plant.estimates(motion), found.estimates(motion)
     rows = [_row(name, given[name], estimates[name]) for name in ("A", "B", "T_d", "K_f") if name in estimates]
@@ -195,7 +195,7 @@ def plant_rows(part: AxisPart, found: PlantDocument, motion: Motion) -> list[Row
     return [_because(row, reason) if row.name == "A" and sigma else row for row in rows]
 
 
-def static_rows(part: AxisPart, found: FrictionDocument, motion: Motion, *, published_plant: bool) -> list[Row]:
+def static_rows(part: AxisPart, found: FrictionDocument, motion: Motion, *, published_plant: bool) -> list[ComparedRow]:
     """Compare Table 1's map with the result of the strokes."""
     given, estimates = part.friction.estimates("static"), found.estimates("static")
     names = [name for name in (*STATIC_PARAMETERS, "offset") if name in given]
@@ -214,7 +214,7 @@ def static_rows(part: AxisPart, found: FrictionDocument, motion: Motion, *, publ
     return [_because(row, reasons.get(row.name) or two) for row in rows]
 
 
-def gms_rows(part: AxisPart, found: FrictionDocument, motion: Motion) -> list[Row]:
+def gms_rows(part: AxisPart, found: FrictionDocument, motion: Motion) -> list[ComparedRow]:
     """Compare Table 1's blocks with those of the loops: block by block where there are as many, else by the curve."""
     given, estimates = part.friction.estimates("gms"), found.estimates("gms")
     true, model = (
@@ -226,8 +226,8 @@ def gms_rows(part: AxisPart, found: FrictionDocument, motion: Motion) -> list[Ro
     many, few = len(true.alpha), len(model.alpha)
     blocks = f"{found.fit_of('gms').blocks or ''}." if few != many else ""
     rows = [
-        Row("slip blocks", str(many), str(few), "", "", None, blocks),
-        Row("virgin curve, rms over 100 µm", "0", f"{apart:.2f}", "", "N", apart / F_s, "Relative to F_s."),
+        ComparedRow("slip blocks", str(many), str(few), "", "", None, blocks),
+        ComparedRow("virgin curve, rms over 100 µm", "0", f"{apart:.2f}", "", "N", apart / F_s, "Relative to F_s."),
         _row("C", given["C"], estimates["C"]) if not estimates["C"].assumed else _assumed(given["C"], estimates["C"]),
     ]
     if few == many:
@@ -241,7 +241,7 @@ def gms_rows(part: AxisPart, found: FrictionDocument, motion: Motion) -> list[Ro
 
 def design_rows(
     part: AxisPart, controller: ControllerDocument, observer: ObserverDocument, motion: Motion
-) -> list[Row]:
+) -> list[ComparedRow]:
     """Compare the machine's controller and observer with those designed on the identified plant."""
     given = part.controller.estimates(motion) | (
         {"observer cutoff": part.observer.estimates(motion)["cutoff"]} if part.observer else {}
@@ -285,24 +285,28 @@ def largest_difference(rows: Iterable[SchemeRow]) -> float | None:
     return max(found) if found else None
 
 
-def _row(name: str, given: Estimate, found: Estimate) -> Row:
+def _row(name: str, given: Estimate, found: Estimate) -> ComparedRow:
     size, value = float(given), float(found)
     scale, unit = prefixed(size or value, found.unit)
     description, interval = in_digits(value, found.ci95, scale)
     difference = value / size - 1 if size else None
-    return Row(name, f"{size * scale:.4g}", description, interval or ("fixed" if found.fixed else ""), unit, difference)
+    return ComparedRow(
+        name, f"{size * scale:.4g}", description, interval or ("fixed" if found.fixed else ""), unit, difference
+    )
 
 
-def _assumed(given: Estimate, found: Estimate) -> Row:
+def _assumed(given: Estimate, found: Estimate) -> ComparedRow:
     row = _row("C", given, found)
-    return Row(row.name, row.given, row.found, "assumed", row.unit, row.difference, "No sliding record was given.")
+    return ComparedRow(
+        row.name, row.given, row.found, "assumed", row.unit, row.difference, "No sliding record was given."
+    )
 
 
-def _because(row: Row, reason: str) -> Row:
+def _because(row: ComparedRow, reason: str) -> ComparedRow:
     far = row.difference is None or abs(row.difference) > FAR or row.name in {"A", "observer cutoff"}
     if not (reason and far):
         return row
-    return Row(row.name, row.given, row.found, row.interval, row.unit, row.difference, reason)
+    return ComparedRow(row.name, row.given, row.found, row.interval, row.unit, row.difference, reason)
 
 
 def _split(vector: Estimate) -> list[Estimate]:
@@ -319,7 +323,7 @@ class AxisPage:
     """The part of the page that is of one axis: comparisons by title, figures as PNG by name."""
 
     name: str
-    tables: Mapping[str, Sequence[Row]]
+    tables: Mapping[str, Sequence[ComparedRow]]
     figures: Mapping[str, bytes]
 
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from fric.circles.prediction import Prediction
 from fric.contour import QUADRANTS
 from fric.documents.contours import CircleResultDocument
-from fric.documents.identified import Identified
+from fric.documents.identified import IdentifiedMachine
 from fric.documents.spread import read_spreads
 from fric.errors import FricError
 from fric.notice import Notice, once
@@ -64,7 +64,7 @@ class CircleResult(Result, schema=CircleResultDocument):
     runs: Sequence[CircleRun]
     only: str | None = None
     many: MonteCarlo | None = None
-    identified: Identified | None = None
+    identified: IdentifiedMachine | None = None
     prediction: Prediction | None = None
 
     @property
@@ -248,7 +248,7 @@ def circle(
     for wanted in chosen:
         runs.append(run_circle(subject, wanted, test, only=axis))
         advance()
-    identified = machine if isinstance(machine, Identified) else None
+    identified = machine if isinstance(machine, IdentifiedMachine) else None
     if measured and (identified is None or machines is None):
         raise FricError(
             "measured circles were given, and no machines to make agree with them",

@@ -15,7 +15,7 @@ from fric.results.given import Advance, bounded, in_si, silent
 from fric.results.given_models import machine_of, schemes_of
 from fric.results.kinds import Address, Count, KnownSchemes, MachineLike, Quantities, Quantity, SchemesLike
 from fric.results.text import Piece, Table
-from fric.simulate.circle import CircleMap, Grid
+from fric.simulate.circle import CircleGrid, CircleMap
 from fric.simulate.contour_run import pair
 from fric.simulate.processes import run_all
 from fric.units import readable
@@ -158,7 +158,7 @@ def circle_map(
     over = values_of(feeds, "velocity", points), values_of(radii, "position", points)
     for name, values in zip(("speed", "radius"), over, strict=True):
         bounded(name, max(values))
-    grid = Grid(subject, chosen, *over, in_si(accuracy, "position"))
+    grid = CircleGrid(subject, chosen, *over, in_si(accuracy, "position"))
     advance(0, total=len(grid))
     cells = run_all(grid, len(grid), workers=workers, scheduler=scheduler, advance=advance, interrupted=interrupted)
     if not cells:

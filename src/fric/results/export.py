@@ -21,7 +21,7 @@ from fric.documents.listings import ExportDocument
 from fric.documents.machine_files import axis_notices, read_machine, read_machine_document
 from fric.errors import FricError, near
 from fric.export import targets
-from fric.export.base import Files, Part, Target, compensation_of, machine_of, manifest, manifest_text
+from fric.export.base import ExportedPart, Files, Target, compensation_of, machine_of, manifest, manifest_text
 from fric.flaws.prediction import NOTHING_SIMULATED, SCHEME_SATURATES
 from fric.io.run import read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.notice import Notice, once
@@ -92,7 +92,7 @@ def trust_of(
 
 
 @dataclass(frozen=True)
-class Arc:
+class TriedCircle:
     """One arc in LinuxCNC, and the same loop simulated along the reference that LinuxCNC's planner gave."""
 
     scheme: Scheme  # What was switched on
@@ -145,13 +145,13 @@ class ExportResult(Result):
     """
 
     target: Target
-    part: Part
+    part: ExportedPart
     files: Files
     notices: Sequence[Notice]
     against: Sequence[Notice]
     distrust: Sequence[Notice]
     made_from: Sequence[dict[str, str]]
-    arcs: Sequence[Arc] = ()
+    arcs: Sequence[TriedCircle] = ()
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -286,7 +286,7 @@ def export_axis(
             evidence_of(*drawing, compared=bool(circles), disagreements=held, notices=notices) for drawing in drawings
         ]
         against, distrust = trust_of(subject, axis, wanted, notices, apart, compared=bool(circles), drawn=around)
-    arcs: list[Arc] = []
+    arcs: list[TriedCircle] = []
     if trial is not None:
         if target != "linuxcnc":
             raise FricError(f"a trial is for the target linuxcnc, and this is {target}")
@@ -317,7 +317,7 @@ def _linuxcnc_bench() -> ModuleType:
     return import_module(f"{name}.trial")
 
 
-def require_trust(part: Part, against: Sequence[Notice], distrust: Sequence[Notice]) -> None:
+def require_trust(part: ExportedPart, against: Sequence[Notice], distrust: Sequence[Notice]) -> None:
     """Raise a `FricError` where the verdict does not trust what would be exported."""
     if against:
         raise FricError(
@@ -378,7 +378,7 @@ def one_target(name: str, part: str, *, single: bool) -> Target:
     return target
 
 
-def _row(arc: Arc) -> list[str]:
+def _row(arc: TriedCircle) -> list[str]:
     sense = "counter-clockwise" if arc.direction > 0 else "clockwise"
     microns = [f"{1e6 * value:.2f}" for value in (arc.measured.glitch, arc.simulated.glitch, arc.difference)]
     return [arc.scheme.title, readable(arc.feed, "m/s"), sense, *microns]

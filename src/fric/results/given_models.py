@@ -10,7 +10,7 @@ from fric.control.cascade import Cascade
 from fric.control.scheme import Scheme, choose_schemes
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
-from fric.documents.identified import Identified
+from fric.documents.identified import IdentifiedMachine
 from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument
 from fric.documents.quantity import in_units
@@ -123,7 +123,7 @@ def _of_run(given: Any, scheme: str | None) -> list[Any]:
 
 def machine_of(given: Any) -> Machine:
     """Return the machine that is given as itself, as identified, as its file, or by the name of a bundled one."""
-    if isinstance(given, Identified):
+    if isinstance(given, IdentifiedMachine):
         return given.machine
     if isinstance(given, Machine):
         return given

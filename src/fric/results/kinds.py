@@ -16,10 +16,10 @@ if TYPE_CHECKING:  # each brings what a command's help does without
     from fric.circles.measured import MeasuredCircle
     from fric.control.cascade import Cascade
     from fric.control.scheme import Scheme
-    from fric.design.perturbation import Resonance
+    from fric.design.perturbation import StructuralMode
     from fric.documents.controller import ControllerDocument
     from fric.documents.friction import FrictionDocument
-    from fric.documents.identified import Identified
+    from fric.documents.identified import IdentifiedMachine
     from fric.documents.mapping import MappingDocument
     from fric.documents.plan import PlanDocument
     from fric.documents.plant import PlantDocument
@@ -61,7 +61,7 @@ FrictionLike: TypeAlias = Annotated["StaticMap | FrictionDocument | Result | Pat
 """What is known of friction: a static map, a friction file, or the result that found it."""
 MachineFile: TypeAlias = Annotated[Path | str, Kind(metavar="MACHINE.yaml")]
 """A machine file, or the name of a bundled machine."""
-MachineLike: TypeAlias = Annotated["Machine | Identified | Path | str", Kind(Path, "MACHINE.yaml")]
+MachineLike: TypeAlias = Annotated["Machine | IdentifiedMachine | Path | str", Kind(Path, "MACHINE.yaml")]
 """A machine: itself, as identified, its file, or the name of a bundled one."""
 MappingLike: TypeAlias = Annotated["MappingDocument | Path | str", Kind(Path, "MAP.yaml")]
 """What the columns of foreign logs mean, or the file of it."""
@@ -77,7 +77,7 @@ CirclesLike: TypeAlias = Annotated[
 """One of them, or several."""
 PathLike: TypeAlias = Annotated["PointPath | RecordedPath | Path | str", Kind(Path, "PATH.csv")]
 """A path, or the file of its points."""
-ResonancesLike: TypeAlias = Annotated["Iterable[str | Resonance]", Kind(list[str], "FREQUENCY,DAMPING[,SHARE]")]
+ResonancesLike: TypeAlias = Annotated["Iterable[str | StructuralMode]", Kind(list[str], "FREQUENCY,DAMPING[,SHARE]")]
 """Modes, each also as a text: frequency, damping, share."""
 SpreadsLike: TypeAlias = Annotated["Mapping[str, Spread] | Path | str", Kind(Path, "SPREAD.yaml")]
 """What is drawn how widely, by name, or the file of it."""

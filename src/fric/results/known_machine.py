@@ -9,7 +9,7 @@ from typing import Any
 from fric.circles.measured import MeasuredCircle
 from fric.circles.next_circle import LeftOver, distrusts, observers_distrust
 from fric.circles.prediction import Prediction, predicted
-from fric.documents.identified import Identified
+from fric.documents.identified import IdentifiedMachine
 from fric.errors import FricError
 from fric.flaws.prediction import CIRCLE_UNUSED
 from fric.notice import Notice
@@ -21,14 +21,14 @@ from fric.simulate.monte_carlo import MonteCarlo
 class KnownMachine:
     """What machines are drawn from, and what they are made to agree with."""
 
-    identified: Identified  # The machine with the intervals of what was identified
+    identified: IdentifiedMachine  # The machine with the intervals of what was identified
     tests: Sequence[MeasuredCircle]  # Measured circles
     left: LeftOver | None  # What the machine's models leave of them; None without any
     unused: tuple[Notice, ...] = ()  # Why a circle could not be used
 
     @classmethod
     def of(
-        cls, identified: Identified, tests: Sequence[MeasuredCircle], axes: Sequence[str] | None, seed: int
+        cls, identified: IdentifiedMachine, tests: Sequence[MeasuredCircle], axes: Sequence[str] | None, seed: int
     ) -> KnownMachine:
         """Return what is known of a machine by what was identified and by measured circles."""
         machine, left, unused = identified.machine, None, []

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from fric.circles.learn import Learned, Learning, Table, circles_to_learn, learn_from
+from fric.circles.learn import Learned, LearnedFeedforward, Learning, circles_to_learn, learn_from
 from fric.circles.learn import learn as learn_rounds
 from fric.circles.measured import MeasuredCircle
 from fric.documents.base import provenance
@@ -18,8 +18,7 @@ from fric.io.run import read_run_provenance, write_runs
 from fric.results.base import DataFrame, Result
 from fric.results.given import Advance, bounded, path_of, quantity, silent
 from fric.results.kinds import CircleLike, MachineFile, Quantity, SchemeName
-from fric.results.text import Piece
-from fric.results.text import Table as TextTable
+from fric.results.text import Piece, Table
 from fric.simulate.circle import Circle
 from fric.simulate.machine import Machine
 from fric.units import readable
@@ -49,12 +48,12 @@ class LearnResult(Result, schema=LearningDocument, of="found"):
             for circle in found.rounds
         ]
         title = f"{found.machine.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}; glitches in µm"
-        pieces: list[Piece] = [TextTable(["round", "+x", "+y", "-x", "-y", "glitch"], rows, title)]
+        pieces: list[Piece] = [Table(["round", "+x", "+y", "-x", "-y", "glitch"], rows, title)]
         carried = [
             [f"{readable(radius, 'm')} at {readable(feed, 'm/s')}", f"{glitch * 1e6:.2f}"]
             for radius, feed, glitch in found.carried
         ]
-        return [*pieces, "", TextTable(["carried over to", "glitch µm"], carried)]
+        return [*pieces, "", Table(["carried over to", "glitch µm"], carried)]
 
     def to_frame(self) -> DataFrame:
         """Return the glitch [m] by round."""
@@ -78,14 +77,14 @@ class LearnedTable(Result, schema=LearnedFeedforwardDocument, of="table"):
         What is fed forward.
     """
 
-    table: Table
+    table: LearnedFeedforward
 
     def report(self) -> list[Piece]:
         """Return what is fed forward, by axis."""
         test = self.table.test
         rows = [[name, f"{abs(array).max():.3f}", str(len(array))] for name, array in self.table.voltage.items()]
         title = f"feedforward for {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
-        return [TextTable(["axis", "largest V", "samples"], rows, title)]
+        return [Table(["axis", "largest V", "samples"], rows, title)]
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write the feedforward file."""

@@ -10,7 +10,7 @@ from fric.control.q_filter import QFilter
 from fric.design.cascade import design_cascade
 from fric.design.observer import ObserverDesign
 from fric.design.observer import design_observer as find_observer
-from fric.design.perturbation import Perturbation, Resonance, model_perturbation, robust_limit
+from fric.design.perturbation import Perturbation, StructuralMode, model_perturbation, robust_limit
 from fric.documents.controller import observer_tree
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
@@ -213,7 +213,7 @@ def _unseen(first_mode: float | str | None, given: float | str | None) -> Notice
 def _below_a_mode(design: ObserverDesign, frequency: float, Delta: Perturbation) -> ObserverDesign:
     """Return the design with Q below a structural mode that is known by its frequency alone: eq. (8) with it."""
     nyquist, filter = design.cascade.sampling / 2, design.observer.q.name
-    mode = model_perturbation(design.plant, nyquist, [Resonance(frequency, MODE_DAMPING)])
+    mode = model_perturbation(design.plant, nyquist, [StructuralMode(frequency, MODE_DAMPING)])
     limit = robust_limit(mode, filter)
     if limit.q is None or limit.q.cutoff >= design.observer.q.cutoff:
         return replace(design, assumed=True)
@@ -256,7 +256,7 @@ def measured_record(given: Any, name: str | None, of: tuple[str, Motion]) -> Log
     return found[0]
 
 
-def _resonance(text: str) -> Resonance:
+def _resonance(text: str) -> StructuralMode:
     """Parse ``FREQUENCY,DAMPING[,SHARE]``."""
     frequency, *rest = (part.strip() for part in text.split(","))
     try:
@@ -267,4 +267,4 @@ def _resonance(text: str) -> Resonance:
         raise FricError(
             f"'{text}' is no resonance", hint="Write frequency, damping and share, as in '280 Hz, 0.02, 0.1'."
         )
-    return Resonance(in_si(frequency, "frequency"), *numbers)
+    return StructuralMode(in_si(frequency, "frequency"), *numbers)

@@ -86,7 +86,7 @@ def run_circle(
 
 
 @dataclass(frozen=True)
-class Grid:
+class CircleGrid:
     """What is run on each of many circles; a circle by its number, radius by radius.
 
     Raises FricError: When there is no feed or no radius.
@@ -143,7 +143,7 @@ class CircleMap:
     cells: One a circle, in their order.
     """
 
-    grid: Grid
+    grid: CircleGrid
     cells: Sequence[Cell]
 
     @property

@@ -87,14 +87,14 @@ class Chance:
 Left = TypeVar("Left", bound=Circularity | ContourError)
 
 
-class Contour(Protocol):
+class ContourLike(Protocol):
     """A contour that two axes follow."""
 
     def references(self, sampling: float) -> tuple[Reference, Reference]:
         """Return the motion of both axes, sampled at a rate [Hz]."""
 
 
-Followed = TypeVar("Followed", bound=Contour)
+Followed = TypeVar("Followed", bound=ContourLike)
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +163,7 @@ def at_places(
 def follow(
     machine: Machine,
     scheme: Scheme,
-    test: Contour,
+    test: ContourLike,
     *,
     only: str | None = None,
     halvings: int = 0,

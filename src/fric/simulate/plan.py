@@ -102,7 +102,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class CandidateRecord:
     """One more record."""
 
     planned: Planned  # The experiment
@@ -120,6 +120,6 @@ class Narrowing:
     # Share of its variance that is due to each parameter with its covariances [1]; they sum to 1
     shares: Mapping[str, float]
     # Records by the expected interval, the best first; of those that differ by less than they scatter the shortest
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[CandidateRecord, ...]
     test: Circle  # The circle
     scheme: str  # Name of the compensation

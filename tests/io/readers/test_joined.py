@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from fric import FricError
 from fric.io.readers import base
 from fric.io.readers.base import Column, Memory
-from fric.io.readers.joined import Joined, Part
+from fric.io.readers.joined import Joined, SharedClock
 
 
 def part(time, values, name, factor=1.0, label=""):
     table = Memory(Path("a.log"), (Column("t"), Column(name)), [np.asarray(time, float), np.asarray(values, float)])
-    return Part(table, 0, factor=factor, label=label)
+    return SharedClock(table, 0, factor=factor, label=label)
 
 
 def read(table, wanted=None):

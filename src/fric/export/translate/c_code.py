@@ -99,7 +99,7 @@ def c_routines(program: ir.Program, dialect: Dialect) -> str:
     """Return records, helpers and routines of a program, each static, in an order in which C reads them."""
     pieces = [_record(record, dialect) for record in program.records]
     pieces += [helper(name, dialect) for name in HELPERS if program.calls(name)]
-    return "\n\n".join([*pieces, *(_Routine(program, routine, dialect).text() for routine in program.routines)])
+    return "\n\n".join([*pieces, *(_CRoutine(program, routine, dialect).text() for routine in program.routines)])
 
 
 def c_type(of: ir.Type | None, dialect: Dialect) -> str:
@@ -116,7 +116,7 @@ def _record(record: ir.Record, dialect: Dialect) -> str:
     return f"typedef struct {{\n{members}\n}} {c_type(record, dialect)};"
 
 
-class _Routine:
+class _CRoutine:
     """Writes one routine: variables are declared where they are first set, at the latest where all their uses lie."""
 
     def __init__(self, program: ir.Program, routine: ir.Routine, dialect: Dialect) -> None:

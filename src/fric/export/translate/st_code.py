@@ -65,7 +65,7 @@ def st_routines(program: ir.Program, prefix: str) -> str:
     """Return records, helpers and routines of a program, in an order in which each is declared before its use."""
     pieces = [_record(record, prefix) for record in program.records]
     pieces += [text.format(prefix=prefix) for name, text in HELPERS.items() if program.calls(name)]
-    return "\n\n".join([*pieces, *(_Routine(routine, prefix).text() for routine in program.routines)])
+    return "\n\n".join([*pieces, *(_StRoutine(routine, prefix).text() for routine in program.routines)])
 
 
 def _record(record: ir.Record, prefix: str) -> str:
@@ -78,7 +78,7 @@ def _word(name: str) -> str:
     return f"{name}_x" if name.lower() in _RESERVED else name
 
 
-class _Routine:
+class _StRoutine:
     """Writes one routine. Names differ by more than their case, which the language does not see."""
 
     def __init__(self, routine: ir.Routine, prefix: str) -> None:

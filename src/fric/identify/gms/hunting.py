@@ -60,7 +60,7 @@ RESONANCE = 50.0
 DELAY = 2 / RATE
 """Delay of a drive where no plant gives it [s]."""
 
-MOST = 1_000_000
+MOST_SIMULATED = 1_000_000
 """Samples of the controller that a record is made again for at most."""
 
 
@@ -149,7 +149,7 @@ class Hunting:
         divider = max(round(RATE * interval), 1)
         sampling = divider / interval
         plant = replace(plant, T_d=max(plant.T_d, hold_delay(sampling)), force_lag=0.0)
-        count = min(int((m.time[end - 1] - m.time[begin]) * sampling), MOST)
+        count = min(int((m.time[end - 1] - m.time[begin]) * sampling), MOST_SIMULATED)
         path = cubic_spline(m.time, np.round(m.position / (FINEST * m.step)) * (FINEST * m.step))
         t = m.time[begin] + np.arange(count) / sampling
         reference = Reference(sampling, path(t) + rng.uniform(0.0, m.step), path(t, 1), path(t, 2))

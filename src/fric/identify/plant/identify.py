@@ -25,8 +25,8 @@ from fric.identify.plant.response_fit import (
     FrictionInfluence,
     Lines,
     PlantFit,
+    PlantSolution,
     ResponseFit,
-    Solution,
     near,
     select,
     solve,
@@ -40,7 +40,7 @@ from fric.statistics import robust_deviation
 from fric.threads import one_blas_thread
 from fric.units import rotates
 
-APART = 0.05
+GAINS_APART = 0.05
 """Share by which the friction's gain must differ between two records for their amplitudes to be compared."""
 
 SURE = 0.99
@@ -167,7 +167,7 @@ def _measured(
     return measured
 
 
-def _second_mass(solution: Solution) -> dict[str, Estimate] | None:
+def _second_mass(solution: PlantSolution) -> dict[str, Estimate] | None:
     found = solution.form.resonance(solution.values)
     if found is None:
         return None
@@ -182,7 +182,7 @@ def _second_mass(solution: Solution) -> dict[str, Estimate] | None:
     }
 
 
-def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solution, FrictionInfluence]:
+def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[PlantSolution, FrictionInfluence]:
     """Return the fit of all responses, with Coulomb friction where two amplitudes show it."""
     gains = np.array([np.nan if fit.measured.reversing is None else fit.measured.reversing for fit in fits])
     seen = np.array([fit.solution.values[0] for fit in fits])
@@ -194,7 +194,7 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solutio
     seen_modes = [fit.solution for fit in fits if fit.solution.form.encoder]
     mode = seen_modes[0].form.resonance(seen_modes[0].values) if seen_modes else None
     together = solve(sets, misfits=misfits, resonance=mode)
-    if np.any(np.isnan(gains)) or np.ptp(gains) <= APART * np.max(np.abs(gains)):
+    if np.any(np.isnan(gains)) or np.ptp(gains) <= GAINS_APART * np.max(np.abs(gains)):
         return together, alone
     slope, level = np.polyfit(gains, seen, 1)  # a search from 0 may end where A of one record is held at 0
     least = fits[int(np.argmin(gains))].solution.values
@@ -214,7 +214,7 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solutio
     return (split if differs and value > 0 else together), found
 
 
-def _alike(solution: Solution, lines: Lines, misfit: float) -> float:
+def _alike(solution: PlantSolution, lines: Lines, misfit: float) -> float:
     """Return how many neighbouring lines equal one independent line, where neighbouring residuals are correlated.
 
     Friction around rest is more than its describing function: the rest is no noise, and is similar from line to line.
@@ -269,7 +269,7 @@ OFF = 6.0
 VISIBLE = 0.01
 """Least relative residual of an outlying line."""
 
-MOST = 0.35
+MOST_OUTLIERS = 0.35
 """Share of the lines that may be outliers: where more are, the model is wrong."""
 
 ROUGH = 0.03
@@ -285,7 +285,7 @@ BELOW = 3.0
 class Found(NamedTuple):
     """A fit and the lines that it was made of."""
 
-    solution: Solution
+    solution: PlantSolution
     kept: Mask  # Which lines belong to the fit, shape (n,)
 
 
@@ -310,7 +310,7 @@ def solve_with_modes(lines: Lines) -> Found:
     return found if bounded[0] - bounded[1] > GAIN and _is_determined(found.solution, at(lines, found.kept)) else rigid
 
 
-def _is_determined(solution: Solution, lines: Lines) -> bool:
+def _is_determined(solution: PlantSolution, lines: Lines) -> bool:
     """Return whether the lines determine frequency and ratio of a second mass, and the rigid axis below it as well.
 
     Friction around rest is a spring, too: in a small motion it makes a resonance at or below the lowest lines. A
@@ -341,7 +341,7 @@ def _best_mode(lines: Lines) -> Found | None:
     return _without_outliers(lines, best.form.resonance(best.values), best.values[:3])
 
 
-def _score(lines: Lines, solution: Solution) -> float:
+def _score(lines: Lines, solution: PlantSolution) -> float:
     """Return the mean of log residuals, which is robust to outlying lines."""
     return float(np.mean(np.log(np.abs(_off(lines, solution)) + 1e-3)))
 
@@ -369,7 +369,7 @@ def _without_outliers(lines: Lines, resonance: Resonance | None, start: Real | N
         off = np.abs(_off(lines, solution))
         usual = robust_deviation(off[kept])
         stands = off > np.maximum(OFF * np.hypot(usual, lines.deviation), VISIBLE)
-        if np.count_nonzero(stands) > MOST * len(stands) or np.array_equal(~stands, kept):
+        if np.count_nonzero(stands) > MOST_OUTLIERS * len(stands) or np.array_equal(~stands, kept):
             break
         kept = ~stands
         start = solution.values[:3]
@@ -378,7 +378,7 @@ def _without_outliers(lines: Lines, resonance: Resonance | None, start: Real | N
     return Found(solution, kept)
 
 
-def _off(lines: Lines, solution: Solution) -> Complex:
+def _off(lines: Lines, solution: PlantSolution) -> Complex:
     return np.asarray(np.log(lines.response / solution.response(lines.frequency, lines.hold)))
 
 
@@ -397,7 +397,7 @@ QUIET = 20.0
 
 
 def described(
-    fits: Sequence[ResponseFit], solution: Solution, friction: FrictionInfluence, estimates: dict[str, Estimate],
+    fits: Sequence[ResponseFit], solution: PlantSolution, friction: FrictionInfluence, estimates: dict[str, Estimate],
     hold: float | None,
 ) -> Iterator[Notice]:  # fmt: skip
     """Yield the warnings of a fit.
@@ -437,7 +437,7 @@ def _of_lines(name: str, fit: ResponseFit) -> Iterator[Notice]:
         )
 
 
-def _of_mode(solution: Solution) -> Iterator[Notice]:
+def _of_mode(solution: PlantSolution) -> Iterator[Notice]:
     mode = solution.form.resonance(solution.values)
     if mode is None:
         return

@@ -112,7 +112,7 @@ UNDETERMINED = 0.5
 BLOCKS, FEWEST = 10, 5
 """Blocks of neighbouring lines that are left out in turn, and how many there are at least."""
 
-ALIKE = float(chdtri(BLOCKS - 1, 0.1)) / (BLOCKS - 1)
+SCATTER_BY_CHANCE = float(chdtri(BLOCKS - 1, 0.1)) / (BLOCKS - 1)
 """Ratio of the variance by blocks to that by the scatter up to which chance makes it, nine times of ten."""
 
 OTHER_RATIOS = (0.2, 0.8)
@@ -122,7 +122,7 @@ MISFIT = 0.99
 """Quantile of chi-squared above which the residuals are more than noise."""
 
 
-class Form(NamedTuple):
+class ResponseForm(NamedTuple):
     """Which parameters there are: A, ln B, T_d; F_c/M of Coulomb friction; ln f, ln ζ and the ratio of a second mass.
 
     Where the encoder is at the table the ratio is not fitted: the response depends on it by A/ω alone.
@@ -152,11 +152,11 @@ class Form(NamedTuple):
         return modelled(self.plant(x, reversing), frequency, hold, self.resonance(x, share))
 
 
-EQUATION_1 = Form()
+EQUATION_1 = ResponseForm()
 
 
 @dataclass(frozen=True)
-class Solution:
+class PlantSolution:
     """Parameters of eq. (1), and of Coulomb friction and a second mass where they were requested."""
 
     # A [1/s], ln B, T_d [s], F_c/M [m/s²] where friction was fitted, and those of a second mass as in `Form`; shape
@@ -167,7 +167,7 @@ class Solution:
     # Relative deviation that must be added to the measured deviations to explain the residuals; 0 where noise does
     misfit: float
     freedom: float  # Degrees of freedom, correlated lines counted once
-    form: Form = EQUATION_1  # Which parameters there are
+    form: ResponseForm = EQUATION_1  # Which parameters there are
 
     def plant(self, reversing: float = 0.0) -> LinearPlant:
         """Return eq. (1), with what friction adds to A along a motion with this gain [s/m]."""
@@ -218,7 +218,7 @@ def solve(
     misfits: Sequence[float] | None = None,
     resonance: Resonance | None = None,
     start: Real | None = None,
-) -> Solution:
+) -> PlantSolution:
     """Fit eq. (1) to the lines of one or more responses by weighted least squares on log magnitude and phase.
 
     The residual is ``ln(G_m/G)``, its real part the log magnitude, its imaginary part the phase, both over the relative
@@ -230,7 +230,7 @@ def solve(
     resonance: Where the search for a second mass begins; eq. (1) alone where there is none.
     start: A, ln B, T_d, and F_c/M where it is fitted, where the search begins; from a grid and 0 where not given.
     """
-    form = Form(friction, resonance.encoder if resonance else None)
+    form = ResponseForm(friction, resonance.encoder if resonance else None)
     start = near(sets[0])[0] if start is None else np.array(start, float)
     holds = [lines.hold for lines in sets if lines.hold is not None]
     lower = [0.0, -np.inf, hold_delay(min(holds)) if holds else 0.0]
@@ -276,7 +276,7 @@ def solve(
                                     for lines, a in zip(sets, added, strict=True)])  # fmt: skip
             moved = np.linalg.lstsq(found.jac, other - found.fun, rcond=None)[0]
             covariance = covariance + np.outer(moved, moved) / (len(OTHER_RATIOS) * quantile**2)
-    return Solution(found.x, covariance, plain, max(added), freedom, form)
+    return PlantSolution(found.x, covariance, plain, max(added), freedom, form)
 
 
 def _left_out(found: optimize.OptimizeResult, sets: Sequence[Lines], covariance: Real) -> Real:
@@ -295,19 +295,19 @@ def _left_out(found: optimize.OptimizeResult, sets: Sequence[Lines], covariance:
     if smallest < 2 * FEWEST:
         return np.zeros((len(found.x), len(found.x)))
     moved = jackknife(found.jac, found.fun, np.concatenate(label))
-    wider = ALIKE * float(stdtrit(BLOCKS - 1, 0.975)) ** 2
+    wider = SCATTER_BY_CHANCE * float(stdtrit(BLOCKS - 1, 0.975)) ** 2
     sure = np.diag(moved) > wider * np.diag(covariance)
     return np.asarray(np.where(np.outer(sure, sure), moved, 0.0))
 
 
-def _residual(form: Form, x: Real, lines: Lines, misfit: float, share: float = UNDETERMINED) -> Real:
+def _residual(form: ResponseForm, x: Real, lines: Lines, misfit: float, share: float = UNDETERMINED) -> Real:
     model = form.response(x, lines.frequency, lines.hold, lines.reversing, share)
     ratio = np.log(lines.response / model)
     weight = 1 / np.hypot(lines.deviation, misfit)
     return np.concatenate([ratio.real * weight, ratio.imag * weight])
 
 
-def _misfit(form: Form, x: Real, lines: Lines) -> float:
+def _misfit(form: ResponseForm, x: Real, lines: Lines) -> float:
     """Return the relative deviation that makes chi-squared of one response its freedom."""
     squares = _residual(form, x, lines, 0.0).reshape(2, -1) ** 2 * lines.deviation**2
     n = max(squares.size - len(x), 1)
@@ -325,7 +325,7 @@ class ResponseFit:
 
     measured: MeasuredResponse  # The response
     used: Mask  # Which of its lines were sure enough, shape (n,)
-    solution: Solution  # A, ln B, T_d of this response alone
+    solution: PlantSolution  # A, ln B, T_d of this response alone
     hold: float | None  # Sampling rate of the hold in front of the plant [Hz]; None for a continuous response
     stand_off: tuple[float, ...] = ()  # Frequencies of outlying lines, which were not fitted [Hz]
 
@@ -333,7 +333,7 @@ class ResponseFit:
         """Return the fitted response [m/V] at frequencies [Hz], shape (n,)."""
         return self.solution.response(frequency, self.hold)
 
-    def of(self, solution: Solution, frequency: Real, *, friction: bool = True) -> Complex:
+    def of(self, solution: PlantSolution, frequency: Real, *, friction: bool = True) -> Complex:
         """Return what another solution shows of this experiment [m/V], shape (n,), with friction or without."""
         values = solution.values.copy()
         values[2] = max(values[2], 0.0 if self.hold is None else hold_delay(self.hold))
@@ -362,7 +362,7 @@ class PlantFit:
     axis: str
     motion: Motion
     estimates: dict[str, Estimate]  # A, B, T_d, and K_f where it is known
-    solution: Solution  # The fit of all responses together
+    solution: PlantSolution  # The fit of all responses together
     responses: tuple[ResponseFit, ...]  # Each response with its separate fit
     friction: FrictionInfluence  # What friction does to A
     hold: float | None  # Sampling rate of the hold [Hz]; None for a continuous response

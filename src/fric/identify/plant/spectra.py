@@ -14,7 +14,7 @@ from fric.errors import FricError
 
 SHORTEST = 8
 """Samples of a period at least."""
-ALIKE = 0.5
+PERIODIC = 0.5
 """Autocorrelation above which a signal counts as periodic; noise in the loop reduces it."""
 
 ALONE = 0.9
@@ -68,7 +68,7 @@ def find_period(values: Real) -> int | None:
         return None
     r[: below[0]] = 0.0
     best = float(r.max())  # a few high lines almost repeat at a shorter lag, and only almost beyond the noise
-    high, after = r[1:] >= max(ALIKE, best - 0.005 - 0.2 * max(1 - best, 0.0)), np.append(r[2:], 0.0)
+    high, after = r[1:] >= max(PERIODIC, best - 0.005 - 0.2 * max(1 - best, 0.0)), np.append(r[2:], 0.0)
     peaks = 1 + np.flatnonzero(high & (r[1:] > r[:-1]) & (r[1:] >= after))
     if not peaks.size:
         return None
@@ -246,7 +246,7 @@ def _smoothed(variance: Real, freedom: int, half_width: int = 4) -> Real:
     return np.where(np.isfinite(log), np.exp(mean - bias), np.inf)
 
 
-APART = 1.5
+DRIVEN_APART = 1.5
 """Ratio of two amplitudes above which they separate driven lines from the others."""
 
 LESS = 0.75
@@ -309,9 +309,9 @@ def driven_alike(records: Sequence[MeanLines | None]) -> list[Mask | None]:
             continue
         growth = np.maximum(_ratio(other.input, lines.input), _ratio(other.position, lines.position))
         both = lines.driven & other.driven
-        if not both.any() or np.quantile(growth[both], 0.75) < APART:
+        if not both.any() or np.quantile(growth[both], 0.75) < DRIVEN_APART:
             continue
-        driven = (growth > np.median(growth[both & (growth > APART)]) ** LESS) & (lines.driven | other.driven)
+        driven = (growth > np.median(growth[both & (growth > DRIVEN_APART)]) ** LESS) & (lines.driven | other.driven)
         for n in (small, large):
             if not records[n].stated:  # type: ignore[union-attr]
                 found[n] = driven if found[n] is None else driven & found[n]

@@ -24,7 +24,7 @@ from fric.identify.replay.coordinates import LEVEL, coordinates_of
 from fric.identify.replay.replay_search import Search, side_by_side, times
 from fric.records.judgement import RESOLVED, identifiability_of
 
-ROW, MOST = 160, 40_000
+ROW, MOST_SAMPLES = 160, 40_000
 """Blocks of the row, and samples that it is replayed along."""
 BEYOND = 1.5
 """Excess width of the row over the blocks, to either side, in the logarithm of k/alpha."""
@@ -32,7 +32,7 @@ WORSE = 1.02
 """Ratio of squared residuals above which a place is rejected: the force is interpolated between blocks of the row."""
 TRIED, SETTLED, STEPS = 20_000, 40, 24
 """Places on the grid that are tried at most, those that are settled, and steps of least squares from each."""
-RIVALS, APART = 3, 0.05
+RIVALS, PLACES_APART = 3, 0.05
 """Points kept beside the best, and their least difference in the logarithm of k/alpha of some block."""
 DRAWS, LEAST = 96, 1e-4
 """How often noise is drawn, and the share of a step over which its effect is linear."""
@@ -112,7 +112,7 @@ def placed(search: Search, x: Real) -> Placement:
     search: The search, of a GMS model of two blocks or more.
     x: Point of the search, shape (p,): the static map, its level and C are taken from it, but no block.
     """
-    every = -(-sum(len(record.force) for record in search.records) // MOST)
+    every = -(-sum(len(record.force) for record in search.records) // MOST_SAMPLES)
     if every > 1:
         search = replace(search, records=[record.thinned(every) for record in search.records], weights=None).weighed(x)
     model = search.coordinates.build(x)
@@ -136,7 +136,7 @@ def placed(search: Search, x: Real) -> Placement:
     kept: list[int] = []
     for n in np.argsort(cost):
         if len(kept) <= RIVALS and np.isfinite(cost[n]):
-            other = [np.abs(np.sort(places[n]) - np.sort(places[m])).max() > APART for m in kept]
+            other = [np.abs(np.sort(places[n]) - np.sort(places[m])).max() > PLACES_APART for m in kept]
             kept += [int(n)] if all(other) else []
     return Placement(search, one, blocks, force, noisy, apart, places[kept], shares[kept])
 

@@ -17,7 +17,7 @@ from fric.records.judgement import CONDITION
 from fric.records.prepared import Prepared
 from fric.statistics import OF_TWO, hac_covariance, jackknife, sandwich, widened
 
-ALIKE = 1.5
+SPANS_ALIKE = 1.5
 """Ratio of the spans of two records up to which they count as the same motion."""
 LAGS = 10
 """Lags at which residuals are tested against white noise."""
@@ -106,7 +106,7 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
     records, model = search.records, search.coordinates.build(best.x)
     spans = [float(np.ptp(record.motion.position[record.used])) for record in records if not record.slides]
     count = len(spans)
-    if count < 2 or (count == 2 and max(spans) > ALIKE * min(spans)):
+    if count < 2 or (count == 2 and max(spans) > SPANS_ALIKE * min(spans)):
         return None
     member = np.eye(len(records))[:, [not record.slides for record in records]]
     replayed = [np.outer(record.replay(model), row) for record, row in zip(records, member, strict=True)]

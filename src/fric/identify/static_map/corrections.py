@@ -20,7 +20,7 @@ from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.static_map import FORCE_ALONG_AXIS, STICKS, STROKES_SETTLING, STROKES_SWING, STROKES_UNSETTLED
 from fric.identify.static_map.map_fit import FEWEST, predicts_better, solved, weighted_rms
 from fric.identify.static_map.points import SpeedPoint, average, force_step, logs_of_strokes, rounded_by
-from fric.identify.static_map.stribeck_fit import Solution, StribeckProblem
+from fric.identify.static_map.stribeck_fit import MapSolution, StribeckProblem
 from fric.identify.static_map.strokes import Correction, Strokes
 from fric.log import Log
 from fric.notice import Notice
@@ -83,7 +83,7 @@ def _told(points: Sequence[SpeedPoint]) -> tuple[list[str], bool]:
     return several or (sorted(enough) if len(enough) >= RECORDS else []), not several
 
 
-def _friction(problem: StribeckProblem, solution: Solution, v: Real) -> Real:
+def _friction(problem: StribeckProblem, solution: MapSolution, v: Real) -> Real:
     """Return the force of friction without its viscous part at velocities [N], shape (n,)."""
     theta, columns = solution.theta, problem.jacobian(solution.theta, v)
     found = np.zeros(len(v))

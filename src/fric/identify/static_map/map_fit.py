@@ -17,8 +17,8 @@ from fric.identify.static_map.stribeck_fit import (
     DELTA_RANGE,
     PARAMETERS,
     REPEATED,
-    Fitted,
-    Solution,
+    FittedMap,
+    MapSolution,
     StribeckProblem,
     fit_strokes,
     profile_interval,
@@ -86,12 +86,12 @@ class HeldOut:
         return {text: self[form] for form, text in DESCRIPTIONS.items() if form in self.errors} | dict(self.also)
 
 
-def left_out_errors(problem: StribeckProblem, solution: Solution) -> Real:
+def left_out_errors(problem: StribeckProblem, solution: MapSolution) -> Real:
     """Return the error at each stroke while it is held out [N], shape (n,)."""
     return by_leverage(problem, *_misfit(problem, solution))
 
 
-def _misfit(problem: StribeckProblem, solution: Solution) -> tuple[Real, Real]:
+def _misfit(problem: StribeckProblem, solution: MapSolution) -> tuple[Real, Real]:
     return problem.F - problem.model(solution.theta), problem.jacobian(solution.theta)
 
 
@@ -131,7 +131,7 @@ def _directions(problem: StribeckProblem, jacobian: Real) -> Real:
     return np.asarray(Q.U[:, 1e-9 * Q.S.max() < Q.S])
 
 
-def at_bound(problem: StribeckProblem, solution: Solution) -> tuple[str, ...]:
+def at_bound(problem: StribeckProblem, solution: MapSolution) -> tuple[str, ...]:
     """Return the parameters of the fall that end at a bound: it is then not seen."""
     theta, (low, high) = solution.theta, problem.v_s_range()
     if theta["F_s"] <= theta["F_c"] * (1 + 1e-9):
@@ -141,7 +141,7 @@ def at_bound(problem: StribeckProblem, solution: Solution) -> tuple[str, ...]:
     )
 
 
-def chosen(fitted: Fitted, *, fall: bool, shape: bool, fixed: bool) -> tuple[Fitted, HeldOut]:
+def chosen(fitted: FittedMap, *, fall: bool, shape: bool, fixed: bool) -> tuple[FittedMap, HeldOut]:
     """Return a fit of eq. (2) in the form that predicts held-out strokes best, and how well each does.
 
     Without its ``fall`` where that may be and predicts no worse, or the fall ends at a bound; with its ``shape`` factor
@@ -165,7 +165,7 @@ def chosen(fitted: Fitted, *, fall: bool, shape: bool, fixed: bool) -> tuple[Fit
     return fitted, held_out
 
 
-def _with_ageing(plain: StribeckProblem, solution: Solution, held_out: HeldOut) -> HeldOut:
+def _with_ageing(plain: StribeckProblem, solution: MapSolution, held_out: HeldOut) -> HeldOut:
     """Return how well eq. (2) predicts with an F_s that ages, and the ageing where that is clearly better."""
     ageing = aged(plain, solution)
     tried = held_out.entered("ages", by_leverage(plain, ageing.residual, ageing.jacobian))
@@ -175,7 +175,7 @@ def _with_ageing(plain: StribeckProblem, solution: Solution, held_out: HeldOut) 
     return tried
 
 
-def _with_shape(fitted: Fitted, held_out: HeldOut, *, shape: bool, fixed: bool) -> tuple[Fitted, HeldOut]:
+def _with_shape(fitted: FittedMap, held_out: HeldOut, *, shape: bool, fixed: bool) -> tuple[FittedMap, HeldOut]:
     """Return the fit with its shape factor free where that may be and predicts clearly better, and how well it does."""
     plain, solution = fitted.problem, fitted.solution
     freed = _solved(fitted, replace(plain, delta=None), solution, fixed=fixed)
@@ -192,7 +192,7 @@ def _with_shape(fitted: Fitted, held_out: HeldOut, *, shape: bool, fixed: bool) 
     return fitted, tried
 
 
-def _solved(fitted: Fitted, problem: StribeckProblem, start: Solution | None, *, fixed: bool) -> Fitted:
+def _solved(fitted: FittedMap, problem: StribeckProblem, start: MapSolution | None, *, fixed: bool) -> FittedMap:
     """Return the fit of another form to the strokes of a fit."""
     problem = replace(problem, standard_error=fitted.own)
     solution, between = solve_with_scatter(problem, fitted.own, fixed=fixed, start=start)
@@ -200,7 +200,7 @@ def _solved(fitted: Fitted, problem: StribeckProblem, start: Solution | None, *,
     return fitted._replace(problem=problem, solution=solution, between=between)
 
 
-def each_direction(problem: StribeckProblem, solution: Solution, damping: float) -> Real | None:
+def each_direction(problem: StribeckProblem, solution: MapSolution, damping: float) -> Real | None:
     """Return the errors at held-out strokes of a map for each direction, with the offset of both [N].
 
     None where there are too few strokes for that. The subtracted damping [N·s/m] may exceed the true damping.
@@ -232,7 +232,7 @@ class Ageing(NamedTuple):
     jacobian: Real  # Its derivatives by all free parameters but for their sign, each scaled, shape (n, p)
 
 
-def aged(problem: StribeckProblem, solution: Solution) -> Ageing:
+def aged(problem: StribeckProblem, solution: MapSolution) -> Ageing:
     """Fit eq. (2) with an F_s that ages, to strokes that do not swing, from eq. (2) without ageing."""
     theta, speed, sign = solution.theta, np.abs(problem.v), np.sign(problem.v)
     slowest = float(speed.min())
@@ -270,7 +270,7 @@ class MapFit:
 
     asked: Asked  # The arguments
     problem: StribeckProblem  # What was minimised; the standard errors include ``between``
-    solution: Solution  # Where the minimum is
+    solution: MapSolution  # Where the minimum is
     estimates: Mapping[str, Estimate]
     """Each parameter with unit and 95 % interval; the data do not determine an infinite limit."""
     covariance: Real  # Linearised covariance of the free parameters, in the order of ``problem.free``
@@ -318,7 +318,7 @@ class MapFit:
         return force, stdtrit(self.problem.degrees_of_freedom, 0.975) * np.sqrt(np.maximum(variance, 0.0))
 
 
-def solved(strokes: Strokes, offset: float | None) -> tuple[Fitted, HeldOut]:
+def solved(strokes: Strokes, offset: float | None) -> tuple[FittedMap, HeldOut]:
     """Return the map of `fit_map` without intervals, and how well its forms predict strokes that are held out."""
     asked, F = strokes.asked, strokes.force
     errors = np.array([point.standard_error for point in strokes.points])
@@ -367,7 +367,7 @@ def widened(estimate: Estimate, by: Callable[[float], float], least: float = -np
     return replace(estimate, ci95=(max(value - below, least), value + above))
 
 
-def _estimates(fitted: Fitted, asked: Asked) -> tuple[dict[str, Estimate], Real]:
+def _estimates(fitted: FittedMap, asked: Asked) -> tuple[dict[str, Estimate], Real]:
     problem, solution = fitted.problem, fitted.solution
     scale = solution.cost / problem.degrees_of_freedom
     if asked.weights != "equal":  # the errors of the strokes are known: chance may make a fit look better than they do
@@ -387,7 +387,9 @@ def _estimates(fitted: Fitted, asked: Asked) -> tuple[dict[str, Estimate], Real]
     return estimates, covariance
 
 
-def _less_damping(fitted: Fitted, estimates: dict[str, Estimate], asked: Asked) -> tuple[Fitted, dict[str, Estimate]]:
+def _less_damping(
+    fitted: FittedMap, estimates: dict[str, Estimate], asked: Asked
+) -> tuple[FittedMap, dict[str, Estimate]]:
     """Subtract the damping of the plant from the fit; only sigma changes, with its error."""
     theta, problem = dict(fitted.solution.theta), fitted.problem
     theta["sigma"] -= asked.damping
@@ -401,7 +403,7 @@ def _less_damping(fitted: Fitted, estimates: dict[str, Estimate], asked: Asked) 
     return fitted._replace(problem=problem, solution=solution), estimates | {"sigma": sigma}
 
 
-def _with_common_errors(estimates: dict[str, Estimate], fitted: Fitted, together: Real) -> dict[str, Estimate]:
+def _with_common_errors(estimates: dict[str, Estimate], fitted: FittedMap, together: Real) -> dict[str, Estimate]:
     """Widen the intervals by the change of the map where the forces of all strokes shift by half widths [N]."""
     problem, solution = fitted.problem, fitted.solution
     thetas = [replace(problem, F=problem.F + shift).solve(start=solution).theta for shift in together if shift.any()]

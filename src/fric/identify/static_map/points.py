@@ -27,7 +27,7 @@ UNEVEN = 0.25
 """Share by which the halves of a stroke that ripples may differ in speed."""
 ENOUGH = 4096
 """Samples that a swing is looked for in; of more, means are taken."""
-RISES, ALIKE = 0.02, 0.05
+RISES, SPEED_ALIKE = 0.02, 0.05
 """Share of the force by which it rises at least in the second half of a stroke that ends in pre-sliding, and by which
 two strokes may differ in speed."""
 ENDS = 0.15
@@ -107,11 +107,15 @@ def slid(points: Sequence[SpeedPoint]) -> tuple[list[SpeedPoint], list[SpeedPoin
     speeds = np.array([abs(point.velocity) for point in points])
     ended = []
     for point in rising:
-        back = [other for other in points if abs(other.velocity + point.velocity) <= ALIKE * abs(point.velocity)]
+        back = [other for other in points if abs(other.velocity + point.velocity) <= SPEED_ALIKE * abs(point.velocity)]
         if all(any(other is some for some in rising) for other in back):
             ended.append(point)
     fastest = max((abs(point.velocity) for point in ended), default=0.0)
-    if not ended or 2 * len(ended) > len(points) or np.count_nonzero(speeds < (1.0 - ALIKE) * fastest) > len(ended):
+    if (
+        not ended
+        or 2 * len(ended) > len(points)
+        or np.count_nonzero(speeds < (1.0 - SPEED_ALIKE) * fastest) > len(ended)
+    ):
         return list(points), []
     return [point for point in points if not any(point is other for other in ended)], ended
 

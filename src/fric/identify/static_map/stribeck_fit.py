@@ -34,7 +34,7 @@ V_S_BEYOND = 5.0
 
 
 @dataclass(frozen=True)
-class Solution:
+class MapSolution:
     """A minimum of the weighted sum of squares: the parameters by name, and the sum."""
 
     theta: Mapping[str, float]
@@ -102,7 +102,7 @@ class StribeckProblem:
         around = self.v[:, None] * (1 + np.sqrt(2) * self.swing[:, None] * nodes)
         return np.asarray(stribeck_shares(around, v_s, delta).mean(axis=1))
 
-    def solve(self, held: Mapping[str, float] | None = None, start: Solution | None = None) -> Solution:
+    def solve(self, held: Mapping[str, float] | None = None, start: MapSolution | None = None) -> MapSolution:
         """Return the minimum, with some parameters held at a value; local from ``start`` where that is given."""
         held = {} if held is None else dict(held)
         if self.delta is not None:
@@ -133,7 +133,7 @@ class StribeckProblem:
             x = np.clip([near[row[0]] for row in searched], lower, upper)
         return self._project(held, *shape(_polished(cost, x, lower, upper, near=start is not None)))
 
-    def _project(self, held: Mapping[str, float], v_s: float, delta: float) -> Solution:
+    def _project(self, held: Mapping[str, float], v_s: float, delta: float) -> MapSolution:
         """Minimise over the linear parameters at given v_s and delta, with F_s ≥ F_c ≥ 0 and sigma ≥ 0."""
         sign, g = self._sign, self._shares(v_s, delta)
         F = self.F.copy()
@@ -170,7 +170,7 @@ class StribeckProblem:
             "sigma": held["sigma"] if "sigma" in held else found["sigma"],
             "offset": held["offset"] if "offset" in held else found["offset"],
         }
-        return Solution(theta, found["cost"])
+        return MapSolution(theta, found["cost"])
 
     def _nonnegative(self, columns: Mapping[str, Real], F: Real, free_offset: bool) -> dict[str, float]:
         """Weighted non-negative least squares, with a free offset, if any, projected out first."""
@@ -210,7 +210,7 @@ class StribeckProblem:
         }
         return np.column_stack([columns[name] for name in self.free])
 
-    def covariance(self, solution: Solution) -> Real:
+    def covariance(self, solution: MapSolution) -> Real:
         """Return the linearised covariance of the free parameters for the given standard errors."""
         J = self.jacobian(solution.theta) * self._weight[:, None]
         size = np.linalg.norm(J, axis=0)
@@ -220,7 +220,7 @@ class StribeckProblem:
 
 
 def profile_interval(
-    problem: StribeckProblem, best: Solution, name: str, scale: float, guess: float, level: float = 0.95
+    problem: StribeckProblem, best: MapSolution, name: str, scale: float, guess: float, level: float = 0.95
 ) -> tuple[float, float]:
     """Return the profile-likelihood interval of one parameter.
 
@@ -351,17 +351,17 @@ REPEATS = 1e-3
 """Share of the force to which friction repeats at best."""
 
 
-class Fitted(NamedTuple):
+class FittedMap(NamedTuple):
     """A fit to strokes, and how they scatter."""
 
     problem: StribeckProblem  # What was minimised; the standard errors include all scatter
-    solution: Solution  # Where the minimum is
+    solution: MapSolution  # Where the minimum is
     between: float  # Standard deviation of the strokes beyond their errors [N]
     own: Real  # The error of each stroke [N], shape (n,)
     beyond: Real  # Deviation of single strokes beyond all that [N], mostly 0, shape (n,)
 
 
-def fit_strokes(problem: StribeckProblem, *, fixed: bool) -> Fitted:
+def fit_strokes(problem: StribeckProblem, *, fixed: bool) -> FittedMap:
     """Fit the strokes; those that deviate from all others weigh less, but where the weights are ``fixed``."""
     own, free, count = problem.standard_error, len(problem.free), len(problem.v)
     if problem.degrees_of_freedom < 1:
@@ -377,10 +377,10 @@ def fit_strokes(problem: StribeckProblem, *, fixed: bool) -> Fitted:
     if beyond.any():
         own = np.hypot(own, beyond)
         solution, between = solve_with_scatter(replace(problem, standard_error=own), own, fixed=fixed)
-    return Fitted(replace(problem, standard_error=np.hypot(own, between)), solution, between, own, beyond)
+    return FittedMap(replace(problem, standard_error=np.hypot(own, between)), solution, between, own, beyond)
 
 
-def _beyond(problem: StribeckProblem, solution: Solution, errors: Real) -> Real:
+def _beyond(problem: StribeckProblem, solution: MapSolution, errors: Real) -> Real:
     """Return the deviation of single strokes from a map that all others agree on [N], shape (n,).
 
     Their weight includes the deviation, so that what went wrong hardly counts, and the fall of a real drive still does.
@@ -414,8 +414,8 @@ def _mirrored(problem: StribeckProblem, some: Mask) -> Mask:
 
 
 def solve_with_scatter(
-    problem: StribeckProblem, errors: Real, *, fixed: bool, start: Solution | None = None
-) -> tuple[Solution, float]:
+    problem: StribeckProblem, errors: Real, *, fixed: bool, start: MapSolution | None = None
+) -> tuple[MapSolution, float]:
     """Minimise, estimate the variance between strokes from the residuals, and again until both agree.
 
     The search is local from ``start`` where that is given.

@@ -17,7 +17,7 @@ from typing import Any
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.input import foreign, regular
-from fric.io.readers.base import Format, Table
+from fric.io.readers.base import ForeignTable, Format
 
 HEAD = 4096
 AGAIN = "Export it again."
@@ -48,7 +48,7 @@ def endings() -> frozenset[str]:
     return frozenset(ending for form in formats() for ending in form.endings) - {".h5"}
 
 
-def tables(path: Path, layout: Layout | None = None) -> Generator[Table, None, None]:
+def tables(path: Path, layout: Layout | None = None) -> Generator[ForeignTable, None, None]:
     """Read a foreign log file by the reader that recognises it, table by table.
 
     Raises FricError: When there is no such file, it is empty, cannot be read, or is of no known format.

@@ -133,7 +133,7 @@ class Column(NamedTuple):
     unit: str | None = None
 
 
-class Block(NamedTuple):
+class RowBlock(NamedTuple):
     """Consecutive rows: the number of the first, the wanted columns, and the bytes of the file they took."""
 
     row: int
@@ -141,7 +141,7 @@ class Block(NamedTuple):
     size: int
 
 
-class Table(ABC):
+class ForeignTable(ABC):
     """One table of a foreign file, which becomes one record.
 
     path: The file.
@@ -168,10 +168,10 @@ class Table(ABC):
         self.constants, self.said = dict(constants or {}), dict(said or {})
 
     @abstractmethod
-    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+    def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Read the wanted columns (indices, in this order) from the first row to the last."""
 
-    def read(self, wanted: Sequence[int]) -> Iterator[Block]:
+    def read(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Yield `blocks`, one at least; an exception of a library in them becomes an error about damage of the file."""
         found, empty = iter(self.blocks(wanted)), True
         while True:
@@ -235,7 +235,7 @@ class Table(ABC):
 
 
 @dataclass
-class Memory(Table):
+class Memory(ForeignTable):
     """A table whose columns are in memory already (or behave as if): anything that slices to numbers."""
 
     path: Path
@@ -244,7 +244,7 @@ class Memory(Table):
     constants: dict[str, str] = field(default_factory=dict)
     said: dict[str, str] = field(default_factory=dict)
 
-    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+    def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Slice the columns; raise a `FricError` when they differ in length."""
         samples = len(self.data[wanted[0]])
         if any(len(self.data[n]) != samples for n in wanted):
@@ -252,7 +252,7 @@ class Memory(Table):
             raise FricError(f"the columns differ in length: {text}", where=str(self.path), hint="Map others.")
         for start in range(0, samples, BLOCK):
             part = [self.data[n][start : start + BLOCK].astype("f8") for n in wanted]
-            yield Block(start, part, sum(values.nbytes for values in part))
+            yield RowBlock(start, part, sum(values.nbytes for values in part))
 
 
 _SUFFIX = re.compile(r"(?:.+_(?:ms|us|µs|mm|um|µm|nm|deg|rad|mrad|Nm|mNm|kN|V|mV)|(?:[tT]|[tT]ime|[zZ]eit)_s|\w{2,}_N)")

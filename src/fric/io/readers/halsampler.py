@@ -11,7 +11,7 @@ import numpy as np
 
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import Block, Format, Table
+from fric.io.readers.base import ForeignTable, Format, RowBlock
 from fric.io.readers.text import Shape, TextTable, beginning, shaped
 
 FORMAT = Format("LinuxCNC halsampler", (".txt",))
@@ -24,7 +24,7 @@ def recognises(path: Path, head: bytes) -> float:
     return 0.2 * bool(b"\0" not in head and (found := _counting(head)) and found[0] == (0, 1))
 
 
-def tables(path: Path, layout: Layout) -> Iterator[Table]:
+def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a record: one table, whose columns have no names."""
     head, zipped = beginning(path)
     yield _Record(path, shaped(path, head, layout), layout, zipped, _counting(head))
@@ -54,7 +54,7 @@ class _Record(TextTable):
         super().__init__(path, shape, layout, zipped)
         self._counting = tuple(counting)
 
-    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+    def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Read the record, and check its counts."""
         last = [np.empty(0)] * len(self._counting)
         for block in super().blocks([*wanted, *(n for n, _ in self._counting)]):
@@ -71,4 +71,4 @@ class _Record(TextTable):
                         where=self.place(block.row + n + 1 - (len(count) - len(block.columns[0])), column),
                         hint="Record it again, with a deeper sampler or fewer pins; or cut the file there.",
                     )  # fmt: skip
-            yield Block(block.row, block.columns[: len(wanted)], block.size)
+            yield RowBlock(block.row, block.columns[: len(wanted)], block.size)

@@ -13,10 +13,10 @@ import numpy as np
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.input import regular
-from fric.io.readers.base import Column, Format, Memory, Table
+from fric.io.readers.base import Column, ForeignTable, Format, Memory
 
 FORMAT = Format("LinuxCNC halscope", (".log", ".txt", ".csv"))
-MOST = 256 << 20
+MOST_BYTES = 256 << 20
 """Bytes of a record that are read at most: halscope itself holds 64,000 samples."""
 _PERIOD = re.compile(rb"\s*Sampling period is (\d+)\s*nSec")
 
@@ -26,9 +26,9 @@ def recognises(path: Path, head: bytes) -> float:
     return 1.0 * bool(_PERIOD.match(head))
 
 
-def tables(path: Path, layout: Layout) -> Iterator[Table]:
+def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a record: one table of the time and of each pin."""
-    content = regular(path, MOST).read_bytes()
+    content = regular(path, MOST_BYTES).read_bytes()
     found = _PERIOD.match(content)
     period = int(found[1]) * 1e-9 if found else 0.0
     rows = [line.split() for line in content.decode("utf-8", "replace").splitlines()[1:] if line.strip()]

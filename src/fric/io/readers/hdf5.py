@@ -7,7 +7,7 @@ import h5py
 
 from fric.documents.mapping import Layout
 from fric.io.hdf5 import check_format
-from fric.io.readers.base import Column, Format, Memory, Table
+from fric.io.readers.base import Column, ForeignTable, Format, Memory
 from fric.io.safe_hdf5 import column, open_file, text
 
 FORMAT = Format("fric's own log files", (".h5",))
@@ -18,7 +18,7 @@ def recognises(path: Path, head: bytes) -> float:
     return float(head.startswith(b"\x89HDF\r\n\x1a\n"))
 
 
-def tables(path: Path, layout: Layout) -> Iterator[Table]:
+def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read the records of a log file, each a table whose columns name the channels."""
     with open_file(path) as file:
         axis, motion = check_format(file, path)
@@ -27,7 +27,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
             yield _table(path, name, group, {"axis": axis, "motion": motion, "name": name})
 
 
-def _table(path: Path, name: str, group: h5py.Group, of_file: dict[str, str]) -> Table:
+def _table(path: Path, name: str, group: h5py.Group, of_file: dict[str, str]) -> ForeignTable:
     said = {key: text(group.attrs, key) for key in group.attrs} | of_file
     columns = tuple(Column(channel, text(data.attrs, "unit") or None) for channel, data in group.items())
     return Memory(path, columns, [column(group, channel) for channel in group], said=said)

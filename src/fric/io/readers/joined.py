@@ -18,11 +18,11 @@ from fric.arrays import Mask, Real
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.files import JOINED_IN_PART, JOINED_MOVED, JOINED_THINNED
-from fric.io.readers.base import Block, Column, Table
+from fric.io.readers.base import Column, ForeignTable, RowBlock
 from fric.notice import Notice
 from fric.series import LARGEST
 
-ALIKE = 1e-3
+SAME_INSTANT = 1e-3
 """Share of a sampling interval up to which two instants are equal."""
 GAP = 2.5
 """Sampling intervals above which a part has a gap, across which nothing is interpolated."""
@@ -31,7 +31,7 @@ MOST_SLOWER = 1e9
 
 
 @dataclass(frozen=True)
-class Part:
+class SharedClock:
     """Channels that share a clock.
 
     table: Where they are read from.
@@ -41,7 +41,7 @@ class Part:
     label: Goes before the name of a channel that another part has too.
     """
 
-    table: Table
+    table: ForeignTable
     time: int
     columns: tuple[int, ...] | None = None
     factor: float = 1.0
@@ -53,13 +53,13 @@ class Part:
         return every if self.columns is None else self.columns
 
 
-class Joined(Table):
+class Joined(ForeignTable):
     """One table of the channels of several parts; column 0 is the time [s].
 
     Instants at which one of the channels has not begun, has ended or has a gap are left out. The channels that were
     shifted, and by how much, are in `notices` once the table is read.
 
-    path, constants, said: As in `Table`.
+    path, constants, said: As in `ForeignTable`.
     parts: The parts, each on a separate clock.
     notices: What is known of the table before it is read.
     Raises FricError: When a stamp of a part is empty, repeated with another value, or runs backwards, or the parts
@@ -69,7 +69,7 @@ class Joined(Table):
     def __init__(
         self,
         path: Path,
-        parts: Sequence[Part],
+        parts: Sequence[SharedClock],
         constants: Mapping[str, str] | None = None,
         said: Mapping[str, str] | None = None,
         notices: Sequence[Notice] = (),
@@ -83,14 +83,14 @@ class Joined(Table):
             columns.append(Column(distinct, parts[n].table.columns[column].unit))
         super().__init__(path, columns, constants, said)
 
-    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+    def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Read the parts beside each other, block by block of the clock."""
         used = list(dict.fromkeys(self._places[n - 1][0] for n in wanted if n)) or [0]
         streams = {n: _Stream(self._parts[n], self._asked(n, wanted)) for n in used}
         lead, *others = streams.values()
         slower = max(stream.interval for stream in streams.values()) / lead.interval  # inf beside a lone sample
         every = max(ceil(slower - 0.05), 1) if slower < MOST_SLOWER else 1
-        slack = ALIKE * lead.interval
+        slack = SAME_INSTANT * lead.interval
         begin = max(stream.time[0] for stream in streams.values()) - slack
         first, seen, row, early, late, holes = lead.time[0], 0, 0, 0, 0, 0
         while len(lead.time):
@@ -109,7 +109,7 @@ class Joined(Table):
                 found |= zip(other.columns, other.at(time), strict=True)
             if len(time):
                 columns = [found[self._places[n - 1]] if n else time for n in wanted]
-                yield Block(row, columns, sum(stream.taken() for stream in streams.values()))
+                yield RowBlock(row, columns, sum(stream.taken() for stream in streams.values()))
             row, seen = row + len(time), seen + len(lead.time)
             lead.forward()
         if not row:
@@ -137,7 +137,7 @@ class Joined(Table):
 class _Stream:
     """Samples of a part while they are read: their stamps [s] and values, without rows that only fill up the table."""
 
-    def __init__(self, part: Part, columns: Sequence[tuple[int, int]]) -> None:
+    def __init__(self, part: SharedClock, columns: Sequence[tuple[int, int]]) -> None:
         self.columns, self._part, self._ended, self._size = columns, part, False, 0
         self.last = -np.inf
         names = [part.table.columns[column].name for _, column in columns]
@@ -168,7 +168,7 @@ class _Stream:
         if len(self.time) < 2:
             return np.ones(len(time), bool)
         after = np.clip(np.searchsorted(self.time, time), 1, len(self.time) - 1)
-        alike = abs(self.time[after] - time) < ALIKE * self.interval
+        alike = abs(self.time[after] - time) < SAME_INSTANT * self.interval
         return np.asarray(alike | (self.time[after] - self.time[after - 1] < GAP * self.interval))
 
     def at(self, time: Real) -> list[Real]:
@@ -191,7 +191,7 @@ class _Stream:
 
     def moved(self, where: str, lead: _Stream) -> list[Notice]:
         """Return a warning about the shift of samples to the clock of another part; none where they lie on it."""
-        if self._most <= ALIKE * min(self.interval, lead.interval):
+        if self._most <= SAME_INSTANT * min(self.interval, lead.interval):
             return []
         count, total, square = self._shift
         mean = total / count
@@ -226,7 +226,7 @@ class _Stream:
         if end:
             yield time[:end], [value[:end] for value in values]
 
-    def _cleaned(self, block: Block) -> tuple[Real, list[Real]]:
+    def _cleaned(self, block: RowBlock) -> tuple[Real, list[Real]]:
         """Return the samples of a block without rows that lack the time, and without repeated rows."""
         time, values = block.columns[0], list(block.columns[1:])
         if self._part.factor != 1.0:

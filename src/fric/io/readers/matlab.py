@@ -16,7 +16,7 @@ import numpy as np
 from fric.apart import run_python
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import RECORD, Column, Format, Memory, Table
+from fric.io.readers.base import RECORD, Column, ForeignTable, Format, Memory
 from fric.io.safe_hdf5 import open_file
 
 _V73 = b"MATLAB 7.3 MAT-file"
@@ -51,7 +51,7 @@ def recognises(path: Path, head: bytes) -> float:
     return 1.0 if head.startswith((_V5, _V73)) else 0.5 * (path.suffix.lower() == ".mat")
 
 
-def tables(path: Path, layout: Layout) -> Iterator[Table]:
+def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a MATLAB file: its vectors, and the columns of its matrices, are one table; scalars are constants."""
     with path.open("rb") as file:
         new = file.read(len(_V73)) == _V73
@@ -92,7 +92,7 @@ class _Values(pickle.Unpickler):
 
 
 @dataclass(frozen=True)
-class _Line:
+class _DatasetLine:
     """One line of a dataset of v7.3, which stores matrices transposed: read when it is sliced."""
 
     data: Any
@@ -128,11 +128,11 @@ def _tree(node: Any, file: h5py.File, depth: int = 0) -> Any:
     if node.size == 1:
         return float(node[()].item())
     if node.ndim == 2 and node.shape[1] == 1:
-        return _Line(node, 0, along=0)
+        return _DatasetLine(node, 0, along=0)
     if node.ndim != 2:
         return None
     flat = _lies(*node.shape)
-    return [_Line(node, n, along=int(not flat)) for n in range(node.shape[flat])]
+    return [_DatasetLine(node, n, along=int(not flat)) for n in range(node.shape[flat])]
 
 
 def _lies(columns: int, rows: int) -> bool:
@@ -140,7 +140,7 @@ def _lies(columns: int, rows: int) -> bool:
     return columns > max(MOST_COLUMNS, 4 * rows)
 
 
-def _tables(path: Path, variables: Mapping[str, Any]) -> Iterator[Table]:
+def _tables(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable]:
     """Yield the tables of variables: one, or one a record where structs, cells or matrices have the same columns."""
     columns: dict[str, Any] = {}
     constants: dict[str, str] = {}
@@ -204,7 +204,9 @@ def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[
             _take_apart(f"{name}.{key}", child, columns, constants)
     elif isinstance(value, str):
         constants[name] = value
-    elif isinstance(value, _Line) or (isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiub"):
+    elif isinstance(value, _DatasetLine) or (
+        isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiub"
+    ):
         if len(value) > 1:
             columns[name] = value
     elif isinstance(value, np.ndarray) and value.ndim == 2 and value.dtype.kind in "fiub":
@@ -212,7 +214,7 @@ def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[
         for n in range(value.shape[1]):
             _take_apart(f"{name}(:,{n + 1})", value[:, n], columns, constants)
     elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object):
-        lines = len(value) > 0 and all(isinstance(child, _Line) for child in value)
+        lines = len(value) > 0 and all(isinstance(child, _DatasetLine) for child in value)
         for n, child in enumerate(value, 1):
             alone = lines and len(value) == 1
             _take_apart(name if alone else f"{name}(:,{n})" if lines else f"{name}({n})", child, columns, constants)

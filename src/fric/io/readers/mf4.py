@@ -12,8 +12,8 @@ import numpy as np
 from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import BLOCK, Block, Column, Format, Table, heard, library, numbers, refuse_declared
-from fric.io.readers.joined import Joined, Part
+from fric.io.readers.base import BLOCK, Column, ForeignTable, Format, RowBlock, heard, library, numbers, refuse_declared
+from fric.io.readers.joined import Joined, SharedClock
 from fric.notice import Notice
 
 FORMAT = Format("MDF 4", (".mf4",), "asammdf", "mf4")
@@ -26,7 +26,7 @@ def recognises(path: Path, head: bytes) -> float:
     return float(head.startswith((b"MDF     4", b"UnFinMF 4")))
 
 
-def tables(path: Path, layout: Layout) -> Iterator[Table]:
+def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a measurement: one table; its groups, each with a separate time, are resampled to a common clock."""
     asammdf = library(FORMAT, path)
     with heard(FORMAT, path) as notices, path.open("rb") as file:
@@ -57,14 +57,14 @@ def _opened(asammdf: Any, source: Any) -> Any:
         raise
 
 
-def _table(path: Path, measurement: Any, notices: list[Notice]) -> Table:
+def _table(path: Path, measurement: Any, notices: list[Notice]) -> ForeignTable:
     parts = [part for n in range(len(measurement.groups)) if (part := _part(path, measurement, n)) is not None]
     if not parts:
         raise FricError("holds no channel of numbers over time", where=str(path), hint="Export it again.")
     return Joined(path, parts, {"start": str(measurement.start_time)}, notices=notices)
 
 
-def _part(path: Path, measurement: Any, number: int) -> Part | None:
+def _part(path: Path, measurement: Any, number: int) -> SharedClock | None:
     """Return a group of channels as a part; None where it has no time, no numbers or no samples."""
     group = measurement.groups[number]
     master = measurement.masters_db.get(number)
@@ -74,10 +74,12 @@ def _part(path: Path, measurement: Any, number: int) -> Part | None:
     ]  # fmt: skip
     if master is None or not wanted or not group.channel_group.cycles_nr:
         return None
-    return Part(_Group(path, measurement, number, wanted), 0, label=group.channel_group.acq_name or f"group {number}")
+    return SharedClock(
+        _Group(path, measurement, number, wanted), 0, label=group.channel_group.acq_name or f"group {number}"
+    )
 
 
-class _Group(Table):
+class _Group(ForeignTable):
     """The channels of a group, physical values, with its time as column 0."""
 
     def __init__(self, path: Path, measurement: Any, number: int, channels: Sequence[int]) -> None:
@@ -87,7 +89,7 @@ class _Group(Table):
         self._measurement, self._group, self._channels = measurement, number, tuple(channels)
         self._samples = int(group.channel_group.cycles_nr)
 
-    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+    def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Read the group record by record."""
         channels = [n for n in dict.fromkeys(wanted) if n] or [1]
         asked = [(None, self._group, self._channels[n - 1]) for n in channels]
@@ -98,7 +100,7 @@ class _Group(Table):
             )  # fmt: skip
             by_column = {n: _physical(item) for n, item in zip(channels, found, strict=True)}
             by_column[0] = found[0].timestamps
-            yield Block(row, [by_column[n] for n in wanted], sum(item.samples.nbytes for item in found))
+            yield RowBlock(row, [by_column[n] for n in wanted], sum(item.samples.nbytes for item in found))
 
 
 def _physical(signal: Any) -> Real:

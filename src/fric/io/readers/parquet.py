@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from fric.documents.mapping import Layout
-from fric.io.readers.base import BLOCK, Block, Column, Format, Table, library, named, numbers, refuse_declared
+from fric.io.readers.base import BLOCK, Column, ForeignTable, Format, RowBlock, library, named, numbers, refuse_declared
 
 FORMAT = Format("Parquet", (".parquet",), "pyarrow.parquet", "parquet")
 
@@ -15,7 +15,7 @@ def recognises(path: Path, head: bytes) -> float:
     return float(head.startswith(b"PAR1"))
 
 
-def tables(path: Path, layout: Layout) -> Iterator[Table]:
+def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a Parquet file: one table."""
     parquet = library(FORMAT, path)
     with parquet.ParquetFile(path) as file:
@@ -23,19 +23,19 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
         yield ParquetTable(path, file)
 
 
-class ParquetTable(Table):
+class ParquetTable(ForeignTable):
     """The table of a Parquet file; a unit is in the name, or in the field's metadata as ``unit``."""
 
     def __init__(self, path: Path, file: Any) -> None:
         super().__init__(path, [_column(field) for field in file.schema_arrow])
         self._file = file
 
-    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+    def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Read the file batch by batch."""
         schema, row = self._file.schema_arrow, 0
         for batch in self._file.iter_batches(BLOCK, columns=[schema[n].name for n in dict.fromkeys(wanted)]):
             columns = [numbers(batch.column(schema[n].name).to_numpy(zero_copy_only=False)) for n in wanted]
-            yield Block(row, columns, batch.nbytes)
+            yield RowBlock(row, columns, batch.nbytes)
             row += batch.num_rows
 
 

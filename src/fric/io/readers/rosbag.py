@@ -16,13 +16,13 @@ import numpy as np
 
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import Block, Column, Format, Table, library
-from fric.io.readers.joined import Joined, Part
+from fric.io.readers.base import Column, ForeignTable, Format, RowBlock, library
+from fric.io.readers.joined import Joined, SharedClock
 
 FORMAT = Format("ROS bag", (".mcap", ".db3", ".bag"), "rosbags.highlevel", "ros")
 MESSAGES = 16_384
 """Messages a block."""
-MOST = 64
+MOST_ELEMENTS = 64
 """Elements of an array that are columns at most: an image is none."""
 DEEP = 8
 """Largest depth of nested messages."""
@@ -39,7 +39,7 @@ def recognises(path: Path, head: bytes) -> float:
     return float(head.startswith((b"\x89MCAP", b"#ROSBAG")) or sqlite)
 
 
-def tables(path: Path, layout: Layout) -> Iterator[Table]:
+def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a bag: one table of all its topics that hold numbers, on a common clock."""
     reader = library(FORMAT, path)
     from rosbags.typesys import Stores, get_typestore
@@ -47,7 +47,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
     _bound_chunks(path)
     with reader.AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:
         topics = [_Topic(path, bag, connection) for connection in bag.connections if connection.msgcount]
-        parts = [Part(topic, 0, label=topic.name) for topic in topics if len(topic.columns) > 1]
+        parts = [SharedClock(topic, 0, label=topic.name) for topic in topics if len(topic.columns) > 1]
         if not parts:
             raise FricError("holds no topic of numbers", where=str(path), hint="Record a topic such as /joint_states.")
         yield Joined(path, parts)
@@ -80,7 +80,7 @@ def _bound_chunks(path: Path) -> None:
     mcap.DECOMPRESSORS |= {"lz4": bounded(lz4.LZ4FrameDecompressor), "zstd": bounded(mcap.zstd.ZstdDecompressor)}
 
 
-class _Topic(Table):
+class _Topic(ForeignTable):
     """The numbers of the messages of a topic, with their time [s] as column 0."""
 
     def __init__(self, path: Path, bag: Any, connection: Any) -> None:
@@ -92,7 +92,7 @@ class _Topic(Table):
         self._taken = dict(_numbers(first, ""))
         super().__init__(path, [Column("time", "s"), *(Column(self.name + key) for key in self._taken)])
 
-    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+    def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Read the bag message by message."""
         getters = [None, *self._taken.values()]
         taken = [getters[n] for n in wanted]
@@ -105,7 +105,7 @@ class _Topic(Table):
             columns = np.fromiter(values, "f8").reshape(-1, len(taken)).T
             if not columns.size:
                 return
-            yield Block(row, [np.ascontiguousarray(column) for column in columns], 8 * columns.size)
+            yield RowBlock(row, [np.ascontiguousarray(column) for column in columns], 8 * columns.size)
             row += columns.shape[1]
 
     def _messages(self) -> Iterator[tuple[int, Any]]:
@@ -126,7 +126,7 @@ def _numbers(message: Any, name: str, depth: int = 0) -> Iterator[tuple[str, Tak
             continue
         if isinstance(value, bool | int | float | np.generic):
             yield f"{name}.{field}", attrgetter(field)
-        elif isinstance(value, np.ndarray | list) and len(value) <= MOST:
+        elif isinstance(value, np.ndarray | list) and len(value) <= MOST_ELEMENTS:
             labels = joints if isinstance(joints, list) and len(joints) == len(value) else range(len(value))
             for n, (label, element) in enumerate(zip(labels, value, strict=True)):
                 if isinstance(element, int | float | np.generic):

@@ -21,11 +21,11 @@ from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.flaws.files import SAMPLES_WITHOUT_VALUE
 from fric.input import regular
-from fric.io.readers.base import OF_SEVERAL, Column, Format, Memory, Table
-from fric.io.readers.joined import Joined, Part
+from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, Format, Memory
+from fric.io.readers.joined import Joined, SharedClock
 
 FORMAT = Format("SINUMERIK trace", (".xml",))
-MOST = 1 << 30
+MOST_BYTES = 1 << 30
 """Bytes of a trace that are read at most: its samples are held in memory."""
 NO_VALUE = 9.2e18
 """What is above is no value: the bits of a NaN, written as an integer."""
@@ -69,9 +69,9 @@ def recognises(path: Path, head: bytes) -> float:
     return 0.9 * any(mark in head for mark in marks)
 
 
-def tables(path: Path, layout: Layout) -> Iterator[Table]:
+def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a trace: a table an axis, where signals name their axis; signals of different rates get a common clock."""
-    trace = _Trace(regular(path, MOST))
+    trace = _Trace(regular(path, MOST_BYTES))
     if not trace.signals:
         raise FricError("names no signal", where=str(path), hint="Save the trace again, with its data.")
     if not len(trace.time):
@@ -99,11 +99,11 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
             same_rate = [n for n in members if trace.signals[n].interval == interval]
             rows = _instants(time, values[:, same_rate], interval)
             data = [time[rows], *(values[rows, n] for n in same_rate)]
-            parts.append(Part(Memory(path, (Column("time", "s"), *(columns[n] for n in same_rate)), data), 0))
+            parts.append(SharedClock(Memory(path, (Column("time", "s"), *(columns[n] for n in same_rate)), data), 0))
         yield Joined(path, parts, trace.constants, about, said)
 
 
-def _as_logged(path: Path, signals: list[Signal], time: Real, values: Real) -> list[Part]:
+def _as_logged(path: Path, signals: list[Signal], time: Real, values: Real) -> list[SharedClock]:
     """Return the signals on the clocks that they have values at."""
     clocks: dict[bytes, list[int]] = {}
     for n in range(len(signals)):
@@ -114,7 +114,7 @@ def _as_logged(path: Path, signals: list[Signal], time: Real, values: Real) -> l
     for members in clocks.values():
         there = np.isfinite(values[:, members[0]])
         columns = (Column("time", "s"), *(Column(signals[n].description or signals[n].address) for n in members))
-        parts.append(Part(Memory(path, columns, [time[there], *(values[there, n] for n in members)]), 0))
+        parts.append(SharedClock(Memory(path, columns, [time[there], *(values[there, n] for n in members)]), 0))
     return parts
 
 

@@ -10,8 +10,19 @@ from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.flaws.files import CHANNELS_WITHOUT_TIME
-from fric.io.readers.base import BLOCK, Block, Column, Format, Table, heard, library, named, numbers, refuse_declared
-from fric.io.readers.joined import Joined, Part
+from fric.io.readers.base import (
+    BLOCK,
+    Column,
+    ForeignTable,
+    Format,
+    RowBlock,
+    heard,
+    library,
+    named,
+    numbers,
+    refuse_declared,
+)
+from fric.io.readers.joined import Joined, SharedClock
 from fric.io.words import named_as
 from fric.notice import Notice
 from fric.series import LARGEST
@@ -27,7 +38,7 @@ def recognises(path: Path, head: bytes) -> float:
     return float(head.startswith(b"TDSm"))
 
 
-def tables(path: Path, layout: Layout) -> Iterator[Table]:
+def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a TDMS file: a record a group where the groups hold the same channels, else one of all on a common clock."""
     nptdms = library(FORMAT, path)
     with heard(FORMAT, path) as notices, path.open("rb") as content, nptdms.TdmsFile.open(content) as file:
@@ -50,7 +61,7 @@ def _is_number(channel: Any) -> bool:
 
 def _table(
     path: Path, groups: dict[str, list[Any]], constants: dict[str, str], said: dict[str, str], notices: list[Notice]
-) -> Table:
+) -> ForeignTable:
     """Return groups as one table: a waveform has a separate clock, other channels that of their group's time."""
     clocks: dict[tuple[Any, ...], list[Any]] = {}
     for name, channels in groups.items():
@@ -63,7 +74,7 @@ def _table(
     for (name, _, step, begun, offset), members in clocks.items():
         if step > 0:
             start = offset + (float((begun - first) / np.timedelta64(1, "ns")) * 1e-9 if begun is not None else 0.0)
-            parts.append(Part(_Waveforms(path, members, start, step), 0, label=name))
+            parts.append(SharedClock(_Waveforms(path, members, start, step), 0, label=name))
             continue
         table = _Channels(path, members)
         time = next((n for n, column in enumerate(table.columns) if named_as(column) == "time"), None)
@@ -71,7 +82,7 @@ def _table(
             without.append(table)
         else:
             unit = table.columns[time].unit or "s"
-            parts.append(Part(table, time, factor=factor(unit, "time"), label=name))
+            parts.append(SharedClock(table, time, factor=factor(unit, "time"), label=name))
     if not parts and len(without) == 1:
         return without[0]  # a mapping may state its rate
     if not parts:
@@ -92,18 +103,18 @@ def _clock(about: Mapping[str, Any]) -> tuple[float, float, np.datetime64 | None
     return step, offset, begun if isinstance(begun, np.datetime64) else None
 
 
-class _Channels(Table):
+class _Channels(ForeignTable):
     """Channels of one length."""
 
     def __init__(self, path: Path, channels: Sequence[Any]) -> None:
         super().__init__(path, [_column(channel) for channel in channels])
         self._channels = tuple(channels)
 
-    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+    def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Read the channels piece by piece."""
         for row in range(0, len(self._channels[0]), BLOCK):
             columns = [self._read(n, row) for n in wanted]
-            yield Block(row, columns, sum(values.nbytes for values in columns))
+            yield RowBlock(row, columns, sum(values.nbytes for values in columns))
 
     def _read(self, n: int, row: int) -> Real:
         channel = self._channels[n]

@@ -20,7 +20,7 @@ import pandas as pd
 from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import Block, Column, Format, Table, named
+from fric.io.readers.base import Column, ForeignTable, Format, RowBlock, named
 from fric.units import is_unit
 
 SNIFFED = 300
@@ -270,7 +270,7 @@ def recognises(path: Path, head: bytes) -> float:
     return 0.1 * (head.startswith(_GZIP) or wide or b"\0" not in head)
 
 
-def tables(path: Path, layout: Layout) -> Iterator[Table]:
+def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a text log: one table."""
     head, zipped = beginning(path)
     yield TextTable(path, shaped(path, head, layout), layout, zipped)
@@ -317,7 +317,7 @@ class _Piece:
         return iter(self._parts)
 
 
-class TextTable(Table):
+class TextTable(ForeignTable):
     """The table of a text log.
 
     path: The file.
@@ -331,7 +331,7 @@ class TextTable(Table):
         self._shape, self._comment, self._zipped = shape, layout.comment, zipped
         self._ragged = False
 
-    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+    def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Read the file piece by piece through pandas; the next pieces are parsed while a piece is processed."""
         row = 0
         waiting: deque[tuple[int, Future[pd.DataFrame]]] = deque()
@@ -346,7 +346,7 @@ class TextTable(Table):
                         self._states(frame[n]) if n == self.states else _numbers(frame[n], self._shape.decimal)
                         for n in wanted
                     ]
-                    yield Block(row, columns, size)
+                    yield RowBlock(row, columns, size)
                     row += len(frame)
 
     def _states(self, column: "pd.Series[Any]") -> Real:

@@ -7,8 +7,8 @@ from pathlib import Path
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.flaws.files import SCOPE_SCALE
-from fric.io.readers.base import Column, Format, Table
-from fric.io.readers.joined import Joined, Part
+from fric.io.readers.base import Column, ForeignTable, Format
+from fric.io.readers.joined import Joined, SharedClock
 from fric.io.readers.text import Shape, TextTable, beginning, encoding_of, is_number
 from fric.notice import Notice
 
@@ -25,7 +25,7 @@ def recognises(path: Path, head: bytes) -> float:
     return 0.9 * bool(_MARK.match(head))
 
 
-def tables(path: Path, layout: Layout) -> Iterator[Table]:
+def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read an export: one table; channels of different rates are resampled to a common clock."""
     head, zipped = beginning(path)
     encoding = layout.encoding or encoding_of(head)
@@ -45,7 +45,9 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
     factor = 1e-7 if float(rows[0][0].replace(",", ".")) > _FILETIME else 1e-3
     groups = [tuple(range(a + 1, b)) for a, b in zip(clocks, [*clocks[1:], len(names)], strict=True)]
     parts = [
-        Part(TextTable(path, shape, layout, zipped), time, tuple(n for n in group if names[n]), factor, f"clock {k}")
+        SharedClock(
+            TextTable(path, shape, layout, zipped), time, tuple(n for n in group if names[n]), factor, f"clock {k}"
+        )
         for k, (time, group) in enumerate(zip(clocks, groups, strict=True), 1)
     ]
     yield Joined(path, parts, notices=_scaled(path, about))

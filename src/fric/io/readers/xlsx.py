@@ -14,7 +14,7 @@ import numpy as np
 
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import Block, Format, Table, library, warned
+from fric.io.readers.base import ForeignTable, Format, RowBlock, library, warned
 from fric.io.readers.text import shape_of
 from fric.notice import Notice
 
@@ -23,7 +23,7 @@ LOOK = 64
 """Rows at the beginning that are read to find the header."""
 ROWS = 16_384
 """Rows a block: cells are objects until they are numbers."""
-MOST = 4 << 30
+MOST_UNPACKED = 4 << 30
 """Bytes of a workbook, unpacked, at most."""
 MOST_HELD, MOST_TEXTS = 8 << 20, 32 << 20
 """Largest size [byte] of a file in it but a sheet, held in memory by the library, and of the file with its texts."""
@@ -40,7 +40,7 @@ def recognises(path: Path, head: bytes) -> float:
     return 0.9 * (head.startswith(b"PK\x03\x04") and path.suffix.lower() in FORMAT.endings)
 
 
-def tables(path: Path, layout: Layout) -> Iterator[Table]:
+def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a workbook: a table a sheet; charts and sheets of a row or none are passed over."""
     openpyxl = library(FORMAT, path)
     try:
@@ -48,7 +48,9 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
             inside = archive.infolist()
     except BadZipFile:
         raise FricError("is no whole workbook (cut short?)", where=str(path), hint="Save it again.") from None
-    if sum(member.file_size for member in inside) > MOST or any(member.file_size > _most(member) for member in inside):
+    if sum(member.file_size for member in inside) > MOST_UNPACKED or any(
+        member.file_size > _most(member) for member in inside
+    ):
         raise FricError("unpacks to more than is read", where=str(path), hint="Export it as CSV.")
     notices: list[Notice] = []
     with warned(path, notices), _without_sizes():
@@ -117,7 +119,7 @@ class _Rows:
         self.close()
 
 
-class _Sheet(Table):
+class _Sheet(ForeignTable):
     """The table of a sheet; header and units are found as in text."""
 
     def __init__(self, path: Path, sheet: Any, layout: Layout, said: dict[str, str], notices: list[Notice]) -> None:
@@ -134,7 +136,7 @@ class _Sheet(Table):
         self.notices = self._heard = notices
         self._sheet, self._first, self._texts = sheet, shape.first, dict[tuple[int, int], str]()
 
-    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+    def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Read the sheet row by row."""
         row, rows = 0, self._rows()
         while True:
@@ -143,7 +145,7 @@ class _Sheet(Table):
             if not part:
                 return
             columns = [np.array([self._number(cells, n, row + k) for k, cells in enumerate(part)]) for n in wanted]
-            yield Block(row, columns, 8 * len(part) * len(wanted))
+            yield RowBlock(row, columns, 8 * len(part) * len(wanted))
             row += len(part)
 
     def place(self, row: int, column: int | None = None) -> str:
