@@ -111,7 +111,6 @@ MADE = {
 def other_kind(path: Path, given: str, wanted: str) -> FricError:
     """Return the error of a file of fric's that is of another kind than is wanted, with what to type.
 
-    path: The file.
     given, wanted: Its stated type, as ``plant/1``, and the required type.
     """
     kind, asked = (text.partition("/")[0] for text in (given, wanted))

@@ -311,7 +311,6 @@ def _is_seen(amplitude: Estimate, least: float) -> bool:
 def both_directions(tests: Sequence[MeasuredCircle], feed: float | None = None) -> list[MeasuredCircle]:
     """Return the circle of some tests that is diagnosed, in both directions where both exist.
 
-    tests: Circle tests.
     feed: The feed [m/s]; where it is not given, the tests must be of one circle.
     Raises FricError: When there is none at that feed, or several circles and no feed is given.
     """

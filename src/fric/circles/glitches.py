@@ -73,7 +73,6 @@ def glitch_of(pulse: GlitchPulse, radius: float, base: float, resolution: float)
     The peak is that of a parabola, over the widest window around it (to both sides, or to one side, where the pulse
     rises at once) in which a parabola fits within the noise of a sample.
 
-    pulse: The pulse.
     radius: Radius of the circle [m].
     base: Standard error of the subtracted geometry, at the reversal [m].
     resolution: One step of the encoder [m]; 0 where none is seen.

@@ -185,7 +185,6 @@ def learn(
     """Learn a circle in simulation, from the friction that the controllers believe, or from none.
 
     machine: The machine; its nominal plants are what is learned with.
-    test: The circle.
     rounds: How often the circle is learned from.
     how: How; by the feed where not given.
     observer: Whether the disturbance observer is on, where all axes have one.

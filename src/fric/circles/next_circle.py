@@ -96,7 +96,6 @@ class LeftOver:
 def completed(friction: FrictionModel, left: Sequence[tuple[VoltageRecord, Real]], share: float = 1.0) -> Completed:
     """Return a friction model with its mean residual force in records, over the travel since the last reversal.
 
-    friction: The model.
     left: Records, each with the residual force of the model at the samples used [N].
     share: Share of it that is taken.
     """
@@ -344,7 +343,6 @@ def worse_ahead(
     The recorded circle is a single draw, and its repetition scatters as the identified machine does. A glitch below a
     count need not be avoided.
 
-    tests: The circle tests.
     predicted: What the next circles should show, for each the better scheme counts.
     again: Gives the glitch of the n-th circle, recorded again with the former models of the controllers [m].
     count: A count of the encoders [m].
@@ -413,7 +411,6 @@ def distrusts(
 
     machine: The machine at the estimates, completed by the tests where there are any.
     notices: What its files warn of.
-    tests: Measured circles.
     records: Their axes as balances of voltages.
     circle: The circle that is predicted.
     """

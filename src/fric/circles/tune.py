@@ -183,7 +183,6 @@ def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
 def in_part(axis: TunedAxis, before: Axis, names: Sequence[str]) -> TunedAxis:
     """Return a tuned axis with a part of the identified friction, and the plant, as nominal models.
 
-    axis: The tuned axis.
     before: The axis as it was.
     names: Coordinates that are kept, those of blocks without their number; the others are as before.
     """
@@ -244,7 +243,6 @@ def tune(
     An axis whose result leaves more of the recorded voltages than the nominal parameters keeps these. So do all, where
     the log's clock is wrong, or the next circle should be worse than the recorded circle.
 
-    machine: The machine.
     tests: Circle tests with reference, position and voltage of both axes; a fast and a slow circle are needed.
     done: Called `steps_of_tuning` times.
     loop: Whether loops that do not hold their falling friction are redesigned (`fric.design.falling`).

@@ -48,7 +48,6 @@ def identifiability_warnings(
     """Yield the warnings about what the circles leave open, and what the fit shows of them.
 
     axis: The axis as it was nominally.
-    tests: The circle tests.
     before, found: Residual of the voltages with nominal and tuned parameters.
     """
     where, feeds = f"axis {axis.name}", sorted(test.feed for test in tests)

@@ -150,7 +150,6 @@ def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None =
     The reference is exact, so only the tracking error is smoothed: ``z = r - LP(r - z_m)`` with a Butterworth filter
     of second order at 200 Hz, there and back.
 
-    test: The circle test.
     name: Name of the axis.
     like: A record of this axis along the same reference at the same instants, whose samples and angles are then used.
     Raises FricError: When reference or voltage were not recorded, or the sampling is too slow.
@@ -199,7 +198,6 @@ def refined(
     Smoothing removes the fast motion after a reversal, and friction replayed along the rest sets in late. What the
     filter removes is restored from ``z̈ = (u(t - T_d) - a·ż - o - F/K_f)/m``, twice integrated.
 
-    record: The record.
     model, T_d: The friction and the delay [s] found so far.
     plant: m [V·s²/m], a [V·s/m] and the offset [V] found so far.
     K_f: Force constant [N/V].

@@ -37,7 +37,6 @@ def parameter(name: str, hint: Any, default: Any = Parameter.empty) -> Parameter
 def parameter_of(given: Argument, flags: str = "", *, place: bool = False) -> Parameter:
     """Return what a command takes for an argument of its verb.
 
-    given: The argument.
     flags: Names of the option, where that of the argument is not its name.
     place: Whether it is given by its place, not by a name.
     """

@@ -48,7 +48,6 @@ def design_block(
     sensitivity. A block that is not linear is judged around rest, where its gains are largest. Other blocks design
     themselves from plant and friction.
 
-    kind: The block.
     setting: The axis: plant, cascade, nominal friction.
     peak_sensitivity: Largest M_s of the whole loop, a factor above 1.
     perturbation: Delta, measured; that of the plant's delay alone where not given.

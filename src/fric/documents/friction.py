@@ -323,7 +323,6 @@ def _plateau(fit: GMSFit) -> dict[str, Estimate]:
 def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[str, Any]:
     """Return the friction document of a model fitted by replay, ready to be written or printed.
 
-    fit: The fit.
     kept: The file that its static map is from: its sections stay.
     """
     name, force = fit.model.name, si_unit("force", fit.motion)

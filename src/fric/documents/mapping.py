@@ -185,7 +185,6 @@ class MappingDocument(Document, FileMapping):
     def of(self, path: Path, names: Collection[str], axis: str | None = None) -> FileMapping | None:
         """Return the mapping of a file that has columns of these names; None where none is.
 
-        path: The file.
         names: Names of its columns.
         axis: The requested axis; where no part is of it, the parts of all.
         """

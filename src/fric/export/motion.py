@@ -39,7 +39,6 @@ def waypoints(motion: Reference, shortest: float = SHORTEST) -> Waypoints:
     Straight pieces between them keep its speed, and change speed by no more than its acceleration allows: each piece
     has the mean speed of the motion over it.
 
-    motion: The motion.
     shortest: Time between two points at least [s].
     """
     a, sampling = motion.acceleration, motion.sampling

@@ -21,7 +21,6 @@ FASTEST = 0.5
 def list_of(part: ExportedPart) -> tuple[Real, Real, float]:
     """Return velocities, voltages, and the largest error of the interpolation [N].
 
-    part: What is exported.
     Returns shapes (n,), (n,), n of at most 20, symmetric where friction is; and the error.
     """
     v = np.concatenate([[0.0], np.geomspace(1e-7 * FASTEST, FASTEST, 4000)])

@@ -90,7 +90,6 @@ def after_reversal_figure(
     The time is the angle from the reversal times R/F; the error less its median around the circle, so that spikes
     compare.
 
-    contours: The schemes.
     radius, feed: Of the circle [m], [m/s].
     direction: 1 counter-clockwise, -1 clockwise.
     quarter: Angle of the reversal [rad].

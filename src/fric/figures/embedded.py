@@ -29,7 +29,6 @@ def embedded(figure: Figure, key: str, alt: str) -> str:
     drawing, its labels, and its limits, from which the script reads the numbers under the pointer. Curves and their
     entries in a legend get the same number in ``curve:N`` and ``legend:N``, unless they have a name.
 
-    figure: The figure.
     key: What its ids begin with; no other figure of the page has it.
     alt: What it shows, for those who do not see it.
     """

@@ -11,10 +11,7 @@ from fric.units import prefixed, si_unit
 
 @view("plan", of="Plan", usual=True)
 def draw_plan(plan: Plan) -> Figure:
-    """Draw the speeds of a plan on the known map, its sines on the virgin curve, and the expected intervals.
-
-    plan: The plan.
-    """
+    """Draw the speeds of a plan on the known map, its sines on the virgin curve, and the expected intervals."""
     axis = plan.axis
     model = axis.friction.model if isinstance(axis.friction, Directed) else axis.friction
     asked = {record.kind: record.settings for record in plan.planned}

@@ -21,8 +21,6 @@ def draw_tuned(axis: TunedAxis) -> Figure:
 
     Above for each circle the voltage as it acts, less what inertia and the drive's damping need by the plant that was
     found: the voltage for friction. Below the residual with nominal and tuned parameters.
-
-    axis: The tuned axis.
     """
     circles = len(axis.after.balance.records)
     with new_figure(2.4 + 2.6 * circles, 4.6) as figure:

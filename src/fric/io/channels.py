@@ -130,7 +130,6 @@ def plan(
 ) -> ColumnPlan:
     """Find every channel of a table.
 
-    table: The table.
     mapping: What its columns mean; None where the header says so itself.
     kind: Kind of the record, as said by the caller.
     motion: Motion of the axis; None to take it from the units.

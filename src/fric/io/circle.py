@@ -58,7 +58,6 @@ def read_path(path: Path, feed: float) -> PointPath | RecordedPath:
     With a column ``time`` it is a recorded reference, as is that of the first test of a circle file, or of the first
     scheme of a run file.
 
-    path: The file.
     feed: Speed along the path [m/s]; a recorded reference includes its speed.
     Raises FricError: When a column or its unit is missing, a cell is no number, or the path cannot be followed.
     """
@@ -113,7 +112,6 @@ OWN = ("instrument", "scheme", "source", "sha256", "name")
 def write_circles(path: Path, tests: Sequence[MeasuredCircle], provenance: str = "", *, force: bool = False) -> None:
     """Write circle tests to a file, whole or not at all.
 
-    path: The file.
     tests: The tests: the first at the root, further ones, of the other direction or another feed, in ``tests/``.
     provenance: What made the file, as JSON.
     force: Replace a file that exists.
@@ -141,7 +139,6 @@ def _write(group: h5py.Group, test: MeasuredCircle) -> None:
 def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
     """Read the circle tests of a file of `fric ingest --kind circle`, or the circles of a run file, one a scheme.
 
-    path: The file.
     scheme: Name of the scheme of a run file; all where not given.
     Raises FricError: When it is neither, is cut short, or has no such scheme.
     """

@@ -38,7 +38,6 @@ def circle_plan(
 ) -> tuple[ColumnPlan, list[Notice]]:
     """Return where each channel of a circle test comes from, and what had to be assumed for it.
 
-    table: The table.
     mapping: The meaning of its columns; None where the header defines it, or there is none.
     sampling: Samples a second of a trace without time [Hz].
     fields: The ``{fields}`` of the file.

@@ -102,7 +102,6 @@ def wanted_roles(axis: AxisColumns) -> dict[str, Role]:
 def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> list[Guess]:
     """Return the guesses for files, those of the same columns together, each of their axes apart.
 
-    paths: The files.
     files: Keeps them open as long as their tables are needed.
     join: The files hold the channels of one record: each names those that it has.
     Raises FricError: When a file does not read.
@@ -173,7 +172,6 @@ def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
 def proposal(paths: Sequence[Path], *, join: bool = False) -> str:
     """Return the text of a mapping that files may have, with what is uncertain in comments.
 
-    paths: The files.
     join: The files hold the channels of one record: each names those that it has.
     Raises FricError: When a file does not read.
     """

@@ -119,7 +119,6 @@ def staged_hdf5(
 ) -> Iterator[tuple[h5py.File, Callable[[], None]]]:
     """Open an HDF5 file for writing that takes its name only when the block ends well.
 
-    path: The file.
     force: Replace a file that exists.
     add: Begin with what is in the file.
     Yields the file, and a function to call now and then: it raises when a write has failed, or Ctrl-C was pressed.

@@ -93,7 +93,6 @@ def learn_axis(
 ) -> Iterator[tuple[str, bool]]:
     """Make the experiments on one axis and identify all from their logs; yield each step's name, and whether it ran.
 
-    machine: The machine file.
     axis: Name of the axis.
     folder: Where the files of this axis go.
     seed: Seed of all noise.
@@ -346,7 +345,6 @@ def write_page(
 ) -> None:
     """Write the page of a reproduction: the report of what was learned and run, and the paper beside it.
 
-    page: The file.
     machine: The machine file that all began with.
     files: What is known of each axis.
     runs: Runs and figure of the circles, by feed [m/s].

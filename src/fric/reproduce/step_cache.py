@@ -49,7 +49,6 @@ class StepCache:
         """Make a step unless its files are up to date; return whether it was made.
 
         name: What the step is.
-        make: Makes it.
         reads, leaves: Files it depends on, and files it leaves.
         settings: What else it depends on.
         """

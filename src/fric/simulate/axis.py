@@ -166,7 +166,6 @@ def run_axis(
 
     axis: The axis; the reference must be sampled at its controller's rate.
     reference: What is asked of it.
-    scheme: The scheme.
     excitation: Voltage added to the control voltage [V], shape (n,).
     against: Voltage fed forward against friction in place of that of the scheme's model [V], shape (n,).
     halvings: How often every step of the plant is halved, to see that this changes nothing.

@@ -141,7 +141,6 @@ def at_places(
 
     It does so below `SLOW`, and where its glitch is less than a count.
 
-    machine: The machine.
     feed: Speed along the contour [m/s].
     once: Makes one run of a machine with given places between counts, with an accuracy.
     accuracy: As in `follow`; a run that depends on counts is integrated to `ACCURACY` at best.
@@ -197,7 +196,6 @@ def pair(machine: Machine, *, both: bool = False) -> tuple[str, str]:
 
     A machine of one linear axis runs it with another that follows its reference exactly, and is not in the machine.
 
-    machine: The machine.
     both: Whether it must have two.
     Raises FricError: When there is no linear axis, or the controllers of two have different rates.
     """

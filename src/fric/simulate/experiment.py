@@ -108,7 +108,6 @@ def constant_velocity(
 ) -> list[Trial]:
     """Return one record a speed: a stroke, a rest, and the stroke back.
 
-    axis: The axis.
     speeds: Speeds [m/s].
     distance: Least length of a stroke at its speed [m]: long enough to leave pre-sliding behind.
     lasting: Least time at speed [s].
@@ -138,7 +137,6 @@ def presliding_sine(
 ) -> list[Trial]:
     """Return one record an amplitude: whole cycles of a slow sine, logged once it has run in.
 
-    axis: The axis.
     amplitudes: Amplitudes [m].
     frequency: Frequency [Hz], low enough that inertia does not matter.
     cycles: Cycles that are logged.
@@ -169,7 +167,6 @@ def micro_steps(
 ) -> list[Trial]:
     """Return one record of small steps up and down before sliding, as a machine without a slow sine makes them.
 
-    axis: The axis.
     step: Size of a step [m].
     steps, loops: Steps from one end to the other, and how many times there and back.
     ramp, dwell: Time that a step takes, and rest after it [s].
@@ -191,7 +188,6 @@ def sliding_sine_around(
 ) -> list[Trial]:
     """Return one record of sliding at a velocity that swings around a mean, which shows the frictional lag.
 
-    axis: The axis.
     mean, swing: Mean and amplitude of the velocity [m/s].
     frequency: Frequency of the velocity [Hz].
     cycles: Cycles that are logged.
@@ -228,7 +224,6 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
     what friction adds. The voltage is that of the inverse model for a multisine of equal velocity amplitudes, the same
     for every peak except its size. The first period runs in; then whole periods are logged, at the controller's rate.
 
-    axis: The axis.
     mean: Mean speed [m/s], 30 mm/s where neither it nor the axis sets it; 0 for an axis at rest.
     peaks: Peak velocity of each multisine [m/s]; a single peak of half the mean speed where not given.
     lowest, highest: First and last frequency [Hz]; all are multiples of the lowest. 2 and 500 where neither they nor

@@ -178,7 +178,6 @@ def run_path(
 ) -> PathRun:
     """Follow a path with two axes of a machine under one scheme.
 
-    path: The path.
     machine, scheme, halvings, accuracy: As in `follow`.
     places: As in `at_places`.
     Raises FricError: As `follow`.

@@ -67,7 +67,6 @@ MOST_SIMULATED = 1_000_000
 def usual_cascade(plant: Plant, sampling: float, lags: float) -> Cascade:
     """Return a cascade by the usual rules: a crossover that suits the lags, K_v a third of it, K_i/K_p a tenth.
 
-    plant: The plant.
     sampling: Sampling of the controller [Hz].
     lags: Period of its crossover over all lags in its velocity loop.
     """
@@ -97,7 +96,6 @@ class Hunting:
 
         The same blocks of the same records hunt in the same way, and are simulated once.
 
-        search: The search.
         x: Where it ended, shape (p,).
         seen: The directions that the records see, shape (p, s).
         """

@@ -83,7 +83,6 @@ def fit_blocks(curve: VirginCurve, count: int, seed: int = 0, begun: list[Real] 
     stiffnesses are a non-negative least-squares problem, which makes the curve concave. A block that would not
     slip within the curve keeps its stiffness; its slip displacement is then where the curve reaches ``curve.level``.
 
-    curve: The virgin curve.
     count: Number of blocks.
     seed: Seed of CRS2.
     begun: Knots placed one after the other, of 1, 2 … knots, from fits of other numbers of blocks; more are added.
@@ -182,7 +181,6 @@ def choose_blocks(curve: VirginCurve, most: int = MOST_BLOCKS, seed: int = 0, un
 def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
     """Return the fit with each cycle left out in turn, its knots moved from those of all cycles.
 
-    curve: The virgin curve.
     blocks: The fit to all cycles.
     """
     z, weight = curve.displacement, weights(curve)

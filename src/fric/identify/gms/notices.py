@@ -31,7 +31,6 @@ LEVEL = 0.03
 def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[Notice]:
     """Yield the warnings of a fit.
 
-    fit: The fit.
     sliding_logged: Whether a record in sliding was among the logs.
     plant_given: Whether inertia and damping were subtracted.
     """

@@ -110,7 +110,6 @@ def _begins_loaded(record: Prepared, reversals: Indices) -> bool:
 def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> HysteresisCycles:
     """Find the cycles of a record, each of two half cycles between reversals.
 
-    record: The record.
     cycles: The first and the last cycle to use, counted from 1; all where not given.
     Raises FricError: When there is no whole cycle, the chosen cycles do not exist, or the amplitude is under three
         encoder steps.
@@ -242,7 +241,6 @@ def with_all_errors(curve: VirginCurve, model: Real) -> VirginCurve:
     the model that was refined by replay: while the controller hunts between two counts, the contact goes through minor
     cycles that the smoothed motion does not have, and the mean force is below the virgin curve.
 
-    curve: The curve.
     model: The refined model's force at its displacements [N], shape (n,).
     """
     parts = (np.nan_to_num(curve.band), 1.96 * curve.blur, np.full_like(model, curve.mismatch), curve.force - model)

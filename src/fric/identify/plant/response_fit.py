@@ -42,7 +42,6 @@ def select(
 ) -> tuple[Lines, Mask]:
     """Return the lines of a response that are sure enough, and which they are, shape (n,).
 
-    measured: The response.
     hold: Sampling rate of the hold [Hz], or None.
     coherence: Least coherence.
     band: Lowest and highest frequency [Hz].
@@ -77,7 +76,6 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float
 
     They are from a grid: the phase is wrapped, so that no unwrapping can go wrong.
 
-    lines: The lines.
     dampings: Values of A that are tried.
     most: Largest number of lines that are used.
     Raises FricError: When the response is that of eq. (1) with the sign turned.

@@ -104,7 +104,6 @@ def one_lag(late: Mapping[str, Estimate], clear: float) -> bool:
 def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *, sure: bool) -> Notice:
     """Return the warning about the lag of the force of records, and whether its mean was corrected.
 
-    records: The records.
     late: The lag of each [s].
     sure: Whether the fit is better with it, and a log may have it.
     """

@@ -299,7 +299,6 @@ def opened(
 
     coordinates: What was searched.
     values, within: Values and intervals by section and name.
-    records: The records.
     """
     seen, motion, notices, found = identifiability_of(records), records[0].log.motion, [], dict(within)
     declared = {(s, p.name): p for s, parameters in coordinates.model.declared().items() for p in parameters}
@@ -355,7 +354,6 @@ def replay_information(
     the others), k and C by their logarithms, as in a friction file's covariance.
 
     records: Records with the friction of this model, ready for replay.
-    model: The model.
     ranges: Between which values the records could show it.
     beyond: Increase of the covariance that the residuals do not show. Returns the parameters, and a matrix (p, p).
     """

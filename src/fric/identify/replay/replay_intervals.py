@@ -64,7 +64,6 @@ def replay_covariance(
     than the machine, the interval is of the block that replaces several.
 
     gradient, residual: As in `covariance_of`.
-    records: The records.
     quantile: Half widths are this many standard deviations.
     most: As in `hac_covariance`.
     """
