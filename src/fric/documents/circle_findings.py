@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -13,7 +13,7 @@ from fric.documents.controller import ControllerPart
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import MachineDocument, read_machine_document
 from fric.documents.plant import PlantDocument
-from fric.documents.quantity import Known, Of, Quantity, Written
+from fric.documents.quantity import Known, Quantity, Written, of
 from fric.documents.yaml import write_document
 from fric.errors import FricError
 from fric.estimate import Estimate
@@ -97,44 +97,44 @@ class DiagnosisDocument(Document):
 
     type: ClassVar[str] = "diagnosis"
 
-    radius: Annotated[Quantity, Of("found.test.radius", "m")]
-    feed: Annotated[Quantity, Of("found.test.feed", "m/s")]
-    direction: Annotated[Quantity, Of(lambda made: float(made.found.test.direction), "1")] = Field(
-        description="1 counter-clockwise, -1 clockwise"
+    radius: Quantity = of("found.test.radius", unit="m")
+    feed: Quantity = of("found.test.feed", unit="m/s")
+    direction: Quantity = of(
+        lambda made: float(made.found.test.direction), "1 counter-clockwise, -1 clockwise", unit="1"
     )
-    revolutions: Annotated[list[int], Of(lambda made: [test.count for test in made.found.tests])]
-    centre: Annotated[dict[str, Quantity], Of(_per_axis("centre"))]
-    scale: Annotated[dict[str, Quantity], Of(_per_axis("scale"))]
-    squareness: Annotated[Quantity, Of(lambda made: made.found.geometry["squareness"])]
-    backlash: Annotated[dict[str, Quantity], Of(_per_axis("backlash"))]
-    mismatch: Annotated[Quantity, Of(lambda made: made.found.geometry["mismatch"])]
-    lag: Annotated[dict[str, Quantity | None], Of("found.lag")]
-    glitch: Annotated[dict[str, GlitchPart], Of("found.glitches")]
-    glitch_of: Annotated[dict[str, dict[str, GlitchPart]], Of(_by_sense)]
-    pitch: Annotated[list[PitchPart], Of(_periodic)]
-    rest: Annotated[Quantity | None, Of("found.rest", "m")]
-    scatter: Annotated[Quantity | None, Of("found.scatter", "m")]
-    noise: Annotated[Quantity | None, Of("found.noise", "m")]
-    iso230: Annotated[dict[str, Quantity | dict[str, Quantity] | None], Of(_iso230)]
-    predicted: Annotated[dict[str, PredictedGlitch] | None, Of(_predicted, may_lack=True)] = None
-    scheme: Annotated[str | None, Of(lambda made: made.held and made.held.scheme, may_lack=True)] = None
-    agrees: Annotated[bool | None, Of(lambda made: made.held and made.held.all_agree, may_lack=True)] = None
+    revolutions: list[int] = of(lambda made: [test.count for test in made.found.tests])
+    centre: dict[str, Quantity] = of(_per_axis("centre"))
+    scale: dict[str, Quantity] = of(_per_axis("scale"))
+    squareness: Quantity = of(lambda made: made.found.geometry["squareness"])
+    backlash: dict[str, Quantity] = of(_per_axis("backlash"))
+    mismatch: Quantity = of(lambda made: made.found.geometry["mismatch"])
+    lag: dict[str, Quantity | None] = of("found.lag")
+    glitch: dict[str, GlitchPart] = of("found.glitches")
+    glitch_of: dict[str, dict[str, GlitchPart]] = of(_by_sense)
+    pitch: list[PitchPart] = of(_periodic)
+    rest: Quantity | None = of("found.rest", unit="m")
+    scatter: Quantity | None = of("found.scatter", unit="m")
+    noise: Quantity | None = of("found.noise", unit="m")
+    iso230: dict[str, Quantity | dict[str, Quantity] | None] = of(_iso230)
+    predicted: dict[str, PredictedGlitch] | None = of(_predicted, default=None, may_lack=True)
+    scheme: str | None = of(lambda made: made.held and made.held.scheme, default=None, may_lack=True)
+    agrees: bool | None = of(lambda made: made.held and made.held.all_agree, default=None, may_lack=True)
 
 
 class ResidualPart(Written):
     """Residual voltage of an axis [V]."""
 
-    before: Annotated[float, Of("before.rms")]
-    after: Annotated[float, Of("after.rms")]
-    noise: Annotated[float | None, Of(lambda axis: axis.after.noise())]
+    before: float = of("before.rms")
+    after: float = of("after.rms")
+    noise: float | None = of(lambda axis: axis.after.noise())
 
 
 class TunedAxisPart(Written):
     """What circles gave an axis."""
 
     parameters: dict[str, Quantity]
-    residual: Annotated[ResidualPart, Of(lambda axis: axis)]
-    full_shape: Annotated[bool, Of("full")]
+    residual: ResidualPart = of(lambda axis: axis)
+    full_shape: bool = of("full")
     improves: bool
 
 
@@ -158,42 +158,41 @@ class TuningDocument(Document):
 
     type: ClassVar[str] = "tuning"
 
-    axes: Annotated[dict[str, TunedAxisPart], Of("found.axes")]
-    predicted: Annotated[dict[str, dict[str, NextCircle]], Of(_ahead)] = Field(description="by feed [m/s] and scheme")
+    axes: dict[str, TunedAxisPart] = of("found.axes")
+    predicted: dict[str, dict[str, NextCircle]] = of(_ahead, "by feed [m/s] and scheme")
     measured: dict[str, float] = Field(description="recorded glitch [m] by feed")
-    files: Annotated[list[str] | None, Of(lambda made: list(map(str, made.files)) or None, may_lack=True)] = None
+    files: list[str] | None = of(lambda made: list(map(str, made.files)) or None, default=None, may_lack=True)
 
 
 class LearnedCircle(Document):
     """The circle that was learned."""
 
-    radius: Annotated[float, Of("circle.radius")] = Field(description="[m]")
-    feed: Annotated[float, Of("circle.feed")] = Field(description="[m/s]")
-    direction: Annotated[Literal[1, -1], Of("circle.direction")] = Field(description="1 counter-clockwise")
-    share: Annotated[float, Of("how.share")] = Field(description="of a round that is taken over")
-    bandwidth: Annotated[float, Of("how.bandwidth")] = Field(description="up to what frequency [Hz]")
+    radius: float = of("circle.radius", "[m]")
+    feed: float = of("circle.feed", "[m/s]")
+    direction: Literal[1, -1] = of("circle.direction", "1 counter-clockwise")
+    share: float = of("how.share", "of a round that is taken over")
+    bandwidth: float = of("how.bandwidth", "up to what frequency [Hz]")
 
 
 class RoundPart(Written):
     """One round."""
 
-    glitch: Annotated[float, Of(lambda item: item.run.chance().median)] = Field(
-        description="median over places between two counts [m]"
+    glitch: float = of(lambda item: item.run.chance().median, "median over places between two counts [m]")
+    ci95: list[float] = of(
+        lambda item: [item.run.chance().low, item.run.chance().high], "between what 95 % of runs lie [m]"
     )
-    ci95: Annotated[list[float], Of(lambda item: [item.run.chance().low, item.run.chance().high])] = Field(
-        description="between what 95 % of runs lie [m]"
-    )
-    quadrants: Annotated[list[float], Of(lambda item: [glitch.median for glitch in item.run.glitches])] = Field(
-        description="at +x, +y, -x, -y, outwards positive, medians [m]"
+    quadrants: list[float] = of(
+        lambda item: [glitch.median for glitch in item.run.glitches],
+        "at +x, +y, -x, -y, outwards positive, medians [m]",
     )
 
 
 class CarriedPart(Written):
     """Result of another circle with what was learned of this circle."""
 
-    radius: Annotated[float, Of(lambda item: item[0])] = Field(description="[m]")
-    feed: Annotated[float, Of(lambda item: item[1])] = Field(description="[m/s]")
-    glitch: Annotated[float, Of(lambda item: item[2])] = Field(description="[m]")
+    radius: float = of(lambda item: item[0], "[m]")
+    feed: float = of(lambda item: item[1], "[m/s]")
+    glitch: float = of(lambda item: item[2], "[m]")
 
 
 class LearningDocument(LearnedCircle):
@@ -202,14 +201,14 @@ class LearningDocument(LearnedCircle):
     type: ClassVar[str] = "learning"
 
     rounds: list[RoundPart]
-    carried_over: Annotated[list[CarriedPart], Of("carried")]
+    carried_over: list[CarriedPart] = of("carried")
 
 
 class LearnedAxis(Written):
     """What is fed forward on one axis."""
 
-    largest: Annotated[float, Of(lambda voltage: float(abs(voltage).max()))] = Field(description="[V]")
-    samples: Annotated[int, Of(len)]
+    largest: float = of(lambda voltage: float(abs(voltage).max()), "[V]")
+    samples: int = of(len)
 
 
 class LearnedFeedforwardDocument(LearnedCircle):
@@ -217,7 +216,7 @@ class LearnedFeedforwardDocument(LearnedCircle):
 
     type: ClassVar[str] = "learned-feedforward"
 
-    axes: Annotated[dict[str, LearnedAxis], Of("voltage")]
+    axes: dict[str, LearnedAxis] = of("voltage")
 
 
 def tuned_files(found: Tuned, folder: Path) -> list[Path]:

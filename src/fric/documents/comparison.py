@@ -1,7 +1,7 @@
 """Comparisons with records, as `--json` prints them: ``fric: comparison/1``, ``halves/1`` and ``validation/1``."""
 
 from operator import itemgetter
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -9,7 +9,7 @@ from pydantic import Field
 from fric.arrays import Real
 from fric.documents.base import Document
 from fric.documents.generated import PartOf
-from fric.documents.quantity import Known, Of, Part, Quantity, Written, read_off
+from fric.documents.quantity import Known, Part, Quantity, Written, of, read_off
 from fric.estimate import Estimate
 from fric.identify.halves import Halved
 from fric.units import si_unit
@@ -27,7 +27,7 @@ class Plain(Written):
     """What is left without a dynamic model, of the same samples."""
 
     rms: float
-    rms_near_reversals: Annotated[Known, Of("rms_near")]
+    rms_near_reversals: Known = of("rms_near")
     parameters: int
 
 
@@ -35,23 +35,23 @@ class ScorePart(Written):
     """How one model predicts samples that it was not fitted to."""
 
     rms: float
-    rms_near_reversals: Annotated[Known, Of("rms_near")]
+    rms_near_reversals: Known = of("rms_near")
     rms_fitted: float
     parameters: int
     bits: float = Field(description="description length that the model saves")
     bits_per_parameter: float
-    ns_per_step: Annotated[float, Of("nanoseconds")]
+    ns_per_step: float = of("nanoseconds")
     records: dict[str, ScoredRecord]
-    estimates: Annotated[dict[str, dict[str, Quantity]], Of(lambda item: item.fits[0].estimates)] = Field(
-        description="by section and name, of the first fit"
+    estimates: dict[str, dict[str, Quantity]] = of(
+        lambda item: item.fits[0].estimates, "by section and name, of the first fit"
     )
 
 
 class Lead(Written):
     """Lead of the best model over another; no error where it is not known."""
 
-    lead: Annotated[float, Of(itemgetter(0))]
-    error: Annotated[Known, Of(itemgetter(1))]
+    lead: float = of(itemgetter(0))
+    error: Known = of(itemgetter(1))
 
 
 def _rms(values: Real) -> float:
@@ -87,17 +87,13 @@ class ComparisonDocument(Document):
 
     type: ClassVar[str] = "comparison"
 
-    axis: Annotated[str, Of(lambda found: found.records[0].log.axis)]
-    unit: Annotated[str, Of(lambda found: si_unit("force", found.records[0].log.motion))] = Field(
-        description="of every rms"
-    )
+    axis: str = of(lambda found: found.records[0].log.axis)
+    unit: str = of(lambda found: si_unit("force", found.records[0].log.motion), "of every rms")
     winner: str | None
-    models: Annotated[dict[str, ScorePart], Of(_models)]
-    baselines: Annotated[dict[str, Plain], Of(lambda found: {baseline.name: baseline for baseline in found.baselines})]
+    models: dict[str, ScorePart] = of(_models)
+    baselines: dict[str, Plain] = of(lambda found: {baseline.name: baseline for baseline in found.baselines})
     leads: dict[str, Lead]
-    presliding: Annotated[dict[str, Quantity], Of(_presliding)] = Field(
-        description="displacement over which friction builds up, by record"
-    )
+    presliding: dict[str, Quantity] = of(_presliding, "displacement over which friction builds up, by record")
 
 
 class HalvedPart(PartOf[Halved]):
@@ -135,14 +131,15 @@ def _signals(one: Any) -> dict[str, Any]:
 class ValidatedRecord(Written):
     """One record, replayed in one loop."""
 
-    record: Annotated[str, Of("log.name")]
+    record: str = of("log.name")
     loop: str
-    friction: Annotated[str, Of("friction.name")]
-    signals: Annotated[dict[str, SignalPart], Of(_signals)]
-    filter: Annotated[Quantity, Of("cutoff", "Hz")]
-    worst_second: Annotated[
-        list[float], Of(lambda item: [float(item.log.time[item.worst[0]]), float(item.log.time[item.worst[1] - 1])])
-    ] = Field(description="begin and end of the second with the largest error [s]")
+    friction: str = of("friction.name")
+    signals: dict[str, SignalPart] = of(_signals)
+    filter: Quantity = of("cutoff", unit="Hz")
+    worst_second: list[float] = of(
+        lambda item: [float(item.log.time[item.worst[0]]), float(item.log.time[item.worst[1] - 1])],
+        "begin and end of the second with the largest error [s]",
+    )
 
 
 class ValidationDocument(Document):

@@ -11,7 +11,7 @@ from fric.arrays import Real
 from fric.circles.prediction import Predicted, Prediction
 from fric.documents.base import CodedWarning, Document
 from fric.documents.generated import PartOf, again
-from fric.documents.quantity import Known, Of, Part, Written
+from fric.documents.quantity import Known, Of, Part, Written, of
 from fric.simulate.spread import Distribution
 from fric.units import readable
 
@@ -23,22 +23,20 @@ def _by_scheme(made: Any) -> dict[str, Any]:
 class ChancePart(Written):
     """Range of 95 % of further runs, where counts of the encoder determine the result of a run."""
 
-    places: Annotated[int, Of(lambda run: len(run.places))] = Field(
-        description="places between two counts at which it was run; every figure is their median"
+    places: int = of(
+        lambda run: len(run.places), "places between two counts at which it was run; every figure is their median"
     )
-    glitch: Annotated[list[float], Of(lambda run: [run.chance().low, run.chance().high])] = Field(description="[m]")
-    reversals: Annotated[list[list[float]], Of(lambda run: [[glitch.low, glitch.high] for glitch in run.glitches])] = (
-        Field(description="of the signed glitch at each reversal [m]")
+    glitch: list[float] = of(lambda run: [run.chance().low, run.chance().high], "[m]")
+    reversals: list[list[float]] = of(
+        lambda run: [[glitch.low, glitch.high] for glitch in run.glitches], "of the signed glitch at each reversal [m]"
     )
 
 
 class ContourScheme(Written):
     """Result of one scheme on a contour."""
 
-    title: Annotated[str, Of("scheme.title")]
-    glitch: Annotated[float, Of(lambda run: run.chance().median)] = Field(
-        description="largest at a reversal, without its sign [m]"
-    )
+    title: str = of("scheme.title")
+    glitch: float = of(lambda run: run.chance().median, "largest at a reversal, without its sign [m]")
 
 
 Chanced = Annotated[ChancePart | None, Of(lambda run: run if run.places else None)]
@@ -47,13 +45,11 @@ Chanced = Annotated[ChancePart | None, Of(lambda run: run if run.places else Non
 class CircleScheme(ContourScheme):
     """Result of one scheme on a circle."""
 
-    quadrants: Annotated[list[float], Of(lambda run: [glitch.median for glitch in run.glitches])] = Field(
-        description="at +x, +y, -x, -y, outwards positive [m]"
+    quadrants: list[float] = of(
+        lambda run: [glitch.median for glitch in run.glitches], "at +x, +y, -x, -y, outwards positive [m]"
     )
-    radial_rms: Annotated[float, Of(lambda run: run.chance("rms").median)] = Field(description="[m]")
-    radial_range: Annotated[float, Of(lambda run: run.chance("range").median)] = Field(
-        description="largest less smallest radial error [m]"
-    )
+    radial_rms: float = of(lambda run: run.chance("rms").median, "[m]")
+    radial_range: float = of(lambda run: run.chance("range").median, "largest less smallest radial error [m]")
     chance: Chanced = Field(None, description="null where one run tells it")
     warnings: list[str] = Field(default_factory=list)
 
@@ -61,10 +57,10 @@ class CircleScheme(ContourScheme):
 class SchemeSpread(Written):
     """How the glitch of one scheme is distributed over machines; null where it ran on none."""
 
-    median: Annotated[Known, Of(lambda item: item.quantiles["median"])] = Field(description="[m]")
-    p05: Annotated[Known, Of(lambda item: item.quantiles["p05"])]
-    p95: Annotated[Known, Of(lambda item: item.quantiles["p95"])]
-    ci95: Annotated[list[Known], Of(lambda item: [item.quantiles["low"], item.quantiles["high"]])]
+    median: Known = of(lambda item: item.quantiles["median"], "[m]")
+    p05: Known = of(lambda item: item.quantiles["p05"])
+    p95: Known = of(lambda item: item.quantiles["p95"])
+    ci95: list[Known] = of(lambda item: [item.quantiles["low"], item.quantiles["high"]])
     best: float = Field(description="share of the machines on which no other scheme leaves less")
     failed: int = Field(description="machines on which it could not run")
     saturated: int
@@ -74,44 +70,40 @@ class SpreadFactor(Written):
     """What was spread, and how widely."""
 
     distribution: Distribution
-    factor: Annotated[list[float], Of(lambda item: [item.low, item.high])]
+    factor: list[float] = of(lambda item: [item.low, item.high])
 
 
 class MonteCarloPart(Written):
     """The test on many machines."""
 
-    machines: Annotated[int, Of(len)]
+    machines: int = of(len)
     asked: int
-    seed: Annotated[int, Of("study.seed")]
-    accuracy: Annotated[float, Of("study.accuracy")] = Field(
-        description="by how much the integration may move a glitch [m]"
+    seed: int = of("study.seed")
+    accuracy: float = of("study.accuracy", "by how much the integration may move a glitch [m]")
+    from_intervals: dict[str, list[str]] = of(
+        lambda many: {name: sorted(interval) for name, interval in many.study.intervals.items()},
+        "by axis, what was drawn from what was identified",
     )
-    from_intervals: Annotated[
-        dict[str, list[str]],
-        Of(lambda many: {name: sorted(interval) for name, interval in many.study.intervals.items()}),
-    ] = Field(description="by axis, what was drawn from what was identified")
-    spreads: Annotated[dict[str, SpreadFactor], Of("study.spreads")]
-    schemes: Annotated[dict[str, SchemeSpread], Of(lambda many: many.distributions())]
-    warnings: Annotated[list[str], Of(lambda many: many.warnings())]
+    spreads: dict[str, SpreadFactor] = of("study.spreads")
+    schemes: dict[str, SchemeSpread] = of(lambda many: many.distributions())
+    warnings: list[str] = of(lambda many: many.warnings())
 
 
 class VerdictPart(Written):
     """What to switch on, how far that may be trusted, and what to type next; lengths in m."""
 
-    scheme: Annotated[str | None, Of(lambda item: item.choice and item.choice.scheme.name)] = Field(
-        description="null where none is recommended"
+    scheme: str | None = of(lambda item: item.choice and item.choice.scheme.name, "null where none is recommended")
+    glitch: float | None = of(
+        lambda item: item.choice and item.choice.middle, "median over the machines that were drawn"
     )
-    glitch: Annotated[float | None, Of(lambda item: item.choice and item.choice.middle)] = Field(
-        description="median over the machines that were drawn"
-    )
-    ci95: Annotated[list[float] | None, Of(lambda item: item.choice and item.choice.interval)]
-    stays_under: Annotated[float | None, Of(lambda item: item.choice and item.choice.stays_under)] = Field(
-        description="what 95 % of the machines that were drawn stay under"
+    ci95: list[float] | None = of(lambda item: item.choice and item.choice.interval)
+    stays_under: float | None = of(
+        lambda item: item.choice and item.choice.stays_under, "what 95 % of the machines that were drawn stay under"
     )
     trusted: bool
     passes: bool | None = Field(description="whether the tolerance is kept; null where none was asked, or not decided")
-    result: Annotated[Literal["", "pass", "fail", "not decided"], Of(lambda item: item.result[0])] = Field(
-        description="empty where no tolerance was asked"
+    result: Literal["", "pass", "fail", "not decided"] = of(
+        lambda item: item.result[0], "empty where no tolerance was asked"
     )
     headline: str
     why: list[str] = Field(description="why it is not to be trusted yet")
@@ -153,12 +145,10 @@ def prediction_of(tree: Mapping[str, Any]) -> Prediction:
 class ReproducedFeed(Written):
     """Results of schemes on a circle."""
 
-    velocity: Annotated[float, Of(lambda made: made.runs[0].circle.feed)] = Field(description="feed [m/s]")
-    radius: Annotated[float, Of(lambda made: made.runs[0].circle.radius)] = Field(description="[m]")
-    direction: Annotated[Literal[1, -1], Of(lambda made: made.runs[0].circle.direction)] = Field(
-        description="1 counter-clockwise"
-    )
-    schemes: Annotated[dict[str, CircleScheme], Of(_by_scheme)]
+    velocity: float = of(lambda made: made.runs[0].circle.feed, "feed [m/s]")
+    radius: float = of(lambda made: made.runs[0].circle.radius, "[m]")
+    direction: Literal[1, -1] = of(lambda made: made.runs[0].circle.direction, "1 counter-clockwise")
+    schemes: dict[str, CircleScheme] = of(_by_scheme)
 
 
 class CircleResultDocument(Document, ReproducedFeed):
@@ -166,9 +156,9 @@ class CircleResultDocument(Document, ReproducedFeed):
 
     type: ClassVar[str] = "circle-result"
 
-    monte_carlo: Annotated[MonteCarloPart | None, Of("many", may_lack=True)] = None
+    monte_carlo: MonteCarloPart | None = of("many", default=None, may_lack=True)
     verdict: VerdictPart | None = Field(None, description="what to switch on, by this circle alone")
-    prediction: Annotated[PredictionPart | None, Of("prediction", may_lack=True)] = None
+    prediction: PredictionPart | None = of("prediction", default=None, may_lack=True)
 
 
 class ReproductionDocument(Document):
@@ -176,13 +166,12 @@ class ReproductionDocument(Document):
 
     type: ClassVar[str] = "reproduction"
 
-    page: Annotated[str, Of(lambda made: str(made.page))]
+    page: str = of(lambda made: str(made.page))
     steps: int
-    made_now: Annotated[int, Of("made")] = Field(alias="made", description="steps that were not up to date")
-    feeds: Annotated[
-        dict[str, ReproducedFeed],
-        Of(lambda made: {f"{circle.runs[0].circle.feed:g}": circle for circle in made.circles()}),
-    ] = Field(description="by feed [m/s]")
+    made_now: int = of("made", "steps that were not up to date", alias="made")
+    feeds: dict[str, ReproducedFeed] = of(
+        lambda made: {f"{circle.runs[0].circle.feed:g}": circle for circle in made.circles()}, "by feed [m/s]"
+    )
 
 
 class PathReversal(Written):
@@ -204,9 +193,9 @@ def _reversals(run: Any) -> list[dict[str, Any]]:
 class PathScheme(ContourScheme):
     """Result of one scheme on a path."""
 
-    reversals: Annotated[list[PathReversal], Of(_reversals)]
-    contour_rms: Annotated[float, Of(lambda run: run.chance("rms").median)]
-    contour_range: Annotated[float, Of(lambda run: run.chance("range").median)]
+    reversals: list[PathReversal] = of(_reversals)
+    contour_rms: float = of(lambda run: run.chance("rms").median)
+    contour_range: float = of(lambda run: run.chance("range").median)
     chance: Chanced = Field(None, description="null where one run tells it")
     warnings: list[str] = Field(default_factory=list)
 
@@ -216,8 +205,8 @@ class PathResultDocument(Document):
 
     type: ClassVar[str] = "path-result"
 
-    velocity: Annotated[float, Of(lambda made: made.runs[0].path.feed)] = Field(description="feed [m/s]")
-    schemes: Annotated[dict[str, PathScheme], Of(_by_scheme)]
+    velocity: float = of(lambda made: made.runs[0].path.feed, "feed [m/s]")
+    schemes: dict[str, PathScheme] = of(_by_scheme)
 
 
 Rows = list[list[Known]]
@@ -259,10 +248,10 @@ class CircleMapDocument(Document):
 
     type: ClassVar[str] = "circle-map"
 
-    machine: Annotated[str, Of("grid.machine.name")]
-    feeds: Annotated[list[float], Of("grid.feeds")] = Field(description="[m/s]")
-    radii: Annotated[list[float], Of("grid.radii")] = Field(description="[m]")
-    schemes: Annotated[dict[str, MappedScheme], Of(_mapped)]
+    machine: str = of("grid.machine.name")
+    feeds: list[float] = of("grid.feeds", "[m/s]")
+    radii: list[float] = of("grid.radii", "[m]")
+    schemes: dict[str, MappedScheme] = of(_mapped)
     differences: Annotated[dict[str, MapDifference], Of(_differences)] = Field(
         default_factory=dict, description="what blocks gain on a static map, and an observer on a feedforward"
     )

@@ -1,10 +1,10 @@
 """The content of records as `--json` prints it, ``fric: inspection/1``: apart, since reading a log inspects none."""
 
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 from fric.documents.base import Document
 from fric.documents.generated import PartOf
-from fric.documents.quantity import Of
+from fric.documents.quantity import of
 from fric.records.inspection import Inspection, ResponseInspection, TableInspection
 
 
@@ -27,4 +27,4 @@ class InspectionDocument(Document):
 
     type: ClassVar[str] = "inspection"
 
-    records: Annotated[list[InspectedLog | InspectedResponse | InspectedTable], Of("found")]
+    records: list[InspectedLog | InspectedResponse | InspectedTable] = of("found")

@@ -1,12 +1,12 @@
 """What there is and what was made, as `--json` prints it: formats, an example, an export, a report, a fleet."""
 
 from math import inf
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
 from fric.documents.base import AxisName, CodedWarning, Document
-from fric.documents.quantity import Known, Of, Part, Written
+from fric.documents.quantity import Known, Part, Written, of
 from fric.units import Motion
 
 
@@ -35,7 +35,7 @@ class ExampleDocument(Document):
     type: ClassVar[str] = "example"
 
     name: str
-    folder: Annotated[str, Of(lambda made: str(made.folder))]
+    folder: str = of(lambda made: str(made.folder))
     files: list[str]
 
 
@@ -136,15 +136,13 @@ class ReportDocument(Document):
 class FleetUnit(Written):
     """The logs of one machine at one date."""
 
-    machine: Annotated[str, Of("unit.machine")]
-    date: Annotated[str, Of("unit.date")]
-    axes: Annotated[
-        dict[str, dict[str, list[str]]],
-        Of(lambda item: {name: {"done": axis.done, "missing": axis.missing} for name, axis in item.axes.items()}),
-    ] = Field(description="by axis, which steps were done and what is missing")
-    notes: Annotated[list[str], Of("description")] = Field(
-        description="what was guessed, left out, or could not be read"
+    machine: str = of("unit.machine")
+    date: str = of("unit.date")
+    axes: dict[str, dict[str, list[str]]] = of(
+        lambda item: {name: {"done": axis.done, "missing": axis.missing} for name, axis in item.axes.items()},
+        "by axis, which steps were done and what is missing",
     )
+    notes: list[str] = of("description", "what was guessed, left out, or could not be read")
 
 
 class FleetChange(Written):
@@ -152,14 +150,14 @@ class FleetChange(Written):
 
     machine: str
     axis: str
-    parameter: Annotated[str, Of("change.name")]
-    unit: Annotated[str, Of("change.unit")]
+    parameter: str = of("change.name")
+    unit: str = of("change.unit")
     dates: list[str]
-    before: Annotated[float, Of("change.before")]
-    after: Annotated[float, Of("change.after")]
-    relative: Annotated[float | None, Of("change.relative")]
-    ci95: Annotated[list[Known], Of(lambda item: item.change.difference_ci95 or (inf, inf))] = Field(
-        description="95 % interval of the difference, of this number alone"
+    before: float = of("change.before")
+    after: float = of("change.after")
+    relative: float | None = of("change.relative")
+    ci95: list[Known] = of(
+        lambda item: item.change.difference_ci95 or (inf, inf), "95 % interval of the difference, of this number alone"
     )
     p: float = Field(description="probability of such a difference where nothing changed")
     adjusted: float = Field(description="the same with all numbers of the fleet in mind (Holm)")

@@ -1,13 +1,13 @@
 """A plan, ``fric: plan/1``: the records to take of an axis, and the intervals to be expected from them."""
 
 from collections.abc import Iterable
-from typing import Annotated, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
 from fric.documents.base import OfAxis
 from fric.documents.generated import FilePart
-from fric.documents.quantity import Known, Of, Part, Quantity, in_units, known, read_off, refused
+from fric.documents.quantity import Known, Part, Quantity, in_units, known, of, read_off, refused
 from fric.estimate import Estimate
 from fric.notice import Notice
 from fric.simulate.experiment import EXPERIMENTS
@@ -68,11 +68,9 @@ class NarrowingPart(Part):
     """The further record that would narrow a predicted glitch most."""
 
     scheme: str
-    radius: Annotated[Quantity, Of("test.radius", "m")]
-    feed: Annotated[Quantity, Of("test.feed", "m/s")]
-    half_width: Annotated[Quantity, Of("half_width", "m")] = Field(
-        description="half the 95 % interval of the predicted glitch as it is"
-    )
+    radius: Quantity = of("test.radius", unit="m")
+    feed: Quantity = of("test.feed", unit="m/s")
+    half_width: Quantity = of("half_width", "half the 95 % interval of the predicted glitch as it is", unit="m")
     shares: dict[str, float] = Field(description="share of its variance due to each parameter")
     records: list[CandidatePart]
 

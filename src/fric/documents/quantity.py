@@ -61,6 +61,16 @@ class Of:
         return Estimate(value, self.unit) if self.unit else value
 
 
+def of(
+    source: str | Callable[[Any], Any], says: str | None = None, default: Any = ..., *, unit: str = "",
+    may_lack: bool = False, alias: str | None = None,
+) -> Any:  # fmt: skip
+    """Return a field of a schema that is read by `Of`, with what is said of it and a default."""
+    field: Any = Field(default, description=says, alias=alias)
+    field.metadata.append(Of(source, unit, may_lack=may_lack))
+    return field
+
+
 def read_off(kind: type[BaseModel], holder: Any, but: Container[str] = ()) -> dict[str, Any]:
     """Return the values of a schema from an object, by key: by the `Of` of the key, or the attribute of its name."""
     found = {}
