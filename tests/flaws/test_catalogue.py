@@ -27,7 +27,6 @@ from fric.flaws.unit import BOUNDS, UNUSUAL
 from fric.identify.gms import notices as gms
 from fric.identify.plant import force_constant, rigid_body
 from fric.identify.plant.identify import described
-from fric.identify.replay import replay_intervals
 from fric.identify.static_map.identify import identify_static
 from fric.identify.static_map.points import RISES
 from fric.identify.static_map.strokes import Asked, Strokes
@@ -131,13 +130,12 @@ def response(size: float = 0.5, **more: object) -> list[Notice]:
     return list(described([fit], solution, N(**usual | given["friction"]), estimates, 1000.0))
 
 
-def rigid(lag: float = 0.0, rests: float = 0.0, F_c: float = 1.0, **more: object) -> list[Notice]:
+def rigid(rests: float = 0.0, F_c: float = 1.0, **more: object) -> list[Notice]:
     velocity = np.ones(1000)
     velocity[: round(1000 * rests)] = 0.0
     record = N(motion=N(velocity=velocity), used=np.ones(1000, bool))
     given = {"K_f": Estimate(1.0, "N/V"), "delay": 1e-3} | more
-    plain = np.ones(2)
-    return list(rigid_body._warnings([record], {"F_c": Estimate(F_c, "N")}, lag, plain, plain, **given))
+    return list(rigid_body._warnings([record], {"F_c": Estimate(F_c, "N")}, **given))
 
 
 def hysteresis(**more: object) -> list[Notice]:
@@ -212,12 +210,6 @@ def timed(size: float) -> list[Notice]:
     T_d = Estimate.around(1e-3 * (1.0 + size * tune_intervals.LATE), "s", 1e-6)
     found = N(balance=N(coordinates=N(T_d=1e-3)))
     return list(tune_intervals.timing_warnings(N(name="x"), found, T_d))
-
-
-def correlated(size: float) -> list[Notice]:
-    r = 1.0 - 0.05 / size
-    free = [N(label=name, block=None) for name in ("F_c", "sigma")]
-    return list(replay_intervals.correlated(N(free=free), np.array([[1.0, r], [r, 1.0]])))
 
 
 def shaped(size: float) -> list[Notice]:
@@ -361,7 +353,6 @@ SHOWN: dict[str, Show] = {
     "amplitudes-disagree": lambda s: response(friction={"differs": is_so(s), "coulomb": Estimate(-1.0, "m/s²")}),
     "friction-in-response": lambda s: response(friction={"differs": is_so(s), "coulomb": Estimate(1.0, "m/s²")}),
     "viscous-by-direction": lambda s: rigid_body.identify_motion([uneven_motion(s * rigid_body.UNLIKE)]).warnings,
-    "residuals-alike": lambda s: rigid(lag=0.3 * s),
     "axis-rests": lambda s: rigid(rests=0.1 * s),
     "not-physical": lambda s: rigid(F_c=1.0 - 1.0 * s),
     "T_d-assumed": lambda s: rigid(delay=None if is_so(s) else 1e-3),
@@ -389,7 +380,6 @@ SHOWN: dict[str, Show] = {
     "one-cycle": lambda s: hysteresis(cycles=1 if is_so(s) else 2),
     "never-saturates": lambda s: hysteresis(saturates=not is_so(s)),
     "never-slides": lambda s: hysteresis(saturates=not is_so(s), static_given=False),
-    "parameters-correlated": correlated,
     "model-shape": shaped,
     "law-differs": next_circles,
     "one-feed": lambda s: tuned(feeds=(0.1, 0.1 * tune_intervals.FEEDS_APART / s)),
@@ -451,7 +441,7 @@ WITHOUT = """
     force-not-proportional encoder-errs stiffness-unresolved force-over-position friction-over-position
     force-along-axis force-drifts friction-ages directions-differ offset-shared fall-not-seen F_s-at-bound fall-open
     F_s-extrapolated F_c-at-bound strokes-stand-off strokes-scatter strokes-unsettled
-    strokes-settling strokes-swing residuals-follow-speed correlated damping-too-large sigma-in-A one-speed
+    strokes-settling strokes-swing residuals-follow-speed damping-too-large sigma-in-A one-speed
     records-without-stroke rows-at-rest errors-of-means loop-feeds-back no-coherence few-periods A-holds-friction
     A-holds-viscous controller-by-default observer-assumed parameter-untold parameter-at-bound parameter-at-edge
     explains-little prediction-without-interval model-disagrees delay-differs controller-differs feedforward-found

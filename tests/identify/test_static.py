@@ -184,7 +184,6 @@ def test_scatter_beside_which_the_noise_of_strokes_is_lost_is_told():
     [
         ({"speeds": PAPER_SPEEDS[10:]}, "fall-not-seen"),
         ({"friction": StaticMap(100, 100, 1e-3, 1.0, 40)}, "fall-not-seen"),
-        ({"speeds": PAPER_SPEEDS[:8]}, "correlated"),
     ],
 )
 def test_what_the_data_cannot_tell_is_said(change, told):
@@ -219,10 +218,9 @@ def test_one_direction_alone_says_that_the_offset_is_assumed():
     assert fit.warnings[0].code == "one-direction"
 
 
-def test_a_force_of_the_wrong_sign_is_told_first_and_without_impossible_correlations():
+def test_a_force_of_the_wrong_sign_is_told_first():
     fit = identify_static([replace(log, force=-log.force) for log in _logs(14)])
     assert fit.warnings[0].code == "force-turned"
-    assert "correlated" not in {one.code for one in fit.warnings}
 
 
 @pytest.mark.parametrize("weight", [-150.0, 150.0])

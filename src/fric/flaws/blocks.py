@@ -8,8 +8,6 @@ PARAMETER_UNSEEN = Flaw("parameter-untold", "doubt",
 PARAMETER_AT_BOUND = Flaw("parameter-at-bound", "note",
     "{parameter} is at its lower bound, {bound}{no_effect:: these records show no difference|}.")
 PARAMETER_AT_EDGE = Flaw("parameter-at-edge", "doubt", "{parameter} is at the edge of what these records could show.")
-PARAMETERS_CORRELATED = Flaw("parameters-correlated", "note",
-    "{first} and {second} are correlated by {correlation:.3f}: these records hardly distinguish them.")
 EXPLAINS_LITTLE = Flaw("explains-little", "doubt", "{model} explains {share:.0%} of the variance of the force.")
 NO_STATIC_MAP = Flaw("no-static-map", "doubt", "There is no static map: F_c = F_s = {F_s} from the plateau.",
     "Give `static=` for the Stribeck effect.")

@@ -49,8 +49,6 @@ AMPLITUDES_DISAGREE = Flaw("amplitudes-disagree", "doubt",
     "A rises with the amplitude, which Coulomb friction does not do: the records differ in another way.")
 FRICTION_IN_RESPONSE = Flaw("friction-in-response", "note", "Friction is seen: A is {low:.4g} to {high:.4g} 1/s at "
     "these amplitudes, and {A:.4g} 1/s without it ({coulomb} times the mass).")
-RESIDUALS_ALIKE = Flaw("residuals-alike", "note", "Neighbouring residuals are alike (autocorrelation {lag:.2f}): "
-    "intervals are up to {times:.1f} times those of independent ones.")
 AXIS_RESTS = Flaw("axis-rests", "doubt", "The axis rests in {resting:.0%} of the samples, where Coulomb friction "
     "takes any value: F_c is drawn towards zero.")
 NOT_PHYSICAL = Flaw("not-physical", "wrong", "{name} is {value}, which no axis has.", "Check the sign of the force.")

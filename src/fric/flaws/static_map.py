@@ -69,7 +69,6 @@ STROKES_SWING = Flaw("strokes-swing", lambda f: "doubt" if f.most > STICKS else 
 RESIDUALS_FOLLOW_SPEED = Flaw("residuals-follow-speed", "doubt", "Eq. (2) does not describe these strokes: residuals "
     "{smooth:follow the speed|are the same in both directions, {missed} (rms)}.",
     "`method` in the file says which forms were tried. Look at the figure.", widens={"v_s": 0.2, "C": 0.2})
-CORRELATED = Flaw("correlated", "note", "The data hardly distinguish {pairs}.")
 DAMPING_TOO_LARGE = Flaw("damping-too-large", "wrong",
     "The drive's own damping of {damping} that was taken off is {beyond} more than the strokes show.",
     "Check A and K_f of the plant: they are too large.", widens={"A": 0.2, "level": 0.05})

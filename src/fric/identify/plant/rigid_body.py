@@ -17,7 +17,6 @@ from fric.flaws.response import (
     A_HOLDS_VISCOUS,
     AXIS_RESTS,
     NOT_PHYSICAL,
-    RESIDUALS_ALIKE,
     T_D_ASSUMED,
     VISCOUS_BY_DIRECTION,
 )
@@ -144,7 +143,7 @@ def identify_motion(
         float(np.linalg.norm(residual) / np.linalg.norm(y)), float(np.linalg.cond(X)), lag, rates[0], settings[0],
         time, y, X @ values,
         (*_varies(between, estimates), *_directions(X, y, lengths, estimates),
-         *_warnings(records, estimates, lag, deviation, half / quantile, K_f, delay),
+         *_warnings(records, estimates, K_f, delay),
          *scale.warnings, *against_mass(plant, mass, motion), *record_flaws(logs, "plant")),
     )  # fmt: skip
 
@@ -246,11 +245,8 @@ def _varies(between: Between | None, estimates: Mapping[str, Estimate]) -> Itera
 
 
 def _warnings(
-    records: Sequence[Prepared], estimates: dict[str, Estimate], lag: float, plain: Real,
-    honest: Real, K_f: Estimate | None, delay: float | None,
-) -> Iterator[Notice]:  # fmt: skip
-    if lag > 0.3:
-        yield RESIDUALS_ALIKE.found(lag=lag, times=float(np.max(honest / plain)))
+    records: Sequence[Prepared], estimates: dict[str, Estimate], K_f: Estimate | None, delay: float | None
+) -> Iterator[Notice]:
     speed = np.concatenate([np.abs(record.motion.velocity[record.used]) for record in records])
     resting = float(np.mean(speed < REST * speed.max()))
     if resting > 0.1:

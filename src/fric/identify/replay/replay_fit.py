@@ -21,7 +21,6 @@ from fric.identify.replay.placement import Placement, placed
 from fric.identify.replay.replay_intervals import (
     Beyond,
     Levels,
-    correlated,
     edges,
     joint,
     levels_of,
@@ -246,7 +245,6 @@ def _described(
         level = Estimate(values["static"][LEVEL.name], "1", within[of_level][0])
     warnings += [*notices, *record_notices(records)]
     warnings += edges(coordinates, x, seen, covariance)
-    warnings += correlated(coordinates, covariance)
     residual = replace(search, weights=None).residual(x)
     force = np.concatenate([record.force[record.used] for record in records])
     rmse = float(np.sqrt(np.mean(residual**2)))

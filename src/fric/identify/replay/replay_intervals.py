@@ -8,7 +8,7 @@ from scipy.special import chdtrc, expit, stdtrit
 
 from fric.arrays import Mask, Real
 from fric.estimate import Covariance, Scale
-from fric.flaws.blocks import PARAMETER_AT_BOUND, PARAMETER_AT_EDGE, PARAMETER_UNSEEN, PARAMETERS_CORRELATED
+from fric.flaws.blocks import PARAMETER_AT_BOUND, PARAMETER_AT_EDGE, PARAMETER_UNSEEN
 from fric.friction import Parameter
 from fric.identify.replay.coordinates import LEVEL, Coordinates
 from fric.identify.replay.replay_search import STEP, Point, Search
@@ -248,15 +248,3 @@ def edges(coordinates: Coordinates, x: Real, seen: Mask, covariance: Real) -> It
             continue
         elif min(at - c.lower, c.upper - at) < near:
             yield PARAMETER_AT_EDGE.found(parameter=c.label)
-
-
-def correlated(coordinates: Coordinates, covariance: Real) -> Iterator[Notice]:
-    """Return the warning about two parameters that the records hardly separate; parameters of blocks are left out."""
-    error = np.sqrt(np.diag(covariance))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        correlation = covariance / np.outer(error, error)
-    for i, first in enumerate(coordinates.free):
-        for j, second in enumerate(coordinates.free[:i]):
-            r = float(correlation[i, j])
-            if abs(r) > 0.95 and first.block is None and second.block is None:
-                yield PARAMETERS_CORRELATED.found(first=second.label, second=first.label, correlation=r)

@@ -201,8 +201,6 @@ TAKEN = 0.05
 """Share of the drive's damping that its plant may be off by, before the strokes contradict it."""
 DIFFERENT = 1e-3
 """Probability under which equal directions are not taken for different."""
-CORRELATED = 0.95
-"""Correlation of two parameters above which the data hardly separate them."""
 MISSED = 0.005
 """Common error of a map in both directions at one speed (rms) over the force, above which there is a warning."""
 SEEN = 0.5
@@ -211,7 +209,7 @@ SEEN = 0.5
 
 def map_notices(fit: MapFit) -> Iterator[Notice]:
     """Return the warnings about what the data do not determine of a fitted map."""
-    for look in (_fall, _ageing, _strokes, _correlated, _scatter, directions_differ, _misfit):
+    for look in (_fall, _ageing, _strokes, _scatter, directions_differ, _misfit):
         yield from look(fit)
 
 
@@ -262,21 +260,6 @@ def _strokes(fit: MapFit) -> Iterator[Notice]:
         share = most / float(np.median(np.abs(fit.problem.F)))
         named = [f"{point.record} ({fit.asked.says(point.velocity, 'velocity')})" for point, _ in fit.standing_off]
         yield flaws.STROKES_STAND_OFF.found(strokes=named, most=fit.asked.of(most, "force"), share=share)
-
-
-def _correlated(fit: MapFit) -> Iterator[Notice]:
-    """Return the warnings about parameters that the data hardly separate; beyond 1 is at a bound."""
-    without = {"v_s", "delta"} if _is_flat(fit) else set()
-    size, free = np.sqrt(np.diag(fit.covariance)), fit.problem.free
-    with np.errstate(invalid="ignore", divide="ignore"):
-        correlation = fit.covariance / np.outer(size, size)
-    pairs = [
-        f"{free[j]} and {free[i]} ({correlation[i, j]:+.3f})"
-        for i in range(len(free)) for j in range(i)
-        if not {free[i], free[j]} & without and CORRELATED < abs(correlation[i, j]) <= 1.0 + 1e-9
-    ]  # fmt: skip
-    if pairs:
-        yield flaws.CORRELATED.found(pairs=pairs)
 
 
 def _scatter(fit: MapFit) -> Iterator[Notice]:
