@@ -10,7 +10,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from benchmarks.reality.ablation import kept, section
+from benchmarks.reality.ablation import sections
 from benchmarks.reality.bench import STEPS, Row, run_all
 from benchmarks.reality.page import page
 from benchmarks.reality.results import Results
@@ -39,7 +39,7 @@ def main() -> int:
             advance(len(outcomes))
     rows = [Row(flaw, tuple(one.outcomes)) for flaw, one in results.items() if one.outcomes]
     if given.write:
-        given.write.write_text(page(rows) + section(kept(given.to)), encoding="utf-8")
+        given.write.write_text(page(rows) + sections(given.to), encoding="utf-8")
     for row in rows:
         verdicts = "  ".join(f"{step} {row.verdict(step):<8}" for step in STEPS)
         print(f"{row.flaw:<20} {len(row.outcomes):>3} seeds  {verdicts}", flush=True)

@@ -1,7 +1,8 @@
-"""What each correction of the static map earns: what strokes give with all of them, and with each left out.
+"""What each correction of the static map earns, and each warning: what is found with all of them, and without each.
 
-`python -m benchmarks.reality.ablation [--seeds N] [--to FOLDER] [--write PAGE.md] [MACHINE …]` adds sessions to
-FOLDER/ablation.json, and writes its section of the page anew; `python -m benchmarks.reality --write` writes both.
+`python -m benchmarks.reality.ablation [--seeds N] [--minutes N] [--to FOLDER] [--write PAGE.md] [MACHINE …]` adds
+sessions to FOLDER/ablation.json, and writes its sections of the page anew; `python -m benchmarks.reality --write`
+writes all. A warning changes no number: what it earns is counted from the sessions that the bench keeps.
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from itertools import product
+from itertools import chain, product
 from pathlib import Path
+from time import monotonic
 from typing import Any
 from unittest.mock import patch
 
@@ -22,9 +24,11 @@ import numpy as np
 
 from benchmarks.reality.bench import Outcome, Row
 from benchmarks.reality.judge import Step, judged_static
-from benchmarks.reality.session import Session, Sessions
+from benchmarks.reality.results import Results
+from benchmarks.reality.session import CLEAN, Session, Sessions, flaws
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.errors import FricError
+from fric.flaws import FAMILIES, entries, flaw_of
 from fric.identify.plant.identify import identify_plant
 from fric.identify.static_map import corrections, map_fit, stribeck_fit
 from fric.output import staged
@@ -174,6 +178,89 @@ def section(sessions: Sequence[Mapping[str, Any]]) -> str:
     return f"\n{HEADING}\n" + HEAD.format(seeds=shown, machines=machines) + "\n".join(lines) + "\n"
 
 
+@dataclass(frozen=True)
+class Warned:
+    """Where a warning came, and where nothing else says what it says."""
+
+    code: str
+    severities: tuple[str, ...]
+    machines: Mapping[str, float]
+    """Share of the sessions on each machine with it."""
+    alone: int
+    """Sessions with an interval that does not hold the truth, of which no other warning names the flaw as wrong."""
+    always_with: tuple[str, ...]
+    """Other warnings that came in each session with it."""
+
+
+def warned(rows: Sequence[Row]) -> list[Warned]:
+    """Return what each warning earns on the machines of some rows, by its code."""
+    sessions: dict[str, set[tuple[str, int]]] = {}
+    severities: dict[str, set[str]] = {}
+    alone: Counter[str] = Counter()
+    counts = {row.flaw: len(row.outcomes) for row in rows}
+    for row, outcome in chain.from_iterable(product([row], row.outcomes) for row in rows):
+        needed, wrong = set[str](), set[str]()
+        for step in outcome.steps.values():
+            wrong |= row.naming.intersection(step.wrong)
+            if len(wrong) == 1 and any(not number.covered for number in step.numbers.values()):
+                needed |= wrong
+            for notice in step.notices:
+                if flaw_of(notice).word[0]:  # said of every session
+                    continue
+                sessions.setdefault(notice.code, set()).add((row.flaw, outcome.seed))
+                severities.setdefault(notice.code, set()).add(notice.severity)
+        alone.update(needed)
+    return [
+        Warned(
+            code, tuple(sorted(severities[code])),
+            {flaw: n / counts[flaw] for flaw, n in sorted(Counter(flaw for flaw, _ in found).items())}, alone[code],
+            tuple(other for other in sorted(sessions) if other != code and found <= sessions[other]),
+        )
+        for code, found in sorted(sessions.items())
+    ]  # fmt: skip
+
+
+OF_RECORDS = ("channel", "drift", "static_map", "response", "blocks")
+"""Families of flaws that sessions may have."""
+
+WARNINGS = "## What each warning earns"
+
+WARNINGS_HEAD = """
+Where each warning of a session came: its severity; the share of {clean} fresh machines without a flaw (`clean`), where
+it is false or a note on what the records hold; the machines with a flaw and the share of their sessions; in how many
+sessions an interval misses the truth while nothing else names the flaw; and the warnings that came each time with it.
+
+| warning | severity | `clean` | machines | alone | always with |
+|---|---|---|---|---|---|
+"""
+
+
+def warnings_section(rows: Sequence[Row]) -> str:
+    """Return what each warning earns, as docs/reality.md shows it; nothing where no session was kept."""
+    if not rows:
+        return ""
+    found, lines = warned(rows), []
+    for one in found:
+        machines = (f"`{flaw}` {share:.0%}" for flaw, share in one.machines.items() if flaw != CLEAN)
+        cells = [
+            one.code, "/".join(one.severities), f"{one.machines.get(CLEAN, 0.0):.0%}", ", ".join(machines) or "none",
+            str(one.alone or ""), ", ".join(one.always_with) if len(one.always_with) < 4 else "",
+        ]  # fmt: skip
+        lines.append("| " + " | ".join(cells) + " |")
+    families = (family for family in FAMILIES if family.__name__.rpartition(".")[2] in OF_RECORDS)
+    listed = {flaw.code for family in families for flaw in entries(family) if not flaw.word[0]}
+    rest = ", ".join(f"`{code}`" for code in sorted(listed - {one.code for one in found}))
+    text = f"No machine has what these find; records of the tests have, or verbs that are not run here: {rest}."
+    clean = sum(len(row.outcomes) for row in rows if row.flaw == CLEAN)
+    return f"\n{WARNINGS}\n" + WARNINGS_HEAD.format(clean=clean) + "\n".join(lines) + f"\n\n{text}\n"
+
+
+def sections(folder: Path) -> str:
+    """Return what each correction and each warning earns, from the sessions that a folder holds."""
+    held = [Row(flaw, tuple(Results(folder, flaw, any_version=True).outcomes)) for flaw in [*flaws(), CLEAN]]
+    return section(kept(folder)) + warnings_section([row for row in held if row.outcomes])
+
+
 def kept(folder: Path) -> list[dict[str, Any]]:
     """Return the sessions that a folder holds."""
     file = folder / "ablation.json"
@@ -184,23 +271,24 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("machines", nargs="*", default=MACHINES, metavar="MACHINE")
     parser.add_argument("--seeds", type=int, default=8)
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="begin no session after this time")
     parser.add_argument("--to", type=Path, default=Path("build/reality"), metavar="FOLDER", help="of the results")
     parser.add_argument("--write", type=Path, metavar="PAGE.md", help="write the section of this page anew")
     given = parser.parse_args()
     held = kept(given.to)
     done = {(one["machine"], one["seed"]) for one in held}
     given.to.mkdir(parents=True, exist_ok=True)
-    sessions = {machine: Sessions(machine) for machine in given.machines}
+    sessions, end = {machine: Sessions(machine) for machine in given.machines}, monotonic() + 60 * given.minutes
     for seed, machine in product(range(given.seeds), given.machines):
-        if (machine, seed) not in done:
+        if (machine, seed) not in done and monotonic() < end:
             found = {name: step.as_dict() for name, step in steps(sessions[machine].session(seed)).items()}
             held.append({"machine": machine, "seed": seed, "steps": found})
             with staged(given.to / "ablation.json", force=True) as part:
                 part.write_text(json.dumps(held), encoding="utf-8")
-    print(section(held))
+    print(found := sections(given.to))
     if given.write:
         rest = given.write.read_text(encoding="utf-8").partition(f"\n{HEADING}")[0]
-        given.write.write_text(rest + section(held), encoding="utf-8")
+        given.write.write_text(rest + found, encoding="utf-8")
     return 0
 
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from benchmarks.reality.ablation import ALL, NAMES, OFF, earned, section
+from benchmarks.reality.ablation import ALL, NAMES, OFF, earned, section, warned, warnings_section
+from benchmarks.reality.bench import Outcome, Row
 from benchmarks.reality.judge import Number, Step
 from fric.identify.static_map.corrections import AT_ANY_SPEED, OF_A_MAP
 from fric.notice import Notice
@@ -35,3 +36,24 @@ def test_what_is_counted_is_what_the_sessions_say():
     assert "| place | `cogging` | 1 of 1 → 0 of 1 | 0 → 1 | 0.10 | strokes-scatter +1 |" in section(
         [session(place=narrow)]
     )
+
+
+def test_a_warning_earns_what_nothing_else_says():
+    """Of three sessions that drift two are told: one by one code, and one by two, each of which the other replaces."""
+    wrong = Number(10.0, 9.0, 11.0, 12.0)
+
+    def outcome(seed: int, *codes: str) -> Outcome:
+        notices = [Notice("", code, "wrong") for code in codes]
+        return Outcome("drift", seed, {"plant": Step(), "static": Step({"F_c": wrong}, notices)}, None)
+
+    drift = Row("drift", (outcome(0, "force-drifts"), outcome(1, "force-drifts", "energy-drifts"), outcome(2)))
+    clean = Row(
+        "clean", (Outcome("clean", 0, {"static": Step(notices=[Notice("", "strokes-swing", "note")])}, None),) * 2
+    )
+    found = {one.code: one for one in warned([drift, clean])}
+    assert (found["force-drifts"].alone, found["energy-drifts"].alone) == (1, 0)
+    assert found["force-drifts"].machines == {"drift": pytest.approx(2 / 3)}
+    assert found["energy-drifts"].always_with == ("force-drifts",)
+    page = warnings_section([drift, clean])
+    assert "| strokes-swing | note | 100% | none |  |  |" in page
+    assert "`samples-lost`" in page
