@@ -26,14 +26,16 @@ from fric.flaws.static_map import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.flaws.unit import BOUNDS, UNUSUAL
 from fric.identify.gms import notices as gms
 from fric.identify.plant import force_constant, rigid_body
+from fric.identify.plant.frequency_response import measure_response
 from fric.identify.plant.identify import described
+from fric.identify.replay import replay_intervals
 from fric.identify.static_map.identify import identify_static
-from fric.identify.static_map.points import RISES
+from fric.identify.static_map.points import RISES, table_points
 from fric.identify.static_map.strokes import Asked, Strokes
 from fric.io import roles
 from fric.io.propose import Guess, Guessed
 from fric.io.readers.base import Column, Memory
-from fric.log import ForceVelocity, Log
+from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.notice import Notice
 from fric.plausibility import Finding, lifted, settled
 from fric.records import clipping, encoders, flaws, inspection, judgement, kicks, modes, timing
@@ -212,6 +214,15 @@ def timed(size: float) -> list[Notice]:
     return list(tune_intervals.timing_warnings(N(name="x"), found, T_d))
 
 
+def near_an_end(size: float, scale: str, seen: bool = True) -> list[Notice]:
+    """Give what is said of a parameter that ends so near to an end of its search, 0 where it has a bound, and 1."""
+    near = 1e-6 / size
+    parameter = N(label="sigma", lower=0.0, upper=1.0, scale=scale, block=None, parameter=N(lower=0.0, at_least=None))
+    coordinates = N(free=[parameter], lower=np.zeros(1), upper=np.ones(1))
+    x = near if scale == "linear" else 1.0 - near if seen else 0.5
+    return list(replay_intervals.edges(coordinates, np.array([x]), np.array([seen]), np.zeros((1, 1))))
+
+
 def shaped(size: float) -> list[Notice]:
     learned = Scheme(next_circle.LEARNED, next_circle.LEARNED, friction=next_circle.LEARNED)
     return next_circle.wrong_shape([(learned, next_circle.CLEARLY * 1e-6 / size), (PAPER_SCHEMES["c"], 1e-6)])
@@ -342,6 +353,17 @@ SHOWN: dict[str, Show] = {
     "force-lags": lambda s: force_constant._lag_described(
         Estimate.around(s * force_constant.DESCRIBED / 1e3, "s", 0.0), None, 1e3
     ),
+    "parameter-at-bound": lambda s: near_an_end(s, "linear"),
+    "parameter-at-edge": lambda s: near_an_end(s, "log"),
+    "parameter-untold": lambda s: near_an_end(s, "log", seen=not is_so(s)),
+    "no-coherence": lambda s: (
+        measure_response(
+            FrequencyResponse(np.arange(1.0, 9.0), np.ones(8), np.zeros(8), None if is_so(s) else np.full(8, 0.9))
+        ).warnings
+    ),
+    "rows-at-rest": lambda s: table_points(
+        [ForceVelocity(np.array([-1.0, 1.0, not is_so(s)], float), np.ones(3), error=np.ones(3))], None
+    )[1],
     "one-direction": lambda s: table(np.array([-1.0, 1.0, 2.0])[is_so(s) :]),
     "response-misfit": lambda s: [one for one in response(misfit=s * UNSURE) if one.severity != "note"],
     "lines-stand-off": lambda s: response(stand_off=(3.0,) * is_so(s)),
@@ -437,13 +459,13 @@ def test_flaws_without_a_record_here_only_become_fewer() -> None:
 
 
 WITHOUT = """
-    samples-lost sampling-jitters force-late force-late-open force-turned K_f-differs force-response-missing
+    samples-lost sampling-jitters force-late force-late-open force-turned K_f-differs
     force-not-proportional encoder-errs stiffness-unresolved force-over-position friction-over-position
-    force-along-axis force-drifts friction-ages directions-differ offset-shared fall-not-seen F_s-at-bound fall-open
+    force-along-axis force-drifts friction-ages directions-differ offset-shared fall-not-seen fall-open
     F_s-extrapolated F_c-at-bound strokes-stand-off strokes-scatter strokes-unsettled
     strokes-settling strokes-swing residuals-follow-speed damping-too-large sigma-in-A one-speed
-    records-without-stroke rows-at-rest errors-of-means loop-feeds-back no-coherence few-periods A-holds-friction
-    A-holds-viscous controller-by-default observer-assumed parameter-untold parameter-at-bound parameter-at-edge
+    records-without-stroke errors-of-means loop-feeds-back few-periods A-holds-friction
+    A-holds-viscous controller-by-default observer-assumed
     explains-little prediction-without-interval model-disagrees delay-differs controller-differs feedforward-found
     added-voltage-found learning-diverges learning-gains-nothing learned-for-one-circle learned-from-one-circle
     nothing-fed-before circle-drifts blocks-alike loop-designed falling-friction tuned-in-part tuning-refused

@@ -66,12 +66,10 @@ DEAD_ZONE = Flaw("dead-zone", "wrong", "Inputs within ±{zone:2} make no force (
 K_F_DIFFERS = Flaw("K_f-differs", "wrong",
     "K_f was given as {given}, and the logged force is {found} times the input.",
     "Check the scales of force and input.", widens={"K_f": 0.1})
-K_F_MISSING = Flaw("K_f-missing", "note", "K_f is not known: no record has force and input both.",
+K_F_MISSING = Flaw("K_f-missing", "note", "K_f is not known: no record shows force over input.",
     "Give strokes that have both, or K_f with `force_constant=`.")
 MASS_DIFFERS = Flaw("mass-differs", "wrong", "K_f/B is {found}, and the moving mass was stated as {stated}.",
     "Check the scales of force, input and position, and the mass.", widens={"B": 0.1})
-FORCE_RESPONSE_MISSING = Flaw("force-response-missing", "doubt",
-    "There is no response of force to input ({why}): the record has no part in K_f.", widens={"K_f": 0.1})
 FORCE_NOT_PROPORTIONAL = Flaw("force-not-proportional", "doubt", "Force is not proportional to input: {segments} "
     "steady means are {off:.0%} of their range off a line, whose slope is K_f.",
     "Check that the force is measured at the motor.")

@@ -39,12 +39,9 @@ FORCE_ALONG_AXIS = Flaw("force-along-axis", "note", "The force rises by {rises} 
 FALL_NOT_SEEN = Flaw("fall-not-seen", "doubt", "Friction does not fall with speed down to {slowest} (held-out "
     "strokes: {plain} without, {falling} with a fall). F_s = F_c is assumed.",
     "Log slower strokes, or force the fall with `form='stribeck'`.", widens={"v_s": 0.5})
-F_S_AT_BOUND = Flaw("F_s-at-bound", "doubt",
-    "F_s ends at its bound F_c: friction does not fall with speed down to {slowest}, and v_s means nothing here.",
-    "Log slower strokes.", widens={"v_s": 0.5})
 FALL_OPEN = Flaw("fall-open", "doubt",
     "Strokes from {slowest} up do not settle F_s and v_s: they do not reach the Stribeck range.",
-    "Log slower strokes.")
+    "Log slower strokes.", widens={"v_s": 0.5})
 F_S_EXTRAPOLATED = Flaw("F_s-extrapolated", "wrong", "{below:.0%} of the fall lies below the slowest stroke "
     "({slowest}): F_s only continues eq. (2) from {lowest} there.", "Log slower strokes, or a finer encoder.")
 F_C_AT_BOUND = Flaw("F_c-at-bound", "wrong", "F_c ends at its bound of 0: the fall reaches beyond the fastest stroke.",

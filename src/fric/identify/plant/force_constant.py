@@ -23,7 +23,6 @@ from fric.flaws.channel import (
     DEAD_ZONE,
     FORCE_LAGS,
     FORCE_NOT_PROPORTIONAL,
-    FORCE_RESPONSE_MISSING,
     K_F_DIFFERS,
     MASS_DIFFERS,
 )
@@ -107,8 +106,8 @@ def force_constant(
             measured = _measured(log, period, segment)
             responses.append((measured, force_lines(measured)))
             answered.append(log)
-        except FricError as error:
-            warnings.append(FORCE_RESPONSE_MISSING.found(log.name, why=error.what))
+        except FricError:  # it determines neither K_f nor the lag
+            continue
     if not responses:
         steady, text = (stated, ()) if stated else steady_force_constant(strokes, motion)
         return ForceScale(steady, warnings=(*warnings, *text))

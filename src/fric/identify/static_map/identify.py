@@ -13,7 +13,7 @@ from scipy.special import chdtrc, fdtrc, stdtrit
 from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.errors import FricError
-from fric.estimate import Estimate, Interval
+from fric.estimate import Estimate
 from fric.flaws import static_map as flaws
 from fric.flaws.channel import FORCE_TURNED, ONE_DIRECTION
 from fric.flaws.drift import DIRECTIONS_DIFFER, FRICTION_AGES, OFFSET_SHARED
@@ -217,32 +217,23 @@ def _slowest(fit: MapFit) -> Estimate:
     return fit.asked.of(np.abs(fit.problem.v).min(), "velocity")
 
 
-def _is_flat(fit: MapFit) -> bool:
-    theta = fit.solution.theta
-    return not fit.problem.fall or theta["F_s"] <= theta["F_c"] * (1 + 1e-9)
-
-
 def _fall(fit: MapFit) -> Iterator[Notice]:
     """Warn where strokes do not show how friction falls with speed."""
     of, slowest, theta = fit.asked.of, _slowest(fit), fit.solution.theta
-    speed = float(slowest)
+    speed, flat = float(slowest), theta["F_s"] <= theta["F_c"] * (1 + 1e-9)
+    ends = [limit for name in ("F_s", "v_s") for limit in fit.estimates[name].ci95 or (0.0,)]
     if not fit.problem.fall:
         if "stribeck" in fit.held_out.errors:
             plain, falling = (of(fit.held_out[form], "force") for form in ("coulomb", "stribeck"))
             yield flaws.FALL_NOT_SEEN.found(slowest=slowest, plain=plain, falling=falling)
-    elif _is_flat(fit):
-        yield flaws.F_S_AT_BOUND.found(slowest=slowest)
-    elif any(isinf(limit) or limit == 0.0 for name in ("F_s", "v_s") for limit in _interval(fit, name)):
+        return
+    if flat or any(limit == 0.0 or isinf(limit) for limit in ends):  # type: ignore[arg-type]
         yield flaws.FALL_OPEN.found(slowest=slowest)
-    elif (seen := float(np.exp(-((float(speed) / theta["v_s"]) ** theta["delta"])))) < SEEN:
+    elif (seen := float(np.exp(-((speed / theta["v_s"]) ** theta["delta"])))) < SEEN:
         lowest = of(float(fit.static_map.level(speed)), "force")
         yield flaws.F_S_EXTRAPOLATED.found(below=1 - seen, slowest=slowest, lowest=lowest)
-    if not _is_flat(fit) and theta["F_c"] <= 0.0:
+    if not flat and theta["F_c"] <= 0.0:
         yield flaws.F_C_AT_BOUND.found()
-
-
-def _interval(fit: MapFit, name: str) -> Interval:
-    return fit.estimates[name].ci95 or (0.0, 0.0)  # type: ignore[return-value]
 
 
 def _ageing(fit: MapFit) -> Iterator[Notice]:
