@@ -47,9 +47,8 @@ def test_a_warning_earns_what_nothing_else_says():
         return Outcome("drift", seed, {"plant": Step(), "static": Step({"F_c": wrong}, notices)}, None)
 
     drift = Row("drift", (outcome(0, "force-drifts"), outcome(1, "force-drifts", "energy-drifts"), outcome(2)))
-    clean = Row(
-        "clean", (Outcome("clean", 0, {"static": Step(notices=[Notice("", "strokes-swing", "note")])}, None),) * 2
-    )
+    swings = {"static": Step(notices=[Notice("", "strokes-swing", "note")])}
+    clean = Row("clean", tuple(Outcome("clean", seed, swings, None) for seed in (0, 1)))
     found = {one.code: one for one in warned([drift, clean])}
     assert (found["force-drifts"].alone, found["energy-drifts"].alone) == (1, 0)
     assert found["force-drifts"].machines == {"drift": pytest.approx(2 / 3)}
