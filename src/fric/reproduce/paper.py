@@ -19,9 +19,9 @@ from fric.documents.bundled import located
 from fric.documents.contours import ReproductionDocument
 from fric.documents.controller import ControllerDocument, ObserverDocument
 from fric.documents.friction import FrictionDocument
-from fric.documents.machine_files import AxisPart, MachineDocument, read_machine
+from fric.documents.machine_files import AxisPart, MachineDocument, read_machine, read_machine_document
 from fric.documents.plant import PlantDocument
-from fric.documents.yaml import plain, read_document, read_tree, write_document
+from fric.documents.yaml import read_document, write_document
 from fric.errors import FricError
 from fric.estimate import Estimate, in_digits
 from fric.figures.circle import polar_figure
@@ -548,7 +548,8 @@ def _learned(machine: Path, axis: str, folder: Path, seed: int, published: bool)
 
 def _identified_machine(machine: Path, files: Mapping[str, AxisFiles], output: Path) -> None:
     """Write the machine again, with controllers that believe what was identified."""
-    tree: dict[str, Any] = plain(read_tree(machine))
+    tree = read_machine_document(machine).tree()
+    tree.pop("like", None)  # its axes are all here
     for name, file in files.items():
         axis = tree["axes"][name]
         place = {key: f"{name}/{getattr(file, key).name}" for key in ("plant", "controller", "observer", "friction")}
