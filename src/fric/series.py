@@ -18,6 +18,8 @@ LINEAR, OTHERWISE = 1e6, 1e9
 """The same of the position of a linear axis [m], and of dimensions that `LARGEST` does not name."""
 GAIN = 1e15
 """Magnitude that no parameter of a plant or a controller has in SI: what is beyond is no number in a closed loop."""
+SMALLEST = 1e-20
+"""Magnitude in SI that a measured series reaches, if it is not 0 throughout."""
 CLOSEST = 1e-9
 """Mean time between samples at least [s]."""
 
@@ -66,18 +68,19 @@ def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Moti
 
 
 def require_plausible(name: str, values: Real, dimension: str, where: str, *, motion: Motion = "linear") -> None:
-    """Raise a `FricError` where a value is no number, or no machine reaches it (in SI units)."""
+    """Raise a `FricError` where a value is no number, or no machine reaches it, or all are too small (in SI units)."""
     import numpy as np
 
-    most = largest(dimension, motion)
-    if not len(values) or (-most <= values.min() and values.max() <= most):  # NaN is neither
+    most, unit = largest(dimension, motion), si_unit(dimension, motion)
+    size = max(-values.min(), values.max()) if len(values) else 0.0
+    if size == 0.0 or SMALLEST <= size <= most:
         return
     n = int(np.argmin(np.abs(values) <= most))
-    what = (
-        f"reaches {values[n]:.3g} {si_unit(dimension, motion)}, which no machine does, at sample {n}"
-        if np.isfinite(values[n])
-        else f"is no number at sample {n}"
-    )
+    what = f"reaches {values[n]:.3g} {unit}, which no machine does, at sample {n}"
+    if not np.isfinite(values[n]):
+        what = f"is no number at sample {n}"
+    elif size < SMALLEST:
+        what = f"stays below {size:.3g} {unit}, which nothing measures"
     raise FricError(
         f"the {name} {what}", where=where,
         hint="Look at its unit; or ingest the log again with `bad_cells='drop'`, which leaves such samples out.",

@@ -10,14 +10,17 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.circles.revolutions import find_circles
 from fric.circles.voltage import voltage_record
 from fric.control.cascade import Cascade
+from fric.documents.contours import ContourScheme
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.input import foreign
+from fric.io.circle import read_feedforward
 from fric.io.hdf5 import read_records, write_logs
 from fric.io.ingest import ingest
 from fric.io.run import read_runs
@@ -40,6 +43,7 @@ SPOILT: dict[str, Callable[[np.ndarray], Any]] = {
     "all NaN": lambda a: a * np.nan,
     "infinite": lambda a: np.where(np.arange(len(a)) == 5, -np.inf, a),
     "1e300": lambda a: np.where(np.arange(len(a)) == 5, 1e300, a),
+    "1e-300": lambda a: a * 1e-300,
     "complex": lambda a: a + 1j,
     "text": lambda a: ["a"] * len(a),
     "objects": lambda a: np.array([None, {}] * (len(a) // 2), object),
@@ -49,7 +53,6 @@ TIMES: dict[str, Callable[[np.ndarray], Any]] = {
     "equal": lambda a: 0.0 * a,
     "one equal": lambda a: np.where(np.arange(len(a)) == 9, a[8], a),
     "backwards": lambda a: a[::-1],
-    "denormal": lambda a: a * 1e-300,
     "in 1e12 s": lambda a: a + 1e12,
 }
 FREQUENCY = np.geomspace(1.0, 100.0, N)
@@ -158,6 +161,23 @@ def test_a_circle_that_is_none_is_told_before_it_is_tuned_by(test: MeasuredCircl
     """As a singular matrix, an empty filter, and an array of terabytes."""
     with pytest.raises(FricError, match=match):
         voltage_record(test, "x")
+
+
+@pytest.mark.parametrize("value", [1.0, "a", [], None, True])
+def test_what_is_in_place_of_a_part_that_fric_wrote_is_refused(value: Any) -> None:
+    """As "'float' object has no attribute 'scheme'" in a report."""
+    with pytest.raises(ValidationError):
+        ContourScheme.model_validate(value)
+
+
+@pytest.mark.parametrize("value", [np.nan, 1e300])
+def test_a_feedforward_that_no_machine_had_is_refused(tmp_path: Path, value: float) -> None:
+    path = tmp_path / "table.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs["fric"] = "feedforward/1"
+        file["x/voltage"] = np.where(T > 0.01, value, 0.0)
+    with pytest.raises(FricError, match="axis x: the voltage"):
+        read_feedforward(path)
 
 
 @pytest.mark.parametrize("value", [np.inf, 1e300, np.nan])

@@ -4,8 +4,13 @@ from pathlib import Path
 
 import pytest
 
+from fric.documents.yaml import read_tree
 from fric.errors import FricError
+
+from fric.reproduce.paper import AxisFiles, _identified_machine
 from fric.reproduce.step_cache import StepCache
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -60,3 +65,19 @@ def test_a_folder_that_cannot_be_is_an_error(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(FricError, match="cannot be made"):
         StepCache(Path(tmp_path / "file" / "folder"))
+
+
+def test_a_machine_that_is_like_another_is_written_with_all_its_axes(tmp_path: Path) -> None:
+    """As `KeyError: 'y'` of a machine that states one axis anew."""
+    given, made = tmp_path / "given.yaml", tmp_path / "machine.yaml"
+    given.write_text(f"fric: machine/1\nlike: {ROOT / 'configs/xy-table.yaml'}\naxes: {{x: {{encoder: null}}}}\n")
+    files = {name: AxisFiles(tmp_path / name) for name in "xy"}
+    for name, file in files.items():
+        (tmp_path / name).mkdir()
+        for key in ("plant", "controller", "observer", "friction"):
+            before = ROOT / f"tests/documents/before/{key.replace('friction', 'gms')}.yaml"
+            getattr(file, key).write_text(before.read_text().replace("axis: x", f"axis: {name}"))
+    _identified_machine(given, files, made)
+    tree = read_tree(made)
+    assert [tree["axes"][name]["nominal"] for name in "xy"] == ["x/plant.yaml", "y/plant.yaml"]
+    assert "like" not in tree

@@ -89,7 +89,8 @@ class Written(Part):
     @model_validator(mode="before")
     @classmethod
     def _read_off(cls, given: Any) -> Any:
-        return given if isinstance(given, Mapping | BaseModel) else read_off(cls, given)
+        held = isinstance(given, Mapping | BaseModel | list | str | float | int | None)  # as files hold it
+        return given if held else read_off(cls, given)
 
 
 class Quantity(Part):

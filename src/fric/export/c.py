@@ -11,6 +11,7 @@ from fric.errors import FricError
 from fric.export.base import LARGEST, ExportedPart, Files, Target
 from fric.export.rendering import identifier, render
 from fric.export.translate.c_code import Dialect, c_routines
+from fric.series import CLOSEST
 from fric.units import si_unit
 
 EQUATIONS = {
@@ -84,7 +85,7 @@ def plain_text(of: object) -> str:
 def c_values(part: ExportedPart, *, single: bool = False) -> dict[str, Any]:
     """Return the data of a part for the templates of C."""
     dialect = Dialect(f"{name_of(part)}_", single)
-    number = dialect.number
+    number, ring = dialect.number, 4 + ceil(SUB_STEPS * (part.delay * part.sampling + 1))
     values = values_of(part, number) | {
         "routines": c_routines(part.program, dialect),
         "guard": f"{dialect.prefix}h".upper(),
@@ -99,7 +100,9 @@ def c_values(part: ExportedPart, *, single: bool = False) -> dict[str, Any]:
         "delay": number(part.delay),
         "corner": number(2 * pi * part.velocity_filter),
         "sub_steps": number(SUB_STEPS),
-        "ring": 4 + ceil(SUB_STEPS * (part.delay * part.sampling + 1)),
+        "ring": ring,
+        "last": number(ring - 1),
+        "shortest": number(CLOSEST),
     }
     pieces = ("declarations", "definitions")
     return values | {piece: render(f"{part.role}_{piece}.c.j2", **values).rstrip() for piece in pieces}

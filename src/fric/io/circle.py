@@ -19,6 +19,7 @@ from fric.io.readers import tables
 from fric.io.run import FORMAT as RUN
 from fric.io.run import read_runs
 from fric.io.safe_hdf5 import check_type, column, open_file, staged_hdf5, text, write_column
+from fric.series import require_plausible
 from fric.simulate.axis import Trace
 from fric.simulate.circle import CircleRun
 from fric.simulate.path import PointPath, RecordedPath
@@ -45,11 +46,14 @@ def write_feedforward(path: Path, table: LearnedFeedforward, provenance: str = "
 def read_feedforward(path: Path) -> dict[str, Real]:
     """Read the voltage that each axis fed forward against friction [V], by its name.
 
-    Raises FricError: When it is no feedforward file, or cut short.
+    Raises FricError: When it is no feedforward file, or cut short, or no machine reaches a value.
     """
     with open_file(path) as file:
         check_type(file, path, FEEDFORWARD, "Give a file of `fric learn -o`.")
-        return {name: column(group, "voltage") for name, group in file.items()}
+        found = {name: column(group, "voltage") for name, group in file.items()}
+    for name, volts in found.items():
+        require_plausible("voltage", volts, "input", f"{path}, axis {name}")
+    return found
 
 
 def read_path(path: Path, feed: float) -> PointPath | RecordedPath:
