@@ -6,7 +6,6 @@ import pytest
 
 from fric.documents.yaml import read_tree
 from fric.errors import FricError
-
 from fric.reproduce.paper import AxisFiles, _identified_machine
 from fric.reproduce.step_cache import StepCache
 
