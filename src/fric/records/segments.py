@@ -27,6 +27,8 @@ from fric.threads import one_blas_thread
 
 RELATIVE = 0.01
 """Distance from the chord, as a share of the travel, that still counts as constant velocity."""
+GRAIN = 2.0**-20
+"""Share of the resolution that distances are rounded to."""
 SHORTEST = 16
 """Samples, and counts of the encoder, that a segment has at least."""
 
@@ -49,8 +51,12 @@ class Path:
         """Return the distance of each sample of a piece from its chord [m]."""
         t, z = self.time[start:stop], self.position[start:stop]
         slope = (z[-1] - z[0]) / (t[-1] - t[0])
-        distance: Real = np.abs(z - (z[0] + slope * (t - t[0])))
-        return distance
+        return self.rounded(np.abs(z - (z[0] + slope * (t - t[0]))))
+
+    def rounded(self, distance: Real) -> Real:
+        """Return distances [m] without their last bits: of whole counts, many are equal, and equal to a tolerance."""
+        grain = GRAIN * self.resolution
+        return np.round(distance / grain) * grain if grain else distance
 
     def tolerance(self, start: int, stop: int) -> float:
         """Return the distance from the chord [m] above which a piece has no constant velocity."""
@@ -145,7 +151,7 @@ def trimmed(path: Path, start: int, stop: int) -> tuple[int, int]:
     t_inner, z_inner = t[inner] - t[inner].mean(), z[inner] - z[inner].mean()
     slope = float(t_inner @ z_inner) / float(t_inner @ t_inner)
     first, last = max(start - n // 2, 0), min(stop + n // 2, len(t))
-    residual = z[first:last] - z[inner].mean() - slope * (t[first:last] - t[inner].mean())
+    residual = path.rounded(z[first:last] - z[inner].mean() - slope * (t[first:last] - t[inner].mean()))
     usual = 5.0 * float(np.median(np.abs(residual[start + edge - first : stop - edge - first])))
     allowed = max(1.5 * path.resolution if path.velocity is None else path.explained(n), usual)
     travel = abs(path.travel(start + edge, stop - edge)) / (n - 2 * edge)
