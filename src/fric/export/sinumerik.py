@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from fric.arrays import Real
+from fric.choice import simplest
 from fric.contour import circularity
 from fric.control.scheme import PAPER_SCHEMES
 from fric.errors import FricError
@@ -38,8 +39,8 @@ WINDOW = 0.05
 """Time after the fastest reversal over which the rise of friction gives the start of the search [s]."""
 DECAYS = np.geomspace(0.004, 0.2, 12)
 """Decays that are tried [s]."""
-SHARES = np.arange(0.4, 1.35, 0.1)
-"""Amplitudes that are tried, over that of the fastest reversal's rise."""
+SHARES = np.array([1.0, 0.9, 1.1, 0.8, 1.2, 0.7, 1.3, 0.6, 0.5, 0.4])
+"""Amplitudes that are tried, over that of the fastest reversal's rise: what is nearer to it wins a tie."""
 ACCURACY = 5e-9
 """Accuracy of the simulated circles [m]."""
 
@@ -96,7 +97,7 @@ def fitted(axis: Axis, part: ExportedPart) -> tuple[Pulse, list[float]]:
 
     By simulation. For each decay the amplitude follows from the friction model after the fastest reversal;
     then amplitudes are tried about it at each feed. The characteristic passes through the best of each, or is flat,
-    whichever leaves less over all of them.
+    whichever leaves less over all of them. What leaves less by no more than chance does not.
     """
     rise = rise_of(part)
     t = np.arange(len(rise)) / part.sampling
@@ -105,11 +106,16 @@ def fitted(axis: Axis, part: ExportedPart) -> tuple[Pulse, list[float]]:
     def at(pulse: Pulse, feed: float) -> float:
         return left_over(axis, part, pulse, feed)
 
-    def left(pulse: Pulse) -> list[float]:
-        return [at(pulse, feed) for feed in FEEDS]
+    def begun(decay: float) -> Pulse:
+        pulse = through_controller(part, decay, t)
+        return flat(as_filed(max(float(pulse @ rise / (pulse @ pulse)), 0.0)), decay)
+
+    long, *shorter = map(begun, map(float, DECAYS[::-1]))  # long pulses are usual: they leave little early
+    places = np.array([[left_over(axis.placed(n / PLACES), part, long, feed) for feed in FEEDS] for n in range(PLACES)])
+    chance = Chance(tuple(places.sum(axis=1))).half
 
     def least(pulses: Iterable[Pulse]) -> Pulse:
-        """Return the pulse of the least sum; slow circles are skipped where fast circles alone leave more."""
+        """Return the pulse of the least sum, the first of a tie; slow circles are skipped where fast leave more."""
         best, bound = flat(0.0, 1.0), inf
         for pulse in pulses:
             total = 0.0
@@ -118,17 +124,15 @@ def fitted(axis: Axis, part: ExportedPart) -> tuple[Pulse, list[float]]:
                 if total >= bound:
                     break
             else:
-                best, bound = pulse, total
+                best, bound = pulse, total - chance
         return best
 
-    def begun(decay: float) -> Pulse:
-        pulse = through_controller(part, decay, t)
-        return flat(as_filed(max(float(pulse @ rise / (pulse @ pulse)), 0.0)), decay)
-
-    best = least(map(begun, map(float, DECAYS[::-1])))  # long pulses are usual: they leave little early
+    best = least((long, *shorter))
     tried = [flat(float(share) * best.largest, best.decay) for share in SHARES]
-    table = np.array([left(pulse) for pulse in tried])
-    alone = [tried[n].largest for n in np.argmin(table, axis=0)]
+    alone = [
+        tried[simplest([at(pulse, feed) for pulse in tried], Chance(tuple(each)).half)].largest
+        for feed, each in zip(FEEDS, places.T, strict=True)
+    ]
     plain = least(tried)
     fast, middle, slow = (feed**2 / RADIUS for feed in FEEDS)
     adaptive = Pulse(max(alone), min(alone[0], max(alone)), best.decay, plain.a_1, plain.a_2, plain.a_3)
