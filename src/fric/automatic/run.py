@@ -29,11 +29,11 @@ from fric.documents.plant import PlantDocument
 from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
 from fric.estimate import estimate_rows
+from fric.io.circle import choose_circles
 from fric.io.questions import Ask
 from fric.notice import Notice, once
 from fric.report.summary import Report, make_report
 from fric.results.base import Result
-from fric.results.diagnose import diagnose
 from fric.results.given import bounded
 from fric.results.given_models import machine_of
 from fric.results.kinds import Address, CircleFiles, Count, MachineFile, Quantity
@@ -242,7 +242,8 @@ def auto(
         failed = [f"{name}: {failure}" for name, failure in session.failed.items()]
         asked = {"circle": found.circles, "tolerance": None if allowed is None else f"{allowed!r} m", "failed": failed}
         session.take(step("report", "report", read, asked, [*read, *found.circles], output=folder / "report.html"))
-        page = make_report(*pages, circles=found.circles, tolerance=allowed)
+        made = session.last if isinstance(session.last, Report) else None
+        page = made or make_report(*pages, circles=found.circles, tolerance=allowed)
     session.close()
     described = list(once(found.description))
     rotary = bool(axes) and all(rotates(axis.motion) for axis in axes.values())
@@ -300,7 +301,7 @@ def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], mac
         if not all(friction.section("gms") for friction in frictions):
             options["scheme"] = "a,b,d,e"  # there is no GMS model to feed forward
     if found.circles:
-        test = diagnose(found.circles[0]).found.test
+        test = choose_circles(found.circles[:1])[0]
         options |= {"radius": f"{test.radius!r} m", "velocity": f"{test.feed!r} m/s", "measured": found.circles}
         reads += found.circles
     session.take(circle_step(machine, session.folder, options, reads))

@@ -215,12 +215,13 @@ class Session:
         self.log: list[str] = []
         self.steps = self.made = 0
         self.failed: dict[str, Failure] = {}
+        self.last: Result | None = None  # What the last step made, where it was run
 
     def take(self, step: Step) -> bool:
         """Run a step unless it is up to date; return whether its outputs exist."""
         if not step.ready:
             return False
-        self.steps += 1
+        self.steps, self.last = self.steps + 1, None
         text, begun = shlex.join(["fric", *step.words]), monotonic()
         for path in step.leaves:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -238,7 +239,7 @@ class Session:
             return False
         self.made += made
         self.script.append(text)
-        found = results[0] if results else None
+        self.last = found = results[0] if results else None
         brief, whole = (found.brief(), repr(found)) if found is not None else ("" if made else "up to date", "")
         timed = made and "SOURCE_DATE_EPOCH" not in environ  # which asks for the same text again
         self._tell(step, text, f"{brief:<66} {monotonic() - begun:5.1f} s" if timed else brief, whole)

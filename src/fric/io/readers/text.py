@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from itertools import chain, islice, repeat
 from pathlib import Path
 from typing import IO, Any, NamedTuple
@@ -90,8 +90,9 @@ class _Row(NamedTuple):
         return sum(self.numeric) - words
 
 
+@lru_cache(maxsize=64)
 def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
-    """Find how a text log is written from its beginning.
+    """Find how a text log is written from its beginning, once for each: a log is looked at before it is read.
 
     head: The first bytes of the file, uncompressed.
     layout: What the user states; it is used unchanged.
@@ -156,12 +157,15 @@ def _reading(lines: list[str], layout: Layout) -> tuple[str, str, list[_Row]]:
     if not any(line.strip() for line in lines):
         raise FricError("there is a header and no data", hint="Export the log again, with its samples.")
     best: tuple[int, int, str, str] = (0, 0, "", "")
-    for delimiter in [layout.delimiter] if layout.delimiter else DELIMITERS:
-        for decimal in [layout.decimal] if layout.decimal else [".", ","]:
+    sniffed = lines[-SNIFFED:]  # the preamble is above
+    text = "".join(sniffed)
+    lacking = [mark for mark in DELIMITERS[:-1] if mark not in text]  # each reads a line as a single cell
+    for delimiter in [layout.delimiter] if layout.delimiter else [d for d in DELIMITERS if d not in lacking[1:]]:
+        for decimal in [layout.decimal] if layout.decimal else [".", ","] if "," in text else ["."]:
             if decimal == delimiter:
                 continue
             scores: dict[int, int] = {}
-            for line in lines[-SNIFFED:]:  # the preamble is above
+            for line in sniffed:
                 row = _row(line, delimiter, decimal, layout.comment)
                 scores[len(row.cells)] = scores.get(len(row.cells), 0) + max(row.score, 0)
             width = max(scores, key=lambda n: (scores[n], n))
