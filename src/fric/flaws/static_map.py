@@ -53,8 +53,6 @@ STROKES_STAND_OFF = Flaw("strokes-stand-off", lambda f: "doubt" if f.share > SCA
 STROKES_SCATTER = Flaw("strokes-scatter", lambda f: "doubt" if f.share > SCATTERED else "note",
     "Strokes scatter by {spread:2} beyond their noise, {share:.0%} of the force: weights and intervals allow for it.",
     "{large:Friction that does not repeat, a play or an axis that hunts is no map of speed. Look at their records.|}")
-STROKES_UNSETTLED = Flaw("strokes-unsettled", "doubt", "The force had not settled by half of the strokes at {speeds}.",
-    "Log longer strokes.", widens={"v_s": 0.3}, circle_settles=True)
 STROKES_IN_PRESLIDING = Flaw("strokes-in-presliding", "doubt", "The force still rises at the end of the strokes at "
     "{speeds}: they end before the axis slides, and are left out.", "Log longer strokes.", widens={"v_s": 0.3})
 STROKES_SETTLING = Flaw("strokes-settling", _settling, "The force still settles in {strokes} strokes from "

@@ -17,7 +17,7 @@ from fric.arrays import Real
 from fric.estimate import Estimate
 from fric.flaws.base import SMALL
 from fric.flaws.drift import RECORDS_VARY
-from fric.flaws.static_map import FORCE_ALONG_AXIS, STICKS, STROKES_SETTLING, STROKES_SWING, STROKES_UNSETTLED
+from fric.flaws.static_map import FORCE_ALONG_AXIS, STICKS, STROKES_SETTLING, STROKES_SWING
 from fric.identify.static_map.map_fit import FEWEST, predicts_better, solved, weighted_rms
 from fric.identify.static_map.points import SpeedPoint, average, force_step, logs_of_strokes, rounded_by
 from fric.identify.static_map.stribeck_fit import MapSolution, StribeckProblem
@@ -246,13 +246,13 @@ def settling(strokes: Strokes) -> Correction | None:
     points, known = strokes.points, _batched(strokes)
     shared = _shared(known) if known else None
     if shared is None:
-        return _unsettled(strokes)
+        return None
     number = np.array([stroke.number for stroke in known])
     taken = np.array([stroke.off(shared.log_C) for stroke in known])
     worth = np.abs(taken) > VISIBLE * np.array([points[n].standard_error for n in number])
     rises = np.array([points[n].force for n in number]) * taken < 0.0
     if not worth.any() or np.sum(np.abs(taken)[worth & rises]) > RISING * np.sum(np.abs(taken)[worth]):
-        return _unsettled(strokes)
+        return None
     found = list(points)
     for stroke in compress(known, worth):
         found[stroke.number] = _settled(strokes, stroke, shared)
@@ -350,14 +350,6 @@ def _notice(strokes: Strokes, taken: Real, speeds: list[float], shared: _Shared)
     C = of(float(np.exp(shared.log_C)), "force rate")
     found = {"strokes": len(taken), "most": of(largest, "force"), "share": largest / strokes.size, "C": C}
     return STROKES_SETTLING.found(**ends, **found)
-
-
-def _unsettled(strokes: Strokes) -> Correction | None:
-    """Return the warning where nothing is corrected, and a force had not settled by half of its stroke."""
-    speeds = [
-        strokes.asked.of(v, "velocity") for v in dict.fromkeys(p.velocity for p in strokes.points if not p.settled)
-    ]
-    return Correction(notices=[STROKES_UNSETTLED.found(speeds=speeds)]) if speeds else None
 
 
 def slope(strokes: Strokes) -> Correction | None:
