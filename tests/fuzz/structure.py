@@ -721,7 +721,8 @@ def judged(words: list[str], folder: Path) -> str:
     if status == 0:
         given = " ".join(words).lower()
         outputs = [one for one in sorted(folder.rglob("out*")) if one.is_file()]
-        for name, held in {"what is printed": text, **{one.name: _read(one) for one in outputs}}.items():
+        heard = "\n".join(line for line in lines if "which no machine does" not in line)
+        for name, held in {"what is printed": heard, **{one.name: _read(one) for one in outputs}}.items():
             for found in NO_NUMBER.finditer(held):
                 if found[0].lower() not in given:
                     return f"silent: {name} {held[max(found.start() - 40, 0) : found.end() + 30]!r}"
@@ -796,7 +797,10 @@ def main() -> int:
             if wrong and not seen[wrong[:110]]:
                 print(f"{case.n} {case.words}: {wrong}", flush=True)
                 if given.keep:
-                    shutil.copytree(Path(place) / "case", given.keep / f"{given.seed}-{case.n}", dirs_exist_ok=True)
+                    odd = shutil.ignore_patterns("fifo", "loop")
+                shutil.copytree(
+                    Path(place) / "case", given.keep / f"{given.seed}-{case.n}", ignore=odd, dirs_exist_ok=True
+                )
             seen[wrong[:110]] += bool(wrong)
             if time.monotonic() - begun > 60 * given.minutes:
                 break
