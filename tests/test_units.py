@@ -94,3 +94,15 @@ def test_german_headers_degrees_are_degrees():
     assert factor("Grad/s", "velocity", "rotary") == pytest.approx(pi / 180)
     with pytest.raises(FricError, match="degrees in German, and gon elsewhere"):
         factor("grad", "position", "rotary")
+
+
+def test_a_cache_of_an_installation_that_is_no_more_does_no_harm(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As `FileNotFoundError` of each command with a unit, where two environments share a home."""
+
+    def made(*, cache_folder: str = "") -> str:
+        if cache_folder:
+            raise FileNotFoundError("constants_en.txt")
+        return "without a cache"
+
+    monkeypatch.setattr("pint.UnitRegistry", made)
+    assert _registry.__wrapped__() == "without a cache"

@@ -95,8 +95,10 @@ def si_unit(dimension: str, motion: Motion = "linear") -> str:
 def _registry() -> pint.UnitRegistry[Any]:
     import pint  # 290 ms: only when a unit is met that is not SI already
 
-    registry: pint.UnitRegistry[Any] = pint.UnitRegistry(cache_folder=":auto:")
-    return registry
+    try:
+        return pint.UnitRegistry(cache_folder=":auto:")
+    except OSError:  # it cannot be written; or it was made by another installation, and names files that are no more
+        return pint.UnitRegistry()
 
 
 _EVERYDAY: dict[tuple[str, str], float] = {

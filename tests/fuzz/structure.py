@@ -797,10 +797,8 @@ def main() -> int:
             if wrong and not seen[wrong[:110]]:
                 print(f"{case.n} {case.words}: {wrong}", flush=True)
                 if given.keep:
-                    odd = shutil.ignore_patterns("fifo", "loop")
-                shutil.copytree(
-                    Path(place) / "case", given.keep / f"{given.seed}-{case.n}", ignore=odd, dirs_exist_ok=True
-                )
+                    kept, odd = given.keep / f"{given.seed}-{case.n}", shutil.ignore_patterns("fifo", "loop")
+                    shutil.copytree(Path(place) / "case", kept, ignore=odd, dirs_exist_ok=True)
             seen[wrong[:110]] += bool(wrong)
             if time.monotonic() - begun > 60 * given.minutes:
                 break
