@@ -18,7 +18,9 @@ from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
 from fric.io.propose import propose
 from fric.io.readers import tables
+from fric.io.readers.base import named
 from fric.io.roles import SURE, AxisColumns, axes_of
+from fric.io.words import tags
 from fric.units import rotates
 from tests.chance import fewest
 from tests.io.judge import judged
@@ -302,3 +304,80 @@ def test_joints_of_an_arm_in_matrices_are_axes_of_a_record(tmp_path: Path, lying
         (axis,) = (one for one in found if names[one.roles["position"].column or 0] == f"Q(:,{n})")
         assert names[axis.roles["velocity"].column or 0] == f"dQ(:,{n})"
         assert names[axis.roles["force"].column or 0] == f"I(:,{n})"
+
+
+@pytest.mark.parametrize(
+    ("names", "axes"),
+    [
+        ("roll_angle roll_rate pitch_angle pitch_rate battery", ["roll", "roll", "pitch", "pitch", None]),
+        ("q[0] q[1] tau_J[0] tau_J[1] time", ["0", "1", "0", "1", None]),
+        ("X1_ActualPosition X1_Current S1_ActualPosition S1_Current M1_Line", ["x", "x", "s", "s", None]),
+        ("x1 x2 force", [None] * 3),
+        ("actual_position commanded_position actual_velocity commanded_velocity", [None] * 4),
+        ("motor_position load_position motor_velocity load_velocity", [None] * 4),
+        ("exp.input.u exp.output.y exp.ref.r", [None] * 3),
+    ],
+)
+def test_axes_are_words_that_several_columns_share(names: str, axes: list[str | None]) -> None:
+    assert tags([named(name) for name in names.split()]) == axes
+
+
+def test_a_count_of_rows_is_no_clock_and_a_supply_drives_nothing(tmp_path: Path) -> None:
+    """The period follows from position against velocity; a fast loop's 48 V are no input, and a line number no time."""
+    a = axis_of_a_drive(dt=4e-3)
+    rng = np.random.default_rng(2)
+    n = np.arange(len(a["t"]))
+    path = write(tmp_path / "table.csv", "Line;Sample;Pos_Table;Vel_Table;Cur_Table;main voltage", n // 50, n,
+                 1e3 * a["position"], 1e3 * a["velocity"], a["current"], 48.0 + rng.normal(0, 0.1, len(n)))  # fmt: skip
+    (axis,) = told(path)
+    assert (axis.roles["time"].column, axis.roles["time"].unit) == (None, "0.004 s")
+    assert {channel: role.column for channel, role in axis.roles.items() if role.column} == {
+        "position": 2, "velocity": 3, "force": 4
+    }  # fmt: skip
+    assert axis.motion == "linear/A"  # a table moves along a line
+
+
+def test_counts_of_position_and_velocity_leave_their_units_open(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    counts = np.round(4096 / 6.283 * a["position"]), np.round(a["velocity"] * 9.549 / 0.229)
+    head = "tick;goal_position;present_position;present_velocity;present_current"
+    path = write(tmp_path / "log.txt", head, 1e3 * a["t"], np.round(counts[0] + 3), *counts, a["current"])
+    (axis,) = told(path)
+    assert [axis.roles[name].column for name in ("reference", "position", "velocity", "force")] == [1, 2, 3, 4]
+    assert all(axis.roles[name].unit_likelihood < SURE for name in ("position", "velocity"))
+
+
+def test_signals_of_simulink_and_units_above_a_header(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    signals = [{"values": a[name][:, None], "label": label} for name, label in (
+        ("position", "x_meas"), ("current", "F_motor"))]  # fmt: skip
+    savemat(tmp_path / "scope.mat", {"ScopeData": {"time": a["t"][:, None], "signals": signals}})
+    assert [column.name for column in next(tables(tmp_path / "scope.mat")).columns][1:] == ["x_meas", "F_motor"]
+    apart = {name: {"Time": a["t"], "Data": a[name]} for name in ("position", "velocity", "current")}
+    savemat(tmp_path / "out.mat", {"logsout": apart})
+    assert {column.name for column in next(tables(tmp_path / "out.mat")).columns} == {
+        "time", "position", "velocity", "current"
+    }  # fmt: skip
+    rows = "".join(f"{t:.3f}\t{1e3 * x:.4f}\t{i:.4f}\t\n" for t, x, i in zip(a["t"], a["position"], a["current"],
+                                                                           strict=True))  # fmt: skip
+    head = "LabVIEW Measurement\t\nY_Unit_Label\tmm\tN\t\n***End_of_Header***\nX_Value\tLaser\tLoad cell\tComment\n"
+    (tmp_path / "run.lvm").write_text(head + rows)
+    assert [column.unit for column in next(tables(tmp_path / "run.lvm")).columns][:3] == [None, "mm", "N"]
+    assert [log.axis for log in find_sources([tmp_path / "run.lvm"], None, tmp_path / "made", assume=True).logs] == [
+        "x"
+    ]
+
+
+def test_a_table_of_velocities_in_order_is_one_of_means(tmp_path: Path) -> None:
+    speed = np.concatenate([-np.geomspace(200, 0.5, 9), np.geomspace(0.5, 200, 9)])
+    path = write(tmp_path / "curve.csv", "omega [rad/s];T_fric [Nm]", speed, np.sign(speed) * 0.4 + 0.002 * speed)
+    (source,) = find_sources([path], None, tmp_path / "made").logs
+    assert source.kinds == {"force-velocity"}
+
+
+def test_a_motion_without_force_is_said_once(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    write(tmp_path / "log.csv", "time [s];position [rad];velocity [rad/s]", a["t"], a["position"], a["velocity"])
+    with pytest.raises(FricError, match="no column is a force, a torque, a current or a voltage") as error:
+        fric.auto(tmp_path, output=tmp_path.parent / f"{tmp_path.name}-out")
+    assert "Log time, position or velocity, and force" in error.value.hint

@@ -1,5 +1,6 @@
 """`auto`: recognise, ingest, identify, design, simulate, compare with the measured circle, and report."""
 
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -30,6 +31,7 @@ from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.io.circle import choose_circles
+from fric.io.propose import first_of
 from fric.io.questions import Ask
 from fric.notice import Notice, once
 from fric.report.summary import Report, make_report
@@ -222,8 +224,7 @@ def auto(
     if nothing and found.open.found:
         raise found.open.error()
     if nothing:
-        hint = "Give logs, or their folder; or say what their columns are: `fric ingest FILES --propose MAP.yaml`."
-        raise FricError("there is no log in these files", hint="\n".join([*found.description[:1], hint]))
+        raise _none_found(found)
     advance(0, total=_steps(found))
     session = Session(folder, run, say, advance)
     for trace in found.traces:
@@ -249,6 +250,20 @@ def auto(
     rotary = bool(axes) and all(rotates(axis.motion) for axis in axes.values())
     failed = [f"{name}: {failure}" for name, failure in session.failed.items()]
     return AutoResult(folder, axes, described, session.steps, session.made, failed, page, rotary)
+
+
+def _none_found(found: Sources) -> FricError:
+    """Return why no file shows friction, and what to log or to fill in."""
+    if not found.refused:
+        return FricError("there is no log in these files", hint="Give logs of a drive, or their folder.")
+    ((why, files), *more) = found.refused.items()
+    what = f"no log here shows friction: {why}"
+    beside = [f"{first_of(others)}: {reason}" for reason, others in more[:3]]
+    hint = (
+        "Log time, position or velocity, and force, torque or current of a moving axis; where they are there, name "
+        f"them in a mapping: `{shlex.join(['fric', 'ingest', str(files[0]), '--propose', 'map.yaml'])}`."
+    )
+    return FricError(what, where=first_of(files), hint="\n".join([*beside, hint]))
 
 
 def _refuse_among(folder: Path, logs: Sequence[Path]) -> None:

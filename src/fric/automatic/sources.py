@@ -22,7 +22,7 @@ from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
 from fric.io.propose import Guessed, axes_said, first_of, guessed, is_sure, says_all
 from fric.io.questions import Ask, answered, beside
-from fric.io.readers import endings
+from fric.io.readers import endings, tables
 from fric.io.recognise import HDF5_SIGNATURE, recognise
 from fric.log import Log, Record
 from fric.notice import Notice
@@ -39,7 +39,7 @@ from fric.units import Motion
 
 MOTION = "motion"
 """Use of records of any kind whose motion determines mass, viscous and Coulomb friction."""
-PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ""})
+PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ".m", ".zip"})
 """Endings of files that may lie beside logs, and are no logs."""
 
 
@@ -49,6 +49,8 @@ _PAPER = re.compile(
 """Names of papers that lie beside logs."""
 
 
+NO_FORCE = "no column is a force, a torque, a current or a voltage of the axis that moves"
+"""Why a record of a motion shows no friction."""
 LACKS_FORCE = "no column is named force"
 """Why a log with a complete header needs a question: another column looks like its force."""
 
@@ -70,6 +72,7 @@ class Source:
     strokes: int = 0  # How many segments at constant velocity, or means of such, its records have
     wide: bool = False  # Whether its mapping has parts, of which this axis is chosen by name
     assumed: bool = False  # Whether samples that cannot be used are dropped
+    pushed: bool = True  # Whether a record has a force or an input, or is a response or a table
 
 
 @dataclass
@@ -122,7 +125,7 @@ def find_sources(
             found.logs.append(_source(path, records, None))
         elif (
             kind is None
-            and path.suffix.lower() in endings()
+            and (path.suffix.lower() in endings() or _holds_numbers(path))
             and (why := _foreign(path, mapping, found, seen, assume=assume))
         ):
             asking[path] = why
@@ -132,10 +135,11 @@ def find_sources(
     for path in [path for path, why in asking.items() if why == LACKS_FORCE]:
         if not (why := _read(path, "", found, seen, assume=assume)):
             del asking[path]
-    papers = [path for path in asking if _is_paper(path)]
-    for path, why in asking.items():
-        if path not in papers:
-            found.refused.setdefault(why, []).append(path)
+    pushed = {log.path for log in found.logs if log.pushed}
+    asking |= {log.path: NO_FORCE for log in found.logs if log.path not in pushed}
+    found.logs = [log for log in found.logs if log.pushed]
+    for path, why in ((path, why) for path, why in asking.items() if not _is_paper(path)):
+        found.refused.setdefault(why, []).append(path)
     for path in _controllers(given):
         document = read_document(path, ControllerDocument)
         found.controllers.setdefault(document.axis, path)
@@ -187,6 +191,14 @@ def _guessed(
                 asking.pop(path, None)
 
 
+def _holds_numbers(path: Path) -> bool:
+    """Return whether a file with an ending of no format is a table of numbers."""
+    try:
+        return len(next(tables(path)).columns) > 1
+    except FricError:
+        return False
+
+
 def _is_paper(path: Path) -> bool:
     """Return whether a file that is no log is there to be read by people, by its name."""
     return bool(_PAPER.match(path.name)) and path.suffix.lower() in {".txt", ".md", ".rst", ".log", ".dat"}
@@ -234,7 +246,9 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
         for inspection in inspected if isinstance(inspection, Inspection | TableInspection)
     )  # fmt: skip
     driven = all(isinstance(record, Log) and record.input is not None for record in records)
-    return Source(path, records[0].axis, records[0].motion, kinds, uses, mapping, both, driven=driven, strokes=strokes)
+    pushed = any(not isinstance(record, Log) or record.force is not None for record in records) or driven
+    axis, motion = records[0].axis, records[0].motion
+    return Source(path, axis, motion, kinds, uses, mapping, both, driven=driven, strokes=strokes, pushed=pushed)
 
 
 def _excites(record: Record) -> bool:

@@ -8,6 +8,8 @@ from fnmatch import fnmatch
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from fric.columns import CHANNELS, FORCE_VELOCITY, FORCE_VELOCITY_DIMENSIONS, KINDS, Kind, channel_dimension
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_text
@@ -17,14 +19,16 @@ from fric.io.channels import plan
 from fric.io.readers import tables
 from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, plain_name
 from fric.io.recognise import is_hdf5
-from fric.io.roles import LIKELY, SURE, AxisColumns, Role, axes_of, in_memory, tag
-from fric.io.words import OF_MEANS, axis_of, bare, looking_like, measures, named_as, spoken
+from fric.io.roles import LIKELY, SURE, AxisColumns, Role, axes_of, in_memory
+from fric.io.words import OF_MEANS, axis_of, bare, looking_like, measures, named_as, spoken, tags
 from fric.notice import Notice
 from fric.output import staged
 from fric.units import MOTIONS, Motion, converts, rotates, si_unit
 
 NEEDED = ("time", "position", "velocity", "force")
 """Channels that need a question where they are not sure; other unsure channels are left out."""
+MOST_MEANS = 500
+"""Rows of a table of velocities and forces without samples, at most."""
 MOST_FILES = 16
 """Number of files of the same columns whose values are read."""
 
@@ -156,14 +160,15 @@ def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> Axi
 
 def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
     """Return a guess with the name of its axis: from columns or files, else x."""
-    columns = [guess.table.columns[role.column] for role in guess.axis.roles.values() if role.column is not None]
-    name = axis_of(*map(bare, columns))
+    taken = [role.column for role in guess.axis.roles.values() if role.column is not None]
+    name = axis_of(*(bare(guess.table.columns[n]) for n in taken))
     if name is None and alone:
         name = axis_of(*(path.name.split(".")[0] for path in guess.files)) or axis_of(
             *(f"axis {path.parent.name}" for path in guess.files)
         )
     elif name is None:
-        name = next(filter(None, map(tag, columns[1:])), None)
+        shown = tags(guess.table.columns)
+        name = next(filter(None, (shown[n] for n in taken)), None)
     name = f"axis{name}" if name and name.isdigit() else name
     guess.axis.name = name or ("x" if alone else f"axis{guess.axis.name}")
     return Guess(guess.files, guess.table, guess.axis, name is not None, guess.kind)
@@ -274,7 +279,7 @@ def propose(paths: Sequence[Path], output: Path, *, force: bool = False, join: b
 
 def is_sure(guess: Guess) -> bool:
     """Return whether nothing in a guess is open, and no force is left out of it."""
-    return not (guess.questions or guess.kind or "time" not in guess.axis.roles or _unread_force(guess))
+    return not (guess.questions or _unread_force(guess)) and bool(guess.kind or "time" in guess.axis.roles)
 
 
 def asked(found: Sequence[Guess]) -> FricError:
@@ -307,11 +312,20 @@ def _unread_force(guess: Guess) -> bool:
 
 
 def _holds_means(table: ForeignTable, guess: AxisColumns) -> bool:
-    """Return whether a table looks like mean forces at velocities: both, no time, and a deviation, an error or n."""
+    """Return whether a table looks like mean forces at velocities: both, no time, and a deviation, an error or n.
+
+    Without these three its velocities are in order, as no motion has them.
+    """
     names = {OF_MEANS.get(plain_name(column.name), plain_name(column.name)) for column in table.columns}
     timed = guess.roles.get("time")
     named = timed is not None and timed.column is not None and named_as(table.columns[timed.column]) == "time"
-    return not named and {"velocity", "force"} <= guess.roles.keys() and bool({"n", "deviation", "error"} & names)
+    if named or not {"velocity", "force"} <= guess.roles.keys():
+        return False
+    if {"n", "deviation", "error"} & names:
+        return True
+    values = next((block.columns[0] for block in table.read([guess.roles["velocity"].column or 0])), np.empty(0))
+    turns = int(np.count_nonzero(np.diff(np.sign(np.diff(values)))))
+    return 4 < len(values) < MOST_MEANS and turns <= 2
 
 
 def _chosen_means(table: ForeignTable) -> AxisColumns:

@@ -16,9 +16,9 @@ import numpy as np
 
 from fric.arrays import Mask, Real
 from fric.errors import FricError
-from fric.io.readers.base import Column, ForeignTable, Memory
-from fric.io.words import TOLERANCE, Reading, Spoken, axis_of, bare, readings, spoken, time_units, usual_units
-from fric.units import Motion, converts, in_units_of, parse, rotates
+from fric.io.readers.base import ForeignTable, Memory
+from fric.io.words import TOLERANCE, Reading, Spoken, motions_in, readings, spoken, tags, time_units, usual_units
+from fric.units import PLAIN, Motion, converts, in_units_of, parse, rotates
 from fric.units import factor as si_factor
 
 LIKELY = ("time", "reference", "position", "velocity", "force", "input")
@@ -42,7 +42,13 @@ BRAKED = 0.1
 REPEATED = 0.01
 """Share of repeated stamps above which stamps are rounded."""
 UNUSUAL, BY_CHANCE = 0.01, 0.1
+UNFIT = 0.5
+"""Likelihood at most of units that do not explain the factor between position and velocity."""
+DRIVING = 0.2
+"""Score of a voltage that drives an axis, at least."""
 """Weight of unusual units, relative to that of usual units; how often these have a usual factor."""
+JUMPS = 0.5
+"""Step from row to row, relative to the spread, from which on a position cannot be followed."""
 MODES = 4
 """Values that a mode has at most."""
 
@@ -88,12 +94,12 @@ class Samples:
     """The numbers of tables with the same columns, concatenated, with what names and units show of them."""
 
     def __init__(self, tables: Sequence[ForeignTable]) -> None:
-        self.columns = tables[0].columns
+        self.columns, self.path = tables[0].columns, tables[0].path
         most = max(MOST_VALUES // max(len(self.columns), 1) // len(tables), 64)
         pieces = [_head(table, most) for table in tables]
         self.x = np.concatenate(pieces) if pieces else np.empty((0, len(self.columns)))
         self.starts = np.cumsum([0, *map(len, pieces)])[:-1]
-        self.said = [spoken(column) for column in self.columns]
+        self.said, self.tags = [spoken(column) for column in self.columns], tags(self.columns)
         good = np.abs(self.x) < BEYOND
         self.numeric = good.mean(axis=0) > 0.9 if len(self.x) else np.zeros(len(self.columns), bool)
         for n in np.flatnonzero(self.numeric & ~good.all(axis=0)):
@@ -203,6 +209,8 @@ def _clock(data: Samples) -> Role:
         says = data.said[n]
         if len(steps) < 3 or (steps < 0).mean() > 0.001 or not np.mean(steps) > 0:
             continue
+        if says.quantity != "time" and (steps == 0).mean() > 0.5:
+            continue  # the number of a line of a program
         usual = float(np.median(steps)) or float(np.quantile(steps, 0.9)) or np.inf
         even = 1.0 - min(float(np.subtract(*np.quantile(steps, [0.9, 0.1]))) / usual, 1.0)
         score = 3.0 * (says.quantity == "time") + 0.5 * (says.quantity == "row") + even + 0.2 / (1 + n)
@@ -211,6 +219,8 @@ def _clock(data: Samples) -> Role:
     if best[0] < 0.9:
         return Role("time", None, "", 1.0, 0.0, "no column rises evenly")
     n = -best[1]
+    if data.said[n].quantity == "row" and np.mean(np.diff(data.x[:, n]) == 1.0) > 0.999:
+        return Role("time", None, "", 1.0, 0.0, f"'{data.columns[n].name}' counts rows")
     says, stamps = data.said[n], data.x[: data.starts[1] if len(data.starts) > 1 else None, n]
     if says.unit and (np.diff(stamps) == 0.0).mean() > REPEATED and _is_rounded(stamps):
         period = float(stamps[-1] - stamps[0]) / (len(stamps) - 1)
@@ -300,7 +310,7 @@ class Pairs:
         edge = np.zeros((m, m), bool)
         for p, v in zip(*np.nonzero(self.share > NAMED_PAIR), strict=True):
             first, second = data.said[p], data.said[v]
-            if _apart(data.columns[p], data.columns[v]) or "error" in {first.quantity, second.quantity}:
+            if _apart(data, int(p), int(v)) or "error" in {first.quantity, second.quantity}:
                 continue
             wrong = first.quantity in _NO_POSITION or second.quantity in _NO_VELOCITY
             speaks = first.quantity == "position" and second.quantity == "velocity"
@@ -317,24 +327,15 @@ _NO_POSITION = {"velocity", "acceleration", "force", "input", "mode", "time", "r
 _NO_VELOCITY = {"position", "acceleration", "force", "input", "mode", "time", "row", "other"}
 
 
-def tag(column: Column) -> str | None:
-    """Return the axis in a name: a letter of an axis, or a number."""
-    plain = re.sub(r"\(:,(\d+)\)$", r" \1", bare(column))  # a column of a matrix
-    name = axis_of(plain)
-    numbers = re.findall(r"(?<!\d)\d{1,2}(?!\d)", re.sub(r"\[[^]]*\]|\([^)]*\)$", "", plain))
-    unnamed = column.name.startswith("column ")
-    return name or (numbers[-1] if numbers and not unnamed else None)
-
-
-def _apart(first: Column, second: Column) -> bool:
+def _apart(data: Samples, first: int, second: int) -> bool:
     """Return whether two names are of different axes."""
-    a, b = tag(first), tag(second)
+    a, b = data.tags[first], data.tags[second]
     return a is not None and b is not None and a != b
 
 
 def _clusters(data: Samples, pairs: Pairs) -> list[list[int]]:
     """Return the columns that are positions, by axis."""
-    edge = pairs.edge
+    edge, rough = pairs.edge, _roughness(data)
     onward = edge & ~edge.T
     roots = [
         p for p in range(len(data.columns))
@@ -344,7 +345,7 @@ def _clusters(data: Samples, pairs: Pairs) -> list[list[int]]:
     free = [
         n for n in np.flatnonzero(data.moving & (data.levels > MODES))
         if n not in roots and not onward[:, n].any() and data.said[n].quantity in {None, "position"}
-        and np.isfinite(pairs.share[n]).any()
+        and np.isfinite(pairs.share[n]).any() and rough[n] < JUMPS
         and (data.said[n].quantity or any(_of_an_axis(data, pairs, int(n), k) for k in roots))
     ]  # fmt: skip
     candidates = [*sorted(roots, key=lambda p: -float(pairs.share[p].max())), *map(int, free)]
@@ -362,21 +363,24 @@ def _clusters(data: Samples, pairs: Pairs) -> list[list[int]]:
 
 def _of_an_axis(data: Samples, pairs: Pairs, n: int, k: int) -> bool:
     """Return whether two positions are of one axis: equal motion of equal size, or the names show it."""
-    first, second = data.columns[n], data.columns[k]
-    if _apart(first, second) or pairs.alike[n, k] < SAME:
+    if _apart(data, n, k) or pairs.alike[n, k] < SAME:
         return False
     spoken_both = data.said[n].quantity == data.said[k].quantity == "position"
-    return bool(0.8 < pairs.slope[n, k] < 1.25 or (spoken_both and tag(first) == tag(second)))
+    return bool(0.8 < pairs.slope[n, k] < 1.25 or (spoken_both and data.tags[n] == data.tags[k]))
+
+
+def _roughness(data: Samples) -> Real:
+    """Return the step from row to row of each column relative to its spread."""
+    rows = data.rows(1)
+    if len(rows) < 32:
+        return np.full(len(data.columns), np.inf)
+    with np.errstate(all="ignore"):
+        return np.asarray((data.x[rows + 1] - data.x[rows]).std(0) / data.x.std(0))
 
 
 def _smooth(data: Samples, pairs: Pairs) -> list[int]:
     """Return columns that may be positions where no pair shows it, the smoothest first."""
-    rows = data.rows(1)
-    if len(rows) < 32:
-        return []
-    steps = data.x[rows + 1] - data.x[rows]
-    with np.errstate(all="ignore"):
-        rough = steps.std(0) / data.x.std(0)
+    rough = _roughness(data)
     free = [
         int(n) for n in np.flatnonzero(data.moving & (data.levels > MODES))
         if data.said[n].quantity is None and np.isfinite(pairs.share[n]).any() and rough[n] < 0.3
@@ -410,7 +414,10 @@ def _movement(data: Samples, t: Real, pairs: Pairs, members: list[int]) -> _Move
     position, reference, sure = _actual(data, t, members)
     speeds = [int(v) for v in np.flatnonzero(pairs.edge[members].any(axis=0)) if v not in members]
     speeds = [v for v in speeds if not any(pairs.edge[u, v] and not pairs.edge[v, u] for u in speeds)]
-    speeds = [v for v in speeds if reference is None or not _is_difference(data, v, reference, position)]
+    speeds = [
+        v for v in speeds
+        if reference is None or data.said[v].quantity == "velocity" or not _is_difference(data, v, reference, position)
+    ]  # fmt: skip
     velocity = _velocity(data, pairs, speeds, position, reference)
     paired = bool(pairs.edge[position].any())
     why = "a velocity is its derivative" if paired else "smooth as a position is"
@@ -472,11 +479,11 @@ def _noise(data: Samples, n: int) -> float:
 
 def _velocity(data: Samples, pairs: Pairs, speeds: list[int], position: int, reference: int | None) -> int | None:
     """Return the measured velocity; None where there is only a commanded velocity."""
-    own = [v for v in speeds if not data.said[v].commanded and not _apart(data.columns[position], data.columns[v])]
-    if reference is not None:
+    own = [v for v in speeds if not data.said[v].commanded and not _apart(data, position, v)]
+    measured = [v for v in own if data.said[v].measured]
+    if reference is not None and not measured:
         exact = [v for v in own if pairs.share[reference, v] > max(EXACT, pairs.share[position, v])]
         own = [v for v in own if v not in exact]
-    measured = [v for v in own if data.said[v].measured]
     return max(measured or own, key=lambda v: pairs.share[position, v], default=None)
 
 
@@ -498,7 +505,7 @@ def _drives(
         of_axes = []
         for movement, motion in zip(movements, motions, strict=True):
             main = movement.position if movement.position is not None else movement.velocity
-            apart = main is not None and _apart(data.columns[main], data.columns[n])
+            apart = main is not None and _apart(data, main, int(n))
             of_axes.append((0.0, 1) if apart else _weighed(data, pairs, int(n), movement, motion))
         best = max(pair[0] for pair in of_axes)
         for of_axis, (score, sign) in zip(scores, of_axes, strict=True):
@@ -527,7 +534,9 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
     for channel in ("force", "input"):
         kept = {n: score for n, score in scores.items() if (data.said[n].quantity == "input") == (channel == "input")}
         if channel == "input":
-            kept = {n: pair for n, pair in kept.items() if pair[0] > 0.05 and not data.said[n].commanded}
+            kept = {n: pair for n, pair in kept.items() if pair[0] > DRIVING and not data.said[n].commanded}
+            supplies = {n for n in kept if data.x[:, n].std() < 0.2 * abs(data.x[:, n].mean())}
+            kept = {n: pair for n, pair in kept.items() if n not in supplies}
         if not kept:
             continue
         best = max(kept, key=lambda n: kept[n][0])
@@ -538,6 +547,8 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
         others = {n: kept[n][1] for n in sorted(kept, key=lambda n: -kept[n][0])[:4] if n != best}
         why = f"it goes with the sign of the velocity and the acceleration ({kept[best][0]:.2f})"
         roles[channel] = Role(channel, best, "", sure, 0.0, why, kept[best][1], others)
+    if "force" not in roles and "input" in roles and not data.said[roles["input"].column or 0].unit:
+        roles["force"] = replace(roles.pop("input"), channel="force")  # what is put in, in a unit of the drive
     return roles
 
 
@@ -595,7 +606,7 @@ def _by_velocity(data: Samples) -> list[_Movement]:
     speeds = [n for n in range(len(data.columns)) if data.said[n].quantity == "velocity"]
     found = []
     for v in [n for n in speeds if not data.said[n].commanded] or speeds[:1]:
-        beside = frozenset(n for n in speeds if not _apart(data.columns[n], data.columns[v]))
+        beside = frozenset(n for n in speeds if not _apart(data, n, v))
         found.append(_Movement({"velocity": Role("velocity", v, "", 0.97, 0.0, "by its name or unit")}, beside))
     return found
 
@@ -619,11 +630,20 @@ def _in_units(
     logged = clock.column is not None or bool(clock.unit)
     factor = abs(movement.factor) if movement.factor and logged else None
     clocks = {"s": 1.0} if clock.column is None else {clock.unit: 1.0} if clock.unit else time_units(step, len(t))
-    found: list[Reading] = []
-    for unit, weight in clocks.items():
-        of_unit = readings(first, second, unit, factor, sizes, bool(p), bool(v))
-        found += [replace(reading, weight=reading.weight * weight) for reading in of_unit]
+
+    def weighed(factor: float | None) -> list[Reading]:
+        found = [
+            replace(reading, weight=reading.weight * weight) for unit, weight in clocks.items()
+            for reading in readings(first, second, unit, factor, sizes, bool(p), bool(v))
+        ]  # fmt: skip
+        found = found if logged or not movement.factor else _clocked(found, movement.factor, len(t))
+        return _weighed_by_names(found, data, said.get("force", nothing))
+
+    found = weighed(factor)
     total = sum(reading.weight for reading in found)
+    if factor and not total:  # counts, or a gear between them: the units are open
+        found = weighed(None)
+        total = sum(reading.weight for reading in found) / UNFIT
     if not total:
         return None
     other = 0.0 if first.unit or second.unit else UNUSUAL * max(clocks.values())  # counts, a pitch, a gear
@@ -651,12 +671,10 @@ def _in_units(
     for of in ("position", "velocity"):
         first_choice, sure, others = likeliest(of)
         units[of] = getattr(best, of), sure if kind is None else min(motion_sure, sure), (first_choice, *others)
-    units["reference"] = units["position"]
-    if "reference" in said and (stated := said["reference"].unit):
-        units["reference"] = (stated, 1.0, ())
-    for channel in ("force", "input"):
-        if channel in said:
-            units[channel] = usual_units(channel, said[channel], motion, data.x[:, roles[channel].column or 0])
+    stated = said.get("reference", nothing).unit
+    units["reference"] = (stated, 1.0, ()) if stated else units["position"]
+    for channel in said.keys() & {"force", "input"}:
+        units[channel] = usual_units(channel, said[channel], motion, data.x[:, roles[channel].column or 0])
     whole = {"time": clock} | roles
     for channel, role in whole.items():
         unit, sure, others = units[channel]
@@ -671,6 +689,20 @@ def _in_units(
     )
     whole = {channel: whole[channel] for channel in LIKELY if channel in whole}
     return AxisColumns("", moves, motion_sure, whole, tuple(ranked), None if logged else movement.factor)
+
+
+def _weighed_by_names(found: Sequence[Reading], data: Samples, force: Spoken) -> list[Reading]:
+    """Return readings weighed by what the file's name and folder and the unit of the force show of the motion."""
+    shown = motions_in(" ".join(re.split(r"[\W_]+", f"{data.path.parent.name} {data.path.stem}")))
+    of_force = {motion for motion in PLAIN if converts(force.unit, "force", motion)} if force.unit else set()
+    return [
+        replace(
+            reading,
+            weight=reading.weight * (2.0 if shown.get(reading.motion, 1.0) > 3.0 else 1.0)
+            * (1e-3 if of_force and reading.motion not in of_force else 1.0),
+        )
+        for reading in found
+    ]  # fmt: skip
 
 
 def take_reading(axis: AxisColumns, reading: Reading) -> None:
@@ -689,14 +721,30 @@ def take_reading(axis: AxisColumns, reading: Reading) -> None:
             axis.roles[channel] = replace(role, unit=units[channel] if logged else role.unit, unit_likelihood=1.0)
 
 
+def _clocked(found: Sequence[Reading], factor: float, rows: int) -> list[Reading]:
+    """Return readings weighed by how usual the sampling period is that they imply, where no clock was logged."""
+    periods = [_implied_period(factor, reading) for reading in found]
+    weights = [time_units(period, rows)["s"] * (1.0 if usual else BY_CHANCE) for period, usual in periods]
+    return [replace(reading, weight=reading.weight * w) for reading, w in zip(found, weights, strict=True)]
+
+
+USUAL_PERIODS = np.array([m * 10.0**e for m in (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 6.25, 8.0) for e in range(-7, 2)])
+"""Sampling periods of drives [s]."""
+
+
 def _period(factor: float | None, reading: Reading, sure: float) -> tuple[str, float, tuple[str, ...]]:
     """Return the sampling period of a log without time: what makes the velocity that of the position."""
     if not factor:
         return "", 0.0, ()
+    period, near = _implied_period(factor, reading)
+    return f"{period:.4g} s", 0.98 * sure if near else 0.9 * sure, ()
+
+
+def _implied_period(factor: float, reading: Reading) -> tuple[float, bool]:
+    """Return the period [s] by which a velocity is that of the position in units, and whether it is a usual period."""
     period = si_factor(reading.position, "position", reading.motion) / (
         si_factor(reading.velocity, "velocity", reading.motion) * abs(factor)
     )
-    usual = min((m * 10.0**e for m in (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 6.25, 8.0) for e in range(-7, 2)),
-                key=lambda value: abs(log(value / period)))  # fmt: skip
+    usual = float(USUAL_PERIODS[np.argmin(np.abs(np.log(USUAL_PERIODS / period)))])
     near = abs(log(usual / period)) < TOLERANCE
-    return f"{usual if near else period:.4g} s", 0.98 * sure if near else 0.9 * sure, ()
+    return (usual, True) if near else (period, False)

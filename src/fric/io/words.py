@@ -6,11 +6,12 @@ An order of words is their rank where several columns of a circle test have one 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from math import exp, log
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -25,14 +26,15 @@ TIME = ("time", "zeit", "timestamp", "clock", "tempo", "temps", "tiempo")
 ERROR = ("error", "deviation", "diff", "difference", "fehler", "schleppabstand", "abweichung", "errore", "scostamento",
          "erreur", "écart")  # fmt: skip
 REFERENCE = ("reference", "ref", "cmd", "command", "commanded", "demand", "set", "setpoint", "target", "soll",
-             "set point", "sollwert", "desired", "riferimento", "consigne", "référence", "consigna",
+             "set point", "sollwert", "desired", "goal", "wanted", "riferimento", "consigne", "référence", "consigna",
              "referencia")  # fmt: skip
 POSITION = ("position", "pos", "weg", "lage", "winkel", "angle", "displacement", "travel", "encoder", "posizione",
             "spostamento", "déplacement", "posición", "posicion")  # fmt: skip
 VELOCITY = ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehzahl", "velocità", "vitesse",
-            "velocidad")  # fmt: skip
-FORCE = ("force", "torque", "trq", "frc", "friction", "kraft", "moment", "drehmoment", "reibung", "forza", "coppia",
-         "attrito", "fuerza")  # fmt: skip
+            "velocidad", "rate", "omega", "rpm", "erpm", "dq", "qd", "n ist", "n act")  # fmt: skip
+FORCE = ("force", "torque", "tau", "effort", "trq", "frc", "ff", "fm", "fx", "fy", "fz",
+         "friction", "kraft", "moment", "drehmoment", "reibung", "forza", "coppia",
+         "attrito", "fuerza", "load cell", "kraftmessdose")  # fmt: skip
 CURRENT = ("current", "curr", "cur", "iq", "i q", "amp", "amps", "ampere", "strom", "corrente", "courant", "corriente",
            "intensidad")  # fmt: skip
 LOAD = ("load", "last", "auslastung", "carico", "charge", "carga")
@@ -40,10 +42,11 @@ ACCELERATION = ("acceleration", "accel", "acc", "beschleunigung", "accelerazione
                 "aceleracion", "jerk", "ruck")  # fmt: skip
 BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "température", "bus", "dc", "supply",
                  "zwischenkreis", "power", "leistung", "pressure", "druck", "status", "state", "zustand", "mode",
-                 "modus", "flag", "id", "i d", "stato", "estado", "état", "vibration", "batt", "battery")  # fmt: skip
+                 "modus", "flag", "id", "i d", "stato", "estado", "état", "vibration", "batt", "battery",
+                 "hours", "fault")  # fmt: skip
 """What drives log beside a motion."""
 MEASURED = ("actual", "act", "ist", "istwert", "measured", "meas", "feedback", "fb", "fbk", "encoder", "enc", "real",
-            "effettiva", "réelle", "reelle", "mesurée", "medida", "misurata", "true")  # fmt: skip
+            "effettiva", "réelle", "reelle", "mesurée", "medida", "misurata", "true", "present")  # fmt: skip
 INPUT = ("input", "voltage", "volt", "spannung", "control signal", "tensione")
 
 ASKED = (*REFERENCE, "nominal")
@@ -180,7 +183,7 @@ QUANTITIES = {
     "other": BESIDE_MOTION,
     "current": CURRENT,
     "velocity": VELOCITY,
-    "force": (*FORCE, "par", "couple", "effort"),
+    "force": (*FORCE, "par", "couple"),
     "position": (*POSITION, "posici"),
     "input": INPUT,
     "load": LOAD,
@@ -192,8 +195,12 @@ OF_UNITS = {"time": "time", "position": "position", "velocity": "velocity", "for
 DRIVE_UNITS = ("A", "mA", "%", "count")
 """Units of a force that is logged in a unit of the drive; a signal in V is an input first."""
 ROTARY = ("angle", "winkel", "angolo", "ángulo", "angulo", "joint", "gelenk", "rotor", "theta", "phi", "omega",
-          "drehzahl", "rpm", "angular", "rotation", "giunto", "articulation")  # fmt: skip
+          "drehzahl", "rpm", "erpm", "angular", "rotation", "giunto", "articulation", "q", "dq", "qd", "gimbal",
+          "robot", "roll", "pitch", "yaw", "turn", "turns")  # fmt: skip
 """Words that show that an axis turns."""
+LINEAR = ("linear", "slide", "carriage", "table", "tisch", "schlitten", "stage", "stroke", "hub", "weg", "displacement",
+          "laser", "feed", "vorschub", "tavola", "mesa", "mm")  # fmt: skip
+"""Words that show that an axis moves along a line; a letter of a linear axis shows it less."""
 SUFFIX = {"rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "deg_s": "deg/s", "degps": "deg/s", "mm_s": "mm/s",
           "mmps": "mm/s", "m_s": "m/s", "mps": "m/s", "mm_min": "mm/min", "rpm": "rpm", "nm": "N*m", "deg": "deg",
           "rad": "rad", "mm": "mm", "um": "um", "a": "A", "ma": "mA", "pct": "%", "percent": "%", "ms": "ms",
@@ -208,7 +215,7 @@ class Spoken(NamedTuple):
     unit: str | None = None
     commanded: bool = False
     measured: bool = False
-    rotary: bool = False
+    moves: Mapping[Motion, float] = MappingProxyType({})  # How much more likely a motion is than the other
     told: str = ""  # Which of `QUANTITIES` the name shows: a force may be a current, or a load
 
 
@@ -220,17 +227,28 @@ def spoken(column: Column) -> Spoken:
     by_name = next((quantity for quantity, known in QUANTITIES.items() if _has(name, known)), None)
     commanded, measured = _has(name, REFERENCE), _has(name, MEASURED)
     by_name = LETTERS.get(name, by_name) if by_name is None and not commanded else by_name
+    by_name = "force" if by_name is None and name.startswith("f ") and name != "f n" else by_name
     told = by_name or ""
     if by_name in {"current", "load"}:
         by_name = "force"
-    if name in {"index", "row", "sample", "no", "nr", "count", "idx", "counter"}:
+    if name in {"index", "row", "sample", "samples", "no", "nr", "count", "idx", "counter", "punkt"}:
         by_name = "row"
     quantity = by_name if by_unit is None or by_name in {"error", "other"} else by_unit
     if by_name == "time" and by_unit in {None, "time"}:
         quantity = "time"
     if unit and quantity != by_unit and by_name not in {"error", "other", "row"}:
         unit = None
-    return Spoken(quantity, unit, commanded, measured, _has(name, ROTARY) and not _has(name, ("linear",)), told)
+    return Spoken(quantity, unit, commanded, measured, motions_in(name), told)
+
+
+def motions_in(name: str) -> Mapping[Motion, float]:
+    """Return how much more likely a motion is by a name: words show it, and a letter of a linear axis a little."""
+    words = name.casefold()
+    if _has(words, LINEAR):
+        return {"linear": 12.0}
+    if _has(words, ROTARY):
+        return {"rotary": 12.0}
+    return {"linear": 3.0} if set(words.split()) & set("xyz") else {}
 
 
 def bare(column: Column) -> str:
@@ -240,6 +258,41 @@ def bare(column: Column) -> str:
     parts = re.split(r"(?<=[^_\s])[_\s]+(?=[^_\s])", column.name)
     two = len(parts) > 2 and "_".join(parts[-2:]).casefold() in SUFFIX
     return " ".join(parts[: -2 if two else -1]) or column.name
+
+
+_SILENT = frozenset({"motor", "load", "link", "drive", "raw", "filtered", "filt", "est", "estimated", "sim", "value",
+                     "signal", "data", "channel", "left"})  # fmt: skip
+"""Words of a name that are of no axis, though several columns have them."""
+
+
+def tags(columns: Sequence[Column]) -> list[str | None]:
+    """Return the axis in each name: a number or a word that several columns share, whose rest others have, too.
+
+    ``roll_angle, roll_rate, yaw_angle, yaw_rate`` are of two axes; ``x1, x2, force`` are of none.
+    """
+    names = [tuple(_words(re.sub(r"\(:,(\d+)\)$", r" \1", bare(column))).split()) for column in columns]
+    numbers = [next((n for n in reversed(range(len(name))) if re.fullmatch(r"\d{1,2}", name[n])), -1) for name in names]
+    for places in (numbers, [0] * len(names), [len(name) - 1 for name in names]):
+        rests: dict[str, set[tuple[str, ...]]] = {}
+        found = [""] * len(names)
+        for k, (name, n) in enumerate(zip(names, places, strict=True)):
+            if n >= 0 and len(name) > 1 and not _says_something(name[n]):
+                found[k] = name[n]
+                rests.setdefault(name[n], set()).add(name[:n] + name[n + 1 :])
+        common = {word: rest & set().union(*(r for w, r in rests.items() if w != word)) for word, rest in rests.items()}
+        known = {word for word, rest in common.items() if rest and len(rests[word]) > 1}
+        if len(known) > 1:
+            return [word if word in known else None for word in found]
+    return [None] * len(names)
+
+
+@cache
+def _says_something(word: str) -> bool:
+    """Return whether a word of a name says what a column is, and not of which axis."""
+    if word.isdigit() or word in AXES:
+        return False
+    known = (*REFERENCE, *MEASURED, *(word for words in QUANTITIES.values() for word in words), *LETTERS)
+    return word in _SILENT or _has(word, known)
 
 
 def _words(name: str) -> str:
@@ -372,9 +425,7 @@ def readings(
         if p[0] != v[0]:
             continue
         weight = p[3] * v[3] * _size(p[0], p[2], sizes[0], 2) * _size(v[0], v[2], sizes[1], 3)
-        weight *= (
-            12.0 if (first.rotary or second.rotary) == (p[0] == "rotary") and first.rotary | second.rotary else 1.0
-        )
+        weight *= max(first.moves.get(p[0], 1.0), second.moves.get(p[0], 1.0))
         if ratio is not None:
             off = log(abs(ratio) / (p[2] / (second_of * v[2]))) / TOLERANCE
             if abs(off) > 3.0 and not (first.unit and second.unit and time):

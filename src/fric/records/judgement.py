@@ -57,12 +57,27 @@ def identifiability_of(records: Sequence[Prepared]) -> Identifiability:
         if record.slides or len(reversals) < 2:
             slopes.append(0.0)
             continue
-        z, force = record.motion.position, record.force
+        z, force = record.motion.position, record.force - _inertia(record)
         slopes.append(branch_slope(z, force, reversals))
         peaks.append(0.5 * float(np.median([np.ptp(force[a : b + 1]) for a, b in pairwise(reversals)])))
         resolved.append(max(record.motion.step, resolved_travel(z, reversals)))
     slope = min(slopes, default=0.0)
     return Identifiability(slope < RISES, slope, max(peaks, default=0.0), min(resolved, default=0.0))
+
+
+def _inertia(record: Prepared) -> Real | float:
+    """Return the inertia [N], shape (n,), of a record whose mass is a term of it: it rises as a stiffness does.
+
+    By least squares of the force on acceleration, sign of the velocity, velocity and an offset. A stiffness would have
+    a negative mass, and is none.
+    """
+    m = record.motion
+    if "mass" not in record.done.own:
+        return 0.0
+    basis = np.column_stack([m.acceleration, np.sign(m.velocity), m.velocity, np.ones_like(m.time)])[record.used]
+    size = np.abs(basis).max(axis=0, initial=1e-300)
+    mass, coulomb, *_ = np.linalg.lstsq(basis / size, record.force[record.used], rcond=None)[0] / size
+    return m.acceleration * mass if mass > 0.0 < coulomb else 0.0
 
 
 def too_coarse(records: Sequence[Prepared]) -> list[Notice]:

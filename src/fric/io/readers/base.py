@@ -264,7 +264,7 @@ def named(header: str) -> Column:
     """Split a header such as ``force [N]`` or ``force (N)`` into name and unit; ``force_N`` stays a name."""
     text = header.strip().strip("\"'").lstrip("#%").strip()
     found = _NAMED.fullmatch(text)
-    if found is None or not found["name"]:
+    if found is None or not found["name"] or (found["square"] or "").isdigit():  # q[0] is of the first axis
         return Column(text, text.rpartition("_")[2] if _SUFFIX.fullmatch(text) else None)
     unit = found["square"] if found["square"] is not None else found["round"]
     return Column(text if found["square"] is None and not is_unit(unit) else found["name"], unit.strip() or None)

@@ -193,12 +193,27 @@ def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     return {"": dict(columns)}
 
 
+def _is_signal(value: Mapping[str, Any]) -> bool:
+    """Return whether a struct is a signal with its time, and nothing else."""
+    first, second = (text.casefold() for text in value) if len(value) == 2 else ("", "")
+    if first not in {"time", "t"} or second not in {"data", "value", "values", "signal"}:
+        return False
+    return all(isinstance(part, _DatasetLine | np.ndarray) and len(part) > 1 for part in value.values())
+
+
 def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[str, str]) -> None:
     """Sort a variable into columns and constants."""
     if isinstance(value, Mapping):
-        label = value.get("Name")
-        if isinstance(label, str) and "Data" in value:  # as dSPACE writes signals
-            _take_apart(label, value["Data"], columns, constants)
+        label, content = value.get("Name", value.get("label")), value.get("Data", value.get("values"))
+        if isinstance(label, str) and label and content is not None:  # as dSPACE and Simulink write signals
+            _take_apart(label, content, columns, constants)
+            return
+        if _is_signal(value):
+            time, content = value.values()
+            known = [other for key, other in columns.items() if key.endswith("time") and len(other) == len(time)]
+            if not any(np.array_equal(time[:], other[:]) for other in known):
+                columns[f"{name}.time" if known or "time" in columns else "time"] = time
+            _take_apart(name.rpartition(".")[2] or name, content, columns, constants)
             return
         for key, child in value.items():
             _take_apart(f"{name}.{key}", child, columns, constants)

@@ -36,6 +36,10 @@ _SPACED = re.compile(r'"[^"]*"|[^\s\[(]\S*(?:\s*\[[^\]]*\]|\s*\([^)]*\))?|\S+')
 _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 
 
+_OF_UNITS = re.compile(r"unit|einheit|unidad", re.IGNORECASE)
+"""Begins a line above the header that names units."""
+
+
 @dataclass(frozen=True)
 class Shape:
     """What was found: how to read the data, and the lines above them."""
@@ -136,6 +140,11 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
         given = (table[units] + [""] * width)[:width]
         bare = [unit.strip("[]()").strip() or None for unit in given]
         columns = [Column(c.name, c.unit or unit) for c, unit in zip(columns, bare, strict=True)]
+    for line in lines[: first if names is None else names]:  # of a line such as `Y_Unit_Label;mm;N`
+        label, *cells = split(line, delimiter)
+        if _OF_UNITS.search(label):
+            said = zip(columns[1:], [*cells, *[""] * width], strict=False)
+            columns[1:] = [Column(c.name, c.unit or (cell if cell and _unit(cell) else None)) for c, cell in said]
     top = min(n for n in (names, units, first) if n is not None)
     if spare and columns[-1].name.startswith("column "):
         columns.pop()  # a delimiter at the end of each line makes no column
