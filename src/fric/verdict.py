@@ -15,8 +15,9 @@ from fric.documents.base import provenance
 from fric.documents.bundled import bundled
 from fric.estimate import Estimate
 from fric.flaws import flaw_of, prediction
+from fric.flaws.circle import GAINS_UNKNOWN
 from fric.flaws.files import GAINS_DESIGNED
-from fric.flaws.prediction import NO_MEASURED_CIRCLE
+from fric.flaws.prediction import NO_MEASURED_CIRCLE, NOTHING_SIMULATED
 from fric.notice import Notice
 from fric.simulate.contour_run import Chance
 from fric.units import readable
@@ -138,15 +139,16 @@ class Evidence:
     circle: str = "CIRCLE.h5"
     command: str = ""  # The command that simulated; empty where it is not known
     rotary: bool = False  # Whether all axes are rotary, which no circle is of
+    missing: tuple[str, ...] = ()  # What could not be made of logs, and the record that is missing for it
     # The largest glitch, predicted and measured, of the measured circle [m]; None without a circle
     glitches: tuple[float, float] | None = None
 
     @property
     def designed(self) -> bool:
         """Whether the gains are those that fric designed, and no measured circle shows them."""
-        return any(notice.code == GAINS_DESIGNED.code for notice in self.notices) and bool(
-            not self.compared or self.disagreements
-        )
+        unknown = any(notice.code == GAINS_UNKNOWN.code for notice in self.distrust)
+        shown = self.compared and not self.disagreements and not unknown
+        return not shown and any(notice.code == GAINS_DESIGNED.code for notice in self.notices)
 
     @property
     def machines(self) -> int:
@@ -211,7 +213,7 @@ class Verdict:
         described += [": ".join(self.result)] if self.kept is not None else []
         described += [self.checked] if self.checked else []
         described += [f"settled by the measured circle: {', '.join(self.settled_by_code)}"] if self.settled else []
-        described += [f"not trusted yet: {text}" for text in self.why]
+        described += [f"not trusted yet: {text}" for text in self.why if text.code != NOTHING_SIMULATED.code]
         return [*described, *(f"next: {text}" for text in self.next)]
 
     @property
@@ -267,7 +269,7 @@ def evidence_of(
     candidates: What was run.
     prediction: Results on the machines drawn from what was identified. Where they were made to agree with measured
         circles, this explains a difference of such a circle from the machine file, and a difference that remains speaks
-        against the prediction.
+        against the prediction. With unknown gains it explains nothing: the machines agree with any circle.
     compared: As in `Evidence`.
     disagreements: By file of a measured circle, where it is not as the machine file predicts. That of a circle that all
         machines were made to agree with is settled.
@@ -282,12 +284,12 @@ def evidence_of(
         for notice in distrust
         if notice not in against and not (compared and notice.code == NO_MEASURED_CIRCLE.code)
     )
-    settled = list[Notice]()
+    settled, unknown = list[Notice](), any(notice.code == GAINS_UNKNOWN.code for notice in distrust)
     for file, found in disagreements.items():
-        (settled if Path(file).name in seen else against).extend(found)
+        (settled if Path(file).name in seen and not unknown else against).extend(found)
     coded = [*map(Notice.of, made.get("warnings_coded", ()))]
     notices = more.pop("notices", coded)
-    if seen:
+    if seen and not unknown:
         settled += [notice for notice in notices if flaw_of(notice).circle_settles and notice.severity == "wrong"]
         notices = [notice for notice in notices if not flaw_of(notice).circle_settles]
     file = str(made.get("origin", {}).get("path", ""))
@@ -407,7 +409,8 @@ def distrust(evidence: Evidence) -> Iterator[Notice]:
     yield from evidence.disagreements
     if not evidence.candidates:
         yield prediction.NOTHING_SIMULATED.found()
-    elif not evidence.machines and evidence.exact:
+        return
+    if not evidence.machines and evidence.exact:
         yield prediction.BELIEF_IS_TRUTH.found()
     elif not evidence.machines:
         yield prediction.ONE_MACHINE.found()
@@ -521,11 +524,13 @@ def _recommended(chosen: Candidate, without: Candidate | None, evidence: Evidenc
 def nothing(evidence: Evidence) -> str:
     """Return why no scheme is recommended."""
     if evidence.disagreements and evidence.designed:
-        return "No scheme is recommended: the controller's gains are not known. Give them (`controllers=`)."
+        return "No scheme is recommended: the controller's gains are not known."
     if evidence.disagreements:
         return "No scheme is recommended: the measured circle is not as predicted. Explain that first."
     if evidence.rotary:
         return "No scheme is recommended: schemes are compared on a circle, which needs a linear axis."
+    if evidence.missing:
+        return f"No scheme is recommended yet: {len(evidence.missing)} things are missing to simulate a circle."
     if not evidence.candidates:
         return "No scheme is recommended: nothing was simulated."
     return "No scheme is recommended: something forbids each that was run."
@@ -535,6 +540,13 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
     """Yield what to type next, the most urgent first."""
     machine, circle = evidence.machine, evidence.circle
     if evidence.rotary:
+        return
+    if evidence.designed:
+        yield "fric auto LOGS --controller 'K_v=… 1/s, K_p=… V*s/m, K_i=… V/m' -o DIR   # the gains of your drive"
+        if evidence.compared:
+            return
+    if evidence.missing:
+        yield 'fric plan --stroke "300 mm" --feed "100 mm/s" -o plan   # motions that record what is missing'
         return
     if evidence.disagreements:
         yield f"fric diagnose {circle} --machine {machine} --plot circle.png"

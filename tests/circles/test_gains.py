@@ -88,6 +88,34 @@ def test_the_result_is_a_controller_file_that_others_take(tmp_path: Path) -> Non
         assert fric.design_observer(plant, controller=given).design.cascade.K_p == pytest.approx(101.3, rel=0.01)
 
 
+@pytest.mark.parametrize("samples", [600, 4000, 40_000])
+def test_a_record_in_closed_loop_shows_the_gains_at_any_rate(samples: int) -> None:
+    """Logged at 222 Hz, 1.3 kHz, and the controller's 4 kHz; a log that is slower leaves the filter open."""
+    logs = fric.experiment("virtual-rig", "constant-velocity", speeds="5 mm/s, 20 mm/s", samples=samples)
+    found, true = fric.identify_controller(logs), fric.read_machine("virtual-rig").axis("x").cascade
+    for name in ("K_v", "K_p", "K_i"):
+        estimate = getattr(found, name)
+        assert estimate.ci95[0] <= getattr(true, name) <= estimate.ci95[1], name
+        assert estimate.half_width < 0.06 * float(estimate)
+    assert found.found.estimates["velocity_filter"].assumed == (samples < 40_000)
+
+
+@pytest.mark.parametrize("name", ["frequency-response", "presliding-sine", "sliding-sine"])
+def test_a_record_that_does_not_show_the_gains_is_refused(name: str) -> None:
+    with pytest.raises(FricError, match="no record in closed loop shows the gains"):
+        fric.identify_controller(f"data/{name}.h5")
+
+
+def test_a_record_with_half_the_gains_shows_the_half() -> None:
+    """The log of another controller is not read as that of the usual one."""
+    rig = fric.read_machine("virtual-rig")
+    axis = rig.axis("x")
+    soft = replace(axis.cascade, K_p=0.5 * axis.cascade.K_p, K_i=0.5 * axis.cascade.K_i)
+    other = replace(rig, axes={**rig.axes, "x": replace(axis, cascade=soft)})
+    logs = fric.experiment(other, "constant-velocity", speeds="10 mm/s", samples=600)
+    assert float(fric.identify_controller(logs).K_p) == pytest.approx(soft.K_p, rel=0.05)
+
+
 @pytest.mark.parametrize(
     ("lacking", "said"),
     [({"input": None}, "no voltage was"), ({"reference": None}, "no reference was"),

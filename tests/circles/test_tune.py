@@ -62,6 +62,15 @@ def test_two_circles_leave_a_tenth_of_the_glitch(drawn, tuned):
     assert glitches(tuned.machine, feed=0.03) < 0.6e-6
 
 
+@pytest.mark.long(20)
+def test_the_axis_that_a_machine_has_is_tuned_from_circles_of_two(drawn, circles, tuned):
+    """A machine of one axis and circles of two were refused."""
+    alone = tune(replace(drawn, axes={"x": drawn.axes["x"]}), circles)
+    assert list(alone.axes) == ["x"]
+    assert alone.axes["x"].nominal.T_d == pytest.approx(tuned.axes["x"].nominal.T_d, rel=1e-6)
+    assert all(circle.glitch < 1e-6 for circle in alone.predicted)
+
+
 def test_what_is_found_is_what_the_machine_has(drawn, tuned):
     for name, one in tuned.axes.items():
         true, scale = drawn.axes[name], one.nominal.K_f / drawn.axes[name].plant.K_f

@@ -21,6 +21,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws import CATALOGUE
 from fric.flaws.base import HALF_WIDTHS, SMALL, by_size
+from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.response import FALSE, RESPONSE_MISFIT, UNSURE
 from fric.flaws.static_map import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.flaws.unit import BOUNDS, UNUSUAL
@@ -431,6 +432,9 @@ SHOWN: dict[str, Show] = {
     "one-machine": lambda s: distrust(candidates=[leaves(name, 3e-6, *[3e-6] * 30 * (not is_so(s))) for name in "af"]),
     "belief-is-truth": lambda s: distrust(candidates=[leaves("f", 3e-6)], exact=is_so(s)),
     "nothing-simulated": lambda s: distrust(**{"candidates": ()} if is_so(s) else {}),
+    "gains-unknown": lambda s: next_circle.unknown_gains(
+        [GAINS_DESIGNED.found("axis x")], [N(axes={"x": N(input=None if is_so(s) else 1)})]
+    ),
     "no-measured-circle": lambda s: distrust(compared=not is_so(s)),
     "measured-beyond": measured,
     "saturates": lambda s: run_warnings(N(not_linear=()), {"x": N(saturated=is_so(s), time=[0.0])}),

@@ -182,6 +182,16 @@ def test_truncated_hdf5(tmp_path, log):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["good.csv", "log.h5"]
 
 
+@pytest.mark.parametrize("kind", ["friction", "plant", "machine"])
+def test_a_document_in_place_of_a_log_and_a_run_in_place_of_a_document(kind, tmp_path):
+    (tmp_path / "made.yaml").write_text(f"# made today\nfric: {kind}/1\naxis: x\n", encoding="utf-8")
+    with pytest.raises(FricError, match=f"is a {kind} file, and a log file is asked for"):
+        fric.ingest(tmp_path / "made.yaml", output=tmp_path / "new.h5")
+    (tmp_path / "run.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(3 << 20))  # larger than any document
+    with pytest.raises(FricError, match="is a log, a circle or a run, and a machine file is asked for"):
+        fric.circle(tmp_path / "run.h5")
+
+
 def test_hdf5_of_another_type(tmp_path, log):
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file.attrs["fric"] = "run/1"

@@ -13,6 +13,8 @@ from fric.control.q_filter import QFilter
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.contours import VerdictPart
 from fric.estimate import Estimate
+from fric.flaws.circle import GAINS_UNKNOWN
+from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
@@ -194,6 +196,22 @@ def test_a_circle_settles_only_what_the_drawn_machines_were_made_to_agree_with()
     assert [one.code for one in found.why] == ["force-lags"]
     assert any(line.startswith("settled by the measured circle: not-as-predicted") for line in found.lines())
     assert decide(evidence_of(made, table, disagreements=seen, compared=True)).choice is None
+    # with gains that nobody stated and no voltage the machines agree with any circle: it settles nothing
+    designed = {"warnings_coded": [GAINS_DESIGNED.found("axis x").as_dict()]}
+    unknown = replace(prediction, distrust=(GAINS_UNKNOWN.found("axis x"),))
+    found = decide(evidence_of(designed, table, unknown, disagreements={"one.h5": seen["/there/one.h5"]}))
+    assert found.choice is None
+    assert "gains are not known" in found.headline
+    assert "--controller" in found.next[0]
+    assert decide(evidence_of(designed, table, unknown)).headline.startswith("For a controller that fric designed: use")
+
+
+def test_what_is_missing_is_what_to_do_next():
+    """A session without a plant was sent to MACHINE.yaml, which there was not."""
+    found = decide(Evidence(axes=("x",), missing=("plant: a frequency response",)))
+    assert found.headline.startswith("No scheme is recommended yet")
+    assert found.next[0].startswith("fric plan ")
+    assert not any("MACHINE.yaml" in line or "Nothing was simulated" in line for line in found.lines())
 
 
 @pytest.mark.parametrize(

@@ -120,7 +120,7 @@ class FleetStudy:
             return UnitOutcome(unit, {}, (NO_LOG.found(), *found.description))
         session = Session(self.output / unit.machine / unit.date, self.run, lambda _: None)
         axes: dict[str, UnitAxis] = {}
-        for name, outcome in identify_axes(session, found, lean=True).items():
+        for name, outcome in identify_axes(session, found).items():
             frictions = (session.folder / name / file for file in ("friction.yaml", "static.yaml"))
             friction = next((read_document(file, FrictionDocument) for file in frictions if file.exists()), None)
             plant = read_document(outcome.files["plant"], PlantDocument) if outcome.files["plant"].exists() else None

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from fric.automatic.fleet import FleetResult, find_fleet, fleet
-from fric.automatic.sources import Sources, find_sources
+from fric.automatic.gains import Stated, find_gains
+from fric.automatic.sources import Source, Sources, find_sources
 from fric.automatic.steps import (
     AxisOutcome,
     Session,
@@ -24,7 +25,6 @@ from fric.automatic.steps import (
 )
 from fric.documents.bundled import located
 from fric.documents.contours import AutoDocument
-from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import plain, read_document, read_tree
@@ -94,7 +94,8 @@ class AutoResult(Result):
         inputs = self.page.inputs if self.page else None
         if inputs and inputs.tests:
             return inputs.verdict(inputs.tests[-1])
-        return decide(Evidence(axes=tuple(self.axes), rotary=self.rotary))
+        missing = tuple(text for axis in self.axes.values() for text in axis.missing if not axis.whole)
+        return decide(Evidence(axes=tuple(self.axes), rotary=self.rotary, missing=missing))
 
     def report(self) -> list[Piece]:
         """Return what was found and is missing of each axis, the verdict, and what failed."""
@@ -151,7 +152,7 @@ def auto(
     output: Annotated[Path | str, Kind(metavar="DIR")],
     machine: MachineFile | None = None,
     circles: CircleFiles = (),
-    controllers: Annotated[Sequence[Path | str], Kind(list[Path], "CONTROLLER.yaml")] = (),
+    controllers: Annotated[Sequence[Path | str], Kind(list[Path], "GAINS")] = (),
     tolerance: Annotated[Quantity | None, "position"] = None,
     mapping: Annotated[str | None, Kind(metavar="MAP.yaml")] = None,
     assume: bool = False,
@@ -181,8 +182,9 @@ def auto(
     circles
         A measured circle; repeatable. The simulation is held against it.
     controllers
-        A controller's gains; repeatable. Without, they are found among the logs, or on a circle with voltage; else they
-        are designed.
+        A controller's gains: its file, or "K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m"; repeatable. With "x: " before
+        them they are of one axis. Without, they are found among the logs: on a circle with voltage, or in closed
+        loop; else they are asked for, or designed.
     tolerance
         Glitch that is allowed, as "5 um". The first scheme that surely stays within it is chosen.
     mapping
@@ -219,7 +221,7 @@ def auto(
     tests = find_sources(map(Path, circles))
     found.circles, found.traces = [*found.circles, *tests.circles], [*found.traces, *tests.traces]
     found.description += tests.description
-    found.controllers |= {read_document(path, ControllerDocument).axis: path for path in map(Path, controllers)}
+    stated = Stated.of(controllers)
     nothing = not (found.logs or found.circles or found.traces)
     if nothing and found.open.found:
         raise found.open.error()
@@ -230,7 +232,12 @@ def auto(
     for trace in found.traces:
         one = trace_step(trace, folder)
         found.circles += one.leaves if session.take(one) else ()
-    axes = identify_axes(session, found)
+
+    def gains(of_axis: Sequence[Source]) -> Path | None:
+        responses = any("frequency-response" in log.kinds for log in of_axis)
+        return find_gains(session, found, of_axis, stated, ask, needed=responses and machine is None)
+
+    axes = identify_axes(session, found, gains)
     given = located(Path(machine), "machine") if machine else None
     subject = _machine(session, axes, given)
     _circles(session, found, axes, subject, given is not None)
@@ -322,5 +329,6 @@ def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], mac
     session.take(circle_step(machine, session.folder, options, reads))
     for circle in found.circles:
         session.take(diagnosis_step(circle, machine, session.folder, reads))
-    if found.circles and set(test.names) <= set(machine_of(machine).axes):
+    shared = set(test.names) & set(machine_of(machine).axes) if found.circles else set()
+    if shared and (len(found.circles) > 1 or len(shared) == len(test.names)):  # one circle of one axis tells little
         session.take(tune_step(found.circles, machine, session.folder, reads))

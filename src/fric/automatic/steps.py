@@ -18,7 +18,6 @@ from fric.documents.machine_files import MachineDocument
 from fric.documents.yaml import dump, plain, read_tree, write_document
 from fric.errors import FricError
 from fric.flaws.files import FILE_UNUSED, STEP_FAILED
-from fric.io.circle import choose_circles
 from fric.io.ingest import keep_freed_memory
 from fric.output import together, write_folder
 from fric.records.inspection import SPEEDS
@@ -217,8 +216,11 @@ class Session:
         self.failed: dict[str, Failure] = {}
         self.last: Result | None = None  # What the last step made, where it was run
 
-    def take(self, step: Step) -> bool:
-        """Run a step unless it is up to date; return whether its outputs exist."""
+    def take(self, step: Step, *, tried: bool = False) -> bool:
+        """Run a step unless it is up to date; return whether its outputs exist.
+
+        A step that is ``tried`` may fail: that is in the log alone.
+        """
         if not step.ready:
             return False
         self.steps, self.last = self.steps + 1, None
@@ -233,6 +235,10 @@ class Session:
                 settings=settings,
             )  # fmt: skip
         except FricError as error:
+            if tried:
+                self.steps -= 1
+                self.log += [f"$ {text}", str(error), ""]
+                return False
             self.failed[step.name] = failure = Failure(step, error)
             self.script.append(f"# failed: {' '.join(text.splitlines())}")
             self._tell(step, text, f"failed: {failure}", str(error))
@@ -253,7 +259,8 @@ class Session:
     def write(self, tree: dict[str, Any], path: Path) -> None:
         """Write a document, and the lines of the script that write it."""
         known = plain(read_tree(path)) if path.exists() else {}
-        if known.get("axes") != tree["axes"]:
+        if any(known.get(key) != plain(tree[key]) for key in tree.keys() - {"provenance"}):
+            path.parent.mkdir(parents=True, exist_ok=True)
             write_document(path, tree, force=True)
         self.script += [f"cat > {shlex.quote(str(path))} <<'END'", dump(tree).rstrip(), "END"]
 
@@ -266,13 +273,17 @@ class Session:
         write_folder(self.folder, files, force=True)
 
 
-def identify_axes(session: Session, found: Sources, *, lean: bool = False) -> dict[str, AxisOutcome]:
+def identify_axes(
+    session: Session, found: Sources, gains: Callable[[Sequence[Source]], Path | None] | None = None
+) -> dict[str, AxisOutcome]:
     """Ingest and identify; return what came of each axis.
 
     session: Where the steps are run.
     found: The logs.
-    lean: Identify alone: no figures, no controller, no observer.
+    gains: Returns the file of the controller's gains of an axis from its logs; None where they are to be designed.
+        Without it friction and plant are identified alone: no figures, no controller, no observer.
     """
+    lean = gains is None
     logs = [log for log in found.logs if log.mapping is None]
     for step, left in ingest_steps(found.logs, session.folder):
         if session.take(step):
@@ -283,7 +294,7 @@ def identify_axes(session: Session, found: Sources, *, lean: bool = False) -> di
     for name in sorted({log.axis for log in logs}):
         of_axis = [log for log in logs if log.axis == name]
         folder = session.folder / name
-        controller = None if lean else found.controllers.get(name) or _gains(session, name, found.circles, folder)
+        controller = gains(of_axis) if gains else None
         plan = axis_steps(of_axis, folder, lean=lean, controller=controller)
         read = {path for step in plan.steps for path in step.reads}
         for unused in (log for log in of_axis if log.path not in read):
@@ -298,19 +309,6 @@ def identify_axes(session: Session, found: Sources, *, lean: bool = False) -> di
         missing, paths = [*plan.missing, *broken], [source.path for source in of_axis]
         axes[name] = AxisOutcome(of_axis[0].motion, done, missing, files, paths)
     return axes
-
-
-def _gains(session: Session, axis: str, circles: Sequence[Path], folder: Path) -> Path | None:
-    """Return the file of the gains that a circle with reference and voltage shows; None where none does."""
-    for path in circles:
-        for test in choose_circles([path]):
-            trace = test.axes.get(axis)
-            if trace is None or trace.input is None or trace.reference is None or test.scheme not in ("", "a"):
-                continue
-            made = folder / "controller.yaml"
-            if session.take(step(f"{axis}: gains", "identify controller", [path], {"axis": axis}, output=made)):
-                return made
-    return None
 
 
 def step(

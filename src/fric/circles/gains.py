@@ -1,12 +1,13 @@
 """The controller behind a recorded voltage: whether it is as stated, and the gains of a cascade that gives it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from math import pi
 
 import numpy as np
 
 from fric.arrays import Real
-from fric.circles.measured import MeasuredCircle
+from fric.circles.measured import MeasuredCircle, even
 from fric.control.base import Setting
 from fric.control.cascade import Cascade
 from fric.drive.plant import LinearPlant
@@ -207,8 +208,19 @@ START = 0.1
 """Share of a record that is left out: the filter's state where it begins is not known."""
 CORNERS = (0.02, 0.05, 0.12, 0.25)
 """Corners of the velocity filter that a search begins from, over the sampling rate."""
-EXPLAINED = 0.9
-"""Share of the voltage beyond what is fed forward that gains must explain, to be taken for those of the controller."""
+EXPLAINED, EXPLAINED_OF_LOG = 0.9, 0.98
+"""Share of the voltage beyond what is fed forward that gains must explain, to be taken for those of the controller.
+
+Nothing says of a log that compensation was off; what compensates is no sum of these gains.
+"""
+WIDEST = 0.25
+"""Largest relative half-width of gains that a log determines."""
+USUAL = Cascade(1.0, 1.0, 1.0, velocity_filter=500.0, sampling=4000.0)
+"""Velocity filter and sampling that are assumed where a log is too slow to show them: those of `design controller`."""
+LAG = 0.5 / (pi * USUAL.velocity_filter) + 0.5 / USUAL.sampling
+"""Delay of the velocity by both, and by its backward difference [s]."""
+LEAST, MOST = 200, 12
+"""Samples that a log has at least, and logs that are tried at most, the fastest first."""
 
 
 @dataclass(frozen=True)
@@ -218,6 +230,7 @@ class FoundController:
     cascade: Cascade  # The controller
     estimates: Mapping[str, Estimate]  # Its gains with their 95 % intervals
     explained: float  # Share of the voltage beyond what is fed forward that it explains [1]
+    where: str = ""  # The circle or record
 
 
 def controller_of(test: MeasuredCircle, name: str) -> FoundController:
@@ -239,25 +252,86 @@ def controller_of(test: MeasuredCircle, name: str) -> FoundController:
     _, r, z, u, rate = test.driven(name, "identifying gains")
     fit = _Fit(r, z, u, rate)
     found, covariance = fit.best()
-    explained = 1.0 - float(np.sum(fit.rest(found) ** 2)) / max(float(np.sum(fit.without**2)), 1e-300)
-    values = dict(zip(NAMES, np.exp(found).tolist(), strict=True))
-    if explained < EXPLAINED:
+    if (explained := fit.explained(found)) < EXPLAINED:
         raise FricError(
             f"no cascade gives the recorded voltage: the best explains {explained:.0%} of it", where=where,
             hint="Give the controller's gains.",
         )  # fmt: skip
-    half = 1.96 * np.sqrt(np.diag(covariance))
+    return _controller(found, 1.96 * np.sqrt(np.diag(covariance)), explained, rate, test.where)
+
+
+def controller_of_logs(logs: Iterable[Log]) -> FoundController:
+    """Return the cascade that gives the voltage of a record in closed loop, of the record that determines it best.
+
+    As `controller_of`. A log slower than the controller shows no velocity filter: the filter and the sampling are then
+    assumed. What the gains change by without them, and where every other sample is left out, widens their intervals.
+
+    logs: Records of one axis; those without reference, position and voltage are passed over.
+    Raises FricError: When no record shows the gains.
+    """
+    whole = [
+        log for log in logs
+        if log.reference is not None and log.position is not None and log.input is not None and len(log) >= LEAST
+    ]  # fmt: skip
+    if not whole:
+        raise FricError("no record has reference, position and voltage", hint="Give the controller's gains.")
+    whole.sort(key=lambda log: log.time[-1] / len(log))
+    found = [fit for log in whole[:MOST] if (fit := _of_log(log)) is not None]
+    if not found:
+        raise FricError("no record in closed loop shows the gains", hint="Give the controller's gains.")
+    return min(
+        found, key=lambda fit: sum(fit.estimates[name].half_width / float(fit.estimates[name]) for name in NAMES[:3])
+    )
+
+
+def _of_log(log: Log) -> FoundController | None:
+    """Return the cascade behind a record in closed loop; None where it does not show one."""
+    channels = [log.require(name, "gains") for name in ("reference", "position", "input")]
+    if log.added is not None:
+        channels[2] = channels[2] - log.added
+    t, (r, z, u) = even(log.time, *channels)
+    rate = 1.0 / float(t[1] - t[0])
+    if not np.ptp(r) > 0.0 or not np.ptp(u) > 0.0:
+        return None
+    best: FoundController | None = None
+    for slow in (False, True):
+        lag = LAG if slow else None
+        fits = [_Fit(r, z, u, rate, lag=lag), _Fit(r[::2], z[::2], u[::2], rate / 2, lag=lag)]
+        fits += [_Fit(r, z, u, rate, lag=0.0)] if slow else []
+        try:
+            (found, covariance), *others = (fit.best() for fit in fits)
+        except (np.linalg.LinAlgError, ValueError):
+            continue
+        apart = [np.abs(other - found)[: len(covariance)] for other, _ in others]
+        half = np.linalg.norm([1.96 * np.sqrt(np.diag(covariance)), *apart], axis=0)
+        explained = fits[0].explained(found)
+        if explained > (best.explained if best else EXPLAINED_OF_LOG) and (half[:3] < WIDEST).all():
+            best = _controller(found, half, explained, None if slow else rate, log.where)
+    return best
+
+
+def _controller(found: Real, half: Real, explained: float, rate: float | None, where: str) -> FoundController:
+    """Return the controller of logarithms of its gains, and of the half-widths of their intervals [1]."""
+    values = dict(zip(NAMES, np.exp(found).tolist(), strict=True))
     estimates = {
         key: Estimate(values[key], unit, (values[key] * float(np.exp(-h)), values[key] * float(np.exp(h))))
-        for key, unit, h in zip(NAMES, UNITS, half, strict=True)
+        for key, unit, h in zip(NAMES, UNITS, half, strict=False)
     }
-    return FoundController(Cascade(**values, sampling=rate), estimates, explained)
+    if rate is None:
+        estimates["velocity_filter"] = Estimate(USUAL.velocity_filter, "Hz", assumed=True)
+        estimates["sampling"] = Estimate(USUAL.sampling, "Hz", assumed=True)
+    return FoundController(Cascade(**values, sampling=rate or USUAL.sampling), estimates, explained, where)
 
 
 class _Fit:
-    """The recorded voltage beside that of a cascade, without what is fed forward."""
+    """The recorded voltage beside that of a cascade, without what is fed forward.
 
-    def __init__(self, r: Real, z: Real, u: Real, rate: float) -> None:
+    Where a record is slower than the controller, the velocity is the central difference of the position, delayed by the
+    ``lag`` [s] that is assumed of the controller.
+    """
+
+    def __init__(self, r: Real, z: Real, u: Real, rate: float, *, lag: float | None = None) -> None:
+        self.lag = lag
         self.rate, self.r, self.z, self.used = rate, r, z, slice(int(START * len(r)), None)
         velocity = np.gradient(r, 1 / rate)
         fed = np.column_stack([np.ones(len(r)), r, velocity, np.gradient(velocity, 1 / rate)])[self.used]
@@ -275,11 +349,20 @@ class _Fit:
         from scipy.signal import lfilter
 
         K_v, K_p, K_i, corner = np.exp(log_values)
-        pole = low_pass_pole(float(corner), self.rate)
-        first = np.diff(self.z, prepend=2 * self.z[0] - self.z[1]) * self.rate
-        seen = lfilter([1.0 - pole], [1.0, -pole], first, zi=[pole * first[0]])[0]
-        error = K_v * (self.r - self.z) - seen
-        return np.asarray(K_p * error + K_i / self.rate * np.cumsum(error))[self.used]
+        if self.lag is not None:
+            velocity = np.gradient(self.z) * self.rate
+            error = K_v * (self.r - self.z) - velocity + self.lag * self.rate * np.gradient(velocity)
+            summed = np.cumsum(error) - 0.5 * (error + error[0])
+        else:
+            pole = low_pass_pole(float(corner), self.rate)
+            first = np.diff(self.z, prepend=2 * self.z[0] - self.z[1]) * self.rate
+            error = K_v * (self.r - self.z) - lfilter([1.0 - pole], [1.0, -pole], first, zi=[pole * first[0]])[0]
+            summed = np.cumsum(error)
+        return np.asarray(K_p * error + K_i / self.rate * summed)[self.used]
+
+    def explained(self, log_values: Real) -> float:
+        """Return the share of the voltage beyond what is fed forward that a cascade explains [1]."""
+        return 1.0 - float(np.sum(self.rest(log_values) ** 2)) / max(float(np.sum(self.without**2)), 1e-300)
 
     def rest(self, log_values: Real) -> Real:
         """Return the residual of the recorded voltage [V] with a cascade and feedforward."""
@@ -289,12 +372,21 @@ class _Fit:
         """Return the logarithms of the gains, and their covariance."""
         from scipy.optimize import least_squares
 
+        filters = [float(np.log(USUAL.velocity_filter))] if self.lag is not None else []
         tried = []
-        for corner in CORNERS:
-            start = np.append(self._linear(corner * self.rate), np.log(corner * self.rate))
-            tried.append(least_squares(self.rest, start, x_scale=0.1, max_nfev=30))
+
+        def rest_of(values: Real) -> Real:
+            return self.rest(np.append(values, filters))
+
+        for corner in CORNERS[-1:] if filters else CORNERS:
+            start = self._linear(corner * self.rate)
+            start = start if filters else np.append(start, np.log(corner * self.rate))
+            tried.append(
+                least_squares(rest_of, start, x_scale=0.1, max_nfev=30)
+            )  # fmt: skip
         best = min(tried, key=lambda solution: solution.cost)
-        found, other = best.x, best.x.copy()
+        found = np.append(best.x, filters)
+        other = found.copy()
         other[[0, 2]] = found[2] - found[1], found[0] + found[1]  # K_v and K_i/K_p in each other's place
         found = min((found, other), key=self._apart)
         rest, jacobian = self.rest(found), np.asarray(best.jac, float)

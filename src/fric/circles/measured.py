@@ -249,6 +249,14 @@ class MeasuredCircle:
             time=t,
         )
 
+    def following(self, *names: str) -> MeasuredCircle:
+        """Return the test with axes that follow their reference exactly."""
+        axes = {
+            name: replace(trace, position=trace.position if trace.reference is None else trace.reference)
+            for name, trace in self.axes.items() if name in names
+        }  # fmt: skip
+        return replace(self, axes={**self.axes, **axes})
+
     def logs(self) -> list[Log]:
         """Return the traces as records, for the warnings that any record may have."""
         return [

@@ -29,6 +29,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate, as_filed
 from fric.flaws import circle as flaws
 from fric.flaws import flaw_of
+from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import CIRCLE_ELSEWHERE, NO_MEASURED_CIRCLE
 from fric.friction import FrictionModel
 from fric.friction.completed import Completed, since_reversal, travels
@@ -317,8 +318,10 @@ def _glitch(test: MeasuredCircle, axes: Mapping[str, Axis], scheme: Scheme, plac
     turn = Circle(test.radius, test.feed, 1, test.direction)
     references = turn.references(next(iter(axes.values())).cascade.sampling)
     measured = [
-        run_axis(axis, reference, scheme, accuracy=ACCURACY).position
-        for axis, reference in zip(machine.axes.values(), references, strict=True)
+        run_axis(machine.axes[name], reference, scheme, accuracy=ACCURACY).position
+        if name in axes
+        else reference.position
+        for name, reference in zip(test.names, references, strict=True)
     ]
     return circularity(measured[0], measured[1], test.radius).glitch
 
@@ -411,6 +414,7 @@ def distrusts(
 
     machine: The machine at the estimates, completed by the tests where there are any.
     notices: What its files warn of.
+    tests: Measured circles. Where one has no voltage, its friction is found with the stated gains: it agrees with any.
     records: Their axes as balances of voltages.
     circle: The circle that is predicted.
     """
@@ -418,7 +422,14 @@ def distrusts(
         notice for notice in notices if notice.severity == "wrong" and not (tests and flaw_of(notice).circle_settles)
     ]
     measured = [] if tests else [NO_MEASURED_CIRCLE.found()]
-    return once([*measured, *wrong, *_of_circles(machine, tests, records, circle)])
+    return once([*measured, *wrong, *unknown_gains(notices, tests), *_of_circles(machine, tests, records, circle)])
+
+
+def unknown_gains(notices: Iterable[Notice], tests: Sequence[MeasuredCircle]) -> Iterator[Notice]:
+    """Yield the axes whose gains were designed, and which a circle shows without voltage: it agrees with any gains."""
+    for name in sorted({text.where.removeprefix("axis ") for text in notices if text.code == GAINS_DESIGNED.code}):
+        if any(name in test.axes and test.axes[name].input is None for test in tests):
+            yield flaws.GAINS_UNKNOWN.found(f"axis {name}")
 
 
 def _of_circles(

@@ -243,7 +243,8 @@ def tune(
     An axis whose result leaves more of the recorded voltages than the nominal parameters keeps these. So do all, where
     the log's clock is wrong, or the next circle should be worse than the recorded circle.
 
-    tests: Circle tests with reference, position and voltage of both axes; a fast and a slow circle are needed.
+    tests: Circle tests with reference, position and voltage of the machine's axes; a fast and a slow circle are
+        needed. An axis that the machine does not have counts as one that follows its reference.
     done: Called `steps_of_tuning` times.
     loop: Whether loops that do not hold their falling friction are redesigned (`fric.design.falling`).
     Raises FricError: When a test lacks a channel, or an axis that the machine has, or there is no nominal GMS model.
@@ -258,7 +259,8 @@ def tune(
                 f"is {words}, and tuning needs traces of {' and '.join(names)} in every test", where=test.where,
                 hint="Give controller traces of the same axes.",
             )  # fmt: skip
-    before = {name: machine.axis(name) for name in names}
+    before = {name: machine.axis(name) for name in names if name in machine.axes or not set(names) & set(machine.axes)}
+    tests = [test.following(*(set(test.names) - set(before))) for test in tests]
     axes = {name: tune_axis(axis, tests, done) for name, axis in before.items()}
     axes = {name: cautious(holding(axis) if loop else axis) for name, axis in axes.items()}
     logs = [log for test in tests for log in test.logs()]

@@ -47,7 +47,7 @@ def read_document(path: Path | str, model: type[D]) -> D:
         line.
     """
     path = located(Path(path), model.type)
-    tree = _read(path)
+    tree = _read(path, model.type)
     if not isinstance(tree, CommentedMap):
         raise FricError("is no YAML document", where=str(path), hint=f"Start it with 'fric: {model.type_name()}'.")
     found = tree.get("fric")
@@ -81,9 +81,17 @@ def _tree(text: str) -> Any:
         return _yaml().load(text)
 
 
-def _read(path: Path) -> Any:
-    """Read a YAML file; what comes is not to be changed."""
-    path = regular(Path(path), MOST_BYTES)
+def _read(path: Path, wanted: str = "YAML") -> Any:
+    """Read a YAML file, which should be of a type; what comes is not to be changed."""
+    path = regular(Path(path))
+    with path.open("rb") as file:
+        binary = file.read(4) == b"\x89HDF"
+    if binary:
+        raise FricError(
+            f"is a log, a circle or a run, and a {wanted} file is asked for", where=str(path),
+            hint=f"`fric inspect {path}` takes a log, `fric diagnose {path}` a circle or a run.",
+        )  # fmt: skip
+    regular(path, MOST_BYTES)
     try:
         with foreign(path, "Mend it, or make it again."):
             text = path.read_text(encoding="utf-8")
@@ -94,11 +102,6 @@ def _read(path: Path) -> Any:
             return _tree(text)
     except FricError as error:
         cause = error.__context__
-        if isinstance(cause, UnicodeDecodeError) and path.read_bytes()[:4] == b"\x89HDF":
-            raise FricError(
-                "is a log, a circle or a run, and a YAML file is asked for", where=str(path),
-                hint=f"`fric inspect {path}` takes a log, `fric diagnose {path}` a circle or a run.",
-            ) from None  # fmt: skip
         if isinstance(cause, UnicodeDecodeError):
             raise FricError("is no YAML document in UTF-8", where=str(path)) from None
         if isinstance(cause, ReusedAnchorWarning):

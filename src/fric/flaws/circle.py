@@ -35,6 +35,8 @@ COMPLETED_DISAGREES = Flaw("completed-disagrees", "wrong",
     "Controller, plant or record is not as stated: check them.", disagrees=True)
 DELAY_DIFFERS = Flaw("delay-differs", "wrong", "The plant file has a delay of {plant}, and the circle shows "
     "{circle}: a log has position and voltage of different instants.")
+GAINS_UNKNOWN = Flaw("gains-unknown", "wrong", "The circle has no voltage, and fric designed the controller's gains: "
+    "wrong gains look like other friction.", "Give yours: `controllers='K_v=… 1/s, K_p=… V*s/m, K_i=… V/m'`.")
 CONTROLLER_DIFFERS = Flaw("controller-differs", "wrong", "{how}{friction:; no error here shows friction|}.")
 FEEDFORWARD_FOUND = Flaw("feedforward-found", "note",
     "The recorded voltage shows that velocity and inverse model are fed forward: so they are here.")

@@ -50,5 +50,5 @@ MAPPING_AMBIGUOUS = Flaw("mapping-ambiguous", "doubt", "It is left out: {mapping
 STEP_FAILED = Flaw("step-failed", "doubt", "{why}")
 GAINS_DESIGNED = Flaw("gains-designed", "doubt",
     "fric designed the controller's gains: with others the glitch differs.",
-    "Give yours (`controllers=`), or a circle with reference and voltage.")
+    "Give yours: `controllers='K_v=… 1/s, K_p=… V*s/m, K_i=… V/m'`; or log reference and voltage.")
 CIRCLE_FAILED = Flaw("circle-failed", "doubt", "{why}")

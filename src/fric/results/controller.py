@@ -1,27 +1,28 @@
 """A designed controller."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from fric.circles.gains import FoundController, controller_of
-from fric.circles.measured import MeasuredCircle
+from fric.circles.gains import FoundController, controller_of, controller_of_logs
 from fric.control.cascade import Cascade
 from fric.design.cascade import CascadeDesign, Requirement, check_cascade, design_cascade
 from fric.documents.controller import ControllerDocument, ControllerPart, controller_tree
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
+from fric.log import Log
 from fric.notice import Notice
 from fric.results.base import Figure, Identified
 from fric.results.design import Design
-from fric.results.given import in_si, positive, quantity
+from fric.results.given import in_si, logs_of, positive, quantity
 from fric.results.given_models import circles_of, document_of
-from fric.results.kinds import AxisName, CircleLike, PlantLike, Quantity, SchemeName
+from fric.results.kinds import AxisName, CircleLike, LogLike, PlantLike, Quantity, SchemeName
 from fric.results.text import Piece, parameters, plain_names
 from fric.units import Motion, parse_gain, readable
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,13 +35,10 @@ class GainsResult(Identified):
         The controller, and how sure its gains are.
     axis
         Name of the axis.
-    test
-        The circle.
     """
 
     found: FoundController
     axis: str
-    test: MeasuredCircle
 
     @property
     def belief(self) -> Cascade:
@@ -60,18 +58,24 @@ class GainsResult(Identified):
 
     def report(self) -> list[Piece]:
         """Return the gains, and how much of the voltage they explain."""
-        where = f"{self.test.where}: {self.found.explained:.2%} of the voltage explained"
+        where = f"{self.found.where}: {self.found.explained:.2%} of the voltage explained"
         return [parameters(self.sections()["controller"]), where]
 
 
 @verb
-def identify_controller(circle: CircleLike, *, axis: AxisName = "x", scheme: SchemeName | None = None) -> GainsResult:
-    """Identify the gains of an axis' controller from a circle with reference, position and voltage.
+def identify_controller(
+    *records: Annotated[LogLike | CircleLike, Kind(Path, "FILE")],
+    axis: AxisName = "x",
+    scheme: SchemeName | None = None,
+) -> GainsResult:
+    """Identify the gains of an axis' controller from a circle, or a log in closed loop.
+
+    It takes reference, position and voltage. The first circle is used; of logs the one that determines the gains best.
 
     Parameters
     ----------
-    circle
-        A circle test without compensation of friction.
+    records
+        A circle test without compensation of friction, or log files.
     axis
         Name of the axis.
     scheme
@@ -82,10 +86,29 @@ def identify_controller(circle: CircleLike, *, axis: AxisName = "x", scheme: Sch
     FricError
         When a channel is missing, or no cascade gives the recorded voltage.
     """
-    tests = circles_of([circle], scheme)
-    if not tests:
+    logs, circles = list[Any](), list[Any]()
+    for given in records:
+        (logs if _is_log(given) else circles).append(given)
+    if tests := circles_of(circles, scheme):
+        return GainsResult(controller_of(tests[0], axis), axis)
+    if not logs:
         raise FricError("there is no circle test", hint="Record one with reference, position and voltage.")
-    return GainsResult(controller_of(tests[0], axis), axis, tests[0])
+    of_axis = [log for log in logs_of(logs) if log.axis == axis]
+    if not of_axis:
+        raise FricError(f"no log is of axis {axis}", hint="Say which axis it is of (`axis=`).")
+    return GainsResult(controller_of_logs(of_axis), axis)
+
+
+def _is_log(given: Any) -> bool:
+    """Return whether records of a log are given, or their file."""
+    if isinstance(given, str | Path):
+        from fric.io.recognise import recognise  # with HDF5, which a design needs not
+
+        return recognise(Path(given)) == "log/1"
+    first = given
+    while isinstance(first, Iterable) and not isinstance(first, str):
+        first = next(iter(first), None)
+    return isinstance(first, Log)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

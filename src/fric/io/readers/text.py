@@ -20,6 +20,7 @@ import pandas as pd
 from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
+from fric.input import other_kind
 from fric.io.readers.base import Column, ForeignTable, Format, RowBlock, named
 from fric.units import is_unit
 
@@ -306,6 +307,8 @@ def shaped(path: Path, head: bytes, layout: Layout) -> Shape:
     try:
         return shape_of(head, layout, whole=len(head) < LOOK)
     except FricError as error:
+        if stated := re.match(rb"(?:\s*#[^\n]*\n)*\s*fric:\s*(\w+)/", head):
+            raise other_kind(path, stated[1].decode(), "log") from None
         raise error.at(str(path)) from None
 
 
