@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fric.export.base import Part
+from fric.export.base import ExportedPart
 from fric.export.c import c_files
 from tests.export.parts import EXPORTED, exportable, part, scheme_part, typical
 
@@ -56,7 +56,7 @@ MACHINE = """
         if (!isfinite(self.position)) {{ printf("a position that is no number\\n"); return 2; }}"""
 
 
-def parts() -> Iterator[tuple[str, Part, bool]]:
+def parts() -> Iterator[tuple[str, ExportedPart, bool]]:
     """Yield what is exported, by a name, and whether in single precision."""
     for single in (False, True):
         for model in exportable():
@@ -69,7 +69,7 @@ def parts() -> Iterator[tuple[str, Part, bool]]:
                     yield f"scheme {scheme} of {axis}, {'single' if single else 'double'}", made, single
 
 
-def quiet(one: Part, single: bool, compiler: str, folder: Path, calls: int) -> str:
+def quiet(one: ExportedPart, single: bool, compiler: str, folder: Path, calls: int) -> str:
     """Run an exported part; return what a sanitizer or the driver said."""
     files = c_files(one, single=single)
     for file, text in files.items():
