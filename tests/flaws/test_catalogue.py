@@ -154,7 +154,7 @@ def hysteresis(**more: object) -> list[Notice]:
         assumed = given["assumed"]
 
     curve = N(
-        saturates=given["saturates"], mismatch=given["mismatch"], hollow=(1e-5, given["hollow"]),
+        saturates=given["saturates"], mismatch=given["mismatch"], mismatch_half=0.0, hollow=(1e-5, given["hollow"]),
         cycles=[0] * given["cycles"], displacement=np.array([0.0, 1e-5]), force=np.array([0.0, 50.0]),
     )  # fmt: skip
     GAPS[:] = [given["gap"]]

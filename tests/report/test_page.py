@@ -83,6 +83,12 @@ def test_every_figure_has_words_for_it(html: str) -> None:
     assert "blocks slip at 0.934 µm" in html
 
 
+def test_it_says_whether_halves_of_the_strokes_agree(html: str, files: SimpleNamespace) -> None:
+    """Nothing on the page said whether intervals are as wide as repeated measurements are apart."""
+    assert "Halves of the constant-velocity logs, identified apart: 13 of 14 differ by less than" in html
+    assert "Halves of" not in render_report(collect([files.static]))
+
+
 def test_a_doubt_is_a_line_that_comes_once(html: str) -> None:
     assert html.count("strokes &lt;scatter&gt;") == 1
     assert '<details class="doubt' in html

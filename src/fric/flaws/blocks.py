@@ -2,6 +2,9 @@
 
 from fric.flaws.base import Flaw
 
+LARGE = 0.05
+"""Share of F_s by which a virgin curve is hollow that only a play makes: a drive that hunts makes less."""
+
 # fmt: off
 PARAMETER_UNSEEN = Flaw("parameter-untold", "doubt",
     "The gradient over {parameter} is flat: these records do not determine it{left:, and it is left at {left}|}.")
@@ -24,8 +27,9 @@ C_WITHOUT_PLANT = Flaw("C-without-plant", "doubt", "C is identified without a pl
     "frictional lag, and the drive's delay is not known.", "Give `plant=`.", widens={"C": 1.0})
 LEVEL_DIFFERS = Flaw("level-differs", "doubt", "The friction level of the pre-sliding records is {level:.3f} of the "
     "static map's F_s; alpha is normalised to sum to 1.", widens={"B": 0.03}, circle_settles=True)
-LOST_MOTION = Flaw("lost-motion", "wrong", "After a reversal the force is flat about {slip:2} and rises again, "
-    "{hollow:2} below any friction: a play between drive and encoder.", "Take it out, or measure at the table.")
+LOST_MOTION = Flaw("lost-motion", lambda f: "wrong" if f.share > LARGE else "doubt",
+    "After a reversal the force is flat about {slip:2} and rises again, {hollow:2} below any friction: a play between "
+    "drive and encoder.", "Take it out, or measure at the table.")
 ONE_CYCLE = Flaw("one-cycle", "doubt", "There is one whole cycle: no intervals.", "Log five cycles or more.")
 NEVER_SATURATES = Flaw("never-saturates", "doubt", "The cycles never saturate: at {extent} the virgin curve is at "
     "{force}; {missing} of F_s is missing, and goes to the last block.",

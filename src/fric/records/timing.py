@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
-from fric.arrays import Real
+from fric.arrays import Mask, Real
 from fric.errors import FricError
 from fric.flaws.channel import SAMPLING_UNEVEN
 from fric.log import Log
@@ -35,6 +35,8 @@ SMALL = 1e-3
 """Jitter in sampling intervals that spoils nothing: the digits that a position was printed with do as much."""
 SURE = 5.0
 """Standard errors above which noise grows with speed."""
+SHARE, ERRORS = 1.0 / 3.0, 3.0
+"""Share of the noise at speed that grows with it where it is jitter, and by how many standard errors."""
 COUNTS = 8.0
 """Steps of the encoder in a sample, above which a step of twice that size is seen."""
 LOST = 3
@@ -116,9 +118,28 @@ def _jitter(z: Real, t: Real, encoder: float) -> Timing:
     error = 1.2533 * robust_deviation(tau2 - found) / np.sqrt(moving.sum())
     displaced = float(np.sqrt(np.median(v2[moving]) * max(found, 0.0)))
     small = found < (SMALL * float(np.median(np.diff(t)))) ** 2
-    if small or found < SURE * error or displaced < ABOVE * encoder / np.sqrt(12.0):
+    # no encoder's noise is many of its steps; where these are not seen, it is noise that does not grow with speed
+    unseen = encoder == 0.0 and not _grows(v2, power, whole, floor)
+    if small or found < SURE * error or displaced < ABOVE * encoder / np.sqrt(12.0) or unseen:
         return Timing(speed=float(np.sqrt(np.median(v2[moving]))))
     return Timing(float(np.sqrt(found)), displaced, speed=float(np.sqrt(np.median(v2[moving]))))
+
+
+def _grows(v2: Real, power: Real, whole: Mask, floor: float) -> bool:
+    """Return whether noise (n,) grows with the square of the speed: an encoder makes it in slow windows, too."""
+    order = np.flatnonzero(whole)[np.argsort(v2[whole])]
+    if (third := len(order) // 3) < 3:
+        return False
+    fast = order[-third:]
+    slow = order[: int(np.sum(v2[order] < 0.5 * np.median(v2[fast])))]
+    slow = slow if len(slow) >= 3 else order[:third]
+    (low, error), (high, beside) = (
+        (float(np.median(power[some])), robust_deviation(power[some] - np.median(power[some])) / np.sqrt(len(some)))
+        for some in (slow, fast)
+    )
+    v_low, v_high = float(np.median(v2[slow])), float(np.median(v2[fast]))
+    more = high - max(low, floor)
+    return more > ERRORS * 1.2533 * np.hypot(error, beside) and more * v_high > SHARE * high * (v_high - v_low)
 
 
 def _power(z: Real, order: int, count: int) -> Real:

@@ -38,6 +38,7 @@ from fric.figures.style import BLUE, VERMILION, Band, views
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
 from fric.identify.gms.virgin_curve import HysteresisCycles, VirginCurve, find_cycles, virgin_curve
+from fric.identify.halves import halves
 from fric.identify.static_map.identify import stroke_forces
 from fric.identify.static_map.points import SpeedPoint
 from fric.log import ForceVelocity, Log
@@ -62,6 +63,17 @@ class FrictionCurves:
     knots: tuple[Real, Real] | None = None  # slip displacement of each block [m], and the force there [N]
     hysteresis: tuple[ReplayedCycle, ...] = ()
     notes: tuple[str, ...] = ()  # why something is not drawn
+    halves: str = ""  # whether halves of the strokes agree, see `agreement`
+
+
+def agreement(logs: Sequence[Log], plant: Plant | None = None) -> str:
+    """Return whether halves of strokes or motions, identified apart, agree, in a sentence; empty without logs."""
+    if not logs:
+        return ""
+    try:
+        return f"Halves of the {logs[0].kind or 'motion'} logs, identified apart: {halves(logs, plant).conclusion}."
+    except FricError as error:
+        return f"{error.what[:1].upper()}{error.what[1:]}."
 
 
 def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
@@ -85,13 +97,14 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
         offset = float(sections["static"]["offset"]) if "offset" in sections["static"] else 0.0
         found = stroke_forces(strokes, item.motion, plant)
         points = tuple(replace(point, force=point.force - offset) for point in found)
+    agree = agreement([log for log in logs if log.kind == "constant-velocity"], plant) if points else ""
     together = {name: block.covariance() for name in static if (block := item.document.fit_of(name).covariance)}
     maps = {
         _direction(name, static): map_band(mapping, _speeds(mapping, points), together.get(name))
         for name, mapping in static.items()
     }
     if "gms" not in sections:
-        return FrictionCurves(maps, points, bool(together), notes=tuple(notes))
+        return FrictionCurves(maps, points, bool(together), notes=tuple(notes), halves=agree)
     model = GMS.from_sections(sections)
     plant, without = _plant(inputs, item, item.document.fit_of("gms")) if waves else (None, [])
     notes = list(dict.fromkeys(notes + without))
@@ -101,7 +114,7 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
     knots = np.sort(model.slip_displacements)
     return FrictionCurves(
         maps, points, bool(together), virgin_band(sections, longest), curve, (knots, model.virgin_curve(knots)),
-        hysteresis or model_cycles(model), tuple(notes),
+        hysteresis or model_cycles(model), tuple(notes), agree,
     )  # fmt: skip
 
 

@@ -386,6 +386,7 @@ class AxisView:
     observer: plots.PageFigure | None
     notes: Sequence[str]
     further: Sequence[plots.PageFigure] = ()
+    halves: Sequence[str] = ()  # Whether halves of strokes and motions agree
 
 
 @dataclass(frozen=True)
@@ -495,7 +496,7 @@ def _axis(inputs: ReportInput, axis: str) -> AxisView:
     items = [item for item in inputs.items if item.axis == axis]
     groups = [group for item in items for group in groups_of(item)]
     figures: list[plots.PageFigure] = []
-    notes: list[str] = []
+    notes, halves = list[str](), list[str]()
     observer = None
     for item in items:
         if item.kind == "friction":
@@ -503,12 +504,15 @@ def _axis(inputs: ReportInput, axis: str) -> AxisView:
             figures += plots.friction_map(item, curves) if curves.maps else []
             figures += plots.virgin_curves(item, curves) + plots.hysteresis(item, curves)
             notes += curves.notes
+            halves.append(curves.halves)
         elif item.kind == "plant":
-            figures += plots.motions(item, [log for log in inputs.records if _is_motion(log, axis)])
+            logs = [log for log in inputs.records if _is_motion(log, axis)]
+            figures += plots.motions(item, logs)
+            halves.append(plots.agreement(logs))
         elif item.kind == "observer":
             observer = plots.q_filter(item, perturbation(inputs, item))
     further = [picture for item in items for picture in plots.pictures(item.document, f"{item.kind}-{axis}")]
-    return AxisView(axis, groups, figures, observer, notes, further)
+    return AxisView(axis, groups, figures, observer, notes, further, [text for text in halves if text])
 
 
 def _is_motion(log: Record, axis: str) -> TypeGuard[Log]:

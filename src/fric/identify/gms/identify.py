@@ -199,15 +199,15 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     cycled = [cycle.for_replay() for cycle in hysteresis]
     slides = [record.in_sliding() for record in ready[count:]] if static is not None else []
     records = [*cycled, *slides]
+    begin = _lag_of(slides, _at_level(base, found, ASSUMED_C, curve.saturates), negative)
 
     model: FrictionModel
     together: Covariance | None = None
     late: Mapping[str, Estimate] = {}
     varies: Mapping[str, Estimate] = {}
     if refined:
-        start = _at_level(base, found, ASSUMED_C, curve.saturates)
         given = static or base, negative
-        fit = _refined(records, given, start, hunting, with_level=curve.saturates, with_C=bool(slides))
+        fit = _refined(records, given, begin, hunting, with_level=curve.saturates, with_C=bool(slides))
         alpha, k, C = (fit.estimates["gms"][name] for name in ("alpha", "k", "C"))
         level, model, together = fit.level, fit.model, fit.covariance
         late, varies = fit.late, fit.between_records
@@ -251,6 +251,19 @@ def _at_level(static: StaticMap, blocks: Blocks, C: float, with_level: bool) -> 
     alpha = blocks.limit / blocks.limit.sum()
     k = alpha * static.F_s * level / blocks.displacement
     return GMS(replace(static, F_c=static.F_c * level, F_s=static.F_s * level), tuple(alpha), tuple(k), C)
+
+
+def _lag_of(slides: Sequence[Prepared], model: GMS, negative: StaticMap | None) -> GMS:
+    """Return a model with the C of a grid that leaves least in sliding: beside a damping the misfit has two minima."""
+    if not slides:
+        return model
+
+    def left(tried: GMS) -> float:
+        rest = [record.force - record.fitted(directed(tried, negative)) for record in slides]
+        return sum(float(np.sum(r[record.used] ** 2)) for r, record in zip(rest, slides, strict=True))
+
+    rates = np.geomspace(1.0, 1e4, 17) * model.static.F_s
+    return min((replace(model, C=float(rate)) for rate in rates), key=left)
 
 
 def _refined(

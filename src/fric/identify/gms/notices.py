@@ -70,12 +70,13 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
         yield blocks.C_WITHOUT_PLANT.found()
     if fit.curve.saturates and abs(float(fit.alpha_sum) - 1.0) > LEVEL:
         yield blocks.LEVEL_DIFFERS.found(level=float(fit.alpha_sum))
-    if abs(fit.curve.mismatch) > max(LEVEL * F_s, 0.0):
+    if abs(fit.curve.mismatch) > LEVEL * F_s + fit.curve.mismatch_half:
         flaw = REST_RAISES_FRICTION if fit.curve.mismatch > 0 else FRICTION_DIFFERS
         yield flaw.found(by=Estimate(abs(fit.curve.mismatch), newton))
     where, hollow = fit.curve.hollow
     if hollow > HOLLOW * F_s and not fast:  # inertia makes it hollow too
-        yield blocks.LOST_MOTION.found(slip=Estimate(where, metre), hollow=Estimate(hollow, newton))
+        sizes = {"slip": Estimate(where, metre), "hollow": Estimate(hollow, newton)}
+        yield blocks.LOST_MOTION.found(**sizes, share=hollow / F_s)
     if len(fit.curve.cycles) < 2:
         yield blocks.ONE_CYCLE.found()
     yield from changes(fit)

@@ -19,6 +19,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.special import stdtrit
 
 from fric.arrays import Indices, Real
@@ -27,6 +28,7 @@ from fric.friction.stribeck import StaticMap
 from fric.records.judgement import SATURATED, STEPS, least_slope
 from fric.records.motion import Motion
 from fric.records.prepared import Prepared
+from fric.records.resolution import lattice_step
 from fric.records.reversals import find_reversals
 
 PARTS = 16
@@ -150,6 +152,9 @@ CLOSING = 0.03
 SLIDING = 0.85
 """Share of the highest force above which a dip is the Stribeck fall along a fast stroke, and no play."""
 
+NEIGHBOURS, SCATTERING = 5, 21
+"""Neighbouring places half of which show a play, and over which the scatter of the curve is averaged."""
+
 SAME_AMPLITUDE = 1.15
 """Records whose amplitudes are within this ratio are averaged; beyond it the larger continues the smaller."""
 
@@ -171,7 +176,12 @@ class VirginCurve:
     mismatch: float = 0.0
     # Least slope of the curve's outer half relative to its mean slope: 0 where all blocks slip
     final_slope: float = 0.0
-    step: float = 0.0  # The encoder's step [m]; 0 where none is visible
+    # step, force_step: those of encoder [m] and force [N]; 0 where none is visible
+    step: float = 0.0
+    force_step: float = 0.0
+    mismatch_half: float = (
+        0.0  # Half of the interval of 99.7 % of the step between records, by the scatter of cycles [N]
+    )
 
     def __call__(self, z: Real | float) -> Real:
         """Return the force [N] at displacements z [m], linear between the points and from the origin."""
@@ -213,10 +223,15 @@ class VirginCurve:
                     break
                 above.pop()
             above.append(n)
-        below = (np.interp(z, z[above], F[above]) - F)[1:]
+        below = median_filter((np.interp(z, z[above], F[above]) - F)[1:], NEIGHBOURS, mode="nearest")
         count = np.isfinite(self.cycles).sum(axis=0)  # not the band, which may include errors of the model
-        scatter = np.sqrt(np.nansum((self.cycles - self.force) ** 2, axis=0) / np.maximum(count * (count - 1), 1))
-        below -= 2.5 * np.hypot(scatter, self.blur)
+        scatter = np.nansum((self.cycles - self.force) ** 2, axis=0) / np.maximum(count * (count - 1), 1)
+        # of few cycles one place scatters too little by chance, its neighbours alike; a drive that hunts repeats itself
+        ripple = (self.force - median_filter(self.force, NEIGHBOURS, mode="nearest")) ** 2
+        errors = (
+            np.maximum(uniform_filter1d(scatter + ripple, SCATTERING), 0.0) + self.blur**2 + self.force_step**2 / 12.0
+        )
+        below -= 2.5 * np.sqrt(errors)
         for _, end in self.record[:-1]:
             below[np.abs(self.displacement - end) < 0.2 * end] = 0.0
             below[self.displacement > end] -= max(self.mismatch, 0.0)
@@ -277,21 +292,34 @@ def virgin_curve(
             groups[-1].append(cycle)
         else:
             groups.append([cycle])
-    parts, extent, previous, mismatch = [], 0.0, None, 0.0
+    parts, extent, steps = [], 0.0, [(0.0, 0.0)]
+    last: tuple[Real, Real] | None = None
     for group in groups:
         branches = [_branches(one, (static, negative), max(cycle.amplitude for cycle in group)) for one in group]
         merged = np.vstack([b.cycles for b in branches])
         place = np.nanmean(np.vstack([b.displacement for b in branches]), axis=0)
         seen = np.isfinite(merged).mean(axis=0) > 0.5
         keep = seen & (place > extent)
-        if previous is not None and keep.any():
-            mean = np.nanmean(merged[:, seen], axis=0)
-            step = previous - float(np.interp(extent, place[seen], mean))
-            mismatch = step if abs(step) > abs(mismatch) else mismatch
+        if last is not None and keep.any():
+            continued = np.array([np.interp(last[0], place[seen], row[seen]) for row in merged])
+            steps.append(_apart(last[1], continued))
         parts.append((group[0].name, place[keep], merged[:, keep], float(np.mean([b.level for b in branches]))))
         extent = float(place[keep].max(initial=extent))
-        previous = float(np.nanmean(merged[:, keep], axis=0)[-1]) if keep.any() else previous
-    return replace(_spliced(parts, mismatch), step=max(cycle.motion.step for cycle in ordered))
+        last = (place[keep][-NEIGHBOURS:], merged[:, keep][:, -NEIGHBOURS:]) if keep.any() else last
+    mismatch, half = max(steps, key=lambda step: abs(step[0]))
+    coarse = max(lattice_step(cycle.record.log.require("force", "the virgin curve")) or 0.0 for cycle in ordered)
+    return replace(
+        _spliced(parts, mismatch), mismatch_half=half, step=max(cycle.motion.step for cycle in ordered),
+        force_step=coarse,
+    )  # fmt: skip
+
+
+def _apart(cycles: Real, others: Real) -> tuple[float, float]:
+    """Return the mean difference of cycles from others, and half of its interval of 99.7 % [N]; each is a row."""
+    rows = [np.nanmean(array[np.isfinite(array).any(axis=1)], axis=1) for array in (cycles, others)]
+    error = np.sqrt(sum(float(np.var(row, ddof=1)) / len(row) for row in rows if len(row) > 1))
+    surely = float(stdtrit(max(sum(map(len, rows)) - 2, 1), 0.9985))
+    return float(rows[0].mean() - rows[1].mean()), surely * float(error)
 
 
 def _spliced(parts: list[tuple[str, Real, Real, float]], mismatch: float) -> VirginCurve:

@@ -6,7 +6,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.special import stdtrit
+from scipy.special import fdtrc, stdtrit
 
 from fric.arrays import Real
 from fric.choice import simplest
@@ -31,6 +31,8 @@ CLEARLY = 0.8
 """Ratio of errors under which a free shape factor is taken: it trades with F_s at slow strokes that stick and slip."""
 LEAST_RISE = 1e-6
 """Rise of F_s with age, as a share of F_s, under which F_s does not age."""
+DIFFERENT = 1e-3
+"""Probability of such a gain by an F_s that ages where it does not, under which it does."""
 FEWEST = 8
 """Least strokes with which a richer form is tried."""
 DESCRIPTIONS = {
@@ -169,7 +171,13 @@ def _with_ageing(plain: StribeckProblem, solution: MapSolution, held_out: HeldOu
     """Return how well eq. (2) predicts with an F_s that ages, and the ageing where that is clearly better."""
     ageing = aged(plain, solution)
     tried = held_out.entered("ages", by_leverage(plain, ageing.residual, ageing.jacobian))
-    clearly = tried.better("ages") and tried["ages"] < CLEARLY * tried["stribeck"]
+    without, within = (
+        float(np.sum((residual / plain.standard_error) ** 2))
+        for residual in (_misfit(plain, solution)[0], ageing.residual)
+    )
+    free = max(plain.degrees_of_freedom - 2, 1)  # the rise, and the speed at which it begins
+    by_chance = fdtrc(2, free, 0.5 * free * max(without / max(within, 1e-300) - 1.0, 0.0))
+    clearly = tried.better("ages") and tried["ages"] < CLEARLY * tried["stribeck"] and by_chance < DIFFERENT
     if clearly and at_other_speeds(plain, _misfit(plain, solution), (ageing.residual, ageing.jacobian)):
         return replace(tried, ages=ageing.rise)
     return tried
