@@ -97,18 +97,12 @@ def _drawn(test: ContourTest, advance: Callable[..., None]) -> ContourTest:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Report(Result):
-    """A report: what was identified, what a circle shows, what to use, and what drifted.
-
-    Parameters
-    ----------
-    inputs
-        What it is made of.
-    title
-        Heading of its page.
-    """
+    """A report: what was identified, what a circle shows, what to use, and what drifted."""
 
     inputs: ReportInput
+    """What it is made of."""
     title: str = ""
+    """Heading of its page."""
 
     @cached_property
     def document(self) -> dict[str, Any]:

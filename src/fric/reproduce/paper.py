@@ -395,25 +395,18 @@ MOST_SAMPLES = 30_000
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Reproduction(Result, schema=ReproductionDocument):
-    """What a reproduction left.
-
-    Parameters
-    ----------
-    machine
-        The machine that was reproduced.
-    page
-        The page that sets it all beside the paper.
-    runs
-        The six schemes, by feed [m/s].
-    steps, made
-        Steps there are, and how many had to be made.
-    """
+    """What a reproduction left."""
 
     machine: Machine
+    """The machine that was reproduced."""
     page: Path
+    """The page that sets it all beside the paper."""
     runs: Mapping[float, list[CircleRun]]
+    """The six schemes, by feed [m/s]."""
     steps: int
+    """Steps there are."""
     made: int
+    """How many of them had to be made."""
 
     def circles(self) -> list[CircleResult]:
         """Return what each scheme leaves, a circle a feed."""

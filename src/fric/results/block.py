@@ -29,28 +29,20 @@ from fric.verb import Kind, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BlockResult(Design):
-    """A designed control block.
-
-    Parameters
-    ----------
-    design
-        The block, and its loop.
-    of, motion
-        Name and motion of the axis.
-    logs
-        The record of the response, where there is one.
-    description
-        What else the user should know.
-    joint
-        The cascade that it was designed with, where it was.
-    """
+    """A designed control block."""
 
     design: BlockDesign
+    """The block, and its loop."""
     of: str
+    """Name of the axis."""
     motion: Motion
+    """Whether it is linear or rotary."""
     logs: Sequence[Record] = ()
+    """The record of the response, where there is one."""
     description: Sequence[Notice] = field(default_factory=tuple)
+    """What else the user should know."""
     joint: JointDesign | None = None
+    """The cascade that it was designed with, where it was."""
 
     @property
     def belief(self) -> ControlBlock:

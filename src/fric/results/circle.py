@@ -42,30 +42,20 @@ from fric.verdict import Verdict, candidates_of, decide, evidence_of, facts
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CircleResult(Result, schema=CircleResultDocument):
-    """What schemes leave of one circle.
-
-    Parameters
-    ----------
-    machine
-        The machine.
-    runs
-        A run a scheme.
-    only
-        Name of the one axis that was simulated.
-    many
-        What they leave on many machines, where that was asked.
-    identified
-        What the many machines were drawn from, where that are the intervals of what was identified.
-    prediction
-        What the schemes should leave, on machines drawn from all that is open about the one that was identified.
-    """
+    """What schemes leave of one circle."""
 
     machine: Machine
+    """The machine."""
     runs: Sequence[CircleRun]
+    """A run a scheme."""
     only: str | None = None
+    """Name of the one axis that was simulated."""
     many: MonteCarlo | None = None
+    """What they leave on many machines, where that was asked."""
     identified: IdentifiedMachine | None = None
+    """What the many machines were drawn from, where that are the intervals of what was identified."""
     prediction: Prediction | None = None
+    """What the schemes should leave, on machines drawn from all that is open about the one that was identified."""
 
     @property
     def cut_short(self) -> bool:

@@ -27,18 +27,12 @@ POINTS = 6
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CircleMapResult(Result, schema=CircleMapDocument, of="found"):
-    """What schemes leave of circles of many feeds and radii.
-
-    Parameters
-    ----------
-    found
-        What was found.
-    done
-        Circles that were run: the first ones, where it was interrupted.
-    """
+    """What schemes leave of circles of many feeds and radii."""
 
     found: CircleMap
+    """What was found."""
     done: int
+    """Circles that were run: the first ones, where it was interrupted."""
 
     @property
     def cut_short(self) -> bool:

@@ -38,15 +38,10 @@ from fric.verb import Kind, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ComparisonResult(Result, schema=ComparisonDocument, of="comparison"):
-    """Friction models by how well they tell what they were not fitted to.
-
-    Parameters
-    ----------
-    comparison
-        The scores, the best model first.
-    """
+    """Friction models by how well they tell what they were not fitted to."""
 
     comparison: Comparison
+    """The scores, the best model first."""
 
     @property
     def logs(self) -> list[Log]:

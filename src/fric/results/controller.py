@@ -27,6 +27,7 @@ from fric.verb import Kind, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GainsResult(Identified):
+<<<<<<< HEAD
     """The cascade that a recorded voltage shows.
 
     Parameters
@@ -36,9 +37,19 @@ class GainsResult(Identified):
     axis
         Name of the axis.
     """
+=======
+    """The cascade that a recorded voltage shows."""
+>>>>>>> 6c1047c2 (Describe each field of a result beside it: users read them, and do not construct results)
 
     found: FoundController
+    """The controller, and how sure its gains are."""
     axis: str
+<<<<<<< HEAD
+=======
+    """Name of the axis."""
+    test: MeasuredCircle
+    """The circle."""
+>>>>>>> 6c1047c2 (Describe each field of a result beside it: users read them, and do not construct results)
 
     @property
     def belief(self) -> Cascade:
@@ -113,25 +124,18 @@ def _is_log(given: Any) -> bool:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ControllerResult(Design):
-    """A designed, or checked, cascade.
-
-    Parameters
-    ----------
-    design
-        The cascade and its loops.
-    of, motion
-        Name and motion of the axis.
-    view
-        What the figure shows: ``bode``, ``nyquist`` or ``nichols``.
-    description
-        What the plant's file warns of.
-    """
+    """A designed, or checked, cascade."""
 
     design: CascadeDesign
+    """The cascade and its loops."""
     of: str
+    """Name of the axis."""
     motion: Motion
+    """Whether it is linear or rotary."""
     view: str = "bode"
+    """What the figure shows: ``bode``, ``nyquist`` or ``nichols``."""
     description: Sequence[Notice] = ()
+    """What the plant's file warns of."""
 
     @property
     def belief(self) -> Cascade:

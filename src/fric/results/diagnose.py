@@ -26,18 +26,12 @@ from fric.verb import UnfitError, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DiagnosisResult(Result, schema=DiagnosisDocument):
-    """A measured circle: geometry, control loops, backlash, friction glitches, and the figures of ISO 230-4.
-
-    Parameters
-    ----------
-    found
-        What was found.
-    held
-        How it agrees with what a machine file predicts, where one was given.
-    """
+    """A measured circle: geometry, control loops, backlash, friction glitches, and the figures of ISO 230-4."""
 
     found: Diagnosis
+    """What was found."""
     held: Agreement | None = None
+    """How it agrees with what a machine file predicts, where one was given."""
 
     @property
     def warnings(self) -> Sequence[Notice]:

@@ -18,15 +18,10 @@ from fric.verb import Kind, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FormatsResult(Result):
-    """The formats, and the libraries that they need.
-
-    Parameters
-    ----------
-    rows
-        Of each its name, endings, library, its version (empty where none is needed, None where it lacks) and extra.
-    """
+    """The formats, and the libraries that they need."""
 
     rows: tuple[tuple[str, tuple[str, ...], str, str | None, str], ...]
+    """Of each its name, endings, library, its version (empty where none is needed, None where it lacks) and extra."""
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -61,21 +56,14 @@ def formats() -> FormatsResult:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ExampleResult(Result, schema=ExampleDocument):
-    """An example that was copied.
-
-    Parameters
-    ----------
-    name
-        Its name.
-    folder
-        Where it is.
-    files
-        Its files, from there.
-    """
+    """An example that was copied."""
 
     name: str
+    """Its name."""
     folder: Path
+    """Where it is."""
     files: tuple[str, ...]
+    """Its files, from there."""
 
     def report(self) -> list[Piece]:
         """Return the files, and what may be done with them."""

@@ -122,36 +122,24 @@ class TriedCircle:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ExportResult(Result):
-    """Files for a controller, and what speaks for and against them.
-
-    Parameters
-    ----------
-    target
-        The target.
-    part
-        What is exported.
-    files
-        Its files by name, without the manifest.
-    notices
-        What the files that the machine is made of say of themselves.
-    against
-        Why it should not be put on the machine; empty where nothing speaks against it.
-    distrust
-        Why the verdict does not trust it yet.
-    made_from
-        Name and digest of each file that it was made from.
-    arcs
-        Circles in LinuxCNC, where they were run.
-    """
+    """Files for a controller, and what speaks for and against them."""
 
     target: Target
+    """The target."""
     part: ExportedPart
+    """What is exported."""
     files: Files
+    """Its files by name, without the manifest."""
     notices: Sequence[Notice]
+    """What the files that the machine is made of say of themselves."""
     against: Sequence[Notice]
+    """Why it should not be put on the machine; empty where nothing speaks against it."""
     distrust: Sequence[Notice]
+    """Why the verdict does not trust it yet."""
     made_from: Sequence[dict[str, str]]
+    """Name and digest of each file that it was made from."""
     arcs: Sequence[TriedCircle] = ()
+    """Circles in LinuxCNC, where they were run."""
 
     @cached_property
     def document(self) -> dict[str, Any]:

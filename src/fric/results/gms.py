@@ -25,21 +25,14 @@ from fric.verb import Kind, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GMSResult(IdentifiedFriction):
-    """An identified GMS model.
-
-    Parameters
-    ----------
-    fit
-        What was found: parameters, virgin curve, replayed records.
-    logs
-        The records that it was found from.
-    given
-        The file of the static map that it stands on, which is carried over.
-    """
+    """An identified GMS model."""
 
     fit: GMSFit
+    """What was found: parameters, virgin curve, replayed records."""
     logs: Sequence[Log]
+    """The records that it was found from."""
     given: FrictionDocument | None = None
+    """The file of the static map that it stands on, which is carried over."""
 
     @cached_property
     def document(self) -> dict[str, Any]:

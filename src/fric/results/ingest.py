@@ -34,15 +34,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CirclesResult(Result, schema=IngestCirclesDocument, of="done"):
-    """What was read into a circle test file.
-
-    Parameters
-    ----------
-    done
-        The file, and the tests in it.
-    """
+    """What was read into a circle test file."""
 
     done: IngestedCircles
+    """The file, and the tests in it."""
 
     def report(self) -> list[Piece]:
         """Return a line a test."""
@@ -121,21 +116,14 @@ def ingest_circles(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class IngestResult(Result, schema=IngestDocument, of="done"):
-    """What was read into a log file.
-
-    Parameters
-    ----------
-    done
-        The log file, its axis, and the records that were added or skipped.
-    mapped
-        Whether a mapping told what the columns mean.
-    told
-        What was guessed of the columns.
-    """
+    """What was read into a log file."""
 
     done: Ingested
+    """The log file, its axis, and the records that were added or skipped."""
     mapped: bool
+    """Whether a mapping told what the columns mean."""
     told: Sequence[Notice] = ()
+    """What was guessed of the columns."""
 
     @property
     def warnings(self) -> Sequence[Notice]:

@@ -27,15 +27,10 @@ from fric.verb import Kind, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LearnResult(Result, schema=LearningDocument, of="found"):
-    """A circle that was learned in simulation.
-
-    Parameters
-    ----------
-    found
-        Its rounds.
-    """
+    """A circle that was learned in simulation."""
 
     found: Learned
+    """Its rounds."""
 
     def report(self) -> list[Piece]:
         """Return the glitch of each round, and of other circles: medians, with the chance of one run."""
@@ -69,15 +64,10 @@ class LearnResult(Result, schema=LearningDocument, of="found"):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LearnedTable(Result, schema=LearnedFeedforwardDocument, of="table"):
-    """The feedforward of the next round, from a measured circle.
-
-    Parameters
-    ----------
-    table
-        What is fed forward.
-    """
+    """The feedforward of the next round, from a measured circle."""
 
     table: LearnedFeedforward
+    """What is fed forward."""
 
     def report(self) -> list[Piece]:
         """Return what is fed forward, by axis."""

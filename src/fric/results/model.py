@@ -26,18 +26,12 @@ CLIPPED = 0.1
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ModelResult(IdentifiedFriction):
-    """Any friction model, identified by replay.
-
-    Parameters
-    ----------
-    fit
-        What was found.
-    kept
-        The friction file whose static map was kept.
-    """
+    """Any friction model, identified by replay."""
 
     fit: ReplayFit
+    """What was found."""
     kept: FrictionDocument | None = None
+    """The friction file whose static map was kept."""
 
     @cached_property
     def document(self) -> dict[str, Any]:

@@ -35,34 +35,24 @@ Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterw
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ObserverResult(Design):
-    """A designed disturbance observer.
-
-    Parameters
-    ----------
-    design
-        The observer, its limits and its loops.
-    of, motion
-        Name and motion of the axis.
-    nyquist
-        Half the sampling rate [Hz].
-    logs
-        The record of the response, where there is one.
-    description
-        What else the user should know.
-    asked
-        The peak sensitivity that was allowed, as it was given.
-    view
-        What the figure shows: ``q`` (Fig. 7), ``bode``, ``nyquist`` or ``nichols``.
-    """
+    """A designed disturbance observer."""
 
     design: ObserverDesign
+    """The observer, its limits and its loops."""
     of: str
+    """Name of the axis."""
     motion: Motion
+    """Whether it is linear or rotary."""
     nyquist: float
+    """Half the sampling rate [Hz]."""
     logs: Sequence[Log | FrequencyResponse]
+    """The record of the response, where there is one."""
     description: Sequence[Notice]
+    """What else the user should know."""
     asked: float | str
+    """The peak sensitivity that was allowed, as it was given."""
     view: str = "q"
+    """What the figure shows: ``q`` (Fig. 7), ``bode``, ``nyquist`` or ``nichols``."""
 
     @property
     def belief(self) -> DisturbanceObserver:

@@ -24,21 +24,14 @@ from fric.verdict import facts
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PathResult(Result, schema=PathResultDocument):
-    """What schemes leave of one path.
-
-    Parameters
-    ----------
-    machine
-        The machine.
-    runs
-        A run a scheme.
-    name
-        What the path is.
-    """
+    """What schemes leave of one path."""
 
     machine: Machine
+    """The machine."""
     runs: Sequence[PathRun]
+    """A run a scheme."""
     name: str
+    """What the path is."""
 
     @property
     def warnings(self) -> Sequence[Notice]:

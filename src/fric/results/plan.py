@@ -40,27 +40,18 @@ GOOD_TO = "expected half-widths are those of simulated records, and good to ± 2
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlanResult(Result):
-    """Records to take of an axis.
-
-    Parameters
-    ----------
-    plan
-        What is to be run, and what it will tell.
-    blocks
-        Slip blocks that the identification will find; None where it finds no GMS model.
-    prior
-        What the axis was taken to be, in words.
-    notices
-        What stands in for what is not known, and what cannot be expected.
-    narrowing
-        Of one more record after a first result: what it would do.
-    """
+    """Records to take of an axis."""
 
     plan: Plan
+    """What is to be run, and what it will tell."""
     blocks: int | None
+    """Slip blocks that the identification will find; None where it finds no GMS model."""
     prior: str
+    """What the axis was taken to be, in words."""
     notices: Sequence[Notice]
+    """What stands in for what is not known, and what cannot be expected."""
     narrowing: Narrowing | None = None
+    """Of one more record after a first result: what it would do."""
 
     @cached_property
     def document(self) -> dict[str, Any]:

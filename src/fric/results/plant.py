@@ -25,18 +25,12 @@ from fric.verb import Kind, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlantResult(Identified):
-    """An identified plant, eq. (1).
-
-    Parameters
-    ----------
-    fit
-        What was found, from frequency responses or from motions.
-    records
-        The records that it was found from.
-    """
+    """An identified plant, eq. (1)."""
 
     fit: PlantFit | MotionFit
+    """What was found, from frequency responses or from motions."""
     records: Sequence[Record]
+    """The records that it was found from."""
 
     @property
     def axis(self) -> str:

@@ -165,15 +165,10 @@ def _briefly(found: Sequence[Inspected]) -> list[Piece]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Records(Result, Sequence[Record]):
-    """Records of one axis.
-
-    Parameters
-    ----------
-    records
-        Records in time, measured frequency responses, and tables of forces and velocities.
-    """
+    """Records of one axis."""
 
     records: Sequence[Record]
+    """Records in time, measured frequency responses, and tables of forces and velocities."""
 
     @overload
     def __getitem__(self, index: int) -> Record: ...
@@ -261,21 +256,14 @@ def read(*files: LogLike) -> Records:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InspectionResult(Result, schema=InspectionDocument):
-    """What records hold, and what they are good for.
-
-    Parameters
-    ----------
-    records
-        The records.
-    found
-        What was found in each.
-    switches
-        Where the mode of the control switches inside a record, which is then taken as several.
-    """
+    """What records hold, and what they are good for."""
 
     records: Sequence[Record]
+    """The records."""
     found: Sequence[Inspected]
+    """What was found in each."""
     switches: Sequence[Notice] = ()
+    """Where the mode of the control switches inside a record, which is then taken as several."""
 
     @property
     def warnings(self) -> tuple[Notice, ...]:

@@ -28,18 +28,12 @@ from fric.verb import Kind, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StaticResult(IdentifiedFriction):
-    """An identified static map, eq. (2).
-
-    Parameters
-    ----------
-    fit
-        What was found: points, map, intervals.
-    logs
-        The records that it was found from.
-    """
+    """An identified static map, eq. (2)."""
 
     fit: StaticFit
+    """What was found: points, map, intervals."""
     logs: Sequence[Log | ForceVelocity]
+    """The records that it was found from."""
 
     @cached_property
     def document(self) -> dict[str, Any]:

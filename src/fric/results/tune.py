@@ -25,21 +25,14 @@ from fric.verb import UnfitError, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TuneResult(Result, schema=TuningDocument):
-    """A machine whose controllers believe what recorded circles say.
-
-    Parameters
-    ----------
-    found
-        What was found.
-    source
-        The machine file that it was tuned from; empty for a machine of no file, which is not saved.
-    files
-        What was written; empty until it is saved.
-    """
+    """A machine whose controllers believe what recorded circles say."""
 
     found: Tuned
+    """What was found."""
     source: str
+    """The machine file that it was tuned from; empty for a machine of no file, which is not saved."""
     files: list[Path] = field(default_factory=list)
+    """What was written; empty until it is saved."""
 
     @property
     def machine(self) -> Machine:

@@ -25,21 +25,14 @@ from fric.verb import Kind, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ValidationResult(Result, schema=ValidationDocument):
-    """Records, and what the identified axis makes of them.
-
-    Parameters
-    ----------
-    validations
-        One for each record and loop.
-    logs
-        The records.
-    notices
-        What the files warn of.
-    """
+    """Records, and what the identified axis makes of them."""
 
     validations: Sequence[Validation]
+    """One for each record and loop."""
     logs: Sequence[Log]
+    """The records."""
     notices: Sequence[Notice] = ()
+    """What the files warn of."""
 
     @property
     def warnings(self) -> Sequence[Notice]:
