@@ -142,8 +142,7 @@ class Reversal:
     """A place on a path where an axis reverses."""
 
     axis: int  # 0 for the first axis, 1 for the second
-    # x, y: the place [m]
-    x: float
+    x: float  # x, y: the place [m]
     y: float
     glitch: float  # Signed peak of the contour error less its median nearby [m]
 

@@ -44,8 +44,7 @@ class Reference:
     """A motion of one axis, sampled at the controller's rate, with exact derivatives."""
 
     sampling: float  # Samples a second [Hz]
-    # position, velocity, acceleration: the motion [m], [m/s], [m/s²], each of shape (n,)
-    position: Real
+    position: Real  # position, velocity, acceleration: the motion [m], [m/s], [m/s²], each of shape (n,)
     velocity: Real
     acceleration: Real
     period: float = field(default=0.0, kw_only=True)  # After what time it repeats [s]; 0 where it does not

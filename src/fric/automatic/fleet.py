@@ -80,8 +80,7 @@ class UnitOutcome:
     unit: Unit  # Where they are from
     axes: dict[str, UnitAxis]  # What came of each axis
     description: tuple[Notice, ...]  # What was guessed, left out, or could not be read
-    # steps, made: steps there are, and how many had to be run
-    steps: int = 0
+    steps: int = 0  # steps, made: steps there are, and how many had to be run
     made: int = 0
 
 
@@ -180,8 +179,7 @@ def run_fleet(
 class ParameterDrift:
     """One number of an axis at two dates."""
 
-    # machine, axis, dates: where and when
-    machine: str
+    machine: str  # machine, axis, dates: where and when
     axis: str
     dates: tuple[str, str]
     change: Change  # The number at both dates

@@ -60,8 +60,7 @@ class Source:
     """One file with records of one axis."""
 
     path: Path  # The file
-    # axis, motion: of its records
-    axis: str
+    axis: str  # axis, motion: of its records
     motion: Motion
     kinds: frozenset[str]  # The kind of each record, stated or recognised
     uses: frozenset[str]  # Uses of its records: ``static``, ``gms``, ``plant``

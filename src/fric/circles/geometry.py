@@ -114,16 +114,13 @@ MOST_FITTED = 10_000
 class Geometry:
     """Geometry and pitch, fitted."""
 
-    # values, covariance: by the columns of `columns_of`, shape (p,), (p, p)
-    values: Real
+    values: Real  # values, covariance: by the columns of `columns_of`, shape (p,), (p, p)
     covariance: Real
     freedom: int  # Degrees of freedom of the covariance
     lines: tuple[Periodic, ...]  # What repeats along an axis
-    # many, both: how many tests there are, and whether in both directions
-    many: int
+    many: int  # many, both: how many tests there are, and whether in both directions
     both: bool
-    # fade, bend: λ [rad] and κ of the glitches' tails
-    fade: float
+    fade: float  # fade, bend: λ [rad] and κ of the glitches' tails
     bend: float
 
     def model(self, tested: Revolutions, n: int) -> Real:

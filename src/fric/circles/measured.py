@@ -97,8 +97,7 @@ class AxisTrace:
     time: Real  # Sample instants [s], strictly increasing, shape (n,)
     position: Real  # Measured position [m], shape (n,)
     reference: Real | None = None  # Reference position [m], shape (n,)
-    # input, force: voltage as it left the controller [V], motor force [N], shape (n,)
-    input: Real | None = None
+    input: Real | None = None  # input, force: voltage as it left the controller [V], motor force [N], shape (n,)
     force: Real | None = None
 
     @property

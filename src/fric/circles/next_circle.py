@@ -162,8 +162,7 @@ DIFFERS, MORE = 1.5, 0.15e-6
 class CircleForecast:
     """Prediction of a circle under one scheme."""
 
-    # feed, radius: the circle [m/s], [m]
-    feed: float
+    feed: float  # feed, radius: the circle [m/s], [m]
     radius: float
     scheme: str  # The scheme
     chance: Chance  # Its largest glitch at each place between two counts [m]

@@ -22,8 +22,7 @@ class FoundCircle:
 
     samples: slice  # The samples from rest to rest
     centre: tuple[float, float]  # Its centre [m]
-    # radius, feed: as found [m], [m/s]
-    radius: float
+    radius: float  # radius, feed: as found [m], [m/s]
     feed: float
     direction: int  # 1 counter-clockwise, -1 clockwise
     revolutions: float  # How far it turns [1]

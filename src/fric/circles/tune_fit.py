@@ -396,8 +396,7 @@ class Instruments:
     counts are noise whose power rises with the fifth power of the corner, and the motion lies below.
     """
 
-    # Z, J: instruments and derivatives, every circle with equal weight, shape (n, p + 2 + circles)
-    Z: Real
+    Z: Real  # Z, J: instruments and derivatives, every circle with equal weight, shape (n, p + 2 + circles)
     J: Real
     prior: Real  # Curvature of the priors, shape (p + 2 + circles,)
     power: float  # Variance of an independent sample [V²]
@@ -500,11 +499,9 @@ class TunedAxis:
     """Result of circles for one axis."""
 
     axis: Axis  # The axis with its new nominal parameters; as it was, where these are refused
-    # friction, nominal: the friction and the plant that were found
-    friction: FrictionModel
+    friction: FrictionModel  # friction, nominal: the friction and the plant that were found
     nominal: Plant
-    # before, after: residual of the recorded voltages with nominal and tuned parameters
-    before: FittedBalance
+    before: FittedBalance  # before, after: residual of the recorded voltages with nominal and tuned parameters
     after: FittedBalance
     estimates: TunedEstimates | None  # Both with their intervals; None where the result is no machine
     full: bool  # Whether the full shape was fitted

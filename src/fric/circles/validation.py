@@ -38,8 +38,7 @@ LEAD = 0.05
 class Compared:
     """One signal, measured and simulated."""
 
-    # measured, simulated: both, shape (n,)
-    measured: Real
+    measured: Real  # measured, simulated: both, shape (n,)
     simulated: Real
     relative: float  # ``‖measured - simulated‖/‖measured‖`` [1]
     rms: float  # Root mean square of the difference, in the signal's unit

@@ -42,8 +42,7 @@ TAPS = 3.0
 class Filter:
     """The filter over what is compared, from nodes, between which friction is linear, to the samples used."""
 
-    # time, used, nodes: as those of a `VoltageRecord`
-    time: Real
+    time: Real  # time, used, nodes: as those of a `VoltageRecord`
     used: Mask
     nodes: Indices
 
@@ -75,12 +74,10 @@ class VoltageRecord:
     """One axis of one circle test, made ready to be replayed."""
 
     where: str  # File, test and axis, for messages
-    # feed, radius: of the circle [m/s], [m]
-    feed: float
+    feed: float  # feed, radius: of the circle [m/s], [m]
     radius: float
     time: Real  # Even sample instants [s], shape (n,)
-    # position, velocity: the motion [m], [m/s], without the encoder's steps, shape (n,)
-    position: Real
+    position: Real  # position, velocity: the motion [m], [m/s], without the encoder's steps, shape (n,)
     velocity: Real
     # inertia, damping: acceleration [m/s²] and velocity [m/s] behind the filter of what is compared, shape (n,)
     inertia: Real
@@ -94,8 +91,7 @@ class VoltageRecord:
     angle: Real  # Angle on the circle [rad], shape (n,)
     raw: tuple[Real, ...]  # What was recorded at even instants: time, reference, position, voltage, each of shape (N,)
     whole: Real  # The motion at these instants [m], shape (N,)
-    # test, axis: the circle test, and the name of the axis
-    test: MeasuredCircle
+    test: MeasuredCircle  # test, axis: the circle test, and the name of the axis
     axis: str
     filter: Filter  # The filter over what is compared, which all records at these samples share
 

@@ -59,8 +59,7 @@ def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> 
 class DifferenceEquation:
     """A causal filter y[n] = Σ b_i x[n−i] − Σ_{i≥1} a_i y[n−i], with a_0 = 1."""
 
-    # b, a: coefficients of falling age, of one length
-    b: Real
+    b: Real  # b, a: coefficients of falling age, of one length
     a: Real
 
     def response(self, frequency: Real, sampling: float) -> Complex:

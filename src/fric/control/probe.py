@@ -18,8 +18,7 @@ class Probed:
     States that no input reaches, or that reach no output, are left out.
     """
 
-    # A, B, C, D: shapes (n, n), (n, inputs), (n,), (inputs,), the inputs in the order of `Sample`
-    A: Real
+    A: Real  # A, B, C, D: shapes (n, n), (n, inputs), (n,), (inputs,), the inputs in the order of `Sample`
     B: Real
     C: Real
     D: Real

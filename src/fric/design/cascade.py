@@ -43,8 +43,7 @@ class Requirement:
 class CascadeDesign:
     """A cascade with the margins of its loops."""
 
-    # plant, cascade: the axis and its controller
-    plant: LinearPlant
+    plant: LinearPlant  # plant, cascade: the axis and its controller
     cascade: Cascade
     # velocity, position: margins of the open velocity loop C·G·D, and of the open position loop with the velocity loop
     # closed

@@ -29,8 +29,7 @@ TRIED = 50  # cutoffs tried on the way up, before the border is refined
 class ObserverDesign:
     """A disturbance observer, the two limits of its Q, and the margins of the whole loop with it."""
 
-    # plant, cascade, observer: the axis, its controller, its observer
-    plant: LinearPlant
+    plant: LinearPlant  # plant, cascade, observer: the axis, its controller, its observer
     cascade: Cascade
     observer: DisturbanceObserver
     perturbation: Perturbation  # Delta, which eq. (8) was applied to.

@@ -15,8 +15,7 @@ class SampledPlant:
     """Eq. (1) behind a zero-order hold, sampled: x[n+1] = Phi x[n] + late·u[n−whole−1] + early·u[n−whole]."""
 
     Phi: Real  # State matrix of [position, velocity], shape (2, 2)
-    # late, early: the effect of the older and of the newer of two inputs on a sample, each of shape (2,)
-    late: Real
+    late: Real  # late, early: the effect of the older and of the newer of two inputs on a sample, each of shape (2,)
     early: Real
     whole: int  # Whole samples of transport delay
 

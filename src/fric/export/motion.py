@@ -27,8 +27,7 @@ EVEN = 1e-6
 class Waypoints:
     """Points of a motion, around the middle of its travel."""
 
-    # time, position, velocity: instants [s], positions [m] and velocities [m/s] there, each of shape (n,)
-    time: Real
+    time: Real  # time, position, velocity: instants [s], positions [m] and velocities [m/s] there, each of shape (n,)
     position: Real
     velocity: Real
 
@@ -66,11 +65,9 @@ def waypoints(motion: Reference, shortest: float = SHORTEST) -> Waypoints:
 class Move:
     """One record: an axis runs along a motion around the middle of its travel, where the work offset is zero."""
 
-    # number, name: number in the plan, from 1, and name of the record
-    number: int
+    number: int  # number, name: number in the plan, from 1, and name of the record
     name: str
-    # axis, motion: name of the axis, and whether it is linear or rotary
-    axis: str
+    axis: str  # axis, motion: name of the axis, and whether it is linear or rotary
     motion: Motion
     reference: Reference  # The motion
     log: tuple[float, float]  # The part that is logged [s]
@@ -93,12 +90,10 @@ class Move:
 class Arc:
     """Whole circles of two axes around the middle of their travel, begun and ended 45° before the first reversal."""
 
-    # number, name: as of a `Move`
-    number: int
+    number: int  # number, name: as of a `Move`
     name: str
     axes: tuple[str, str]  # Names of both axes
-    # radius, feed: radius [m] and speed [m/s]
-    radius: float
+    radius: float  # radius, feed: radius [m] and speed [m/s]
     feed: float
     revolutions: int  # Circles each way: the first begins at rest
     approach: float  # As of a `Move` [m/s]
@@ -113,8 +108,7 @@ class Arc:
 class MotionDialect:
     """A language that controllers take motions in."""
 
-    # name, doc: its name, and its description in one line
-    name: str
+    name: str  # name, doc: its name, and its description in one line
     doc: str
     move: Callable[[Move], Mapping[str, str]]  # Returns the files of a move by name
     # Returns the files of circles by name; none where it has no circles
@@ -139,8 +133,7 @@ class Words:
     ending: str  # Of the file
     decimals: int  # Digits of a position behind the point [mm, degrees]
     remark: str  # A comment, with ``{}`` for its text
-    # first, last: lines before and behind, ``{number}`` and ``{name}`` filled in
-    first: tuple[str, ...]
+    first: tuple[str, ...]  # first, last: lines before and behind, ``{number}`` and ``{name}`` filled in
     last: tuple[str, ...]
     dwell: str  # A rest, with ``{}`` for its seconds
 

@@ -49,12 +49,10 @@ ACCURACY = 5e-9
 class Pulse:
     """The adaptive characteristic: amplitudes [m/s] and decay [s]."""
 
-    # largest, smallest: amplitude between the first two accelerations, and beyond the third [m/s]
-    largest: float
+    largest: float  # largest, smallest: amplitude between the first two accelerations, and beyond the third [m/s]
     smallest: float
     decay: float  # Time in which the pulse falls to 1/e [s]
-    # a_1, a_2, a_3: where the amplitude has risen, begins to fall, and has fallen [m/s²]
-    a_1: float
+    a_1: float  # a_1, a_2, a_3: where the amplitude has risen, begins to fall, and has fallen [m/s²]
     a_2: float
     a_3: float
 

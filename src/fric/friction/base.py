@@ -22,8 +22,7 @@ class Parameter:
 
     name: str  # The paper's symbol, also the field of the model and the key in files
     dimension: str  # Its dimension, see `fric.units`
-    # lower, upper: physical bounds in SI
-    lower: float = 0.0
+    lower: float = 0.0  # lower, upper: physical bounds in SI
     upper: float = float("inf")
     doc: str = ""  # Its description in one line
     per_block: bool = False  # True where there is one value per slip block

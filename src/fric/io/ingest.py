@@ -532,8 +532,7 @@ class Ingested:
     """What `ingest` did."""
 
     output: str  # The log file
-    # axis, motion: of the log file
-    axis: str
+    axis: str  # axis, motion: of the log file
     motion: Motion
     records: tuple[IngestedRecord, ...]  # Records that were added, in order
     # Files (or records of a log file) that were there already, with the name of the record they are

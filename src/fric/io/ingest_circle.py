@@ -180,8 +180,7 @@ def _is_circle(x: Real, y: Real) -> float:
 class StatedCircle:
     """What the user states about a circle; None is found from the trace."""
 
-    # radius, feed: nominal radius [m], and speed along the circle [m/s]
-    radius: float | None = None
+    radius: float | None = None  # radius, feed: nominal radius [m], and speed along the circle [m/s]
     feed: float | None = None
     direction: int | None = None  # 1 counter-clockwise, -1 clockwise
     sampling: float | None = None  # Samples a second of a trace without time [Hz]

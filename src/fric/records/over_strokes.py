@@ -56,13 +56,11 @@ class OverPlace:
 class OverTime:
     """Change of the size of the force in time, at all speeds."""
 
-    # rate, half: relative rate and half of its 95 % interval [1/s]
-    rate: float
+    rate: float  # rate, half: relative rate and half of its 95 % interval [1/s]
     half: float
     # Time from the first record to the last with a common clock, else that of all records together [s]
     duration: float
-    # clocked, sure: whether the records have a common clock, and whether the rate is no chance
-    clocked: bool
+    clocked: bool  # clocked, sure: whether the records have a common clock, and whether the rate is no chance
     sure: bool
 
     @property

@@ -96,8 +96,7 @@ class Item:
 class Contour(Candidate):
     """Result of one compensation scheme on a contour: a candidate of the verdict, with its curves."""
 
-    # rms, range: root mean square, and largest less smallest contour error [m]
-    rms: float
+    rms: float  # rms, range: root mean square, and largest less smallest contour error [m]
     range: float
     place: Real  # Angle on the circle [rad], or station along the path [m], shape (n,); thinned
     error: Real  # Contour error there [m], outwards positive, shape (n,)

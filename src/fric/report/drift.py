@@ -15,11 +15,9 @@ Verdict = Literal["moved", "within", "unknown"]
 class Change:
     """One number at two dates."""
 
-    # name, unit: its name, and its SI unit
-    name: str
+    name: str  # name, unit: its name, and its SI unit
     unit: str
-    # before, after: its values
-    before: float
+    before: float  # before, after: its values
     after: float
     # before_ci95, after_ci95: their 95 % intervals; an infinite limit is not determined by the data; None where there
     # is no interval

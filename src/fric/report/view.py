@@ -155,8 +155,7 @@ class Summary:
     """What is printed on one sheet."""
 
     facts: Sequence[tuple[str, str]]  # Machine, date, files, tolerance, as pairs for people
-    # stamp, meaning: of the verdict that passes least (`Verdict.result`)
-    stamp: str
+    stamp: str  # stamp, meaning: of the verdict that passes least (`Verdict.result`)
     meaning: str
     measured: Sequence[str]  # A sentence for each measured circle
     # Warnings that come first, with their source, where no verdict shows them

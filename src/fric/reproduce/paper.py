@@ -172,8 +172,7 @@ class ComparedRow:
     """A number beside the number it is compared with."""
 
     name: str  # Its name
-    # given, found: the value of the machine file, and the result, in ``unit``
-    given: str
+    given: str  # given, found: the value of the machine file, and the result, in ``unit``
     found: str
     interval: str  # 95 % interval of what came out, in ``unit``; empty where there is none
     unit: str  # The unit that people read

@@ -98,8 +98,7 @@ class TriedCircle:
     scheme: Scheme  # What was switched on
     feed: float  # Speed along the arc [m/s]
     direction: int  # 1 counter-clockwise, -1 clockwise
-    # measured, simulated: what was left of the circle, in LinuxCNC and by simulation
-    measured: Circularity
+    measured: Circularity  # measured, simulated: what was left of the circle, in LinuxCNC and by simulation
     simulated: Circularity
 
     @property

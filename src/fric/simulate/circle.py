@@ -94,8 +94,7 @@ class CircleGrid:
 
     machine: Machine  # The machine
     schemes: tuple[Scheme, ...]  # The compensation schemes
-    # feeds, radii: feeds [m/s] and radii [m] of the circles, in all combinations
-    feeds: tuple[float, ...]
+    feeds: tuple[float, ...]  # feeds, radii: feeds [m/s] and radii [m] of the circles, in all combinations
     radii: tuple[float, ...]
     accuracy: float  # Largest error of a glitch by the integration [m]
 

@@ -24,12 +24,10 @@ class Trial:
     """What is asked of an axis, and which part of it the drive's trace logs."""
 
     reference: Reference  # The motion
-    # name, kind: name and kind of the record
-    name: str
+    name: str  # name, kind: name and kind of the record
     kind: Kind
     samples: int  # Samples that the trace holds: what is longer is logged at a whole fraction of the controller's rate
-    # begin, end: the part that is logged [s]; the whole where not given
-    begin: float = 0.0
+    begin: float = 0.0  # begin, end: the part that is logged [s]; the whole where not given
     end: float | None = None
     excitation: Real | None = None  # Voltage added to the control voltage [V], shape (n,)
 

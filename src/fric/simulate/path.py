@@ -122,8 +122,7 @@ class RecordedPath:
     """
 
     time: Real  # Sample instants [s], strictly increasing, shape (n,)
-    # x, y: reference of the axes [m], each of shape (n,)
-    x: Real
+    x: Real  # x, y: reference of the axes [m], each of shape (n,)
     y: Real
 
     def __post_init__(self) -> None:

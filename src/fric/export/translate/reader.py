@@ -453,8 +453,7 @@ class Entry:
 
     name: str  # Its name in the program
     step: Any  # The step as `fric.kernels.signatures` compiles it
-    # states, parameters: sizes of its two arrays
-    states: int
+    states: int  # states, parameters: sizes of its two arrays
     parameters: int
     inner: Any = None  # The step whose address the parameters hold, where this one calls another
 

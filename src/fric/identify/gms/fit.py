@@ -82,13 +82,11 @@ class Replay:
 class GMSFit:
     """An identified GMS model, and the records that it was identified from."""
 
-    # axis, motion: the axis
-    axis: str
+    axis: str  # axis, motion: the axis
     motion: Motion
     static: StaticMap  # The static map whose F_s is the unit of alpha; F_c = F_s at the plateau where none was given
     static_given: bool  # False where the plateau replaces a static map
-    # alpha, k, C: the parameters, one value a block in the order of slip displacements
-    alpha: Estimate
+    alpha: Estimate  # alpha, k, C: the parameters, one value a block in the order of slip displacements
     k: Estimate
     C: Estimate
     alpha_sum: Estimate  # Σ alpha before it was normalised: the level of the records relative to the static map
@@ -98,8 +96,7 @@ class GMSFit:
     blocks: Blocks
     choice: Choice | None  # How the number of blocks was chosen; None where the user gave it
     asked: int | None  # Number of blocks that the user requested; None where the criterion chose it
-    # knots_given, refined: true where the user gave the knots; where the parameters are from replay
-    knots_given: bool
+    knots_given: bool  # knots_given, refined: true where the user gave the knots; where the parameters are from replay
     refined: bool
     records: tuple[Replay, ...]  # Each record, measured against replayed
     covariance: Covariance | None  # Covariance of the parameters; None where they were not refined by replay

@@ -163,8 +163,7 @@ SAME_AMPLITUDE = 1.15
 class VirginCurve:
     """Force over displacement of a relaxed contact, from the origin."""
 
-    # displacement, force: the curve [m], [N], shape (n,)
-    displacement: Real
+    displacement: Real  # displacement, force: the curve [m], [N], shape (n,)
     force: Real
     band: Real  # Half width of its 95 % band, from the scatter of the cycles [N], shape (n,)
     cycles: Real  # The curve of each cycle by itself [N], NaN where another record gives the curve, shape (cycles, n)

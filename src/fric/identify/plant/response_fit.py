@@ -356,8 +356,7 @@ class FrictionInfluence:
 class PlantFit:
     """The plant of eq. (1), identified from frequency responses."""
 
-    # axis, motion: name and motion of the axis
-    axis: str
+    axis: str  # axis, motion: name and motion of the axis
     motion: Motion
     estimates: dict[str, Estimate]  # A, B, T_d, and K_f where it is known
     solution: PlantSolution  # The fit of all responses together

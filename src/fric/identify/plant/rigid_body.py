@@ -42,8 +42,7 @@ REST = 0.01
 class MotionFit:
     """A rigid axis fitted to its motion: ``force = M·z̈ + F_v·ż + F_c·sign(ż) + offset``."""
 
-    # axis, motion: name and motion of the axis
-    axis: str
+    axis: str  # axis, motion: name and motion of the axis
     motion: Motion
     # ``force``, or ``input`` where no force was logged and no force constant given: then M, F_v, F_c and offset are in
     # volts (per m/s², per m/s)
@@ -56,8 +55,7 @@ class MotionFit:
     relative_error: float  # ``‖residual‖/‖force‖`` [1]
     condition_number: float  # Of the observation matrix
     autocorrelation: float  # Of neighbouring residuals, after decimation
-    # sampling, conditioning: sampling rate [Hz] and filters of the first record
-    sampling: float
+    sampling: float  # sampling, conditioning: sampling rate [Hz] and filters of the first record
     conditioning: Conditioning
     # time, measured, fitted: decimated samples: instants [s], and logged and fitted force, each of shape (n,)
     time: Real

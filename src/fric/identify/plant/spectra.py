@@ -28,8 +28,7 @@ class Spectra(NamedTuple):
     """Spectra of driver, input and position at the lines k ≥ 1, one row a period or segment."""
 
     frequency: Real  # Frequencies [Hz], shape (n,)
-    # driver, input, position: complex amplitudes, each of shape (p, n)
-    driver: Complex
+    driver: Complex  # driver, input, position: complex amplitudes, each of shape (p, n)
     input: Complex
     position: Complex
     averages: float  # Independent rows, p less what overlapping segments share

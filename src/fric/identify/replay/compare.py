@@ -27,8 +27,7 @@ Masks = tuple[Mask, ...]
 class Split:
     """Which samples are fitted and which are scored; one mask a record each."""
 
-    # fitted, scored: masks of the records' samples, each of shape (n,)
-    fitted: Masks
+    fitted: Masks  # fitted, scored: masks of the records' samples, each of shape (n,)
     scored: Masks
 
 
@@ -127,8 +126,7 @@ class Score:
     parameters: int  # Number of parameters that were fitted
     # Measured minus replayed force [N] of each record, from the split that scores a sample; nan where none does
     residual: tuple[Real, ...]
-    # rms, rms_near: root mean square of that over all samples scored, and over those near reversals [N]
-    rms: float
+    rms: float  # rms, rms_near: root mean square of that over all samples scored, and over those near reversals [N]
     rms_near: float
     rms_fitted: float  # Root mean square over the samples that were fitted, of all splits [N]
     # What the model saves of the description of the fitted samples against a constant force, by BIC [bit]: ``n·log2(rms

@@ -38,15 +38,13 @@ LEVEL = Parameter("level", "ratio", doc="friction level of the records relative 
 class Coordinate:
     """One direction of the search."""
 
-    # section, parameter: the section of a friction file, and the parameter in it
-    section: str
+    section: str  # section, parameter: the section of a friction file, and the parameter in it
     parameter: Parameter
     block: int | None  # Number of the block, from 0; None for a parameter that is one number
     # How it is searched: ``log``; ``linear``; ``ratio``, the logarithm of its ratio to `Parameter.at_least`; ``share``,
     # the logarithm of its ratio to the last block's share
     scale: Scale
-    # lower, upper: bounds of the coordinate
-    lower: float
+    lower: float  # lower, upper: bounds of the coordinate
     upper: float
 
     @property

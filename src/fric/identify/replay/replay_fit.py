@@ -46,8 +46,7 @@ class ReplayFit:
     """A model fitted by replay."""
 
     model: FrictionModel  # The model with the values found
-    # axis, motion: name and motion of the axis
-    axis: str
+    axis: str  # axis, motion: name and motion of the axis
     motion: Motion
     # Its parameters with their 95 % intervals, by section of a friction file and name
     estimates: dict[str, dict[str, Estimate]]
@@ -57,8 +56,7 @@ class ReplayFit:
     rmse: float  # Root of the mean squared residual [N]
     r2: float  # Share of the force's variance that is explained
     independent: float  # Number of independent residuals, by their first-order autocorrelation
-    # coordinates, x: the search coordinates that are free in the end, and their values
-    coordinates: Coordinates
+    coordinates: Coordinates  # coordinates, x: the search coordinates that are free in the end, and their values
     x: Real
     covariance: Covariance  # Covariance of the fitted parameters
     # Lag of the logged force behind the position [s], by record, see `lateness`

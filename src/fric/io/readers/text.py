@@ -45,8 +45,7 @@ _OF_UNITS = re.compile(r"unit|einheit|unidad", re.IGNORECASE)
 class Shape:
     """What was found: how to read the data, and the lines above them."""
 
-    # encoding, delimiter, decimal: as in a mapping's ``format``
-    encoding: str
+    encoding: str  # encoding, delimiter, decimal: as in a mapping's ``format``
     delimiter: str
     decimal: str
     first: int  # Lines before the first line of data
