@@ -27,29 +27,12 @@ from fric.verb import Kind, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GainsResult(Identified):
-<<<<<<< HEAD
-    """The cascade that a recorded voltage shows.
-
-    Parameters
-    ----------
-    found
-        The controller, and how sure its gains are.
-    axis
-        Name of the axis.
-    """
-=======
     """The cascade that a recorded voltage shows."""
->>>>>>> 6c1047c2 (Describe each field of a result beside it: users read them, and do not construct results)
 
     found: FoundController
     """The controller, and how sure its gains are."""
     axis: str
-<<<<<<< HEAD
-=======
     """Name of the axis."""
-    test: MeasuredCircle
-    """The circle."""
->>>>>>> 6c1047c2 (Describe each field of a result beside it: users read them, and do not construct results)
 
     @property
     def belief(self) -> Cascade:
