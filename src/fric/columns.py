@@ -9,7 +9,6 @@ Kind = Literal[
 KINDS: tuple[Kind, ...] = get_args(Kind)
 PRESLIDING = frozenset({"presliding-sine", "micro-steps"})
 """Kinds of a motion back and forth that shows friction before sliding."""
-
 CHANNELS = ("time", "position", "velocity", "force", "input", "reference", "added", "load_position", "mode")
 """What a record in time can hold; each is a dimension of `fric.units`, or has that of another channel."""
 
@@ -34,7 +33,6 @@ FORCE_VELOCITY_DIMENSIONS = {
     "n": "ratio",
 }
 """The columns of such a table, and the dimension of each."""
-
 CIRCLE = "circle"
 """The kind of a circle test: of two axes, whose channels are named ``x.position``, or of a ball bar."""
 CIRCLE_CHANNELS = ("reference", "position", "input", "force")

@@ -28,7 +28,6 @@ def beside(name: str) -> tuple[str, str]:
 
 WINDOW = pi / 6
 """Half the width of the window around a reversal in which its glitch is looked for [rad]."""
-
 SWINGS = 5
 """Swings from one side to the other of a smooth error from which it oscillates."""
 

@@ -317,20 +317,16 @@ def machine_name(file: str) -> str:
 
 EARNED = 0.05
 """Share of the uncompensated glitch by which a scheme must be better before its further effort is worth it."""
-
 FEW = 20
 """Machines below which a share of 95 % is a guess."""
-
 RESAMPLES = 400
 """How often the drawn machines are drawn again for the interval of a difference."""
-
 CYCLE = 0.5e-6
 """Oscillation below which nothing is called a limit cycle [m].
 
 On the machines of configs/reality waves and cogging leave up to 0.75 µm, as much without compensation as with it, and
 encoders 0.2 µm; limit cycles of too fast observers on a second mass leave 3 to 31 µm.
 """
-
 CYCLE_RATIO = 2.5
 """Ratio of the oscillation to that without compensation from which it is a limit cycle.
 

@@ -39,16 +39,13 @@ from fric.units import readable
 
 DATE = re.compile(r"\d{4}-?\d{2}(-?\d{2}(\D.*)?)?")
 """Names of folders that are dates: 2026-11, 2026-11-21, 20261121, with a time behind it or without."""
-
 LEVEL = 0.05
 """Largest probability, over all axes of a fleet together, with which an unchanged axis is reported as changed."""
-
 FREEDOM = {"gms": 4.0, "plant": 7.0, "glitch": 7.0}
 """Degrees of freedom of intervals: cycles of a record, periods of an excitation, less one.
 
 A glitch has as few as a plant: its intervals are tested with 400 circles, which show no more of their tails.
 """
-
 SHOWN = ("F_c", "F_s", "v_s", "sigma")
 """Numbers of an axis that the table of a fleet shows."""
 

@@ -77,7 +77,6 @@ def even(time: Real, *channels: Real) -> tuple[Real, list[Real]]:
 
 Instrument = Literal["encoders", "grid", "ball-bar", ""]
 """What measured the position: the encoders of the axes, a grid encoder, a ball bar; empty where not stated."""
-
 LEAST = 16
 """Samples that a circle test has at least."""
 LARGEST_CIRCLE = 1e3

@@ -46,7 +46,6 @@ from fric.simulate.machine import Axis, Machine, NominalFriction
 GROWS = 0.8
 """Margin of the falling branch below which a loop is redesigned: with more, errors grow by less than e² as an axis
 passes at 10 mm/s, and stiffer gains would cost as much in encoder counts."""
-
 UNHELD, CAUTION, LEAST = 0.9, 0.09, 0.97
 """Margin below which less than the whole friction is fed forward, the reduction per missing margin, and the least share
 that is fed forward. An axis that is pushed ahead of its friction runs away from it, an axis that lags sticks: of 46
@@ -98,7 +97,6 @@ def loop_warnings(axes: Mapping[str, TunedAxis]) -> Iterator[Notice]:
 
 GAIN = 0.97
 """Share of what four parameters leave that the full shape must leave at most, to be taken."""
-
 DISPLACED = 0.5e-6
 """Largest error of the position by a clock that jitters [m]: more exceeds what is to be compensated."""
 AGAIN, RESTS = 3, 0.01

@@ -285,7 +285,6 @@ def found(home: str) -> Callable[..., Any]:
 
 Home = str | Command | typer.Typer
 """A command as its verb makes it, ``module:function`` of one that is written by hand, or a group."""
-
 PLAIN: dict[str, Any] = {"rich_markup_mode": None, "pretty_exceptions_enable": False}
 """Rich's help would make ``fric --help`` take 2.4 times as long as to import Typer, in place of 1.4."""
 

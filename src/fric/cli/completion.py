@@ -12,7 +12,6 @@ import typer
 
 _PLAIN = re.compile(r"[\w.,:+@%=-]+")
 """What a shell takes as it stands: a name out of a file could be a command."""
-
 Words = Sequence[str]
 """The words of the line so far, without those that name commands."""
 

@@ -15,7 +15,6 @@ from fric.verb import typed
 
 Lead = float | Literal["auto"]
 """Lead of the feedforward ahead of the reference [s]; ``auto`` for the delay T_d of the nominal plant."""
-
 LARGEST_GAIN = 100.0
 """Of a feedforward: no share of a friction that is believed."""
 

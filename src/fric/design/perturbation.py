@@ -17,7 +17,6 @@ from fric.log import FrequencyResponse
 
 CIRCLE_95 = float(np.sqrt(-2 * np.log(0.05)))
 """Radius of the circle that holds 95 % of a complex normal error, over the deviation of its real and imaginary part."""
-
 SURE = 0.5
 """Radius below which a line without any perturbation has |Delta| and its confidence below 1: |Delta| is in it, too."""
 

@@ -15,10 +15,8 @@ from fric.units import Motion, rotates
 
 SHORTEST = 8e-3
 """Time between two points at least [s]."""
-
 TOLERANCE = 1e-7
 """Largest deviation of straight pieces from the motion [m, rad], where the shortest time allows."""
-
 EVEN = 1e-6
 """Share of the largest acceleration up to which the speed counts as constant."""
 

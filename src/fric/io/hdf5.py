@@ -39,12 +39,10 @@ AHEAD = 2
 """Chunks a column that may wait to be written."""
 LEVEL = 1
 """Of deflate: logs are mostly noise in their last digits, which a higher level does not shorten."""
-
 SAMPLE = 512
 """Samples from which the compression of more of their kind is estimated."""
 WORTH = 0.25
 """Share of the size above which data are stored without compression."""
-
 _AS_IT_IS = 0b11
 """Filter mask of a chunk that neither filter was applied to."""
 

@@ -44,7 +44,6 @@ WINDOW = 32
 """Samples that a sampling period is taken over."""
 RATES_DIFFER = 1.3
 """Two segments whose periods differ by more than this factor were sampled at two rates."""
-
 ODD_SHARE = 0.1
 """A segment at another rate that is shorter than this, and inside the record, is missing samples."""
 

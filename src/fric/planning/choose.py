@@ -27,7 +27,6 @@ from fric.units import readable, rotates, si_unit
 
 TYPICAL = "xy-table"
 """The bundled machine that is used where none is given."""
-
 REST = 10
 """Samples over which the encoder does not move, at least, where a drive is at rest."""
 
@@ -106,29 +105,22 @@ def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
 
 MARGIN = 0.99
 """Share of stroke, feed and acceleration that a plan uses: what rounding in a program may add stays inside."""
-
 SLOPE = 1.875
 """Largest slope of `fric.reference.smooth_step`: the acceleration of a ramp is this times speed over time."""
-
 FALL = (0.05, 4.0)
 """Speeds in v_s between which the Stribeck fall is sampled: eq. (2) is 95 % and 2 % of its rise there."""
-
 COUNTS = 200.0
 """Encoder counts a second above which a drive runs evenly, and does not hunt from count to count."""
-
 BETWEEN = 0.382
 """Shift of each period of an excitation against the period before, as a share of a count.
 
 With whole counts an encoder would round each period in the same way, and the rounding would not average out; with this
 share, of the golden section, each period lies between those before it.
 """
-
 SLIPS = 8.0
 """Times the largest slip displacement that a pre-sliding sine reaches (the paper's 450 µm over 54 µm)."""
-
 STEPS = 30
 """Micro-steps from one end of a staircase to the other; together 2.5 times the largest slip displacement."""
-
 UNKNOWN_SLIP = 54e-6
 """Largest slip displacement where no model is known: the paper's [m]."""
 

@@ -31,16 +31,12 @@ from fric.simulate.plan import Expected, Limits, Planned
 
 DRAWS = 9
 """Runs of a plan that are identified: the range of nine includes the next in 80 % of cases."""
-
 PLACES = 64.0
 """Counts of the encoder over which a record begins anywhere: a slow axis hunts between two by where they are."""
-
 ACCURACY = 1e-10
 """Largest error of the position by the integration [m]: 0.01 N of a stiffness of 100 N/µm."""
-
 NOTABLE = 1.2
 """Widening by unmodelled friction above which it is reported."""
-
 MOST_TIMES = 16
 """Times as many strokes, cycles or periods as usual that an accuracy may take."""
 
@@ -49,7 +45,6 @@ IDENTIFIED_BY = {
     "sliding-sine": ("C",), "frequency-response": ("A", "B", "T_d", "K_f", "force_lag"),
 }  # fmt: skip
 """The parameters that each kind of record determines."""
-
 Wanted = Mapping[str, tuple[float, bool]]
 """Requested half-width by parameter, and whether it is relative to the value."""
 

@@ -35,13 +35,10 @@ from fric.simulate.plan import CandidateRecord, Limits, Narrowing, Planned
 
 NORMAL = 1.959963984540054
 """Half a 95 % interval in standard deviations."""
-
 ASSUMED = {"C": log(10.0) / NORMAL}
 """Standard deviation of the logarithm of an assumed parameter: C to a factor of ten."""
-
 SURE = 0.4
 """Share to which the information of one more record is known: half-widths of simulated records are good to 20 %."""
-
 LARGEST = 0.5
 """Largest step of a logarithm or logit in which a derivative is taken."""
 

@@ -13,10 +13,8 @@ from fric.records.resolution import lattice_step
 
 STUCK = 5
 """Consecutive samples at its very extreme after which a force or input counts as clipped."""
-
 OFF = 0.05
 """Time without motion and with a force of exactly 0 after which the drive is off [s]."""
-
 LEVELS = 40
 """Least number of steps in a channel's range for a flat end to be clipping."""
 

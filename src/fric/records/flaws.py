@@ -45,7 +45,6 @@ SEGMENTS = 3
 """Least number of segments that show a pitch."""
 SPREAD = 1.4
 """Ratio of the greatest to the least of their speeds, at least."""
-
 LONGEST = (0.5e-3, 0.02)
 """Largest pitch of a scale [m, rad]; a ripple of a longer pitch is a screw or a motor, and real motion."""
 SMALLEST = 0.5

@@ -21,19 +21,14 @@ if TYPE_CHECKING:
 
 STEPS = 3.0
 """Steps of the encoder that an amplitude has at least, to show pre-sliding."""
-
 RESOLVED = 4.0
 """Steps of the encoder that a knot should be away from the reversal, and from the knot before."""
-
 SAMPLES = 3
 """Samples after a reversal that a stiffness is seen in at least."""
-
 SATURATED = 0.05
 """Least slope of a branch, relative to its mean slope, under which it has reached its plateau."""
-
 RISES = 0.2
 """The same for the logged branches, above which they surely have no plateau: the viscous part is included."""
-
 CONDITION = 1e3
 """Condition number up to which a motion separates mass, viscous and Coulomb friction."""
 

@@ -14,19 +14,14 @@ from fric.records.resolution import encoder_step, noise_level
 
 DEGREE = 5
 """Degree of the spline: its acceleration is still smooth, and a reversal inside one count is still a parabola."""
-
 MOST_KNOTS = 20_000
 """Knots that a record may have; between them the motion cannot reverse."""
-
 REST = 4
 """Samples without a count after which the level itself is read, again and again."""
-
 REFINED = 8
 """Largest number of solutions of a spline: the rounding error of a stiff spline exceeds its spread until refined."""
-
 CONVERGED = 1e-3
 """Correction, over the usual spread, below which refinement ends."""
-
 FINE = 0.01
 """Share of the travel of a sample under which the encoder's step does not matter."""
 

@@ -8,7 +8,6 @@ from fric.estimate import STAYS
 
 Own = Literal["offset", "damping", "mass"]
 """Terms of a record: a constant force, a force over the velocity, and a force over the acceleration."""
-
 DIMENSIONS: dict[Own, str] = {"offset": "force", "damping": "viscous", "mass": "mass"}
 """The dimension of the coefficient of each (see `fric.units`)."""
 

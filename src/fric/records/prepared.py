@@ -69,13 +69,10 @@ def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", 
 
 MOST_REPLAYED = 400_000
 """Largest number of samples of all records that a fit replays; of more, every n-th is taken."""
-
 PARTS = 16
 """Parts of a stroke, in either direction, within which the error of a model counts as common."""
-
 CYCLES = 3
 """Number of whole cycles above which cycles are resampled; with fewer, pieces of equal length are."""
-
 PIECES = 10
 """Pieces of equal length that are resampled where there are no cycles."""
 

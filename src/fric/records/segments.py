@@ -181,10 +181,8 @@ MOMENT = 0.1
 """Share of the neighbouring segment, in time and travel, below which a segment is no stroke."""
 TREND = 0.01
 """Change of velocity over a segment, as a share of it, that is not taken for an acceleration."""
-
 SETTLING = 0.5
 """Largest share of the samples that is dropped until the force has settled."""
-
 BATCHES = 64
 """Batches that the settling is looked for in."""
 

@@ -41,10 +41,8 @@ COUNTS = 8.0
 """Steps of the encoder in a sample, above which a step of twice that size is seen."""
 LOST = 3
 """Least number of double steps for a warning; one may be a jerk of the drive."""
-
 MISSING = 0.05
 """Share of the samples that may be missing in an uneven record that is made even."""
-
 JITTER = 0.1
 """Share of a sample by which an interval may differ from the mean interval."""
 

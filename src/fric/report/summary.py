@@ -36,10 +36,8 @@ from fric.verb import Kind, verb
 
 MOST_MACHINES, LEAST_MACHINES = 40, 20
 """Machines that are drawn: two, or one, lie beyond what 95 % stay under."""
-
 SECONDS = 160.0
 """Time of two revolutions of all machines together, from which fewer are drawn [s]: a page is not waited for long."""
-
 SAME = 1e-9
 """By how much the glitch of the run made again may differ [m], before its machine file counts as changed."""
 

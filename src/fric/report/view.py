@@ -209,7 +209,6 @@ def _sentence(measured: MeasuredView, tolerance: float | None) -> str:
 
 SAME_SIGN_LEFT = 0.1
 """Share of the glitch that a feedforward of the whole friction may leave before it is called too weak."""
-
 UNEVEN = 1.3
 """Ratio of the glitches of two axes, or of the two ends of an axis, above which they are called different."""
 

@@ -162,7 +162,6 @@ def _controller(files: AxisFiles, machine: Path, axis: str) -> Result:
 
 FAR = 0.05
 """Relative difference above which a row gives the reason."""
-
 CURVE = 100e-6
 """Length of the virgin curve that is compared [m]."""
 
@@ -387,7 +386,6 @@ def _axis(name: str, files: AxisFiles, document: MachineDocument, published: boo
 
 FEEDS = (0.1, 0.01)
 """Feeds of Fig. 8 and Fig. 9 [m/s]."""
-
 MOST_SAMPLES = 30_000
 """Samples of a trace that a run file keeps: a folder is to be sent by mail."""
 

@@ -39,14 +39,12 @@ METAVARS = {
     "force per input": "K_F", "rate": "GAIN", "velocity gain": "GAIN", "position gain": "GAIN",
 }  # fmt: skip
 """What stands for a quantity in a help text, by its dimension."""
-
 Quantities: TypeAlias = Annotated[Sequence[float | str] | float | str, Kind(str)]
 """Several of them: also as a text with commas."""
 Count: TypeAlias = Annotated[int, Kind(least=1)]
 """A number of things, 1 or more."""
 Seed: TypeAlias = Annotated[int, Kind(least=0)]
 """The seed of what is drawn at random."""
-
 EncoderName: TypeAlias = Literal["motor", "load"]
 """One of two encoders of an axis."""
 LogLike: TypeAlias = Annotated["Record | Path | str | Iterable[Record | Path | str]", Kind(Path, "LOG.h5")]

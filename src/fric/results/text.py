@@ -72,7 +72,6 @@ def plain_names(symbols: Iterable[str]) -> list[str]:
 
 NAMES = "  what it is"
 """Heading of the column of plain names, which reads from the left."""
-
 WIDTH = 1000
 """Columns of text that is no terminal's: a line is as long as it is."""
 

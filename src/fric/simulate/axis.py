@@ -127,7 +127,6 @@ def _friction(axis: Axis, scheme: Scheme) -> FrictionModel | None:
 
 GAINS = np.geomspace(0.95, 1e-3, 140)
 """Gains at which a loop that is not stable is tried anew, 0.43 dB apart."""
-
 EDGE = 1.0 + 1e-7
 """Largest eigenvalue that is let pass: an axis that is left alone drifts at 1, and rounding decides on which side."""
 

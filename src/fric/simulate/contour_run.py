@@ -26,13 +26,10 @@ from fric.units import rotates
 
 PLACES = 5
 """Places between two counts at which a run that depends on them is made: an odd number, so that the median is a run."""
-
 SLOW = 0.03
 """Feed below which every run depends on counts [m/s]."""
-
 ACCURACY = 5e-9
 """Largest error of the integration of runs that depend on counts [m]; counts move a position by ten times that."""
-
 WIDTH = 4.2
 """Half of the interval over the standard deviation, for `PLACES` values."""
 

@@ -88,7 +88,6 @@ class Experiment:
 
 SPEEDS = tuple(v * 1e-3 for v in (0.01, 0.04, 0.08, 0.2, 0.4, 0.5, 1, 2, 4, 5, 8, 10, 14, 16, 20, 25, 30))
 """The 17 speeds of Section 3.1 [m/s]."""
-
 AMPLITUDES = (15e-6, 450e-6)
 """The amplitudes of Section 3.2.1 [m]."""
 

@@ -18,7 +18,6 @@ from fric.simulate.machine import Machine
 
 SHARPEST = np.pi / 4
 """Largest turn from one chord of a path to the next [rad]: more is a corner."""
-
 RAMP = 0.1
 """Time in which the feed rises from rest, and falls to it [s]."""
 

@@ -35,31 +35,23 @@ from fric.simulate.reality.trace import logged
 
 CYCLES = 2
 """Whole cycles of a record that are made again."""
-
 RATE, FILTER = 4000.0, 500.0
 """Sampling of the controller, at least, and corner of the low-pass on its velocity [Hz]."""
-
 PLACES = 3
 """Places between two counts at which the records are made again, with each cascade: each draws where it hunts."""
-
 FINEST = 1 / 4096
 """Part of a count in which the reference is given: the last bits of a smoothed record are those of a processor."""
-
 LAGS = (20.0, 12.0)
 """Period of the velocity loop's crossover over all lags in it, of the soft and of the stiff cascade.
 
 Their phase margins are 66° and 54°, their gain margins 14 and 10 dB.
 """
-
 ACCURACY = 1e-10
 """Largest error of the position by the integration [m]."""
-
 RESONANCE = 50.0
 """Frequency at which a heavy mass swings on its contact before it slides, where no plant gives the mass [Hz]."""
-
 DELAY = 2 / RATE
 """Delay of a drive where no plant gives it [s]."""
-
 MOST_SIMULATED = 1_000_000
 """Samples of the controller that a record is made again for at most."""
 

@@ -19,13 +19,10 @@ from fric.search import minimised
 
 MOST_BLOCKS = 6
 """Blocks that the information criterion may choose where the user sets no limit."""
-
 REPEATABLE = 0.005
 """Friction repeats along a drive to half a per cent at best: a block must change the curve by more than that."""
-
 BARE = 2.0
 """Difference of Schwarz's criterion that is "not worth more than a bare mention" (Kass, Raftery, JASA 90, 1995)."""
-
 LEAST_SHARE = 1e-5
 """Least share of the friction of a block; less is no more than a step of a 16-bit force channel."""
 

@@ -148,13 +148,10 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
 
 CLOSING = 0.03
 """Share of a branch, at its end, that the force at the reversal is read from."""
-
 SLIDING = 0.85
 """Share of the highest force above which a dip is the Stribeck fall along a fast stroke, and no play."""
-
 NEIGHBOURS, SCATTERING = 5, 21
 """Neighbouring places half of which show a play, and over which the scatter of the curve is averaged."""
-
 SAME_AMPLITUDE = 1.15
 """Records whose amplitudes are within this ratio are averaged; beyond it the larger continues the smaller."""
 
@@ -175,8 +172,7 @@ class VirginCurve:
     mismatch: float = 0.0
     # Least slope of the curve's outer half relative to its mean slope: 0 where all blocks slip
     final_slope: float = 0.0
-    # step, force_step: those of encoder [m] and force [N]; 0 where none is visible
-    step: float = 0.0
+    step: float = 0.0  # step, force_step: those of encoder [m] and force [N]; 0 where none is visible
     force_step: float = 0.0
     mismatch_half: float = (
         0.0  # Half of the interval of 99.7 % of the step between records, by the scatter of cycles [N]

@@ -36,19 +36,14 @@ from fric.units import Motion, si_unit
 
 LEAST_FILTER = 0.2
 """T_f [samples] above which the lag is taken for a filter."""
-
 FORM = 0.01
 """Error of the lag of a filter [samples] where the filter is taken for continuous."""
-
 DESCRIBED = 0.1
 """Lag [samples] above which there is a warning."""
-
 DEAD = 0.01
 """Share of the input (rms) above which a dead zone gives a warning."""
-
 PARTS, SURE = 8, 6.0
 """Parts of a record that determine a dead zone, and standard errors above which they do."""
-
 DIFFERS = 0.05
 """Share by which a force constant or a mass that the user states may differ from the identified value."""
 
@@ -211,10 +206,8 @@ def _lag_described(lag: Estimate, corner: Estimate | None, sampling: float) -> l
 
 FLOOR = 1e-5
 """Relative deviation that a line has at least: the rounding of a logged force."""
-
 LONGEST = 25e-3
 """Longest delay that is looked for [s], and four times the longest lead."""
-
 FEWEST = 8
 """Lines that the lag is fitted to at least, where the record has them."""
 
@@ -323,7 +316,6 @@ def pooled_lags(fits: Sequence[FittedLag]) -> tuple[Real, Real, float]:
 
 MEANS = 4
 """Steady segments that a line through their means takes at least."""
-
 BENT = 0.02
 """Share of the range of the means by which they may lie off their line."""
 

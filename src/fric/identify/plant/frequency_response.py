@@ -35,7 +35,6 @@ SEGMENTS = 8
 
 DISTORTED = 1.5
 """Ratio to the noise of a line above which the periodic part at its neighbours is more than noise."""
-
 COHERENT = 0.5
 """Coherence above which a signal counts as driven by another."""
 

@@ -42,7 +42,6 @@ from fric.units import rotates
 
 GAINS_APART = 0.05
 """Share by which the friction's gain must differ between two records for their amplitudes to be compared."""
-
 SURE = 0.99
 """Probability below which two responses count as different."""
 
@@ -262,22 +261,16 @@ def plant_records(
 
 UNLIKE = 0.02
 """Misfit of eq. (1) above which a second mass is searched for [1]."""
-
 OFF = 6.0
 """Ratio to the usual residual above which a line is an outlier."""
-
 VISIBLE = 0.01
 """Least relative residual of an outlying line."""
-
 MOST_OUTLIERS = 0.35
 """Share of the lines that may be outliers: where more are, the model is wrong."""
-
 ROUGH = 0.03
 """Misfit that is allowed for while the best start is looked for [1]."""
-
 GAIN = 40.0
 """How much less the sum of bounded squared residuals is with a second mass that is taken."""
-
 BELOW = 3.0
 """A second mass's frequency over that of the lowest line, at least: below it, lines show the rigid axis."""
 
@@ -391,7 +384,6 @@ def at(lines: Lines, kept: Mask) -> Lines:
 
 SMALL = 0.03
 """Share of A that friction may be before A is wrong."""
-
 QUIET = 20.0
 """Frequency up to which friction's harmonics are looked for [Hz]; above, an encoder's steps take more voltage."""
 

@@ -106,16 +106,12 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float
 
 UNDETERMINED = 0.5
 """Share of the table in the moving mass, where it is not determined."""
-
 BLOCKS, FEWEST = 10, 5
 """Blocks of neighbouring lines that are left out in turn, and how many there are at least."""
-
 SCATTER_BY_CHANCE = float(chdtri(BLOCKS - 1, 0.1)) / (BLOCKS - 1)
 """Ratio of the variance by blocks to that by the scatter up to which chance makes it, nine times of ten."""
-
 OTHER_RATIOS = (0.2, 0.8)
 """Other possible shares of the table, where it is not determined."""
-
 MISFIT = 0.99
 """Quantile of chi-squared above which the residuals are more than noise."""
 

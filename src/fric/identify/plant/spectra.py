@@ -16,10 +16,8 @@ SHORTEST = 8
 """Samples of a period at least."""
 PERIODIC = 0.5
 """Autocorrelation above which a signal counts as periodic; noise in the loop reduces it."""
-
 ALONE = 0.9
 """Share of the driver's power above which a single segment dominates a line, as at a step in the reference."""
-
 HANN_CORRELATION = 1 + 2 * ((2 / 3) ** 2 + (1 / 6) ** 2)
 """Lines of Hann's window per independent line: errors and driver of neighbouring lines correlate by 2/3, 1/6."""
 
@@ -247,7 +245,6 @@ def _smoothed(variance: Real, freedom: int, half_width: int = 4) -> Real:
 
 DRIVEN_APART = 1.5
 """Ratio of two amplitudes above which they separate driven lines from the others."""
-
 LESS = 0.75
 """Power of that ratio by which a driven line grows at least."""
 

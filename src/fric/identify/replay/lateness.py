@@ -22,13 +22,10 @@ from fric.units import readable, si_unit
 
 SUSPECTED = 0.6
 """Lag [samples] above which the lag is estimated again, with the force moved by it."""
-
 CLEAR = 2.0
 """Half-widths of its mean above which a lag is reported: hunting between two counts looks like a smaller lag."""
-
 MOST_SAMPLES, MOST_SECONDS = 4.0, 10e-3
 """Lags that a log may have, by its samples or by a filter [s]: friction without corners looks like a longer lag."""
-
 BLOCKS = 3
 """Number of blocks with which a model follows a virgin curve of any shape."""
 

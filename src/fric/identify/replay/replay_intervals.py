@@ -21,7 +21,6 @@ SPANS_ALIKE = 1.5
 """Ratio of the spans of two records up to which they count as the same motion."""
 LAGS = 10
 """Lags at which residuals are tested against white noise."""
-
 Beyond = Callable[[Search, Real, Real], Real]
 """Increase of a covariance (s, s) that residuals do not show: of a search, its end (p,), and directions seen (p, s)."""
 

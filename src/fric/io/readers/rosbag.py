@@ -26,7 +26,6 @@ MOST_ELEMENTS = 64
 """Elements of an array that are columns at most: an image is none."""
 DEEP = 8
 """Largest depth of nested messages."""
-
 MOST_CHUNK = 256 << 20
 """Bytes that a chunk unpacks to at most."""
 

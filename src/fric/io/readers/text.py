@@ -268,7 +268,6 @@ MOST_LINE = 2 << 20
 """Bytes of a line at most."""
 MOST_EMPTY = 256
 """Empty cells behind those of the header that a row may have."""
-
 MOST_STATES = 64
 """Words of a column of states at most: others are no state."""
 
