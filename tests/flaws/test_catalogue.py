@@ -39,7 +39,7 @@ from fric.io.readers.base import Column, Memory
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.notice import Notice
 from fric.plausibility import Finding, lifted, settled
-from fric.records import clipping, encoders, flaws, inspection, judgement, kicks, modes, timing
+from fric.records import clipping, encoders, flaws, holding, inspection, judgement, kicks, modes, timing
 from fric.simulate.contour_run import Chance, run_warnings
 from fric.verdict import Candidate, Evidence
 
@@ -95,6 +95,12 @@ def two_modes(size: float) -> list[Notice | None]:
     bump = np.sign(np.cos(np.pi * t)) * np.exp(-(((since - 0.02) / 0.01) ** 2))
     behind = 20e-6 * np.where(t < 12.2, modes.APART**size, 1.0) * bump + 1e-8 * RNG.standard_normal(len(t))
     return [modes.switched(Log(t, reference - behind, reference=reference))]
+
+
+def held(size: float) -> list[Notice | None]:
+    z = np.concatenate([np.arange(20.0), np.arange(20.0)[::-1] + holding.SAME * size])
+    time = np.cumsum(1.0 + RNG.uniform(0.0, 2.0, 40))
+    return [holding.holds(Log(time, z, force=np.repeat([1.0, -1.0], 20) + 0.1 * RNG.standard_normal(40)))]
 
 
 def two_encoders(size: float) -> list[Notice | None]:
@@ -342,6 +348,7 @@ SHOWN: dict[str, Show] = {
     "force-coarse": lambda s: forces(np.arange(1000) % (round(flaws.COARSE / s) + 1) * 0.1),
     "drive-off": lambda s: flaws.record_flaws([resting(s * clipping.OFF)], "gms"),
     "foreign-compensation": lambda s: [kicks.foreign_compensation(compensated(s * kicks.KICKED * 1e-6))],
+    "holding-map": lambda s: held(1 / s),
     "modes-switch": two_modes,
     "two-encoders": two_encoders,
     "force-clipped": lambda s: forces(cut(s)),

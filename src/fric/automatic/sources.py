@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from fric.columns import Kind
 from fric.documents.bundled import bundled
 from fric.documents.controller import ControllerDocument
 from fric.documents.yaml import read_document
@@ -29,6 +30,7 @@ from fric.notice import Notice
 from fric.output import staged
 from fric.records.clipping import STUCK
 from fric.records.encoders import two_encoders
+from fric.records.holding import holds, is_holding_map
 from fric.records.inspection import Inspection, TableInspection, inspect
 from fric.records.judgement import excites
 from fric.records.modes import switched
@@ -143,7 +145,8 @@ def find_sources(
         document = read_document(path, ControllerDocument)
         found.controllers.setdefault(document.axis, path)
     logs = [replace(record, source="") for record in seen if isinstance(record, Log)]
-    found.description += [notice for log in logs for of in (switched, two_encoders) if (notice := of(log)) is not None]
+    told = (of(log) for log in logs for of in (switched, two_encoders, holds))
+    found.description += [notice for notice in told if notice is not None]
     if found.copies:
         found.description.append(FILE_COPIES.found(files=first_of(found.copies)))
     for why, files in found.refused.items():
@@ -274,6 +277,10 @@ def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]
     why = whys[0] if all(whys) else ""
     if not why or mapping:
         return why
+    held = _records(path, "", kind="holding-map")
+    if isinstance(held, list) and all(isinstance(record, Log) and is_holding_map(record) for record in held):
+        _taken(path, "", held, found, seen)
+        return ""
     with TemporaryDirectory() as folder:
         if _is_circle(path, Path(folder) / "circle.h5"):
             found.traces.append(path)
@@ -295,14 +302,15 @@ def _lacks_force(path: Path) -> bool:
         return False
 
 
-def _records(path: Path, mapping: str, axis: str | None = None, *, assume: bool = False) -> list[Record] | str:
+def _records(
+    path: Path, mapping: str, axis: str | None = None, *, assume: bool = False, kind: Kind | None = None
+) -> list[Record] | str:
     """Return the records of a foreign log by a mapping, or by its header where there is none; or why it is none."""
     with TemporaryDirectory() as folder:
         log = Path(folder) / "log.h5"
         try:
-            read_foreign(
-                path, log, mapping=mapping_of(mapping or None), axis=axis, bad_cells="drop" if assume else "error"
-            )
+            bad_cells = "drop" if assume else "error"
+            read_foreign(path, log, mapping=mapping_of(mapping or None), axis=axis, kind=kind, bad_cells=bad_cells)
             return read_records(log)
         except FricError as error:
             return error.what

@@ -43,6 +43,9 @@ FOREIGN_COMPENSATION = Flaw("foreign-compensation", "wrong",
     "At {count} of {reversals} reversals the axis jumps {height} ahead of its reference, first at {time} and {place}, "
     "and is back after {decay}: the control compensates friction, {when}.",
     "Switch its friction compensation off, and log again.", widens={"level": 0.1, "k": 1.0})
+HOLDING_MAP = Flaw("holding-map", "note", "Holding forces at {points} places, there and back over {length}: friction "
+    "{level} at rest, load {load}, which varies by {varies} (rms) over place.",
+    "A static map takes strokes at constant velocity.")
 MODES_SWITCH = Flaw("modes-switch", "note",
     "{logged:The control switches its mode|A compensation is switched, by the error at reversals}: {parts}. "
     "Each part is a record{compared:: tracking error {compared}|}.")

@@ -156,6 +156,8 @@ def plan(
         break
     else:
         raise max(refusals, key=lambda refusal: refusal[0])[1]  # of the motion that more of the columns fit
+    if kind == "holding-map":  # whose rows are counted, for want of a time
+        origins.setdefault("time", Origin(None, 1.0))
     if mapping is None and form == "time" and "time" in origins and not (part and len(origins) > 1):
         refuse_left_out(table, origins, tuple(o.column for o in origins.values() if o.column is not None))
     for name in NEEDED[form]:
@@ -221,6 +223,11 @@ def _hint(table: ForeignTable, channel: str, found: Collection[str] = ()) -> str
         return (
             "If each row is a mean force at one velocity, say `kind='force-velocity'`; else say the sampling in a "
             "mapping (`mapping=`), as in `time: {rate: 1 kHz}`."
+        )
+    if channel == "time" and {"position", "force"} <= set(found):
+        return (
+            "If each row is the force that holds the axis at a place, say `kind='holding-map'`; else say the sampling "
+            "in a mapping (`mapping=`), as in `time: {rate: 1 kHz}`."
         )
     return f"The columns are {table.listed(12)}. Say in a mapping (`mapping=`) which is {channel}, or name it so."
 

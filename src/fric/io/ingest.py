@@ -445,10 +445,13 @@ class IngestSession:
             files.append((table, chosen))
         self.records.append(self._add(*joined(files), writer, source, lambda: sha256))
 
-    def _blocks(self, table: ForeignTable, chosen: ColumnPlan) -> tuple[Iterator[dict[str, Real]], list[int]]:
+    def _blocks(
+        self, table: ForeignTable, chosen: ColumnPlan, kind: Kind | None
+    ) -> tuple[Iterator[dict[str, Real]], list[int]]:
         """Return the channels of a table block by block, checked, inside the window; and a count of what is dropped."""
         drop = self._about.bad_cells == "drop"
-        rows_of, clock, dropped = WholeRows(table, chosen, drop), ClockCheck(table.place, uneven=drop), [0]
+        clock = ClockCheck(table.place, uneven=drop or kind == "holding-map")
+        rows_of, dropped = WholeRows(table, chosen, drop), [0]
         last: dict[str, float] = {}
 
         def blocks() -> Iterator[dict[str, Real]]:
@@ -475,7 +478,7 @@ class IngestSession:
     ) -> IngestedRecord:
         name, kind = self._name_and_kind(table, chosen)
         record = writer.create(name, kind=kind, source=source)
-        blocks, missing = self._blocks(table, chosen)
+        blocks, missing = self._blocks(table, chosen, kind)
         samples = 0
         for channels in blocks:
             if chosen.form != "response":

@@ -14,6 +14,7 @@ from fric.notice import Notice
 from fric.records.clipping import STUCK, clipped_samples, counts
 from fric.records.encoders import Transmission, transmission_of
 from fric.records.flaws import clock_flaws, stroke_flaws
+from fric.records.holding import HoldingMap, holding_map, holds
 from fric.records.judgement import (
     RISES,
     SAMPLES,
@@ -116,6 +117,7 @@ class Inspection(InspectedRecord):
     slope: least slope of the branches between reversals, over their mean; null without force
     energy: lost per cycle of the logged force; null without cycles
     transmission: between two encoders; null without
+    holding: forces at places where the axis holds; null of other kinds
     dropped: samples that were left out when the record was ingested
     """
 
@@ -134,6 +136,7 @@ class Inspection(InspectedRecord):
     slope: float | None = None
     energy: Estimate | None = None
     transmission: Transmission | None = None
+    holding: HoldingMap | None = None
     dropped: int = 0
 
     @property
@@ -251,6 +254,10 @@ def inspect(record: Record) -> Inspected:
     )  # fmt: skip
     if len(log) < STUCK:
         return replace(found, uses=(Use("identification", False, f"{len(log)} samples are too few"),))
+    if (notice := holds(log)) is not None:
+        why = "holding forces show friction at rest, and no motion"
+        uses = tuple(Use(purpose, False, why) for purpose in ("static", "gms", "plant"))
+        return replace(found, kind="holding-map", holding=holding_map(log), warnings=(notice,), uses=uses)
     segments, rests = segments_and_rests(replace(log, kind=None))
     sine, reversals, stairs = turns_of(log)
     rises = force_rises(log, reversals)

@@ -8,6 +8,7 @@ import numpy as np
 from fric.arrays import Indices, Real
 from fric.columns import Kind
 from fric.log import Log
+from fric.records.holding import is_holding_map
 from fric.records.resolution import lattice_step, noise_level
 from fric.records.reversals import find_reversals
 from fric.records.segments import Segment, segments_and_rests
@@ -240,6 +241,8 @@ def kind_of(log: Log) -> Kind:
     """Return the kind of a record: as stated in it, else recognised from its motion."""
     if log.kind is not None:
         return log.kind
+    if is_holding_map(log):
+        return "holding-map"
     segments, rests = segments_and_rests(log)
     sine, reversals, stairs = turns_of(log)
     return recognised_kind(log, segments, rests, sine, force_rise(log, reversals), len(reversals), stairs)

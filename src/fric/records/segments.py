@@ -223,7 +223,7 @@ def steady_segments(log: Log) -> list[Segment]:
 @one_blas_thread()
 def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
     """Return the segments as `steady_segments` does, and where the axis is at rest: first sample, one past last."""
-    if len(log) < SHORTEST or log.kind in {*PRESLIDING, "sliding-sine", "frequency-response"}:
+    if len(log) < SHORTEST or log.kind in {*PRESLIDING, "sliding-sine", "frequency-response", "holding-map"}:
         return [], []
     path = path_of(log)
     pieces = straight_pieces(path)

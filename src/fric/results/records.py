@@ -86,6 +86,8 @@ def _log_rows(found: Inspection) -> list[tuple[str, str]]:
         estimates |= {
             "lost motion": between.lost_motion, "wind-up": between.wind_up, "stiffness": between.stiffness,
         }  # fmt: skip
+    if holding := found.holding:
+        estimates |= {"friction at rest": holding.level, "load": holding.load}
     known = {name: estimate for name, estimate in estimates.items() if estimate is not None}
     rows += [(name, f"{value} ({interval}) {unit}") for name, value, interval, unit in estimate_rows(known)]
     if found.rise is not None and found.reversals:
