@@ -1,17 +1,21 @@
 """Commands are made from their verbs: the table says nothing that a verb does not have, and a verb says all."""
 
+import shlex
 from inspect import Parameter, signature
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
 import fric
 from fric.cli.command import GIVEN, Command, found
-from fric.cli.commands import COMMANDS, DESIGN, IDENTIFY, SIMULATE
+from fric.cli.commands import COMMANDS, DESIGN, IDENTIFY, MODELS, SIMULATE
+from fric.cli.help import EXAMPLES
 from fric.cli.main import app
 from fric.errors import FricError
 from fric.verb import VerbForm
 
+RUN = CliRunner()
 MADE = {
     name: one
     for part in (COMMANDS, {f"identify {name}": one for name, one in IDENTIFY.items()}, DESIGN, SIMULATE)
@@ -118,3 +122,42 @@ def test_an_output_that_exists_is_replaced_as_the_interface_says(tmp_path):
     assert CliRunner().invoke(app, words).exception.hint.endswith("replace it with --force.")
     with pytest.raises(FricError, match=r"replace it with `force=True`\."):
         fric.read(made).save(made)
+
+
+def commands(group, names=()):
+    """Every command with its words, groups left out."""
+    for name in group.list_commands(None):
+        found = group.get_command(None, name)
+        if hasattr(found, "list_commands"):
+            yield from commands(found, (*names, name))
+        else:
+            yield " ".join((*names, name)), found
+
+
+ALL = dict(commands(typer.main.get_command(app)))
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_help_shows_an_example_and_cuts_no_line(name):
+    shown = RUN.invoke(app, [*name.split(), "-h"]).output
+    assert "..." not in shown
+    assert all(len(line) <= 80 or line.startswith("  fric ") for line in shown.splitlines())
+    lines = EXAMPLES.get(name, ())
+    assert lines or name.removeprefix("identify ") in MODELS
+    for line in lines:
+        assert f"  fric {line}\n" in shown
+        words = shlex.split(line)
+        assert line.startswith(name)
+        known = {option for one in ALL[name].params for option in (*one.opts, *one.secondary_opts)}
+        assert {word for word in words if word.startswith("-")} <= known
+
+
+def test_commands_are_listed_by_the_order_of_the_work_and_help_of_one_is_shown():
+    listed = RUN.invoke(app, ["-h"]).output.partition("\n\n")[2]
+    assert "..." not in listed
+    places = [listed.index(f"\n  {name} ") for name in ("auto", "ingest", "identify", "export")]
+    assert places == sorted(places)
+    for topic in ("tune", "identify gms"):
+        shown = RUN.invoke(app, ["help", *topic.split()])
+        assert shown.exit_code == 0
+        assert shown.output.startswith(f"Usage: fric {topic} ")

@@ -14,6 +14,7 @@ from typer.core import TyperGroup
 
 from fric.cli import completion
 from fric.cli.console import finish
+from fric.cli.help import HelpfulCommand, listed
 from fric.errors import FLAGS, FricError, as_options
 from fric.results.kinds import METAVARS
 from fric.verb import Argument, VerbForm, kinds_of
@@ -303,7 +304,7 @@ def group(name: str, text: str, homes: Mapping[str, Home], **settings: Any) -> t
         if isinstance(home, typer.Typer):
             return typer.main.get_command(home)
         alone = typer.Typer(add_completion=False, **PLAIN)
-        alone.command(command)(home.function() if isinstance(home, Command) else found(home))
+        alone.command(command, cls=HelpfulCommand)(home.function() if isinstance(home, Command) else found(home))
         return typer.main.get_command(alone)
 
     class Group(TyperGroup):
@@ -314,6 +315,11 @@ def group(name: str, text: str, homes: Mapping[str, Home], **settings: Any) -> t
 
         def get_command(self, ctx: Any, cmd_name: str) -> Any:
             return made(cmd_name) if cmd_name in homes else None
+
+        def format_commands(self, ctx: Any, formatter: Any) -> None:
+            for title, rows in listed(homes, name, lambda key: made(key).help).items():
+                with formatter.section(title):
+                    formatter.write_dl(rows)
 
     app = typer.Typer(
         name=name, cls=Group, help=text, no_args_is_help=True, **{"add_completion": False} | PLAIN | settings

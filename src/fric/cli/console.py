@@ -208,7 +208,8 @@ def ask(question: Any) -> None:
     ERR.print("\n".join(printable(line, MOST_CHARACTERS) for line in lines), markup=False)
     line = ""
     while not (line and question.take(line)):
-        ERR.print("That is no answer. " * bool(line) + f"1 to {len(question.choices)}, or Enter for 1: ", end="")
+        numbers = f"1 to {len(question.choices)}, " if len(question.choices) > 1 else ""
+        ERR.print("That is no answer. " * bool(line) + f"{numbers}or Enter for 1: ", end="")
         line = sys.stdin.readline()
         if not line:
             ERR.print("")

@@ -25,15 +25,24 @@ def schema(
 
 
 def manual(
-    topic: Annotated[
-        str | None,
-        argument("A page, or the code of a warning; the list of pages, else.", metavar="TOPIC", autocompletion=topics),
+    ctx: typer.Context,
+    words: Annotated[
+        list[str] | None,
+        argument(
+            "A page, a command, or the code of a warning; else all pages.", metavar="TOPIC", autocompletion=topics
+        ),
     ] = None,
 ) -> None:
-    """Show a page of the documentation, or what the code of a warning means; `fric COMMAND -h` tells of a command."""
+    """Show a page of the documentation, the help of a command, or what the code of a warning means."""
     from fric.documents import bundled
 
-    if topic is None:
+    topic = " ".join(words or ())
+    command: Any = ctx.find_root().command
+    for word in words or ():
+        command = getattr(command, "get_command", lambda *_: None)(ctx, word)
+    if words and command is not None:
+        command.main(["--help"], prog_name=f"fric {topic}")
+    if not topic:
         pages = bundled.topics()
         wide = max(map(len, pages)) + 2
         for name, path in pages.items():

@@ -96,6 +96,6 @@ def page(name: str) -> str:
 
         if name in CATALOGUE:
             return as_options(entry(CATALOGUE[name]))
-        hint = f"{near(name, [*known, *CATALOGUE])}There are {', '.join(known)}, and the codes of warnings."
+        hint = f"{near(name, [*known, *CATALOGUE])}`fric help` lists the pages; the glossary has the symbols."
         raise FricError(f"there is no page '{name}'", hint=hint)
     return known[name].read_text("utf-8")
