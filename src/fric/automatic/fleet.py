@@ -268,21 +268,14 @@ def _freedom(document: FrictionDocument | PlantDocument, name: str) -> float:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FleetResult(Result):
-    """What came of a fleet.
-
-    Parameters
-    ----------
-    folder
-        Where all files are.
-    outcomes
-        What came of each machine and date.
-    drifts
-        Each number at two following dates, the surest change first.
-    """
+    """What came of a fleet."""
 
     folder: Path
+    """Where all files are."""
     outcomes: Sequence[UnitOutcome]
+    """What came of each machine and date."""
     drifts: Sequence[ParameterDrift]
+    """Each number at two following dates, the surest change first."""
 
     @property
     def changed(self) -> list[tuple[str, str]]:

@@ -46,47 +46,30 @@ from fric.verdict import Evidence, Verdict, decide
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class AutoResult(Result):
-    """What came of a folder of logs.
-
-    Parameters
-    ----------
-    folder
-        Where all files are.
-    axes
-        What came of each axis: which steps were done, and what is missing.
-    description
-        What was guessed or left out.
-    steps, made
-        Steps there are, and how many had to be run.
-    failed
-        Steps that failed, with the reason.
-    page
-        The report; None where there was nothing to report.
-    rotary
-        Whether all axes are rotary.
-    """
+class AutoResult(Result, schema=AutoDocument):
+    """What came of a folder of logs."""
 
     folder: Path
+    """Where all files are."""
     axes: dict[str, AxisOutcome]
+    """What came of each axis: which steps were done, and what is missing."""
     description: list[Notice]
+    """What was guessed or left out."""
     steps: int
+    """Steps there are."""
     made: int
+    """How many of them had to be run."""
     failed: Sequence[str]
+    """Steps that failed, with the reason."""
     page: Report | None
+    """The report; None where there was nothing to report."""
     rotary: bool = False
+    """Whether all axes are rotary."""
 
     @property
     def warnings(self) -> Sequence[Notice]:
         """What was guessed or left out."""
         return self.description
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """Report, axes, and the verdict."""
-        report = str(self.folder / "report.html") if self.page else None
-        content = {"report": report, "axes": self.axes, "verdict": self.verdict}
-        return AutoDocument.made(content, notices=self.warnings).tree()
 
     @cached_property
     def verdict(self) -> Verdict:

@@ -290,6 +290,6 @@ class AutoDocument(Document):
 
     type: ClassVar[str] = "auto"
 
-    report: str | None
+    report: str | None = of(lambda made: str(made.folder / "report.html") if made.page else None)
     axes: dict[str, StepsPart]
     verdict: VerdictPart
