@@ -11,6 +11,9 @@ from fric.errors import FricError, near, printable
 MOST_TEXT = 32 << 20
 """Bytes of a document or a report that are read at most."""
 
+MOST_PACKED, SMALL = 3000, 1 << 20
+"""Bytes that a stored byte may declare, and bytes that may be declared however few are stored: DEFLATE reaches 1032."""
+
 _OWN = str(Path(__file__).parent)
 
 
@@ -35,6 +38,16 @@ def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a fil
             hint="Name the right file.",
         )  # fmt: skip
     return Path(path)
+
+
+def refuse_declared(where: Path | str, declared: int, stored: int | None = None) -> None:
+    """Raise where samples are declared [byte] that what is stored of them, or the whole file, cannot hold."""
+    stored = Path(where).stat().st_size if stored is None else stored
+    if declared > max(SMALL, MOST_PACKED * stored):
+        raise FricError(
+            f"declares {declared / 1e6:.3g} MB of samples, and has {stored / 1e6:.3g} MB", where=str(where),
+            hint="Export it again.",
+        )  # fmt: skip
 
 
 def missing(path: Path, names: Sequence[str] = ()) -> FricError:

@@ -109,9 +109,7 @@ def test_a_parquet_file_of_rows_that_take_no_room(tmp_path: Path, monkeypatch: p
     import pyarrow as pa
     from pyarrow import parquet as writer
 
-    from fric.io.readers import base
-
-    monkeypatch.setattr(base, "MOST_PACKED", 100)
+    monkeypatch.setattr("fric.input.MOST_PACKED", 100)
     path = parquet(tmp_path)
     writer.write_table(pa.table({name: np.zeros(1_000_000) for name in ("time [s]", "position [m]")}), path)
     refused(path, "declares 16 MB")

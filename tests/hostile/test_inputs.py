@@ -100,7 +100,7 @@ def test_what_is_declared_and_not_stored_is_refused_at_once(log):
             del file[f"records/a/{name}"]
             file["records/a"].create_dataset(name, (100_000_000,), "f8", chunks=(1_000_000,)).attrs["unit"] = "s"
     start = time.process_time()
-    refused(log, "declares 800 MB and stores 0 MB")
+    refused(log, "declares 800 MB of samples, and has 0 MB")
     assert time.process_time() - start < 5
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.errors import FricError, printable
-from fric.input import TAKEN, foreign, other_kind, regular
+from fric.input import TAKEN, foreign, other_kind, refuse_declared, regular
 from fric.output import staged
 
 
@@ -148,10 +148,6 @@ MOST_OBJECTS = 200_000
 """Groups and datasets of a file at most."""
 MOST_DEPTH = 32
 """Groups in groups at most."""
-MOST_PACKED = 3000
-"""Bytes that one stored byte becomes at most: DEFLATE reaches 1032."""
-SMALL = 1 << 20
-"""Bytes that a dataset may declare, however few are stored."""
 _PLAIN = (h5py.h5t.STRING, h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
 
 
@@ -246,11 +242,7 @@ def _check_dataset(data: h5py.Dataset, where: str) -> None:
         raise FricError("is damaged: it holds lists, not numbers", where=where, hint="Make the file again.")
     if _leads_elsewhere(data):
         raise FricError("takes its values from another file", where=where, hint="Store the data itself.")
-    stored, declared = data.id.get_storage_size(), data.size * data.dtype.itemsize if data.size else 0
-    if declared > max(SMALL, MOST_PACKED * stored):
-        raise FricError(
-            f"declares {declared / 1e6:.3g} MB and stores {stored / 1e6:.3g} MB", where=where, hint="Export it again."
-        )
+    refuse_declared(where, data.size * data.dtype.itemsize if data.size else 0, data.id.get_storage_size())
 
 
 def _leads_elsewhere(data: h5py.Dataset) -> bool:

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
 MOST_HEARD = 4
 """Largest number of warnings of a library that are reported for a file."""
-MOST_PACKED, SMALL = 3000, 1 << 20
-"""Bytes that one byte of a file may declare, and bytes that any file may: DEFLATE reaches 1032."""
 BLOCK = 131_072
 """Samples a block: a few MiB, for any size of the file."""
 
@@ -100,16 +98,6 @@ def warned(path: Path, notices: list[Notice]) -> Iterator[None]:
         yield
     for warning in caught[: max(MOST_HEARD - len(notices), 0)]:
         notices.append(LIBRARY_WARNS.found(str(path), message=printable(str(warning.message), 160)))
-
-
-def refuse_declared(path: Path, declared: int) -> None:
-    """Raise where the declared samples of a file are more bytes than its size allows."""
-    stored = path.stat().st_size
-    if declared > max(SMALL, MOST_PACKED * stored):
-        raise FricError(
-            f"declares {declared / 1e6:.3g} MB of samples, and has {stored / 1e6:.3g} MB", where=str(path),
-            hint="Export it again.",
-        )  # fmt: skip
 
 
 def library(form: Format, path: Path) -> Any:

@@ -12,7 +12,8 @@ import numpy as np
 from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import BLOCK, Column, ForeignTable, Format, RowBlock, heard, library, numbers, refuse_declared
+from fric.input import refuse_declared
+from fric.io.readers.base import BLOCK, Column, ForeignTable, Format, RowBlock, heard, library, numbers
 from fric.io.readers.joined import Joined, SharedClock
 from fric.notice import Notice
 

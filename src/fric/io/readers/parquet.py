@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from fric.documents.mapping import Layout
-from fric.io.readers.base import BLOCK, Column, ForeignTable, Format, RowBlock, library, named, numbers, refuse_declared
+from fric.input import refuse_declared
+from fric.io.readers.base import BLOCK, Column, ForeignTable, Format, RowBlock, library, named, numbers
 
 FORMAT = Format("Parquet", (".parquet",), "pyarrow.parquet", "parquet")
 

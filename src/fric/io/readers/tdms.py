@@ -10,6 +10,7 @@ from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.flaws.files import CHANNELS_WITHOUT_TIME
+from fric.input import refuse_declared
 from fric.io.readers.base import (
     BLOCK,
     Column,
@@ -20,7 +21,6 @@ from fric.io.readers.base import (
     library,
     named,
     numbers,
-    refuse_declared,
 )
 from fric.io.readers.joined import Joined, SharedClock
 from fric.io.words import named_as
