@@ -28,7 +28,8 @@ RECORDS_VARY = Flaw("records-vary", "doubt",
     "Intervals are of the mean over records, and allow for it.{one_speed: Each holds one speed: log several in each, "
     "which separates records from friction over speed.|}")
 FRICTION_DIFFERS = Flaw("friction-differs", "doubt",
-    "The records differ by {by:2} where the curves of two of them continue each other: friction changed between them.")
+    "The records differ by {by:2} where the curves of two of them continue each other: friction changed between them, "
+    "or it is not of blocks in parallel.")
 REST_RAISES_FRICTION = Flaw("rest-raises-friction", "wrong", "Where records continue each other, the slower ends "
     "{by:2} higher: friction grows with the time of rest, or fell meanwhile.",
     "Log both amplitudes at one mean speed, in turn, and the static map down to that speed.")

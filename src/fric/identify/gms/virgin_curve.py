@@ -174,9 +174,8 @@ class VirginCurve:
     final_slope: float = 0.0
     step: float = 0.0  # step, force_step: those of encoder [m] and force [N]; 0 where none is visible
     force_step: float = 0.0
-    mismatch_half: float = (
-        0.0  # Half of the interval of 99.7 % of the step between records, by the scatter of cycles [N]
-    )
+    steps: tuple[float, ...] = ()  # What the end of each record but the largest is above the next [N]
+    mismatch_half: float = 0.0  # Half of the 99.7 % interval of the step, by the scatter of cycles [N]
 
     def __call__(self, z: Real | float) -> Real:
         """Return the force [N] at displacements z [m], linear between the points and from the origin."""
@@ -206,10 +205,12 @@ class VirginCurve:
         """Where the curve is furthest below its least concave majorant [m], and by how much, beyond its error [N].
 
         Friction that slips block by block is concave; a play between motor and table is flat, and rises again. No play
-        is: a step between two records, with all forces behind it lower by that step (friction that grew with the time
-        of rest in the slower record); and a fall with speed once all blocks slide.
+        is: a step between two records (friction that grew with the time of rest in the slower record, or that is not of
+        blocks in parallel, whose branches are all alike); and a fall with speed once all blocks slide.
         """
         z, F = np.append(0.0, self.displacement), np.append(0.0, self.force)
+        for (_, end), step in zip(self.record, self.steps, strict=False):  # a larger record may be all higher or lower
+            F[z > end] += step
         above = [0]
         for n in range(1, len(z)):
             while len(above) > 1:
@@ -229,8 +230,7 @@ class VirginCurve:
         below -= 2.5 * np.sqrt(errors)
         for _, end in self.record[:-1]:
             below[np.abs(self.displacement - end) < 0.2 * end] = 0.0
-            below[self.displacement > end] -= max(self.mismatch, 0.0)
-        below[self.force > SLIDING * F.max()] = 0.0
+        below[F[1:] > SLIDING * F.max()] = 0.0
         below[self.displacement < 2.0 * self.step] = 0.0  # a staircase is hollow between two counts
         at = int(np.argmax(below))
         return float(self.displacement[at]), max(float(below[at]), 0.0)
@@ -287,7 +287,7 @@ def virgin_curve(
             groups[-1].append(cycle)
         else:
             groups.append([cycle])
-    parts, extent, steps = [], 0.0, [(0.0, 0.0)]
+    parts, extent, steps = [], 0.0, list[tuple[float, float]]()
     last: tuple[Real, Real] | None = None
     for group in groups:
         branches = [_branches(one, (static, negative), max(cycle.amplitude for cycle in group)) for one in group]
@@ -301,11 +301,11 @@ def virgin_curve(
         parts.append((group[0].name, place[keep], merged[:, keep], float(np.mean([b.level for b in branches]))))
         extent = float(place[keep].max(initial=extent))
         last = (place[keep][-NEIGHBOURS:], merged[:, keep][:, -NEIGHBOURS:]) if keep.any() else last
-    mismatch, half = max(steps, key=lambda step: abs(step[0]))
+    mismatch, half = max(steps, key=lambda step: abs(step[0]), default=(0.0, 0.0))
     coarse = max(lattice_step(cycle.record.log.require("force", "the virgin curve")) or 0.0 for cycle in ordered)
     return replace(
         _spliced(parts, mismatch), mismatch_half=half, step=max(cycle.motion.step for cycle in ordered),
-        force_step=coarse,
+        force_step=coarse, steps=tuple(step for step, _ in steps),
     )  # fmt: skip
 
 
