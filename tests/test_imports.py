@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -32,6 +33,14 @@ def test_a_circle_is_seen() -> None:
     for importer, imported in (("a", "b"), ("b", "c"), ("c", "a"), ("a", "d")):
         graph.add_import(importer=importer, imported=imported)
     assert set(circle_in(graph)) == {"a", "b", "c"}
+
+
+def test_no_two_classes_share_a_name() -> None:
+    files = (ROOT / "src/fric").rglob("*.py")
+    names = Counter(
+        name for file in files for name in re.findall(r"^class (\w+)", file.read_text("utf-8"), re.MULTILINE)
+    )
+    assert [name for name, count in names.items() if count > 1] == []
 
 
 def test_contributing_names_every_room() -> None:

@@ -93,7 +93,7 @@ def two_modes(size: float) -> list[Notice | None]:
     t = np.arange(12_000) / 500.0
     reference, since = 1e-3 * np.sin(np.pi * t), (t + 0.5) % 1.0  # since a reversal
     bump = np.sign(np.cos(np.pi * t)) * np.exp(-(((since - 0.02) / 0.01) ** 2))
-    behind = 20e-6 * np.where(t < 12.2, modes.APART**size, 1.0) * bump + 1e-8 * RNG.standard_normal(len(t))
+    behind = 20e-6 * np.where(t < 12.2, modes.ERRORS_APART**size, 1.0) * bump + 1e-8 * RNG.standard_normal(len(t))
     return [modes.switched(Log(t, reference - behind, reference=reference))]
 
 

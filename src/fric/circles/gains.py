@@ -219,7 +219,7 @@ USUAL = Cascade(1.0, 1.0, 1.0, velocity_filter=500.0, sampling=4000.0)
 """Velocity filter and sampling that are assumed where a log is too slow to show them: those of `design controller`."""
 LAG = 0.5 / (pi * USUAL.velocity_filter) + 0.5 / USUAL.sampling
 """Delay of the velocity by both, and by its backward difference [s]."""
-LEAST, MOST = 200, 12
+LEAST_LOG, MOST_LOGS = 200, 12
 """Samples that a log has at least, and logs that are tried at most, the fastest first."""
 
 
@@ -271,12 +271,12 @@ def controller_of_logs(logs: Iterable[Log]) -> FoundController:
     """
     whole = [
         log for log in logs
-        if log.reference is not None and log.position is not None and log.input is not None and len(log) >= LEAST
+        if log.reference is not None and log.position is not None and log.input is not None and len(log) >= LEAST_LOG
     ]  # fmt: skip
     if not whole:
         raise FricError("no record has reference, position and voltage", hint="Give the controller's gains.")
     whole.sort(key=lambda log: log.time[-1] / len(log))
-    found = [fit for log in whole[:MOST] if (fit := _of_log(log)) is not None]
+    found = [fit for log in whole[:MOST_LOGS] if (fit := _of_log(log)) is not None]
     if not found:
         raise FricError("no record in closed loop shows the gains", hint="Give the controller's gains.")
     return min(

@@ -17,11 +17,11 @@ from fric.records.reversals import find_reversals
 from fric.records.segments import SHORTEST, travelled
 from fric.units import readable
 
-MOST = 64
+MOST_PARTS = 64
 """Parts of a record at most: a state that changes more often is no mode of the control."""
-ALIKE = 0.02
+STROKES_ALIKE = 0.02
 """Share by which length and speed of strokes of one motion differ at most."""
-APART = 1.15
+ERRORS_APART = 1.15
 """Ratio of errors at reversals of one motion, above which the control is in two modes."""
 COUNTS = 3.0
 """Counts of the encoder by which these errors differ at least."""
@@ -32,7 +32,7 @@ STROKES = 3
 
 
 @dataclass(frozen=True)
-class Part:
+class ModePart:
     """Samples of a record from ``start`` to ``stop`` in one mode, and whether a channel names it."""
 
     mode: str
@@ -42,7 +42,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class _Stroke:
+class _ModeStroke:
     start: int  # First sample of the look at its reversal
     stop: int  # At the next reversal
     motion: tuple[float, float, float]  # Length [m], highest speed [m/s], direction
@@ -50,7 +50,7 @@ class _Stroke:
     glitch: float  # Range of the deviation about its reversal [m]
 
 
-def modes_of(log: Log) -> list[Part]:
+def modes_of(log: Log) -> list[ModePart]:
     """Return the parts of a record in which the control is in one mode; none where the mode does not switch."""
     found = _logged(log) if log.mode is not None else _seen(log)
     return found if len({part.mode for part in found}) > 1 else []
@@ -84,11 +84,11 @@ def switched(log: Log) -> Notice | None:
     )  # fmt: skip
 
 
-def _logged(log: Log) -> list[Part]:
+def _logged(log: Log) -> list[ModePart]:
     """Return the runs of a mode's channel; none where it is a state of the motion: moving, its direction, in place."""
     assert log.mode is not None
     edges = np.concatenate([[0], np.flatnonzero(np.diff(log.mode)) + 1, [len(log)]])
-    if not 2 < len(edges) <= MOST + 1:
+    if not 2 < len(edges) <= MOST_PARTS + 1:
         return []
     z = travelled(log)
     turns = find_reversals(z)
@@ -105,11 +105,11 @@ def _logged(log: Log) -> list[Part]:
         else:
             name = ("off", "on")[int(value)] if onoff else f"mode {value:g}"
         if b - a >= SHORTEST and np.ptp(z[a:b]) > least:
-            found.append(Part(name, a, b, logged=True))
+            found.append(ModePart(name, a, b, logged=True))
     return found
 
 
-def _strokes(log: Log, followed: Tracking) -> list[_Stroke]:
+def _strokes(log: Log, followed: Tracking) -> list[_ModeStroke]:
     """Return the strokes of the reference from reversal to reversal."""
     assert log.reference is not None
     assert log.position is not None
@@ -119,16 +119,16 @@ def _strokes(log: Log, followed: Tracking) -> list[_Stroke]:
         move = float(x[last] - x[first])
         motion = (abs(move), float(speed[first:last].max()), float(np.sign(move)))
         rms = float(np.sqrt(np.mean(error[begin:following] ** 2)))
-        found.append(_Stroke(begin, following, motion, rms, float(np.ptp(followed.rest[begin:end]))))
+        found.append(_ModeStroke(begin, following, motion, rms, float(np.ptp(followed.rest[begin:end]))))
     return found
 
 
-def _motions(strokes: Iterable[_Stroke]) -> Iterator[list[_Stroke]]:
+def _motions(strokes: Iterable[_ModeStroke]) -> Iterator[list[_ModeStroke]]:
     """Yield the strokes of each motion, in the order of time."""
-    groups = list[list[_Stroke]]()
+    groups = list[list[_ModeStroke]]()
     for stroke in strokes:
         for group in groups:
-            if np.allclose(group[0].motion, stroke.motion, rtol=ALIKE, atol=0.0):
+            if np.allclose(group[0].motion, stroke.motion, rtol=STROKES_ALIKE, atol=0.0):
                 group.append(stroke)
                 break
         else:
@@ -136,7 +136,7 @@ def _motions(strokes: Iterable[_Stroke]) -> Iterator[list[_Stroke]]:
     yield from groups
 
 
-def _compared(log: Log, parts: list[Part], names: list[str]) -> tuple[list[float], list[float]]:
+def _compared(log: Log, parts: list[ModePart], names: list[str]) -> tuple[list[float], list[float]]:
     """Return tracking error and error at reversals of each mode [m], over the motions that all of them have."""
     if (followed := tracking(log)) is None:
         return [], []
@@ -157,12 +157,12 @@ def _compared(log: Log, parts: list[Part], names: list[str]) -> tuple[list[float
     return np.sqrt(squares).tolist(), glitches.tolist()
 
 
-def _seen(log: Log) -> list[Part]:
+def _seen(log: Log) -> list[ModePart]:
     """Return the parts of a record in which errors at reversals of one motion are of one of two sizes.
 
-    The sizes differ by `APART` and by far more than either scatters, in every motion that recurs, and each lasts for
-    `STROKES` strokes or more: directions that differ take turns, a drift is gradual, and noise does neither. A stroke
-    between both is that of a switch.
+    The sizes differ by `ERRORS_APART` and by far more than either scatters, in every motion that recurs, and each lasts
+    for `STROKES` strokes or more: directions that differ take turns, a drift is gradual, and noise does neither. A
+    stroke between both is that of a switch.
     """
     if (followed := tracking(log)) is None or log.position is None:
         return []
@@ -181,7 +181,7 @@ def _seen(log: Log) -> list[Part]:
         return []
     cuts = [0, *(starts[n] for n in switches), len(log)]
     names = ["off" if large[starts[n]] else "on" for n in edges[:-1]]
-    return [Part(name, *cut, logged=False) for name, cut in zip(names, pairwise(cuts), strict=True)]
+    return [ModePart(name, *cut, logged=False) for name, cut in zip(names, pairwise(cuts), strict=True)]
 
 
 def _of_two(glitches: Real, least: float) -> list[bool | None] | None:
@@ -195,6 +195,6 @@ def _of_two(glitches: Real, least: float) -> list[bool | None] | None:
     low, high = float(np.median(order[:n])), float(np.median(order[n:]))
     gap = high - low
     off = np.minimum(np.abs(sizes - low), np.abs(sizes - high))
-    if gap < np.log(APART) or np.exp(high) - np.exp(low) < least or np.median(off) > SCATTER * gap:
+    if gap < np.log(ERRORS_APART) or np.exp(high) - np.exp(low) < least or np.median(off) > SCATTER * gap:
         return None
     return [None if d > 2.0 * SCATTER * gap else bool(s > 0.5 * (low + high)) for s, d in zip(sizes, off, strict=True)]
