@@ -56,6 +56,10 @@ class Estimate:
         low, high = self.ci95 or (0.0, 0.0)
         return 0.5 * (float(high) - float(low))  # type: ignore[arg-type]
 
+    def __str__(self) -> str:
+        rows = [row[1:4] for row in estimate_rows({"": self})]
+        return "; ".join(f"{value} {unit} ({limits})" if limits else f"{value} {unit}" for value, limits, unit in rows)
+
     def __float__(self) -> float:
         if isinstance(self.value, tuple):
             raise TypeError(f"{len(self.value)} values in {self.unit} are not one number")

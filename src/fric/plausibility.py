@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from fric.columns import PRESLIDING
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.flaws.unit import BOUNDS, IMPLAUSIBLE, UNUSUAL
+from fric.flaws.unit import BOUNDS, IMPLAUSIBLE, LIFT, UNUSUAL
 from fric.log import Log
 from fric.notice import Notice, once
 from fric.units import OF_FORCE, Motion, drive_unit, rotates, si_unit
@@ -206,7 +206,7 @@ def settled(findings: Iterable[Finding], hint: str = "") -> list[Notice]:
         first, bound = found[0], BOUNDS[found[0].name]
         raise FricError(
             str(first.notice()), where=first.where,
-            hint=f"{hint or f'Look at the units of {bound.units}'}; where it is so, say --implausible ok.",
+            hint=f"{hint or f'Look at the units of {bound.units}'}; where it is so, say {LIFT}.",
         )  # fmt: skip
     unusual = [] if _lifted.get() else [finding for finding in known if finding.unusual()]
     return list(once(finding.notice() for finding in found or unusual))

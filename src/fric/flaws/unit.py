@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from fric.flaws.base import Flaw
 
 Limits = tuple[float, float]
+LIFT = "`with fric.plausibility.lifted():`"
+"""How what is beyond is taken as it is."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ IMPLAUSIBLE: Mapping[str, Flaw] = {
 UNUSUAL: Mapping[str, Flaw] = {
     name: Flaw(
         f"unusual-{name}", "doubt", f"{BOUNDS[name].what} is {{value}}, and few machines are below {{usual}}.",
-        f"Is the unit of {BOUNDS[name].units} right? Where it is, say --implausible ok.",
+        f"Is the unit of {BOUNDS[name].units} right? Where it is, say {LIFT}.",
     )
     for name in ("friction", "speed", "sampling")
 }  # fmt: skip

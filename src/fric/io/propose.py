@@ -292,7 +292,7 @@ def asked(found: Sequence[Guess]) -> FricError:
     return FricError(
         f"{what}: {questions} question{'s are' if questions != 1 else ' is'} open",
         where="" if count > 1 else str(found[0].files[0]),
-        hint="Say --assume to take the likeliest, or fill in this mapping and give it with --map "
+        hint="Say `assume=True` to take the likeliest, or fill in this mapping and give it with `mapping=` "
         "(fric ingest FILES --propose MAP.yaml writes it).",
         form=mapping_text(found),
     )

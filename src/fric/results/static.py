@@ -18,7 +18,7 @@ from fric.identify.static_map.strokes import ShapeFactor
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.plausibility import Finding, of_friction, of_logs, of_strokes, settled
 from fric.results.friction import IdentifiedFriction
-from fric.results.given import in_si, records_of
+from fric.results.given import in_si, records_of, several
 from fric.results.given_models import document_of, plant_of
 from fric.results.kinds import EncoderName, LogLike, PlantLike, Quantity
 from fric.results.text import Piece, parameters
@@ -43,12 +43,16 @@ class StaticResult(IdentifiedFriction):
     def predict(self, velocity: Any) -> tuple[Real, Real]:
         """Return the force [N] at velocities [m/s], the offset in it, and half the width of its 95 % band.
 
+        velocity: Numbers, or a text as "1 mm/s, 10 mm/s".
+
         Raises
         ------
         FricError
             When one speed alone was logged.
         """
-        v, fit = np.atleast_1d(np.asarray(velocity, float)), self.fit
+        fit = self.fit
+        given = several(velocity, "velocity", fit.motion) if isinstance(velocity, str) else velocity
+        v = np.atleast_1d(np.asarray(given, float))
         if fit.static is None:
             raise FricError("one speed was logged, and no map follows", hint="Log strokes at ten speeds.")
         force, half = fit.static.predict(v)
