@@ -56,8 +56,6 @@ from .results.example import formats as formats
 from .results.experiment import experiment as experiment
 from .results.export import ExportResult as ExportResult
 from .results.export import export_axis as export_axis
-from .results.gms import GMSResult as GMSResult
-from .results.gms import identify_gms as identify_gms
 from .results.ingest import CirclesResult as CirclesResult
 from .results.ingest import IngestResult as IngestResult
 from .results.ingest import holds_circles as holds_circles
@@ -66,7 +64,9 @@ from .results.ingest import ingest_circles as ingest_circles
 from .results.learn import LearnedTable as LearnedTable
 from .results.learn import LearnResult as LearnResult
 from .results.learn import learn as learn
+from .results.model import GMSResult as GMSResult
 from .results.model import ModelResult as ModelResult
+from .results.model import identify_gms as identify_gms
 from .results.model import identify_model as identify_model
 from .results.observer import ObserverResult as ObserverResult
 from .results.observer import design_observer as design_observer

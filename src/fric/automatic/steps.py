@@ -28,9 +28,8 @@ from fric.results.circle import circle
 from fric.results.controller import design_controller, identify_controller
 from fric.results.diagnose import diagnose
 from fric.results.given import Advance, silent
-from fric.results.gms import identify_gms
 from fric.results.ingest import ingest, ingest_circles
-from fric.results.model import identify_model
+from fric.results.model import identify_gms, identify_model
 from fric.results.observer import design_observer
 from fric.results.plant import identify_plant
 from fric.results.static import identify_static

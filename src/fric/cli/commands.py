@@ -52,7 +52,7 @@ IDENTIFY: dict[str, Home] = {
     ),
     "static": Command("fric.results.static:identify_static", FRICTION, plot=True, doing="friction map"),
     "gms": Command(
-        "fric.results.gms:identify_gms", FRICTION, plot=True, doing="virgin curve and replay",
+        "fric.results.model:identify_gms", FRICTION, plot=True, doing="virgin curve and replay",
         run="fric.cli.special:gms",
         own=[parameter("interactive", Annotated[
             bool, option("Move the knots by hand, on a page that this computer alone sees.", "--interactive")

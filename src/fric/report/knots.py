@@ -15,7 +15,7 @@ from typing import Any
 
 from fric.errors import FricError
 from fric.report.page import environment
-from fric.results.gms import GMSResult
+from fric.results.model import GMSResult
 from fric.units import prefixed, si_unit
 
 HOST = "127.0.0.1"

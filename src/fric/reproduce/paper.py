@@ -39,8 +39,8 @@ from fric.results.base import DataFrame, Result
 from fric.results.circle import CircleResult
 from fric.results.controller import design_controller
 from fric.results.given import Advance, silent
-from fric.results.gms import identify_gms
 from fric.results.kinds import MachineFile, Seed
+from fric.results.model import identify_gms
 from fric.results.observer import design_observer
 from fric.results.plant import identify_plant
 from fric.results.static import identify_static
