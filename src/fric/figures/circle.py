@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 
 from fric.contour import QUADRANTS
-from fric.figures.style import BLUE, CYCLE, GREEN, GREY, SKY, VERMILION, new_figure, view
+from fric.figures.style import BLUE, CYCLE, GREEN, GREY, SKY, VERMILION, feed_of, new_figure, view
 from fric.simulate.axis import Trace
 from fric.simulate.circle import CircleMap, CircleRun
 from fric.simulate.monte_carlo import MonteCarlo
@@ -36,12 +36,10 @@ def polar_figure(runs: Sequence[CircleRun]) -> Figure:
     with new_figure(max(2.9 * columns, 3.4), 3.15 * rows + 0.5) as figure:
         for n, run in enumerate(runs, 1):
             _draw(cast("PolarAxes", figure.add_subplot(rows, columns, n, projection="polar")), run, grid)
-        test = runs[0].circle
-        figure.suptitle(
-            f"Radial error of a circle of {test.radius * 1e3:g} mm at {test.feed * 1e3:g} mm/s\n"
-            f"grid {grid:g} µm, magnified {magnified:.3g} times",
-            fontsize=9,
+        text = (
+            f"Radial error of a circle of {feed_of(runs[0].circle)}\ngrid {grid:g} µm, magnified {magnified:.3g} times"
         )
+        figure.suptitle(text, fontsize=9)
     return figure
 
 
@@ -181,9 +179,7 @@ def reversal_figure(runs: Sequence[CircleRun]) -> Figure:
         drawn = (line for axes in panels[1] for line in axes.get_lines())
         shown = {line.get_label(): line for line in drawn if not str(line.get_label()).startswith("_")}
         figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=len(shown))
-        figure.suptitle(
-            f"Reversal of axis {name}: circle of {test.radius * 1e3:g} mm at {test.feed * 1e3:g} mm/s", fontsize=9
-        )
+        figure.suptitle(f"Reversal of axis {name}: circle of {feed_of(test)}", fontsize=9)
     return figure
 
 
@@ -268,8 +264,6 @@ def monte_carlo_figure(found: MonteCarlo, nominal: Mapping[str, float] | None = 
         for axes in (left, right):
             axes.grid(visible=False, axis="y")
             axes.tick_params(axis="y", length=0)
-        circle = found.study.circle
-        test = f"circle of {circle.radius * 1e3:g} mm at {circle.feed * 1e3:g} mm/s"
         note = "; diamond: nominal machine" if nominal else ""
-        figure.suptitle(f"{len(found)} machines, {test}{note}", fontsize=9)
+        figure.suptitle(f"{len(found)} machines, circle of {feed_of(found.study.circle)}{note}", fontsize=9)
     return figure

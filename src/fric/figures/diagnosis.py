@@ -13,7 +13,7 @@ from fric.circles.agreement import Agreement
 from fric.circles.diagnose import Diagnosis
 from fric.circles.glitches import smoothed
 from fric.figures.circle import LINES, direction_arrow, grid_lines, grid_of
-from fric.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, new_figure, view
+from fric.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, feed_of, new_figure, view
 
 COLOURS = {1: BLUE, -1: GREEN}
 """Colour of each direction."""
@@ -54,7 +54,7 @@ def draw_diagnosis(found: Diagnosis, agreement: Agreement | None = None) -> Figu
         figure.legend(list(shown.values()), list(shown), loc="outside lower right", ncols=4)
         revolutions = " and ".join(str(test.count) for test in found.tests)
         figure.suptitle(
-            f"Circle of {test.radius * 1e3:g} mm at {test.feed * 1e3:g} mm/s, mean of {revolutions} revolutions: "
+            f"Circle of {feed_of(test)}, mean of {revolutions} revolutions: "
             f"G {max(found.figures.G.values()) * 1e6:.2f} µm; grid {grid:g} µm, magnified {magnified:.3g} times",
             fontsize=9,
         )

@@ -82,6 +82,11 @@ def look(n: int) -> dict[str, Any]:
     return {"color": CYCLE[n % len(CYCLE)], "linestyle": DASHES[n % len(DASHES)]}
 
 
+def feed_of(circle: Any) -> str:
+    """Return radius and feed of a circle [m], [m/s], or of its record, for a title."""
+    return f"{circle.radius * 1e3:g} mm at {circle.feed * 1e3:g} mm/s"
+
+
 @contextmanager
 def new_figure(width: float = 6.3, height: float = 4.0) -> Iterator[Figure]:
     """Give an empty figure [inch] in the style, without pyplot's global state."""

@@ -9,7 +9,7 @@ from matplotlib.ticker import LogLocator
 from fric.arrays import Real
 from fric.circles.learn import Learned
 from fric.circles.tune_fit import TunedAxis
-from fric.figures.style import BLUE, GREY, VERMILION, new_figure, view
+from fric.figures.style import BLUE, GREY, VERMILION, feed_of, new_figure, view
 
 AROUND = np.radians(25.0)
 """Half of what is shown around a reversal, as an angle on the circle [rad]."""
@@ -41,7 +41,7 @@ def draw_tuned(axis: TunedAxis) -> Figure:
             above.plot(t, (measured - after)[near], color=BLUE, label="replayed after")
             below.plot(t, before[near] * 1e3, color=VERMILION, linestyle="--")
             below.plot(t, after[near] * 1e3, color=BLUE)
-            above.set_title(f"{record.radius * 1e3:g} mm at {record.feed * 1e3:g} mm/s", fontsize=8)
+            above.set_title(feed_of(record), fontsize=8)
             below.set_xlabel("time after the reversal [ms]")
             for axes in (above, below):
                 axes.axvline(0, color=GREY, linewidth=0.6)
@@ -102,10 +102,8 @@ def draw_learned(found: Learned) -> Figure:
         right.set_xticks([0, 90, 180, 270, 360])
         right.set(xlabel="angle [°]", ylabel="radial error [µm]")
         right.legend()
-        test = first.circle
         figure.suptitle(
-            f"Circle of {test.radius * 1e3:g} mm at {test.feed * 1e3:g} mm/s, learned with γ = {found.how.share:g} "
-            f"up to {found.how.bandwidth:g} Hz",
+            f"Circle of {feed_of(first.circle)}, learned with γ = {found.how.share:g} up to {found.how.bandwidth:g} Hz",
             fontsize=9,
         )
     return figure
