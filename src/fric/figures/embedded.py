@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.projections.polar import PolarAxes
 
-from fric.figures.style import STYLE
+from fric.figures.style import DRAWING, STYLE, laid_out
 
 STROKE = 1.4
 """Pixels for a point of a line's width, for every size and zoom of a figure on the page."""
@@ -39,7 +39,7 @@ def embedded(figure: Figure, key: str, alt: str) -> str:
     out = io.StringIO()
     # what the script magnifies must have all its points; else points that lie within a fiftieth of one go
     rules = STYLE | {"svg.fonttype": "none", "path.simplify": not named, "path.simplify_threshold": 0.02}
-    with mpl.rc_context(rules):
+    with mpl.rc_context(rules), laid_out(figure, DRAWING):
         figure.savefig(out, format="svg", metadata=_NOTHING)
     width, height = (72 * float(inches) for inches in figure.get_size_inches())
     text = out.getvalue()

@@ -120,17 +120,27 @@ def rendered(figure: Figure, ending: str = "svg") -> bytes:
     import matplotlib as mpl
 
     out = io.BytesIO()  # on a full disk the PDF backend raises an unrelated exception
-    with mpl.rc_context(STYLE):
-        metadata = {"Date": None} if ending == "svg" else {"CreationDate": None} if ending == "pdf" else None
-        layout, dpi = figure.get_layout_engine(), figure.dpi
-        if layout is not None and ending == "png":  # to lay out, savefig draws all of it once more
-            figure.dpi = STYLE["savefig.dpi"]
-            layout.execute(figure)
-            figure.set_layout_engine(None)
+    metadata = {"Date": None} if ending == "svg" else {"CreationDate": None} if ending == "pdf" else None
+    with mpl.rc_context(STYLE), laid_out(figure, STYLE["savefig.dpi"] if ending == "png" else DRAWING):
         figure.savefig(out, format=ending, metadata=metadata)
-        figure.dpi = dpi
-        figure.set_layout_engine(layout)
     return out.getvalue()
+
+
+DRAWING = 72.0
+"""Points of an inch, as which SVG and PDF are drawn."""
+
+
+@contextmanager
+def laid_out(figure: Figure, dpi: float) -> Iterator[None]:
+    """Lay a figure out once, for so many dots an inch: savefig lays it out and draws it twice."""
+    layout, before = figure.get_layout_engine(), figure.dpi
+    if layout is not None:
+        figure.dpi = dpi
+        layout.execute(figure)
+        figure.set_layout_engine(None)
+    yield
+    figure.dpi = before
+    figure.set_layout_engine(layout)
 
 
 Draw = TypeVar("Draw", bound="Callable[..., Figure]")

@@ -384,6 +384,10 @@ def median(samples: Real, step: float = 0.0) -> Mean:
     return Mean(middle, float(np.hypot((high - low) / 2, rounding)), tau, rounding)
 
 
+SHORT = 32
+"""Lags that are summed one by one before all are transformed."""
+
+
 def autocorrelation_time(x: Real, window: float = 5.0) -> float:
     """Return the integrated autocorrelation time [samples], ``1 + 2·Σ rho_k``, at least 1.
 
@@ -393,10 +397,15 @@ def autocorrelation_time(x: Real, window: float = 5.0) -> float:
     deviation = x - np.mean(x)
     if n < 8 or not np.any(deviation):
         return 1.0
+    tau, power = -1.0, float(deviation @ deviation)
+    for lag in range(min(n, SHORT)):  # noise has no memory: a few lags are enough, and a transform takes longer
+        tau += 2.0 * float(deviation[: n - lag] @ deviation[lag:]) / power
+        if lag >= window * tau:
+            return float(np.clip(tau, 1.0, n))
     size = next_fast_len(2 * n, real=True)
     spectrum = rfft(deviation, size)
     covariance = irfft(np.abs(spectrum) ** 2, size)[:n]
-    tau = 2.0 * np.cumsum(covariance / covariance[0]) - 1.0
-    enough = np.arange(n) >= window * tau
+    taus = 2.0 * np.cumsum(covariance / covariance[0]) - 1.0
+    enough = np.arange(n) >= window * taus
     at = int(np.argmax(enough)) if enough.any() else n - 1
-    return float(np.clip(tau[at], 1.0, n))
+    return float(np.clip(taus[at], 1.0, n))
