@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[1]
 SHOWING = [page for page in examples.PAGES if examples.examples(page)]
 
 
-LONG = {"target-linuxcnc": 400, "plan": 30}
+LONG = {"target-linuxcnc": 400, "plan": 30, "gallery": 10}
 """Pages whose examples take long, and how long [s]."""
 
 COLD = {"target-linuxcnc"}

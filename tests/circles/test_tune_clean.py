@@ -82,6 +82,7 @@ def better(found, axes, radius: float, feeds=FEEDS) -> list[tuple[float, float]]
     ]
 
 
+@pytest.mark.long(9)
 def test_a_clean_machine_is_tuned():
     found, axes, radius = tuned(2)
     assert "tuning-refused" not in {warning.code for warning in found.warnings}

@@ -104,8 +104,8 @@ def _too_slow(number: int, frame: object) -> None:
 
 def judged(kind: str, path: Path) -> str:
     """Return how reading a file failed, as it must not; empty where it went well or ended in a sentence."""
-    signal.signal(signal.SIGALRM, _too_slow)
-    signal.alarm(SECONDS)
+    signal.signal(signal.SIGPROF, _too_slow)
+    signal.setitimer(signal.ITIMER_PROF, SECONDS)  # of the processor: a busy machine is no failure
     try:
         READ[kind](path)
     except FricError as error:
@@ -119,7 +119,7 @@ def judged(kind: str, path: Path) -> str:
     except Exception:
         return f"traceback: {traceback.format_exc(limit=-3)}"
     finally:
-        signal.alarm(0)
+        signal.setitimer(signal.ITIMER_PROF, 0)
     return ""
 
 
@@ -142,15 +142,19 @@ def _batch(kind: str, source: Path, seed: int, first: int, count: int, folder: P
     told.send((-1, ""))  # type: ignore[attr-defined]
 
 
-def shares(count: int, known: dict[str, list[Path]]) -> list[tuple[str, Path, int]]:
-    """Return how many inputs are made from each source."""
+def shares(count: int, known: dict[str, list[Path]], seed: int) -> list[tuple[str, Path, int]]:
+    """Return how many inputs are made from each source; what is left of a share is one input by chance."""
     weights = {
         (kind, source): WEIGHTS.get(kind, 1.0) * WEIGHTS.get(source.suffix, 1.0)
         for kind, paths in known.items()
         for source in paths
     }
     whole = sum(weights.values())
-    return [(*which, max(1, round(count * weight / whole))) for which, weight in weights.items()]
+    chance = np.random.default_rng(seed).random(len(weights))
+    found = [
+        (*which, int(count * each / whole + by)) for (which, each), by in zip(weights.items(), chance, strict=True)
+    ]
+    return [one for one in found if one[2]]
 
 
 def run(
@@ -167,7 +171,7 @@ def run(
             folder.mkdir(parents=True)
             for beside in NAMED:
                 shutil.copy(CONFIGS / beside, folder.parent / beside)
-        chosen = [one for one in shares(count, whole_files(Path(name))) if one[0] in kinds]
+        chosen = [one for one in shares(count, whole_files(Path(name)), seed) if one[0] in kinds]
         for kind, source, _ in chosen:  # what is imported and compiled here, no child of ours needs to
             path = folders[0] / f"input{''.join(source.suffixes)}"
             shutil.copy(source, path)

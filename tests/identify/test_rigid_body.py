@@ -210,7 +210,7 @@ def session(seed: int, records: int, vary: float) -> list[Log]:
 
 @pytest.mark.parametrize(
     ("records", "vary", "count"),
-    [(5, 0.05, 10), *(pytest.param(n, by, 60, marks=pytest.mark.long(40)) for n in (3, 8) for by in (0.0, 0.01, 0.2))],
+    [(5, 0.05, 5), *(pytest.param(n, by, 60, marks=pytest.mark.long(40)) for n in (3, 8) for by in (0.0, 0.01, 0.2))],
 )
 def test_intervals_are_those_of_the_mean_over_records(records: int, vary: float, count: int) -> None:
     """Chance of failing: below one in a thousand for each parameter (`tests/chance.py`)."""

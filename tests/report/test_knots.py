@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import fric
-from fric.documents.yaml import read_tree
+from fric.documents.yaml import plain, read_tree
 from fric.report.knots import HOST, MOST_REQUEST, KnotPage
 
 from .conftest import LOGS
@@ -120,7 +120,7 @@ def test_a_knot_is_dragged_tried_and_saved_as_knots_would_be(tmp_path: Any, warm
     subprocess.run(
         [*words, str(tmp_path / "knots.yaml"), "--knots", given], env=warm, check=True, stdout=subprocess.DEVNULL
     )
-    one, other = (read_tree(tmp_path / name) for name in ("by-hand.yaml", "knots.yaml"))
+    one, other = (plain(read_tree(tmp_path / name)) for name in ("by-hand.yaml", "knots.yaml"))
     for tree in (one, other):
         for name in ("created", "command"):
             tree["provenance"].pop(name)

@@ -4,7 +4,6 @@ import io
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from copy import deepcopy
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -47,7 +46,7 @@ def read_document(path: Path | str, model: type[D]) -> D:
         line.
     """
     path = located(Path(path), model.type)
-    tree = _read(path, model.type)
+    tree = read_tree(path, model.type)
     if not isinstance(tree, CommentedMap):
         raise FricError("is no YAML document", where=str(path), hint=f"Start it with 'fric: {model.type_name()}'.")
     found = tree.get("fric")
@@ -68,11 +67,6 @@ def read_text(text: str, model: type[D]) -> D:
     return model.model_validate(plain(_tree(text)))
 
 
-def read_tree(path: Path) -> Any:
-    """Read a YAML file unchanged, with line numbers kept."""
-    return deepcopy(_read(path))
-
-
 @lru_cache(maxsize=64)
 def _tree(text: str) -> Any:
     """Return the content of a YAML text; a machine with its parts is read many times, and the parser is slow."""
@@ -81,8 +75,8 @@ def _tree(text: str) -> Any:
         return _yaml().load(text)
 
 
-def _read(path: Path, wanted: str = "YAML") -> Any:
-    """Read a YAML file, which should be of a type; what comes is not to be changed."""
+def read_tree(path: Path, wanted: str = "YAML") -> Any:
+    """Read a YAML file, which should be of a type, with line numbers kept; `plain` copies what comes and is shared."""
     path = regular(Path(path))
     with path.open("rb") as file:
         binary = file.read(4) == b"\x89HDF"
