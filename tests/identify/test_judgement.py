@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import fric
 from fric.estimate import estimate_rows
 from fric.friction import models
 from fric.friction.gms import GMS
@@ -151,6 +152,9 @@ def test_a_contact_that_is_loaded_where_a_record_begins_raises_no_alarm(load):
     assert not amiss & set(codes(fit.warnings))
     assert ("begins-loaded" in codes(fit.warnings)) == (load < 0.0)  # the other way the first stroke goes on
     assert fit.rmse < 1.2
+    compared = fric.compare(small, models=["dahl"], folds=2).comparison  # which compared the first stroke
+    assert ("begins-loaded" in codes(compared.warnings)) == (load < 0.0)
+    assert (compared.records[0].used.argmax() > 600) == (load < 0.0)
 
 
 def test_a_contact_that_was_unloaded_is_told():

@@ -14,9 +14,12 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from fric.arrays import Indices, Mask, Real
+from fric.columns import PRESLIDING
 from fric.drive.plant import Plant
 from fric.errors import FricError
+from fric.flaws.blocks import BEGINS_LOADED
 from fric.log import Log
+from fric.notice import Notice
 from fric.records.clipping import clipped, drive_off
 from fric.records.motion import Conditioning, Motion, filtered_motion, smooth_motion
 from fric.records.preparation import Own, Preparation
@@ -73,6 +76,9 @@ PARTS = 16
 """Parts of a stroke, in either direction, within which the error of a model counts as common."""
 CYCLES = 3
 """Number of whole cycles above which cycles are resampled; with fewer, pieces of equal length are."""
+UNLIKE, LOADED = 3.0, 0.002
+"""Bounds on the difference of the first stroke from the next where a record begins loaded: ratio to the difference of
+later strokes, and share of the range of the force."""
 PIECES = 10
 """Pieces of equal length that are resampled where there are no cycles."""
 
@@ -279,3 +285,46 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
     if log.force is not None and source == "force":
         used &= ~(clipped(log.force) | drive_off(log))
     return Prepared(log, motion, np.asarray(force, float), used, reversals, done)
+
+
+def strokes_of(record: Prepared) -> Indices:
+    """Return the reversals between the long strokes of a record: smaller ones, as of a drive that hunts, are none."""
+    span = float(np.ptp(record.motion.position))
+    return find_reversals(record.motion.position, threshold=0.3 * span) if span > 0 else np.zeros(0, np.intp)
+
+
+def begins_loaded(record: Prepared, reversals: Indices) -> bool:
+    """Return whether the first stroke of a record differs from the next in its direction, where later strokes repeat.
+
+    A contact that comes to rest loaded is so where a record begins. Until each block has slipped, or has not along a
+    whole stroke, the force depends on that; from the second reversal on it shows as a constant at most.
+    """
+    if len(reversals) < 5:
+        return False
+    z, F = record.motion.position, record.force
+    travel = float(np.min(np.abs(np.diff(z[reversals[:5]]))))
+    edges = np.linspace(0.0, travel * (1.0 + 1e-9), PARTS + 1)
+
+    def unlike(n: int) -> float:
+        """Return the difference of two strokes of one direction, but for a constant [N]."""
+        along = []
+        for begin, end in ((reversals[m], reversals[m + 1]) for m in (n, n + 2)):
+            part = np.clip(np.digitize(np.abs(z[begin:end] - z[begin]), edges) - 1, 0, PARTS - 1)
+            count = np.bincount(part, minlength=PARTS)
+            along.append(np.bincount(part, F[begin:end], PARTS) / np.where(count, count, np.nan))
+        apart = along[1] - along[0]
+        return float(np.sqrt(np.nanmean((apart - np.nanmean(apart)) ** 2)))
+
+    return unlike(0) > max(UNLIKE * unlike(1), LOADED * float(np.ptp(F[reversals[1] : reversals[4]])))
+
+
+def without_loaded(records: Sequence[Prepared]) -> tuple[list[Prepared], list[Notice]]:
+    """Return records whose first strokes are not compared where the contact is loaded there, and a note of these."""
+    kept, loaded = [], []
+    for record in records:
+        at = strokes_of(record) if kind_of(record.log) in PRESLIDING else np.zeros(0, np.intp)
+        if begins_loaded(record, at):
+            loaded.append(record.name)
+            record = replace(record, used=record.used & (np.arange(len(record.force)) >= at[1]))
+        kept.append(record)
+    return kept, [BEGINS_LOADED.found(records=loaded)] if loaded else []

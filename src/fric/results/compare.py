@@ -26,7 +26,7 @@ from fric.io.circle import choose_circles
 from fric.io.recognise import recognise
 from fric.io.run import read_runs
 from fric.log import Log
-from fric.records.prepared import prepared
+from fric.records.prepared import prepared, without_loaded
 from fric.results.base import Result
 from fric.results.given import Advance, logs_of, silent
 from fric.results.given_models import friction_of, plant_of
@@ -182,7 +182,7 @@ def compare(
     if halves:
         return HalvesResult(find_halves(records, plant_of(plant, axis, motion)), records)
     kept = friction_of(static, axis, motion)
-    ready = prepared(records, plant_of(plant, axis, motion))
+    ready, loaded = without_loaded(prepared(records, plant_of(plant, axis, motion)))
     if fit_on:
         splits = split_by_record(ready, [fit_on] if isinstance(fit_on, str) else list(fit_on))
     else:
@@ -197,4 +197,4 @@ def compare(
     runs = [run for path in paths if path not in measured for run in read_runs(path, traces=False)]
     notices = wrong_shape((run.scheme, run.contour.glitch) for run in runs)
     notices += wrong_shape_measured(choose_circles(measured))
-    return ComparisonResult(replace(found, warnings=(*found.warnings, *notices)))
+    return ComparisonResult(replace(found, warnings=(*found.warnings, *loaded, *notices)))

@@ -27,15 +27,8 @@ from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
 from fric.records.judgement import SATURATED, STEPS, least_slope
 from fric.records.motion import Motion
-from fric.records.prepared import Prepared
+from fric.records.prepared import Prepared, begins_loaded, strokes_of
 from fric.records.resolution import lattice_step
-from fric.records.reversals import find_reversals
-
-PARTS = 16
-"""Parts of a stroke in which two of them are compared."""
-UNLIKE, LOADED = 3.0, 0.002
-"""Bounds on the difference of the first stroke from the next where a record begins loaded: ratio to the difference of
-later strokes, and share of the range of the force."""
 
 
 @dataclass(frozen=True)
@@ -84,31 +77,6 @@ class HysteresisCycles:
         return replace(self.record, used=used, reversals=self.reversals)
 
 
-def _begins_loaded(record: Prepared, reversals: Indices) -> bool:
-    """Return whether the first stroke of a record differs from the next in its direction, where later strokes repeat.
-
-    A contact that comes to rest loaded is so where a record begins. Until each block has slipped, or has not along a
-    whole stroke, the force depends on that; from the second reversal on it shows as a constant at most.
-    """
-    if len(reversals) < 5:
-        return False
-    z, F = record.motion.position, record.force
-    travel = float(np.min(np.abs(np.diff(z[reversals[:5]]))))
-    edges = np.linspace(0.0, travel * (1.0 + 1e-9), PARTS + 1)
-
-    def unlike(n: int) -> float:
-        """Return the difference of two strokes of one direction, but for a constant [N]."""
-        along = []
-        for begin, end in ((reversals[m], reversals[m + 1]) for m in (n, n + 2)):
-            part = np.clip(np.digitize(np.abs(z[begin:end] - z[begin]), edges) - 1, 0, PARTS - 1)
-            count = np.bincount(part, minlength=PARTS)
-            along.append(np.bincount(part, F[begin:end], PARTS) / np.where(count, count, np.nan))
-        apart = along[1] - along[0]
-        return float(np.sqrt(np.nanmean((apart - np.nanmean(apart)) ** 2)))
-
-    return unlike(0) > max(UNLIKE * unlike(1), LOADED * float(np.ptp(F[reversals[1] : reversals[4]])))
-
-
 def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> HysteresisCycles:
     """Find the cycles of a record, each of two half cycles between reversals.
 
@@ -117,8 +85,7 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
         encoder steps.
     """
     motion, where = record.motion, record.log.where
-    span = float(np.ptp(motion.position))
-    reversals = find_reversals(motion.position, threshold=0.3 * span) if span > 0 else np.zeros(0, np.intp)
+    reversals = strokes_of(record)
     count = max((len(reversals) - 1) // 2, 0)
     if count == 0:
         raise FricError(
@@ -126,7 +93,7 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
             where=where,
             hint="Log two cycles or more of a slow sine.",
         )
-    loaded = cycles is None and _begins_loaded(record, reversals)
+    loaded = cycles is None and begins_loaded(record, reversals)
     if loaded:
         reversals = reversals[1:]
         count = (len(reversals) - 1) // 2
