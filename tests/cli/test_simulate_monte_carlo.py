@@ -84,7 +84,7 @@ def test_from_intervals_prints_what_is_expected_and_at_most(tmp_path):
     words += ["--friction", f"x={tmp_path / 'x.yaml'}", "--spread", str(tmp_path / "none.yaml")]
     done = RUN.invoke(app, [*SMALL, *words])
     assert done.exit_code == 0
-    assert "cannot be drawn from the interval" in done.stderr
+    assert "cannot be drawn: the interval" in done.stderr
     line = next(line for line in done.stdout.splitlines() if line.startswith("(a)"))
     assert "expected  at most" in done.stdout
     told = json.loads(circle(*words, "--json"))["monte_carlo"]

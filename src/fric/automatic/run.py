@@ -103,7 +103,7 @@ class AutoResult(Result, schema=AutoDocument):
         notices = [warning for item in self.page.inputs.items for warning in item.warnings]
         codes = [notice.code for notice in notices if notice.severity != "note" and notice.code not in named]
         more = ", ".join(dict.fromkeys(codes))
-        return [f"doubts, in the report and by `fric help CODE`: {more}"] if more else []
+        return [f"doubts (`fric help CODE`): {more}"] if more else []
 
 
 def _found(name: str, outcome: AxisOutcome) -> Table:

@@ -7,7 +7,7 @@ LARGE = 0.05
 
 # fmt: off
 PARAMETER_UNSEEN = Flaw("parameter-untold", "doubt",
-    "The gradient over {parameter} is flat: these records do not determine it{left:, and it is left at {left}|}.")
+    "These records do not determine {parameter}{left:: it is left at {left}|}.")
 PARAMETER_AT_BOUND = Flaw("parameter-at-bound", "note",
     "{parameter} is at its lower bound, {bound}{no_effect:: these records show no difference|}.")
 PARAMETER_AT_EDGE = Flaw("parameter-at-edge", "doubt", "{parameter} is at the edge of what these records could show.")
@@ -29,10 +29,10 @@ LEVEL_DIFFERS = Flaw("level-differs", "doubt", "The friction level of the pre-sl
     "static map's F_s; alpha is normalised to sum to 1.", widens={"B": 0.03}, circle_settles=True)
 LOST_MOTION = Flaw("lost-motion", lambda f: "wrong" if f.share > LARGE else "doubt",
     "After a reversal the force is flat about {slip:2} and rises again, {hollow:2} below any friction: a play between "
-    "drive and encoder.", "Take it out, or measure at the table.")
+    "drive and encoder.", "Remove the play, or measure at the table.")
 ONE_CYCLE = Flaw("one-cycle", "doubt", "There is one whole cycle: no intervals.", "Log five cycles or more.")
-NEVER_SATURATES = Flaw("never-saturates", "doubt", "The cycles never saturate: at {extent} the virgin curve is at "
-    "{force}; {missing} of F_s is missing, and goes to the last block.",
+NEVER_SATURATES = Flaw("never-saturates", "doubt", "The cycles end before sliding: at {extent} the force is "
+    "{force}. The missing {missing} of F_s goes to the last block.",
     "Add a record of {amplitude:2} amplitude or more.")
 NEVER_SLIDES = Flaw("never-slides", "wrong", "The records never slide: {force} is a lower bound of {names}{slope: "
     "(the force still rises at reversals, with {slope:.0%} of its mean slope)|}.",

@@ -4,23 +4,23 @@ from fric.flaws.base import Flaw
 
 # fmt: off
 SAMPLES_LOST = Flaw("samples-lost", "wrong",
-    "{lost:.2g%} of the samples were lost, and the time was counted on: speeds and times are wrong by that.",
+    "{lost:.2g%} of the samples were lost and their time is not counted: speeds and times are wrong.",
     "Log at a lower rate or fewer channels, or with the time of each sample.", widens={"T_d": 0.1, "C": 0.5})
 SAMPLING_JITTERS = Flaw("sampling-jitters", lambda f: "doubt" if f.purpose in ("static", "inspect") else "wrong",
     "Samples are taken {jitter} (rms) off the logged time: noise of {displaced} in the position, which grows with "
     "speed.", "Log by the clock of the control, or the time of each sample.", widens={"T_d": 0.1, "C": 0.5})
-SAMPLING_UNEVEN = Flaw("sampling-uneven", "note", "{missing} of {samples} samples are missing, and the others are up "
-    "to {off:.0%} of a sample off: the record was made even along a cubic.")
+SAMPLING_UNEVEN = Flaw("sampling-uneven", "note", "{missing} of {samples} samples are missing, the others up to "
+    "{off:.0%} of a sample off: made even by a cubic.")
 FORCE_LAGS = Flaw("force-lags", "note", "The force is logged {lag} ({samples:.2g} samples) {late:later|earlier} than "
     "the input{corner:, {corner} of it the corner of a filter|}; it is moved back.", widens={"C": 0.3})
 FORCE_LATE = Flaw("force-late", "doubt",
     "The force is logged later than the position: {late}. It was moved back by the mean.",
     "Log both channels at one instant.")
 FORCE_LATE_OPEN = Flaw("force-late-open", "doubt",
-    "The model misses these records as it would a force that is logged late: k may be off.",
+    "The residuals look as if the force were logged late: k may be wrong.",
     "Log both channels at one instant, and more samples a cycle.")
-ENCODER_ERRS = Flaw("encoder-errs", "doubt", "The position ripples by {amplitude} with a pitch of {pitch}: the "
-    "encoder interpolates wrongly, and shows knots of that size.", "Adjust the reading head, or log a finer encoder.",
+ENCODER_ERRS = Flaw("encoder-errs", "doubt", "The position ripples by {amplitude} every {pitch}: the encoder "
+    "interpolates badly. Knots of that size are false.", "Adjust the reading head, or log a finer encoder.",
     widens={"resolution": 2.0})
 ENCODER_TOO_COARSE = Flaw("encoder-too-coarse", "wrong",
     "The amplitude is {steps:.1f} steps of the encoder: three are needed.",
@@ -28,11 +28,11 @@ ENCODER_TOO_COARSE = Flaw("encoder-too-coarse", "wrong",
 FIRST_BLOCK_UNRESOLVED = Flaw("first-block-unresolved", "doubt",
     "The first block slips at {slip}, within four steps of the encoder ({step}): k_1 is uncertain beyond its interval.",
     "Log a finer encoder.", widens={"k": 0.5})
-STIFFNESS_UNRESOLVED = Flaw("stiffness-unresolved", "wrong", "{name} is a lower bound: its spring yields within "
-    "{slip}, and after a reversal motion is seen again {resolved} later.", "Log slower, or a finer encoder.",
-    widens={"k": 1.0})
+STIFFNESS_UNRESOLVED = Flaw("stiffness-unresolved", "wrong",
+    "{name} is a lower bound: its spring yields within {slip}, and motion is seen {resolved} after a reversal.",
+    "Log slower, or a finer encoder.", widens={"k": 1.0})
 FORCE_CLIPPED = Flaw("force-clipped", "wrong",
-    "The force is clipped in {samples} samples: what lies beyond is missing.", "Log with a larger range of the trace.",
+    "The force is clipped in {samples} samples: larger values are missing.", "Log with a larger range of the trace.",
     widens={"level": 0.1})
 INPUT_CLIPPED = Flaw("input-clipped", "wrong",
     "The input is clipped in {samples} samples: what lies beyond is missing.", "Log with a larger range of the trace.")
@@ -54,15 +54,15 @@ TWO_ENCODERS = Flaw("two-encoders", "note",
     "{lost:; the load's lags by {lost} (lost motion)|}{stiffness:, stiffness at most {stiffness}|}.",
     "`encoder='load'` takes the load's.")
 DRIVE_OFF = Flaw("drive-off", "note",
-    "The drive is off for {share:.0%} of {records}: the force is exactly 0 while the axis rests. That is left out.")
+    "The drive is off for {share:.0%} of {records} (force exactly 0 at rest): this part is left out.")
 FORCE_COARSE = Flaw("force-coarse", "doubt",
     "The force comes in steps of {step}: forces are off by up to half a step.", "Log it finer.")
 ONE_DIRECTION = Flaw("one-direction", "doubt",
     "Only one direction was measured: an offset cannot be distinguished from Coulomb friction.",
     "Log strokes in both directions.")
-FORCE_TURNED = Flaw("force-turned", "wrong", "Forward strokes took less force than backward ones: by these signs "
-    "friction drives the axis, and the map means nothing.",
-    "Turn the force's `sign:` in the mapping, and ingest again.")
+FORCE_TURNED = Flaw("force-turned", "wrong", "Forward strokes took less force than backward ones: the sign of the "
+    "force is wrong.",
+    "Change the force's `sign:` in the mapping, and ingest again.")
 DEAD_ZONE = Flaw("dead-zone", "wrong", "Inputs within ±{zone:2} make no force (a dead zone): K_f and B are too "
     "small. Beyond it the force rises by {slope}.", "Take it out of the drive, or excite more strongly.",
     widens={"K_f": 0.05, "B": 0.05})

@@ -33,8 +33,8 @@ CIRCLE_CANNOT_RUN = Flaw("circle-cannot-run", "wrong", "The machine as it is kno
 COMPLETED_DISAGREES = Flaw("completed-disagrees", "wrong",
     "The machine does not show the circle that it was fitted to ({glitches}).",
     "Controller, plant or record is not as stated: check them.", disagrees=True)
-DELAY_DIFFERS = Flaw("delay-differs", "wrong", "The plant file has a delay of {plant}, and the circle shows "
-    "{circle}: a log has position and voltage of different instants.")
+DELAY_DIFFERS = Flaw("delay-differs", "wrong", "The plant file has a delay of {plant}, the circle {circle}: a log "
+    "has position and voltage of different times.")
 GAINS_UNKNOWN = Flaw("gains-unknown", "wrong", "The circle has no voltage, and fric designed the controller's gains: "
     "wrong gains look like other friction.", "Give yours: `controllers='K_v=… 1/s, K_p=… V*s/m, K_i=… V/m'`.")
 CONTROLLER_DIFFERS = Flaw("controller-differs", "wrong", "{how}{friction:; no error here shows friction|}.")
@@ -64,12 +64,12 @@ LAW_DIFFERS = Flaw("law-differs", "doubt", "Friction follows another law than th
     "Tune again with the circles that this leaves; `fric learn`, which needs no model, can leave {alone} at best.")
 ONE_FEED = Flaw("one-feed", "doubt", "All circles are at about {feed}, and do not determine {missing}.",
     "Record one fast and one slow circle, as at 100 and 10 mm/s.")
-CIRCLE_MISFIT = Flaw("circle-misfit", "doubt", "{left} of the voltage are left, and {noise} of it do not repeat: "
-    "friction is not of the shape of GMS, or the log has a flaw.")
+CIRCLE_MISFIT = Flaw("circle-misfit", "doubt", "{left} of the voltage are not explained, and {noise} are noise: GMS"
+    " does not fit, or the log has a flaw.")
 DIRECTION = Flaw("direction", "note",
     "Friction is {side:.1%} higher in the {positive:positive|negative} direction of motion: each has its own map.")
 TUNED_AT_BOUND = Flaw("tuned-at-bound", "doubt",
-    "{names} ended where the search ends: the nominal model is far off, or the circles do not determine it.")
+    "{names} ended at the limit of the search: the model is far off, or the circles do not determine it.")
 POSITION_LATE = Flaw("position-late", "doubt", "The position is late against the voltage: the delay is {delay} "
     "({low} to {high}), not {nominal}. A shift of the log is included.")
 POSITION_EARLY = Flaw("position-early", "doubt", "The position is ahead of the voltage: the delay is {delay} ({low} "

@@ -21,25 +21,25 @@ ENERGY_DRIFTS = Flaw("energy-drifts", "doubt",
     "The energy lost per cycle changes by {change:+.1%} (± {half:.1%}) over the record.",
     "Warm the axis up, and log again.", widens={"level": 0.08})
 ENERGY_IN_ONE_SEGMENT = Flaw("energy-in-one-segment", "doubt",
-    "The energy lost per cycle is {there} from {begin:.4g} to {end:.4g} s, and {elsewhere} elsewhere.",
-    "Look what happened to the contact.")
+    "The energy lost per cycle is {there} from {begin:.4g} to {end:.4g} s, and {elsewhere} in the rest.",
+    "Check the axis (chips, lubrication, cables), or leave this part out.")
 RECORDS_VARY = Flaw("records-vary", "doubt",
     "Records differ: {by} (standard deviation). In their order: {order}.",
     "Intervals are of the mean over records, and allow for it.{one_speed: Each holds one speed: log several in each, "
     "which separates records from friction over speed.|}")
 FRICTION_DIFFERS = Flaw("friction-differs", "doubt",
-    "The records differ by {by:2} where the curves of two of them continue each other: friction changed between them, "
-    "or it is not of blocks in parallel.")
-REST_RAISES_FRICTION = Flaw("rest-raises-friction", "wrong", "Where records continue each other, the slower ends "
-    "{by:2} higher: friction grows with the time of rest, or fell meanwhile.",
+    "Where the curves of two records meet they differ by {by:2}: friction changed between them, or it is not of "
+    "blocks in parallel.")
+REST_RAISES_FRICTION = Flaw("rest-raises-friction", "wrong",
+    "Where records meet, the slower is {by:2} higher: friction grows with rest, or fell meanwhile.",
     "Log both amplitudes at one mean speed, in turn, and the static map down to that speed.")
-FRICTION_AGES = Flaw("friction-ages", "wrong", "Static friction grows by {rise:2} with each tenfold of the time of "
-    "contact; F_s holds down to {slowest}, and is too little after a rest.",
-    "Log strokes as slow as the axis moves at work, and look at break-away after rests.")
+FRICTION_AGES = Flaw("friction-ages", "wrong", "Static friction grows by {rise:2} for each tenfold time of contact: "
+    "after a long rest F_s is too small.",
+    "Log strokes as slow as the axis moves at work, and break-away after rests.")
 DIRECTIONS_DIFFER = Flaw("directions-differ", "wrong",
-    "The directions differ by more than an offset, by up to {by:2}: this map is that of neither.",
+    "Friction differs between the directions by up to {by:2}: one map fits neither.",
     "Identify again with `direction='each'`, and with `load=` where you know the weight.",
     widens={"level": 0.05}, circle_settles=True)
 OFFSET_SHARED = Flaw("offset-shared", lambda f: "wrong" if f.differ else "note",
-    "Both directions share {offset}: it is taken for an offset (gravity, bias of an amplifier), and may be friction.",
+    "Both directions share {offset}: it counts as an offset (gravity, amplifier bias), but may be friction.",
     "Give `load=` where you know it.")

@@ -20,7 +20,7 @@ RADIUS_ASSUMED = Flaw("radius-assumed", "doubt",
     "Without a reference the nominal radius is taken to be {radius}, the roundest within 0.2 % of that measured.",
     "Say `radius=` if it is another: both scales depend on it.")
 NO_REFERENCE = Flaw("no-reference", "note",
-    "No reference was found: lag is not known, and a glitch is placed by the measured circle.")
+    "No reference was found: the lag is not known, and glitches are placed by the measured circle.")
 COLUMNS_BY_CONTENT = Flaw("columns-by-content", "doubt", "There is no header: {reference:columns {reference} are "
     "taken for the reference, |}columns {position} for the position of x and y, in mm from 0.",
     "Say otherwise in a mapping, and where the voltage is.")

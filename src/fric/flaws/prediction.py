@@ -11,8 +11,8 @@ CIRCLE_UNUSED = Flaw("circle-unused", "doubt", "{why}: no machine was made to ag
 PREDICTION_WIDENED = Flaw("prediction-widened", "note", "{name} ± {share:.2g}: {why}")
 INTERVAL_OPEN = Flaw("interval-open", "note",
     "{name} × {low:g} … {high:g}: its interval is open, or does not hold the estimate.")
-NOT_DRAWN = Flaw("not-drawn", "doubt", "{names} cannot be drawn from the interval, which is open or does not hold "
-    "the estimate: the spread holds, where there is one.")
+NOT_DRAWN = Flaw("not-drawn", "doubt", "{names} cannot be drawn: the interval is open or does not hold the "
+    "estimate. The usual spread is taken.")
 SCHEME_UNSTABLE = Flaw("scheme-unstable", "wrong",
     "Scheme {scheme} is not stable on {share:.0%} of the machines that agree with what is known.")
 NOT_AS_PREDICTED = Flaw("not-as-predicted", "wrong",
@@ -46,10 +46,10 @@ PLAN_TYPICAL = Flaw("plan-typical", lambda f: "note" if f.like else "doubt",
     "Plant, controller, encoder and noise are those of the bundled {machine}.",
     "Give `machine=`, or `like=` with a typical log of the drive.")
 PLAN_NOT_ENOUGH = Flaw("plan-not-enough", "doubt", "No more can be identified from these records: {why}.")
-PLAN_LEFT_OVER = Flaw("plan-left-over", "note", "What was identified left more over than its models make: more "
-    "records of the same kind will not determine {names} better.")
-PLAN_PLANT_UNSURE = Flaw("plan-plant-unsure", "doubt", "A and B are expected as if friction were that of its model "
-    "everywhere; a response of this drive may be several times less sure.", "Give the plant of its last with `plant=`.")
+PLAN_LEFT_OVER = Flaw("plan-left-over", "note", "The last fit left more than noise: more records of the same kind "
+    "will not determine {names} better.")
+PLAN_PLANT_UNSURE = Flaw("plan-plant-unsure", "doubt", "The expected A and B assume this friction model; a real "
+    "response may be several times less certain.", "Give the plant of the last response with `plant=`.")
 PLAN_FRICTION_ALONE = Flaw("plan-friction-alone", "note",
     "Errors of the plant are not included: the glitch of scheme {scheme} is narrowed by friction alone.")
 PLAN_ACCURACY = Flaw("plan-accuracy", "doubt", "{name} reaches {lack:.2g} times the half-width asked for, with "

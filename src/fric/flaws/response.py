@@ -36,7 +36,7 @@ T_D_AT_BOUND = Flaw("T_d-at-bound", "doubt", "T_d ends at its bound, {hold:the h
 T_D_ASSUMED = Flaw("T_d-assumed", "doubt", "T_d is not seen in a motion: half a sample, the hold alone, is assumed.",
     "Give it with `delay=`.", widens={"T_d": 0.5}, no_response=True)
 LINES_STAND_OFF = Flaw("lines-stand-off", "note",
-    "{count} lines deviate from all others and are left out, as harmonics of friction do: {lines:.4g} Hz.")
+    "{count} lines are left out: they deviate from all others, as harmonics of friction do: {lines:.4g} Hz.")
 RESPONSE_MISFIT = Flaw("response-misfit", _misfit,
     "Eq. (1) leaves {misfit:.2g%} that noise does not explain, most at {worst:.4g} Hz; the intervals allow for it.",
     "{wrong:Look at the figure, and keep to where it fits (`highest='{highest:.2g} Hz'`).|}")
@@ -46,14 +46,14 @@ SPRING_IN_SERIES = Flaw("spring-in-series", "wrong",
     "The encoder on the motor does not see the spring stretch: stiffnesses and C from pre-sliding include the spring.",
     "Measure at the table for friction alone.")
 AMPLITUDES_DISAGREE = Flaw("amplitudes-disagree", "doubt",
-    "A rises with the amplitude, which Coulomb friction does not do: the records differ in another way.")
+    "A rises with the amplitude, which Coulomb friction does not explain: the records differ otherwise.")
 FRICTION_IN_RESPONSE = Flaw("friction-in-response", "note", "Friction is seen: A is {low:.4g} to {high:.4g} 1/s at "
     "these amplitudes, and {A:.4g} 1/s without it ({coulomb} times the mass).")
-AXIS_RESTS = Flaw("axis-rests", "doubt", "The axis rests in {resting:.0%} of the samples, where Coulomb friction "
-    "takes any value: F_c is drawn towards zero.")
+AXIS_RESTS = Flaw("axis-rests", "doubt", "The axis rests in {resting:.0%} of the samples, where the force says "
+    "nothing on friction: F_c is too small.")
 NOT_PHYSICAL = Flaw("not-physical", "wrong", "{name} is {value}, which no axis has.", "Check the sign of the force.")
-RESPONSE_ENDS = Flaw("response-ends", "doubt", "The response ends at {last:.4g} Hz: Q, with a bandwidth of "
-    "{bandwidth:.4g} Hz, passes a part of what is above, and is not seen.", "Measure up to a higher frequency.")
+RESPONSE_ENDS = Flaw("response-ends", "doubt", "The response ends at {last:.4g} Hz, and Q (bandwidth "
+    "{bandwidth:.4g} Hz) passes more: that part is not checked.", "Measure up to a higher frequency.")
 RESPONSE_BEGINS = Flaw("response-begins", "doubt", "The response begins at {first:.4g} Hz, above the bandwidth of Q.",
     "Measure from a lower frequency on.")
 RESPONSE_WITHOUT_CONFIDENCE = Flaw("response-without-confidence", "doubt",

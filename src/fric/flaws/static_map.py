@@ -40,16 +40,16 @@ FALL_NOT_SEEN = Flaw("fall-not-seen", "doubt", "Friction does not fall with spee
     "strokes: {plain} without, {falling} with a fall). F_s = F_c is assumed.",
     "Log slower strokes, or force the fall with `form='stribeck'`.", widens={"v_s": 0.5})
 FALL_OPEN = Flaw("fall-open", "doubt",
-    "Strokes from {slowest} up do not settle F_s and v_s: they do not reach the Stribeck range.",
+    "Strokes from {slowest} up do not determine F_s and v_s: none is slow enough.",
     "Log slower strokes.", widens={"v_s": 0.5})
 F_S_EXTRAPOLATED = Flaw("F_s-extrapolated", "wrong", "{below:.0%} of the fall lies below the slowest stroke "
     "({slowest}): F_s only continues eq. (2) from {lowest} there.", "Log slower strokes, or a finer encoder.")
-F_C_AT_BOUND = Flaw("F_c-at-bound", "wrong", "F_c ends at its bound of 0: the fall reaches beyond the fastest stroke.",
+F_C_AT_BOUND = Flaw("F_c-at-bound", "wrong", "F_c is 0, its bound: friction still falls at the fastest stroke.",
     "Log faster strokes, or take Coulomb plus viscous friction with `form='coulomb'`.",
     widens={"level": 0.2, "v_s": 0.5}, circle_settles=True)
 STROKES_STAND_OFF = Flaw("strokes-stand-off", lambda f: "doubt" if f.share > SCATTERED else "note",
-    "Strokes deviate from all others by up to {most:2} and weigh less: {strokes}. Between two counts a slow axis may "
-    "stick.", "Look at their records.")
+    "Strokes deviate by up to {most:2} and weigh less: {strokes}. A slow axis may stick between two counts.",
+    "Look at their records.")
 STROKES_SCATTER = Flaw("strokes-scatter", lambda f: "doubt" if f.share > SCATTERED else "note",
     "Strokes scatter by {spread:2} beyond their noise, {share:.0%} of the force: weights and intervals allow for it.",
     "{large:Friction that does not repeat, a play or an axis that hunts is no map of speed. Look at their records.|}")
@@ -65,10 +65,10 @@ RESIDUALS_FOLLOW_SPEED = Flaw("residuals-follow-speed", "doubt", "Eq. (2) does n
     "{smooth:follow the speed|are the same in both directions, {missed} (rms)}.",
     "`method` in the file says which forms were tried. Look at the figure.", widens={"v_s": 0.2, "C": 0.2})
 DAMPING_TOO_LARGE = Flaw("damping-too-large", "wrong",
-    "The drive's own damping of {damping} that was taken off is {beyond} more than the strokes show.",
+    "The plant's damping of {damping} is {beyond} larger than the strokes show.",
     "Check A and K_f of the plant: they are too large.", widens={"A": 0.2, "level": 0.05})
 SIGMA_IN_A = Flaw("sigma-in-A", "note",
-    "sigma is 0: the damping of {damping} that was taken off with the plant's A includes the viscous friction.",
+    "sigma is 0: the plant's damping of {damping} includes the viscous friction.",
     word=("sigma", "in A"))
 ONE_SPEED = Flaw("one-speed", "doubt", "Only one speed was logged ({speed}): the friction there is given, and no map.",
     "Log strokes at ten speeds.")
