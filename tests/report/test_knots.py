@@ -13,7 +13,8 @@ import pytest
 
 import fric
 from fric.documents.yaml import plain, read_tree
-from fric.report.knots import HOST, MOST_REQUEST, KnotPage
+from fric.report.knots import MOST_REQUEST, KnotPage
+from fric.report.served import HOST
 
 from .conftest import LOGS
 from .test_browser import BROWSER, DRIVER, SWITCHES

@@ -164,7 +164,7 @@ def _guessed(
     """Read the meaning of files from their values; remove those that need no question from the open ones."""
     with ExitStack() as opened:
         guess = guessed([path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None)
-        file = answered(guess, ask, *places) if ask and not assume else None
+        file, guess = answered(guess, ask, *places) if ask and not assume else (None, guess)
         assume = assume or file is not None
         wanted = guess.usable if assume else tuple(guess for guess in guess.usable if is_sure(guess))
         if not assume:  # a file with an open axis is skipped as a whole: half of it would pass for all

@@ -117,6 +117,10 @@ SIMULATE: dict[str, Home] = {
     ),
 }  # fmt: skip
 
+INTERACTIVE = parameter("interactive", Annotated[
+    bool, option("Say what the columns are on a page that this computer alone sees, with sketches.", "--interactive")
+], False)  # fmt: skip
+
 INGEST = Command(
     "fric.results.ingest:ingest", doing="ingesting", plausible=False, optional=["files", "output"], without=["ask"],
     flags={
@@ -131,6 +135,7 @@ INGEST = Command(
         parameter("propose", Annotated[
             Path | None, option("Write the mapping that would be guessed; read nothing in.", metavar="MAP.yaml")
         ], None),
+        INTERACTIVE,
         parameter("list_formats", Annotated[
             bool, option("List the formats that are read, and which libraries are installed.", "--list")
         ], False),
@@ -178,6 +183,7 @@ COMMANDS: dict[str, Home] = {
     "auto": Command(
         "fric.automatic.run:auto", replaces=False, without=["run", "say", "ask"], run="fric.cli.special:auto",
         flags={"output": "-o --output", "circles": "--circle", "controllers": "--controller", "mapping": "--map"},
+        own=[INTERACTIVE],
     ),
     "ingest": INGEST,
     "inspect": Command("fric.results.records:inspect", plot=True, plausible=False),

@@ -202,8 +202,21 @@ def ask(question: Any) -> None:
 
     Raises FricError: When the input ends.
     """
+    with paused():
+        _put(question)
+
+
+@contextmanager
+def paused() -> Iterator[None]:
+    """Stop the bars meanwhile."""
     for bar in _BARS:
         bar.stop()
+    yield
+    for bar in _BARS:
+        bar.start()
+
+
+def _put(question: Any) -> None:
     lines = question.lines(drawn=ERR.console.encoding.lower().startswith("utf"))
     ERR.print("\n".join(printable(line, MOST_CHARACTERS) for line in lines), markup=False)
     line = ""
@@ -214,8 +227,6 @@ def ask(question: Any) -> None:
         if not line:
             ERR.print("")
             raise FricError("a question was not answered", hint="Say --assume to take the likeliest, or give --map.")
-    for bar in _BARS:
-        bar.start()
 
 
 class Interruption:

@@ -11,7 +11,7 @@ import typer
 import fric
 from fric.cli.command import READ_MACHINE, Command, argument
 from fric.cli.completion import topics, types
-from fric.cli.console import ERR, OUT, Interruption, asker, finish, interruption, print_json
+from fric.cli.console import ERR, OUT, Interruption, asker, finish, interruption, paused, print_json
 from fric.errors import printable
 from fric.output import refuse_existing
 from fric.units import rotates
@@ -70,7 +70,7 @@ def _say(text: str) -> None:
 
 def auto(command: Command, given: dict[str, Any]) -> None:
     """Go the whole way, a line a step above one bar."""
-    command.end(command.call(given | {"say": _say, "ask": asker(given)}), given, doing="auto")
+    command.end(command.call(given | {"say": _say, "ask": _asks(given)}), given, doing="auto")
 
 
 def ingest(command: Command, given: dict[str, Any]) -> None:
@@ -94,8 +94,27 @@ def ingest(command: Command, given: dict[str, Any]) -> None:
         misplaced = "--radius, --feed, --sampling, --instrument, --scheme and the direction go with --kind circle"
         raise typer.BadParameter(misplaced)
     else:
-        given = given | {"ask": asker(given)}
+        given = given | {"ask": _asks(given)}
     command.end(command.call(given), given)
+
+
+def _asks(given: dict[str, Any]) -> Any:
+    """Return what asks: the terminal, or with ``--interactive`` a page."""
+    if not given.pop("interactive"):
+        return asker(given)
+    from fric.io.questions import Review
+
+    return Review(_on_page, asker(given))
+
+
+def _on_page(guess: Any) -> Any:
+    """Serve a page to state what columns are; return what is stated."""
+    from fric.report.columns import ColumnsPage
+
+    page = ColumnsPage(guess)
+    with paused():
+        ERR.print(f"say what the columns are at {page.address} ; Ctrl-C ends without writing", markup=False)
+        return page.serve()
 
 
 def _propose(given: dict[str, Any]) -> None:

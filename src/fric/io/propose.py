@@ -398,7 +398,9 @@ def _line(table: ForeignTable, role: Role, motion: Motion, file: str, *, assume:
     measured = "force" if role.channel in {"deviation", "error"} else role.channel
     si = si_unit(channel_dimension(measured), motion)
     why = role.why
-    if _known_unit(role, motion) or (assume and role.unit):
+    if role.unit[:1].isdigit():  # what one logged unit is
+        unit = f"scale: {_quoted(role.unit)}"
+    elif _known_unit(role, motion) or (assume and role.unit):
         unit = f"unit: {_quoted(role.unit)}"
         why += "" if role.unit_likelihood >= SURE else f"; in {role.unit} by likelihood ({role.unit_likelihood:.0%})"
     elif column.unit and not converts(column.unit, channel_dimension(measured), motion):
@@ -484,8 +486,9 @@ def guessed(
     motion: Motion | None = None,
     *,
     assume: bool = False,
+    every: bool = False,
 ) -> Guessed:
-    """Return the guesses for those files whose header does not define their columns.
+    """Return the guesses for those files whose header does not define their columns, or for ``every`` file.
 
     Files that cannot be read, and those of fric, are skipped. In a file whose header defines all but the force (a
     current counts as force), the force is taken where it is sure, or where the likeliest is to be ``assume``d.
@@ -493,7 +496,7 @@ def guessed(
     asking, free = [], set[Path]()
     for path in paths:
         try:
-            said = not is_hdf5(path) and says_all(path, kind, motion)
+            said = not is_hdf5(path) and (None if every else says_all(path, kind, motion))
         except FricError:
             continue
         if said is None or said == "force":

@@ -59,30 +59,51 @@ class Question:
         return lines
 
 
+@dataclass(frozen=True)
+class Review:
+    """Shows all that is guessed at once, in place of questions about columns."""
+
+    state: Callable[[Guessed], Guessed]  # Returns what the user states in place of guesses
+    others: Callable[[Question], None] | None = None  # Puts other questions; the first answer is taken without it
+
+    def __call__(self, question: Question) -> None:
+        """Put a question that is not about columns."""
+        if self.others is None:
+            question.take("")
+        else:
+            self.others(question)
+
+
 Ask = Callable[[Question], None]
-"""Puts a question to the user, and has it take the answer."""
+"""Puts a question to the user, and has it take the answer; or shows all at once."""
 
 
-def answered(guess: Guessed, ask: Ask, *places: Path) -> Path | None:
-    """Ask what is open of files, and write the mapping of them all beside them; None where nothing was asked.
+def answered(guess: Guessed, ask: Ask, *places: Path) -> tuple[Path | None, Guessed]:
+    """Ask what is open of files, and write the mapping of them all beside them; no file where nothing was asked.
 
     guess: What is guessed; the answers are put into it.
     ask: Puts a question.
     places: Folders: the mapping is written into the first that lets it.
     Raises FricError: When the mapping cannot be written.
     """
+    if isinstance(ask, Review):
+        guess = ask.state(guess) if guess.found else guess
+        return (_written(guess.text(), *places) if guess.found else None), guess
     count = 0
     while count < MOST_QUESTIONS and (question := next(filter(None, (make(guess.found) for make in _ORDER)), None)):
         ask(question)
         count += 1
-    if not count or not guess.usable:
-        return None
+    return (_written(guess.text(), *places) if count and guess.usable else None), guess
+
+
+def _written(text: str, *places: Path) -> Path | None:
+    """Write a mapping into the first folder that lets it, and return its path."""
     for place in places:
         names = (place / f"{NAME}{f'-{n}' if n > 1 else ''}.yaml" for n in range(1, 1000))
         path = next(name for name in names if not name.exists())
         try:
             with staged(path) as draft:
-                draft.write_text(guess.text(), encoding="utf-8")
+                draft.write_text(text, encoding="utf-8")
             return path
         except (FricError, OSError):
             if place is places[-1]:
@@ -122,10 +143,14 @@ def _of_rate(found: Sequence[Guess]) -> Question | None:
             guess.axis.roles["time"] = replace(NO_TIME, unit=f"{period:.9g} s", unit_likelihood=1.0)
 
     text = f"No column is the time. At which rate was {_named(asked)} sampled?" if asked else ""
-    return Question(text, [(rate, _period(rate)) for rate in RATES], apply, understood=_period) if asked else None
+    return (
+        Question(text, [(rate, sampling_period(rate)) for rate in RATES], apply, understood=sampling_period)
+        if asked
+        else None
+    )
 
 
-def _period(text: str) -> float | None:
+def sampling_period(text: str) -> float | None:
     """Return a sampling period [s] from a rate or a period with its unit; None where it is neither."""
     for dimension, power in (("frequency", -1), ("time", 1)):
         with suppress(FricError, ZeroDivisionError):

@@ -44,6 +44,8 @@ REPEATED = 0.01
 UNUSUAL, BY_CHANCE = 0.01, 0.1
 UNFIT = 0.5
 """Likelihood at most of units that do not explain the factor between position and velocity."""
+WORSE = 20.0
+"""How much more of the variance a column without a name leaves than the velocity does, before it may be a force."""
 DRIVING = 0.2
 """Score of a voltage that drives an axis, at least."""
 """Weight of unusual units, relative to that of usual units; how often these have a usual factor."""
@@ -431,7 +433,9 @@ def _movement(data: Samples, t: Real, pairs: Pairs, members: list[int]) -> _Move
             "velocity", velocity, "", min(0.5 + 0.5 * share, 0.99), 0.0,
             f"the derivative of the position (R² {share:.3f})", -1 if factor < 0 else 1,
         )  # fmt: skip
-    return _Movement(roles, frozenset({*members, *speeds}), factor)
+    least = 1.0 - max((pairs.share[position, v] for v in speeds), default=0.0)
+    of_motion = [v for v in speeds if data.said[v].quantity or 1.0 - pairs.share[position, v] < WORSE * least + 1e-6]
+    return _Movement(roles, frozenset({*members, *of_motion}), factor)
 
 
 def _is_difference(data: Samples, n: int, reference: int, position: int) -> bool:

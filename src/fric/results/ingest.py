@@ -19,7 +19,7 @@ from fric.flaws.files import COLUMNS_LEFT_OUT, MAPPING_BESIDE, THERE_ALREADY
 from fric.io.ingest import Ingested, sizes
 from fric.io.ingest import ingest as read_foreign
 from fric.io.propose import guessed
-from fric.io.questions import Ask, answered, beside
+from fric.io.questions import Ask, Review, answered, beside
 from fric.notice import Notice
 from fric.results.base import DataFrame, Figure, Result
 from fric.results.given import Advance, in_si, quantity, silent
@@ -204,8 +204,8 @@ def ingest(
     assume
         Take the likeliest of what neither header nor values tell, and say so; samples that cannot be used are dropped.
     ask
-        Puts a question on what neither header nor values tell, three at most. The answers become a mapping beside the
-        logs, which is used from then on.
+        Puts a question on what neither header nor values tell, three at most, or shows all columns at once. The answers
+        become a mapping beside the logs, which is used from then on.
     force
         Replace an output that exists.
     advance
@@ -219,15 +219,17 @@ def ingest(
     paths, mapping = list(map(Path, files)), mapping_of(mapping)
     advance(0, total=sizes(paths))
     notices: list[Notice] = []
-    if mapping is None and not join and kind != "frequency-response":
+    reviewed = isinstance(ask, Review)
+    if mapping is None and not (join or reviewed) and kind != "frequency-response":
         known = {one[0] for path in paths if path.is_file() and (one := beside(path))}
         if len(known) == 1:
             mapping, assume = mapping_of(*known), True
             notices = [MAPPING_BESIDE.found(str(paths[0]), mapping=str(*known))]
     if mapping is None and not join and kind != "frequency-response":
         with ExitStack() as opened:
-            found = guessed(paths, opened, kind, motion, assume=assume or ask is not None)
-            file = answered(found, ask, paths[0].parent, Path(output).parent) if ask and not assume else None
+            found = guessed(paths, opened, kind, motion, assume=assume or ask is not None, every=reviewed)
+            places = paths[0].parent, Path(output).parent
+            file, found = answered(found, ask, *places) if ask and not assume else (None, found)
             assume = assume or file is not None
             if found.usable:
                 if not (assume or found.sure):
