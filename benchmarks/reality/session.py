@@ -49,7 +49,9 @@ def another(axis: Axis, seed: int) -> Axis:
     def times(most: float) -> float:
         return float(np.exp(random.uniform(-1.0, 1.0) * np.log(most)))
 
-    mass, level, slip, known = times(3.0), times(3.0), times(2.0), axis.friction
+    # a contact too stiff for its mass, or a drive too weak for it, would be a flaw: they grow with the mass
+    mass, slip, known = times(3.0), times(1.5), axis.friction
+    level = mass * times(1.5)
     assert isinstance(known, GMS)
     F_c, share = known.static.F_c * level, 1.0 + random.uniform(0.1, 0.6)
     static = replace(
@@ -63,7 +65,7 @@ def another(axis: Axis, seed: int) -> Axis:
     cascade, plant = axis.cascade, replace(axis.plant, A=axis.plant.A * times(1.5), B=axis.plant.B / mass)
     return replace(
         axis, plant=plant, friction=friction, force_noise=axis.force_noise * level * times(2.0),
-        cascade=replace(cascade, K_p=cascade.K_p * mass, K_i=cascade.K_i * mass),
+        cascade=replace(cascade, K_p=cascade.K_p * mass, K_i=cascade.K_i * mass, limit=cascade.limit * mass),
         encoder=replace(axis.encoder, resolution=axis.encoder.resolution * slip * times(2.0)),
     )  # fmt: skip
 

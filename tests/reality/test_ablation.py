@@ -4,7 +4,8 @@ import pytest
 
 from benchmarks.reality.ablation import ALL, NAMES, OFF, earned, section, warned, warnings_section
 from benchmarks.reality.bench import Outcome, Row
-from benchmarks.reality.judge import Number, Step
+from benchmarks.reality.judge import Number, Step, judged_static
+from benchmarks.reality.session import Sessions
 from fric.identify.static_map.corrections import AT_ANY_SPEED, OF_A_MAP
 from fric.notice import Notice
 
@@ -56,3 +57,12 @@ def test_a_warning_earns_what_nothing_else_says():
     page = warnings_section([drift, clean])
     assert "| strokes-swing | note | 100% | none |  |  |" in page
     assert "`samples-lost`" in page
+
+
+@pytest.mark.long(10)
+def test_strokes_that_a_place_makes_deviate_do_not_hide_it():
+    """Weighing less, the slow strokes of this session kept the place from being taken off: no interval held."""
+    session, step = Sessions("waves").session(2), Step()
+    judged_static(step, session, session.logs["constant-velocity"], session.axis.plant)
+    assert all(number.covered for number in step.numbers.values())
+    assert {"force-over-position": "note"}.items() <= {one.code: one.severity for one in step.notices}.items()

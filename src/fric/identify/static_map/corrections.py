@@ -98,7 +98,10 @@ FINER = 4
 
 
 def place(strokes: Strokes) -> Correction | None:
-    """Remove what recurs at the places of strokes, where held-out strokes are then predicted better."""
+    """Remove what recurs at the places of strokes, where held-out strokes are then predicted better.
+
+    All weigh alike there: the slow strokes, each at a place of its own, would deviate, and hide what moves them.
+    """
     asked = strokes.asked.over_position
     few = len(strokes.stretches.with_position) < FEWEST
     if asked == "off" or few or (asked == "auto" and strokes.stretches.place is None):
@@ -108,7 +111,7 @@ def place(strokes: Strokes) -> Correction | None:
         points, together = profile.taken_off(strokes.points)
         return Correction(points=points, together=together)
     raw, placed = (
-        solved(replace(strokes, points=points), strokes.offset)[1]
+        solved(replace(strokes, points=points), strokes.offset, alike=True)[1]
         for points in (strokes.points, profile.held_out(strokes.points))
     )
     weight, as_logged, without = raw.weight, raw.errors[raw.form], placed.errors[placed.form]

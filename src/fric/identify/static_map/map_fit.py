@@ -326,7 +326,7 @@ class MapFit:
         return force, stdtrit(self.problem.degrees_of_freedom, 0.975) * np.sqrt(np.maximum(variance, 0.0))
 
 
-def solved(strokes: Strokes, offset: float | None) -> tuple[FittedMap, HeldOut]:
+def solved(strokes: Strokes, offset: float | None, *, alike: bool = False) -> tuple[FittedMap, HeldOut]:
     """Return the map of `fit_map` without intervals, and how well its forms predict strokes that are held out."""
     asked, F = strokes.asked, strokes.force
     errors = np.array([point.standard_error for point in strokes.points])
@@ -338,7 +338,7 @@ def solved(strokes: Strokes, offset: float | None) -> tuple[FittedMap, HeldOut]:
     )
     for into in strokes.into:
         problem = into(problem, strokes.points)
-    fitted = fit_strokes(problem, fixed=fixed)
+    fitted = fit_strokes(problem, fixed=fixed, alike=alike)
     return chosen(fitted, fall=asked.form == "auto", shape=asked.delta == "auto", fixed=fixed)
 
 

@@ -361,8 +361,8 @@ class FittedMap(NamedTuple):
     beyond: Real  # Deviation of single strokes beyond all that [N], mostly 0, shape (n,)
 
 
-def fit_strokes(problem: StribeckProblem, *, fixed: bool) -> FittedMap:
-    """Fit the strokes; those that deviate from all others weigh less, but where the weights are ``fixed``."""
+def fit_strokes(problem: StribeckProblem, *, fixed: bool, alike: bool = False) -> FittedMap:
+    """Fit the strokes; those that deviate from all others weigh less, but where weights are ``fixed`` or ``alike``."""
     own, free, count = problem.standard_error, len(problem.free), len(problem.v)
     if problem.degrees_of_freedom < 1:
         hint = f"Log strokes at {free + 1} speeds or more, or fix delta."
@@ -373,7 +373,7 @@ def fit_strokes(problem: StribeckProblem, *, fixed: bool) -> FittedMap:
         own = np.hypot(own, SWUNG * swung)
         problem = replace(problem, standard_error=own)
     solution, between = solve_with_scatter(problem, own, fixed=fixed)
-    beyond = 0.0 * own if fixed else _beyond(problem, solution, own)
+    beyond = 0.0 * own if fixed or alike else _beyond(problem, solution, own)
     if beyond.any():
         own = np.hypot(own, beyond)
         solution, between = solve_with_scatter(replace(problem, standard_error=own), own, fixed=fixed)
