@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from fric import verdict
-from fric.circles import diagnose, next_circle, tune_intervals
+from fric.circles import diagnose, glitches, next_circle, tune_intervals
+from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.design import observer
 from fric.errors import FricError
@@ -274,6 +275,18 @@ def taken_apart(both: bool = True, **more: object) -> Iterable[Notice]:
     return diagnose.identifiability_warnings([test], circles, geometry, both, [{"+x": given["angle"]}], 1.0)
 
 
+def kicked_circle(size: float) -> list[Notice]:
+    """Return a circle that is 10 um outside behind its reversals, and before that inside."""
+    t = np.arange(20_000) / 4e3
+    theta = 0.1 / 0.03 * t + 0.7
+    since = ((theta + np.pi / 4) % (np.pi / 2) - np.pi / 4) * 0.3  # [s]
+    shape = 10e-6 * np.exp(-(((since - 0.06) / 0.02) ** 2))
+    shape -= size * glitches.KICK * 10e-6 * np.exp(-(((since - 0.01) / 0.003) ** 2))
+    x, y = (0.03 + shape) * np.cos(theta), (0.03 + shape) * np.sin(theta)
+    traces = {"x": AxisTrace(t, x), "y": AxisTrace(t, y)}
+    return list(diagnose.diagnose([MeasuredCircle(0.03, 0.1, 1, traces, instrument="grid")]).warnings)
+
+
 def is_so(size: float) -> bool:
     """Of what is there or not, without a size."""
     return size > 1
@@ -424,6 +437,7 @@ SHOWN: dict[str, Show] = {
     "completed-disagrees": lambda s: one_circle(
         seen=1e-5 + s * (next_circle.GLITCH_APART + next_circle.SHARE_APART * 1e-5)
     ),
+    "compensation-kicks": kicked_circle,
     "squareness-unseen": lambda s: taken_apart(instrument="encoders" if is_so(s) else "grid"),
     "mismatch-or-squareness": lambda s: taken_apart(both=not is_so(s)),
     "lost-motion-cause": lambda s: taken_apart(backlash=s * 1e-6),

@@ -21,7 +21,7 @@ from fric.circles.geometry import (
     quiet,
     tails_of,
 )
-from fric.circles.glitches import Glitch, GlitchPulse, glitch_of, noise_of, pulses, smoothed
+from fric.circles.glitches import Glitch, GlitchPulse, glitch_of, kick_of, noise_of, pulses, smoothed
 from fric.circles.measured import MeasuredCircle
 from fric.circles.revolutions import Revolutions, revolutions
 from fric.contour import QUADRANTS
@@ -295,6 +295,13 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     noise = float(np.median(noises))
     rest = float(np.sqrt(np.mean(outside**2))) if len(outside) else 0.0
     notices = identifiability_warnings(tests, tested, geometry, both, behind, float(LARGEST))
+    kicks = [
+        f"{name} {how}"
+        for n, test in enumerate(tested)
+        for name, pulse in _pulses_of(test, fit, n).items()
+        if (how := kick_of(pulse, test.test.feed / radius, steps[n]))
+    ]
+    notices += (circle.COMPENSATION_KICKS.found(quadrants=list(dict.fromkeys(kicks))),) if kicks else ()
     return Diagnosis(
         tested, geometry, lags(tested, behind, fit), found, periodic, iso230(tested), rest,
         float(np.mean(known)) if known else None, noise, tuple(fit.model(circle, n) for n, circle in enumerate(tested)),

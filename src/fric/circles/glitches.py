@@ -15,6 +15,15 @@ NARROWER = 0.45
 """Share of the widest window through which a parabola goes that its peak is read from: what bias that passes is a
 quarter of the noise there. At 0.6 it was 0.7 of it, and intervals held 86 %."""
 
+SUDDEN = 0.02
+"""Time in which a kick takes an axis inwards [s]."""
+KICK = 0.12
+"""Depth inwards over height outwards that is a kick."""
+AHEAD = 0.25
+"""Share of its depth that a kick has a fifth of `SUDDEN` before the reversal, above which it comes too early."""
+STUCK = 0.2
+"""Height outwards over the depth of the kick behind it, above which it comes too late."""
+
 
 @dataclass(frozen=True)
 class Glitch:
@@ -169,3 +178,34 @@ def _between_revolutions(pulse: GlitchPulse, place: float, width: float) -> floa
         for revolution in np.unique(pulse.revolution[near])
     ]
     return float(np.std(means, ddof=1)) if len(means) > 2 else 0.0
+
+
+def kick_of(pulse: GlitchPulse, rate: float, resolution: float) -> str:
+    """Return how a friction compensation kicks the axis at a reversal; empty where friction alone is seen.
+
+    Friction holds an axis outside of the circle; where it rises as the speed falls it also takes it inside before the
+    reversal, gently. What takes it there within `SUDDEN` is a compensation: too early where it does so before the
+    reversal, too late where the axis stuck before, too low where it still sticks behind, else too high.
+
+    pulse: The pulse.
+    rate: Feed over radius [rad/s].
+    resolution: One step of the encoder [m]; 0 where none is seen.
+    """
+    spacing = float(np.ptp(pulse.phi)) / max(len(pulse.phi) - 1, 1)
+    width = max(0.2 * SUDDEN * rate, LEAST * spacing)
+    phi, mean = smoothed(pulse, width)
+    near = (phi > -WINDOW / 2) & (phi < WINDOW)
+    phi, mean = phi[near], mean[near]
+    if not len(phi):
+        return ""
+    out, deep = int(np.argmax(mean)), int(np.argmin(mean))
+    base = float(np.interp(phi[deep] - SUDDEN * rate, phi, mean))
+    height, depth = max(float(mean[out]), 0.0), min(base, 0.0) - float(mean[deep])
+    error = noise_of(pulse) / sqrt(max(width / spacing, 1.0))
+    if depth < max(KICK * height, 6.0 * error, 2.0 * resolution):
+        return ""
+    if min(base, 0.0) - float(np.interp(-0.2 * SUDDEN * rate, phi, mean)) > AHEAD * depth:
+        return "too early"
+    if out < deep and height > STUCK * depth:
+        return "too late"
+    return "too low" if height > depth else "too high"
