@@ -14,6 +14,7 @@ from fric.records.kicks import foreign_compensation
 from fric.results.given_models import machine_of
 from fric.simulate.experiment import Trial, logs_of, trials_of_kind
 from tests.chance import fewest, most
+from tests.records.test_modes import drawn as in_modes
 
 MACHINES = ("base", "xy-table", "virtual-rig", "gravity")
 
@@ -74,6 +75,38 @@ def test_it_is_said_whether_a_kick_comes_early_late_or_is_too_much(late, when):
     notice = foreign_compensation(Log(t, position=reference + kick, reference=reference))
     assert notice.values["when"] == when
     assert float(notice.values["decay"]) == pytest.approx(0.03, abs=0.003)
+
+
+def kicked_sine(*reversals: int) -> Log:
+    """Return a sine of six reversals that is kicked by 20 um at some of them."""
+    t = np.arange(12_000) / 1e3
+    reference, position = 1e-3 * np.sin(np.pi * t / 2.0), 0.0
+    for n in reversals:
+        after = t - (2 * n + 1)
+        position = position + np.where(after >= 0, (-1.0) ** (n + 1) * 20e-6 * np.exp(-np.abs(after) / 0.03), 0.0)
+    noise = 1e-7 * np.random.default_rng(0).normal(size=len(t))
+    return Log(t, position=reference + position + noise, reference=reference)
+
+
+def test_a_single_kick_is_no_compensation():
+    """It may be hunting or a disturbance: a compensation kicks twice at least, and at most of the reversals."""
+    assert foreign_compensation(kicked_sine(2)) is None
+    assert foreign_compensation(kicked_sine(1, 4)) is None
+    assert foreign_compensation(kicked_sine(0, 1, 3, 4)).values["count"] == 4
+    one = kicked_sine(0)
+    assert foreign_compensation(one.slice(0, 2500)) is None  # one reversal, kicked
+
+
+def test_kicks_are_found_without_a_reference_where_the_motion_is_a_sine():
+    clean, log = (replace(record, reference=None) for record in drawn("xy-table", 1))
+    assert foreign_compensation(clean) is None
+    assert foreign_compensation(log).values["count"] == 4
+
+
+def test_friction_that_rises_as_the_speed_falls_is_no_kick():
+    """A clean sine in sliding: before a reversal the axis is held back by 1 um, behind it by 16."""
+    clean, _, _ = in_modes("xy-table", 9)
+    assert foreign_compensation(clean) is None
 
 
 @pytest.mark.long(300)

@@ -12,15 +12,16 @@ from fric.flaws.channel import FOREIGN_COMPENSATION
 from fric.flaws.files import RECORD_LEFT_OUT
 from fric.log import Log
 from fric.notice import Notice
-from fric.records.recognition import visible_step
+from fric.records.recognition import fitted_sine, visible_step
 from fric.records.reversals import find_reversals
 from fric.units import readable
 
 SAMPLES = 256
 """Samples that a record has at least."""
-KICKED, KICK_COUNTS, BEFORE, WITHIN = 0.3, 6.0, 1.5, 0.5
-"""Lead about a reversal that is a kick: over the deviations elsewhere (99 % of them), in counts, and over what deviates
-before it; and for how long it is looked for [s]. Without a compensation the first is 0.13 at most, of strokes."""
+KICKED, KICK_COUNTS, BEFORE, BEHIND, WITHIN = 0.3, 6.0, 1.5, 0.33, 0.5
+"""Lead about a reversal that is a kick: over the deviations elsewhere (99 % of them), in counts, over what deviates
+before it, and over the lag behind it; and for how long it is looked for [s]. Without a compensation the first is 0.13
+at most, of strokes, and the fourth 0.3, where friction rises as the speed falls."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,7 @@ class _Kick:
     lead: float  # By how much the axis gets ahead of its reference after a reversal [m]
     lag: float  # By how much it was behind before that [m]
     before: float  # By how much it deviates at most for as long before the reversal [m]
+    behind: float  # By how much it is behind at most after that [m]
     late: float  # When it leads most, after the reversal [s]
     decay: float  # Time from there until an e-th of it is left [s]
     sample: int  # At the reversal
@@ -37,11 +39,13 @@ class _Kick:
 class Tracking:
     """How a record follows its reference.
 
+    reference: that was logged, or the sine that the motion follows between its reversals [m]
     rest: deviation of the position without what goes with velocity and acceleration, as the lag of a loop does [m]
     spans: of each reversal where the look at it begins, its sample, and where the look ends
     far: samples far from reversals
     """
 
+    reference: Real
     rest: Real
     spans: list[tuple[int, int, int]]
     far: Mask
@@ -49,21 +53,37 @@ class Tracking:
 
 def tracking(log: Log) -> Tracking | None:
     """Return how a record follows its reference; None where it has no reference, no reversal, or nothing between."""
-    if log.reference is None or log.position is None or log.added is not None or len(log) < SAMPLES:
+    if log.position is None or log.added is not None or len(log) < SAMPLES:
         return None
-    at = find_reversals(log.reference)
-    if not len(at):
+    reference = _sine_of(log.time, log.position) if log.reference is None else log.reference
+    if reference is None or not len(at := find_reversals(reference)):
         return None
-    t, speed = log.time, np.gradient(log.reference, log.time)
+    t, speed = log.time, np.gradient(reference, log.time)
     columns = np.column_stack([np.ones(len(t)), speed, np.gradient(speed, t)])
     columns /= np.maximum(np.abs(columns).max(axis=0), 1e-300)
-    deviation, far = log.position - log.reference, np.ones(len(t), dtype=bool)
-    spans = _around_reversals(t, log.reference, at)
+    deviation, far = log.position - reference, np.ones(len(t), dtype=bool)
+    spans = _around_reversals(t, reference, at)
     for begin, _, end in spans:
         far[begin:end] = False
     if far.sum() < SAMPLES // 4:
         return None
-    return Tracking(deviation - columns @ np.linalg.lstsq(columns[far], deviation[far], rcond=1e-9)[0], spans, far)
+    rest = deviation - columns @ np.linalg.lstsq(columns[far], deviation[far], rcond=1e-9)[0]
+    return Tracking(reference, rest, spans, far)
+
+
+def _sine_of(t: Real, position: Real) -> Real | None:
+    """Return the sine that a motion to and fro follows away from its reversals [m], shape (n,); None of another."""
+    sine = fitted_sine(t, position)
+    if sine is None or not sine.reversals:
+        return None
+    angle = 2.0 * np.pi * sine.frequency * (t - t[0])
+    columns = np.column_stack([np.ones_like(t), np.sin(angle), np.cos(angle)])
+    slow = np.zeros(len(t), dtype=bool)
+    for _ in range(2):  # the first shows where it is slow
+        weights = np.linalg.lstsq(columns[~slow], position[~slow], rcond=None)[0]
+        phase = np.arctan2(weights[1], -weights[2])
+        slow = np.abs(np.cos(angle + phase)) < 0.5
+    return np.asarray(columns @ weights)
 
 
 def foreign_compensation(log: Log) -> Notice | None:
@@ -73,13 +93,13 @@ def foreign_compensation(log: Log) -> Notice | None:
     by a share of all deviations elsewhere, is a pulse or a step of the control. Deviations that go with the velocity
     and the acceleration are those of the loop.
     """
-    if (followed := tracking(log)) is None or log.reference is None or log.position is None:
+    if (followed := tracking(log)) is None or log.position is None:
         return None
     t, rest = log.time, followed.rest
     least = KICKED * float(np.quantile(np.abs(rest[followed.far]), 0.99))
     least = max(least, KICK_COUNTS * visible_step(log.position))
-    found = [_kick(t, log.reference, rest, *span) for span in followed.spans]
-    kicks = [kick for kick in found if kick.lead > max(least, BEFORE * kick.before)]
+    found = [_kick(t, followed.reference, rest, *span) for span in followed.spans]
+    kicks = [kick for kick in found if kick.lead > max(least, BEFORE * kick.before, BEHIND * kick.behind)]
     if len(kicks) < 2 or 2 * len(kicks) <= len(found):  # a single one is hunting or a disturbance
         return None
     lead, lag, late, decay = (
@@ -116,6 +136,7 @@ def _kick(t: Real, reference: Real, rest: Real, begin: int, first: int, end: int
     back = begin + peak + (int(left[0]) if len(left) else len(ahead) - 1 - peak)
     return _Kick(
         float(ahead[peak]), max(-float(ahead[: peak + 1].min()), 0.0), float(np.abs(before - np.median(before)).max()),
+        -float(ahead[peak:].min()),
         float(t[begin + peak] - t[first]), float(t[back] - t[begin + peak]), first,
     )  # fmt: skip
 

@@ -138,7 +138,7 @@ def _motions(strokes: Iterable[_ModeStroke]) -> Iterator[list[_ModeStroke]]:
 
 def _compared(log: Log, parts: list[ModePart], names: list[str]) -> tuple[list[float], list[float]]:
     """Return tracking error and error at reversals of each mode [m], over the motions that all of them have."""
-    if (followed := tracking(log)) is None:
+    if log.reference is None or (followed := tracking(log)) is None:
         return [], []
     rows = list[list[tuple[float, float]]]()
     for group in _motions(_strokes(log, followed)):
@@ -164,7 +164,7 @@ def _seen(log: Log) -> list[ModePart]:
     for `STROKES` strokes or more: directions that differ take turns, a drift is gradual, and noise does neither. A
     stroke between both is that of a switch.
     """
-    if (followed := tracking(log)) is None or log.position is None:
+    if log.reference is None or log.position is None or (followed := tracking(log)) is None:
         return []
     least, strokes, large = COUNTS * visible_step(log.position), _strokes(log, followed), dict[int, bool | None]()
     for group in _motions(strokes):
