@@ -2,11 +2,17 @@
 
 from fric.flaws.base import Flaw
 
+FEW = 0.005
+"""Share of lost samples up to which speeds and times are off by less than they scatter, and by interpolation too."""
+LITTLE = 0.05
+"""Jitter in sampling intervals up to which what interpolates a log between its samples makes as much."""
+
 # fmt: off
-SAMPLES_LOST = Flaw("samples-lost", "wrong",
+SAMPLES_LOST = Flaw("samples-lost", lambda f: "wrong" if f.lost > FEW else "doubt",
     "{lost:.2g%} of the samples were lost and their time is not counted: speeds and times are wrong.",
     "Log at a lower rate or fewer channels, or with the time of each sample.", widens={"T_d": 0.1, "C": 0.5})
-SAMPLING_JITTERS = Flaw("sampling-jitters", lambda f: "doubt" if f.purpose in ("static", "inspect") else "wrong",
+SAMPLING_JITTERS = Flaw("sampling-jitters",
+    lambda f: "doubt" if f.purpose in ("static", "inspect") or f.share < LITTLE else "wrong",
     "Samples are taken {jitter} (rms) off the logged time: noise of {displaced} in the position, which grows with "
     "speed.", "Log by the clock of the control, or the time of each sample.", widens={"T_d": 0.1, "C": 0.5})
 SAMPLING_UNEVEN = Flaw("sampling-uneven", "note", "{missing} of {samples} samples are missing, the others up to "

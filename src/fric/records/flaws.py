@@ -198,7 +198,12 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
         log, worst_one = max(jitters, key=lambda pair: pair[1].displaced)
         jitter, displaced = Estimate(worst_one.jitter, "s"), Estimate(worst_one.displaced, log.unit("position"))
         where = _records(log for log, _ in jitters)
-        warnings.append(SAMPLING_JITTERS.found(where, jitter=jitter, displaced=displaced, purpose=purpose))
+        values = {
+            "jitter": jitter,
+            "displaced": displaced,
+            "share": float(jitter) / float(np.median(np.diff(log.time))),
+        }
+        warnings.append(SAMPLING_JITTERS.found(where, **values, purpose=purpose))
     warnings += [notice for log in logs if (notice := foreign_compensation(log)) is not None]
     return warnings + [notice for log in logs if (notice := two_encoders(log)) is not None][:1]
 
