@@ -11,6 +11,7 @@ import shutil
 import struct
 import sys
 import termios
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -49,6 +50,9 @@ def screen_of(
             status = 0
         except SystemExit as error:
             status = int(error.code or 0)
+        except BaseException:  # or pytest would go on in this child
+            traceback.print_exc()
+            status = 70
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
         os._exit(status)

@@ -108,11 +108,7 @@ def fitted(axis: Axis, part: ExportedPart) -> tuple[Pulse, list[float]]:
         pulse = through_controller(part, decay, t)
         return flat(as_filed(max(float(pulse @ rise / (pulse @ pulse)), 0.0)), decay)
 
-    long, *shorter = map(begun, map(float, DECAYS[::-1]))  # long pulses are usual: they leave little early
-    places = np.array([[left_over(axis.placed(n / PLACES), part, long, feed) for feed in FEEDS] for n in range(PLACES)])
-    chance = Chance(tuple(places.sum(axis=1))).half
-
-    def least(pulses: Iterable[Pulse]) -> Pulse:
+    def least(pulses: Iterable[Pulse], chance: float = 0.0) -> Pulse:
         """Return the pulse of the least sum, the first of a tie; slow circles are skipped where fast leave more."""
         best, bound = flat(0.0, 1.0), inf
         for pulse in pulses:
@@ -125,20 +121,22 @@ def fitted(axis: Axis, part: ExportedPart) -> tuple[Pulse, list[float]]:
                 best, bound = pulse, total - chance
         return best
 
-    best = least((long, *shorter))
+    best = least(map(begun, map(float, DECAYS[::-1])))  # long pulses are usual: they leave little early
+    places = np.array([[left_over(axis.placed(n / PLACES), part, best, feed) for feed in FEEDS] for n in range(PLACES)])
+    chance = Chance(tuple(places.sum(axis=1))).half
     tried = [flat(float(share) * best.largest, best.decay) for share in SHARES]
     alone = [
         tried[simplest([at(pulse, feed) for pulse in tried], Chance(tuple(each)).half)].largest
         for feed, each in zip(FEEDS, places.T, strict=True)
     ]
-    plain = least(tried)
+    plain = least(tried, chance)
     fast, middle, slow = (feed**2 / RADIUS for feed in FEEDS)
     adaptive = Pulse(max(alone), min(alone[0], max(alone)), best.decay, plain.a_1, plain.a_2, plain.a_3)
     if alone[2] < adaptive.largest:
         adaptive = replace(adaptive, a_1=min(slow * adaptive.largest / alone[2], middle))
     if alone[0] < adaptive.largest:
         adaptive = replace(adaptive, a_2=middle, a_3=fast)
-    return least((plain, adaptive)), alone
+    return least((plain, adaptive), chance), alone
 
 
 def as_block(part: ExportedPart, pulse: Pulse) -> dict[str, float]:
