@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from fric.documents.bundled import bundled
 from fric.io.run import read_runs
 from fric.report.collect import collect
 from fric.report.page import render_report
@@ -45,11 +46,15 @@ class Page(HTMLParser):
 
 
 def test_the_next_step_names_the_axis_of_the_friction(files: SimpleNamespace) -> None:
-    assert "--friction x=FRICTION.yaml" in render_report(collect([files.static]))
+    page = render_report(collect([files.static]))
+    assert "plant and controller of axis x" in page
+    assert "MACHINE.yaml" not in page  # there is none
+    table = bundled("machine")["xy-table"]
+    assert "fric simulate circle xy-table --friction x=" in render_report(collect([files.static, table]))
     text = files.static.read_text().replace("axis: x", "axis: screw")
     other = files.static.with_name("screw.yaml")
     other.write_text(text)
-    assert "--friction screw=FRICTION.yaml" in render_report(collect([other]))
+    assert "plant and controller of axis screw" in render_report(collect([other]))
 
 
 @pytest.fixture(scope="module")

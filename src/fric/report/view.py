@@ -614,7 +614,16 @@ def _next_step(inputs: ReportInput) -> str:
     step = "" if has_gms else "The friction has no pre-sliding part yet; `fric identify gms` finds it from slow sines. "
     if all(rotates(item.motion) for item in frictions):
         return step + "What a compensation leaves is told by a circle of two linear axes, and this axis is rotary."
+    if not inputs.machine:
+        return (
+            step
+            + "Which compensation leaves how large a glitch is not known yet: a circle takes plant and controller of "
+            f"axis {frictions[0].axis}, too. `fric auto LOGS -o found` says which record is missing, and `fric "
+            "plan` plans it."
+        )
+    command = (
+        f"fric simulate circle {machine_name(inputs.machine)} --friction {frictions[0].axis}={frictions[0].source}"
+    )
     return (
-        step + "To see which compensation leaves how large a glitch, run `fric simulate circle MACHINE.yaml --friction "
-        f"{frictions[0].axis}=FRICTION.yaml -o RUN.h5` and give RUN.h5 to `fric report` too."
+        step + f"To see which compensation leaves how large a glitch, run `{command} -o run.h5`, and report run.h5 too."
     )
