@@ -11,6 +11,7 @@ from fric.friction import models
 from fric.friction.gms import GMS
 from fric.friction.lugre import LuGre
 from fric.identify.replay.replay_fit import identify_by_replay
+from fric.log import Log
 from fric.records.prepared import prepared
 from tests.identify.recovery import FITTED, flattened
 from tests.identify.virtual_logs import logs_of
@@ -89,3 +90,17 @@ def test_offset_and_inertia_of_a_record_are_found_beside_the_model():
 def test_what_cannot_be_fitted_is_refused(arguments, told):
     with pytest.raises(FricError, match=told):
         identify_by_replay(records=prepared(logs_of(models()["dahl"].typical(), 1)), **arguments)
+
+
+def test_coulomb_friction_of_a_motion_without_a_plant_is_found_under_its_inertia():
+    """Inertia rises as a spring does, and a fall beyond all speeds is viscous friction: F_c was ten times, or half."""
+    lugre = LuGre.typical()
+    lugre = replace(lugre, static=replace(lugre.static, F_c=100.0, F_s=100.0, sigma=200.0))
+    t = np.arange(8000) * 1e-3
+    x = 0.02 * np.sin(2 * np.pi * 0.5 * t) + 0.008 * np.sin(2 * np.pi * 1.7 * t)
+    v = np.gradient(x, t)
+    noise = np.random.default_rng(1).normal(0.0, 2.0, len(t))
+    force = lugre.replay(t, x, v) + 150.0 * np.gradient(v, t) + noise
+    log = Log(time=t, position=x, velocity=v, force=force, axis="x", motion="linear", name="motion")
+    fit = identify_by_replay("lugre", prepared([log]))
+    assert fit.estimates["static"]["F_c"].value == pytest.approx(100.0, rel=0.05)

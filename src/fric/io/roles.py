@@ -645,7 +645,9 @@ def _in_units(
 
     found = weighed(factor)
     total = sum(reading.weight for reading in found)
-    if factor and not total:  # counts, or a gear between them: the units are open
+    if factor and not total:  # counts, or a gear between them: the position alone is of one motion
+        roles = {channel: role for channel, role in roles.items() if channel != "velocity"}
+        v, second, sizes = None, nothing, (sizes[0], None)
         found = weighed(None)
         total = sum(reading.weight for reading in found) / UNFIT
     if not total:

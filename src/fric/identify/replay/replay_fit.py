@@ -15,7 +15,7 @@ from fric.flaws.drift import RECORDS_VARY
 from fric.friction import FrictionModel, models
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
-from fric.identify.replay.coordinates import LEVEL, Coordinates, Ranges, coordinates_of, search_ranges
+from fric.identify.replay.coordinates import LEVEL, Coordinate, Coordinates, Ranges, coordinates_of, search_ranges
 from fric.identify.replay.lateness import lateness, of_timing
 from fric.identify.replay.placement import Placement, placed
 from fric.identify.replay.replay_intervals import (
@@ -135,7 +135,9 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
     warnings: list[Notice] = []
     assumed: set[tuple[str, str]] = set()
     while flat := [
-        c for c, seen in zip(search.coordinates.free, search.seen(best), strict=True) if c.block is None and not seen
+        c
+        for c, seen in zip(search.coordinates.free, search.seen(best), strict=True)
+        if c.block is None and not (seen and _falls(search, best, c))
     ]:
         c, p = flat[-1], flat[-1].parameter
         n = search.coordinates.free.index(c)
@@ -151,6 +153,15 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
         assumed.add((c.section, p.name))
         warnings.append(PARAMETER_UNSEEN.found(parameter=c.label, left=left))
     return _described(search, best, placement, warnings, assumed, static, beyond)
+
+
+def _falls(search: Search, best: Point, coordinate: Coordinate) -> bool:
+    """Return whether a record reaches the velocity at which F_s has fallen to F_c; F_s is no other force, else."""
+    if coordinate.parameter.name != "F_s" or not coordinate.parameter.at_least:
+        return True
+    v_s = search.coordinates.values(best.x)["static"].get("v_s", 0.0)
+    fastest = max(float(np.quantile(np.abs(record.motion.velocity[record.used]), 0.99)) for record in search.records)
+    return not (isinstance(v_s, float) and v_s > fastest)
 
 
 def record_notices(records: Sequence[Prepared]) -> list[Notice]:
