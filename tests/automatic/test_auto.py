@@ -384,6 +384,7 @@ def test_gains_are_taken_as_a_text_or_asked_for(tmp_path):
 @pytest.mark.long(90)
 def test_a_circle_without_voltage_settles_nothing_where_the_gains_are_unknown(tmp_path):
     """23 µm were predicted with gains that fric designed, 41 were measured, and that was called trusted."""
+    (tmp_path / "logs").mkdir()
     for path in LOGS:
         bare = [replace(log, reference=None) for log in read_logs(path)]
         write_logs(tmp_path / "logs" / path.name, bare)
