@@ -8,6 +8,7 @@ from scipy.special import stdtrit
 
 from fric.friction.dahl import Dahl
 from fric.identify.gms.identify import identify_gms
+from fric.identify.plant.rigid_body import identify_motion
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.identify.static_map.identify import StaticFit, identify_static
 from fric.log import ForceVelocity
@@ -15,6 +16,7 @@ from fric.records.prepared import prepared
 from fric.statistics import mixed_model
 from tests.chance import fewest, most
 from tests.identify.presliding import APART, PAPER, record
+from tests.identify.test_rigid_body import M, motion
 
 TRUTH = {"F_c": 50.0, "F_s": 80.0, "sigma": 100.0, "offset": 0.0}
 
@@ -165,3 +167,24 @@ def test_records_of_one_speed_each_are_no_repeats_of_a_level(count: int) -> None
     told = [one for fit in fits for one in fit.warnings if one.code == "records-vary"]
     assert len(told) == count
     assert all("one speed" in one for one in told)
+
+
+@pytest.mark.parametrize("count", [4, pytest.param(40, marks=pytest.mark.long(30))])
+def test_a_mass_that_varies_between_records_is_held_and_said(count: int) -> None:
+    """Five motions, each with another load on the table. Fails in under one of a thousand (`tests/chance.py`)."""
+    inside = []
+    for seed in range(count):
+        rng = np.random.default_rng([seed, 8])
+        logs = [motion(4.0, 1000.0, noise=3.0, rho=0.5, seed=10 * seed + n) for n in range(5)]
+        t = logs[0].time
+        acceleration = -0.05 * np.pi**2 * np.sin(np.pi * t) - 0.01 * (3.4 * np.pi) ** 2 * np.sin(3.4 * np.pi * t)
+        loads = 0.05 * M * rng.standard_normal(5)
+        fit = identify_motion([
+            replace(log, force=log.force + load * acceleration, name=f"run {n}")
+            for n, (log, load) in enumerate(zip(logs, loads, strict=True))
+        ])  # fmt: skip
+        low, high = fit.estimates["M"].ci95
+        inside.append(low <= M <= high)
+        assert any(notice.code == "records-vary" for notice in fit.warnings)
+        assert high - low > 0.02 * M
+    assert sum(inside) >= fewest(count)
