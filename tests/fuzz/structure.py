@@ -730,7 +730,7 @@ def judged(words: list[str], folder: Path) -> str:
 
 
 NO_NUMBER = re.compile(
-    r"(?<![\w./-])\.?(nan|inf|infinity)(?![\w-])|(?<![\w.#-])\d(\.\d+)?e\+?(2[5-9]|[3-9]\d|\d{3})(?!\w)", re.IGNORECASE
+    r"(?<![\w./-])\.?(nan|inf|infinity)(?![\w-])|(?<![\w.#-])\d(\.\d+)?e\+?([4-9]\d|\d{3})(?!\w)", re.IGNORECASE
 )
 """What no number of a machine is, as it is written."""
 

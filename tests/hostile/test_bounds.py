@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile
 
 import h5py
 import numpy as np
 import pytest
 
+import fric
 from fric.contour import circularity
+from fric.documents.controller import block_values
 from fric.documents.machine_files import read_machine
 from fric.documents.mapping import Layout
 from fric.errors import FricError
@@ -17,6 +21,7 @@ from fric.io.hdf5 import read_records, write_logs
 from fric.io.readers import sinumerik, xlsx
 from fric.io.recognise import read_report
 from fric.log import Log
+from fric.results.given import in_si
 
 
 def sparse(path: Path, size: int) -> Path:
@@ -104,3 +109,46 @@ def test_a_circle_too_fast_to_be_seen_is_refused() -> None:
 def test_a_model_that_is_none_is_refused() -> None:
     with pytest.raises(FricError, match=r"no friction model '\[/\]'"):
         read_machine(Path(__file__).parents[2] / "configs" / "xy-table.yaml", friction_model="[/]")
+
+
+@pytest.mark.parametrize(
+    ("given", "dimension"),
+    [
+        ("1e300 N", "force"),
+        ("1e12 N", "force"),
+        ("1e300 N/V", "force per input"),
+        (np.inf, "force"),
+        ("nan N", "force"),
+    ],
+)
+def test_an_option_that_no_machine_has_is_refused(given: str | float, dimension: str) -> None:
+    """As an overflow of noise, and `array must not contain infs` of a force constant."""
+    with pytest.raises(FricError):
+        in_si(given, dimension)
+
+
+def test_a_list_in_place_of_a_parameter_of_a_block() -> None:
+    with pytest.raises(ValueError, match="2 values stand where there is one"):
+        block_values("kalman", {"cutoff": {"value": [1.0, 2.0], "unit": "Hz"}}, "linear", "x")
+
+
+@pytest.mark.parametrize(
+    ("verb", "given"),
+    [
+        (fric.circle_map, {"points": 10**9}),
+        (fric.experiment, {"steps": 10**9}),
+        (fric.compare, {"folds": 10**8}),
+        (fric.experiment, {"seed": 10**24}),
+    ],
+)
+def test_a_count_that_no_memory_holds_is_refused(verb: Callable[..., Any], given: dict[str, Any]) -> None:
+    with pytest.raises(FricError, match=r" from \d+ to "):
+        verb(Path("nothing"), **given)
+
+
+@pytest.mark.parametrize("half", ["\\ud800", "\\ud83d\\ude00", "\\U0000DFFF"])
+def test_half_of_a_character_is_no_name_of_a_file(tmp_path: Path, half: str) -> None:
+    path = tmp_path / "machine.yaml"
+    path.write_text(f'fric: machine/1\nlike: "{half}.yaml"\naxes: {{}}\n')
+    with pytest.raises(FricError, match="half of a character"):
+        read_machine(path)

@@ -14,7 +14,7 @@ from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import QFilter
 from fric.documents.base import AxisDocument, OfAxis, provenance
 from fric.documents.generated import FilePart
-from fric.documents.quantity import Part, Physical, Quantity, in_units, quantities, refused
+from fric.documents.quantity import Part, Physical, Quantity, in_units, quantities, refused, single
 from fric.estimate import Estimate
 from fric.log import Record
 from fric.notice import Notice
@@ -142,7 +142,7 @@ def block_values(name: str, given: Mapping[str, Any], motion: Motion, where: str
     block = block_type(name)
     raw = {key: value.model_dump() if isinstance(value, Quantity) else value for key, value in given.items()}
     found = quantities(raw, {parameter.name: parameter.dimension for parameter in block.parameters}, motion, where)
-    values = {key: float(estimate) for key, estimate in found.items()}
+    values = {key: float(estimate) for key, estimate in single(found).items()}
     block.check(values)
     return values
 

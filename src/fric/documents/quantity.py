@@ -194,6 +194,15 @@ def quantities(given: Mapping[str, Any], dimensions: dict[str, str], motion: Mot
     return found
 
 
+def single(found: dict[str, Estimate]) -> dict[str, Estimate]:
+    """Return quantities of one number each; raise ValueError with the mend where one is a list."""
+    for name, estimate in found.items():
+        if isinstance(estimate.value, tuple):
+            count = len(estimate.value)
+            raise ValueError(f"{name}: {count} values stand where there is one\nGive one number with its unit.")
+    return found
+
+
 class Physical(Part):
     """A part whose fields are quantities, each with its dimension beside it: ``Annotated[Quantity, "force"]``."""
 
@@ -215,13 +224,7 @@ class Physical(Part):
     def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
         """Return the quantities that are given, in SI; raise ValueError with the mend on a misfit."""
         given = {name: getattr(self, name) for name in self.dimensions}
-        found = quantities(known(**given), self.dimensions, motion, where)
-        for name, estimate in found.items():
-            if isinstance(estimate.value, tuple):
-                raise ValueError(
-                    f"{name}: {len(estimate.value)} values stand where there is one\nGive one number with its unit."
-                )
-        return found
+        return single(quantities(known(**given), self.dimensions, motion, where))
 
     def values(self, motion: Motion) -> dict[str, float]:
         """Return the quantities that are given, as numbers in SI."""

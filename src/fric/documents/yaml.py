@@ -24,6 +24,7 @@ D = TypeVar("D", bound=Document)
 
 MOST_BYTES, MOST_NODES, MOST_DEPTH = 2 << 20, 40_000, 40
 """Of a document, at most: bytes, values, keys in keys."""
+_HALF = re.compile(r"\\(u|U0000)[dD][89a-fA-F][0-9a-fA-F]{2}")  # of no encoding; in pairs neither
 _DEEP = re.compile(rf"(?:[\[{{][^\[\]{{}}'\"#]{{0,200}}+){{{MOST_DEPTH + 1}}}")
 """Depth of nested lists or keys: the parser takes seconds to give up on more."""
 _KEYS = re.compile(r":\s|^\s*-\s", re.MULTILINE)
@@ -93,6 +94,8 @@ def read_tree(path: Path, wanted: str = "YAML") -> Any:
                 raise FricError(f"nests deeper than {MOST_DEPTH}", where=str(path), hint="Write it flatter.")
             if max(len(_KEYS.findall(text)), text.count(",")) > MOST_NODES:  # the parser takes 0.1 ms a value
                 raise FricError(f"holds over {MOST_NODES} values", where=str(path), hint="Is it a document of fric?")
+            if _HALF.search(text):
+                raise FricError("holds half of a character, as \\ud800", where=str(path), hint="Write it in UTF-8.")
             return _tree(text)
     except FricError as error:
         cause = error.__context__

@@ -106,7 +106,7 @@ def circle_map(
     *,
     feeds: Quantities = "5 … 200 mm/s",
     radii: Quantities = "5 … 100 mm",
-    points: Annotated[int, Kind(least=2)] = POINTS,
+    points: Annotated[int, Kind(least=2, most=1000)] = POINTS,
     known: KnownSchemes | None = None,
     accuracy: Annotated[Quantity, "position"] = "0.005 um",
     workers: Count | None = None,

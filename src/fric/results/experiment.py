@@ -29,7 +29,7 @@ def experiment(
     amplitudes: Quantities | None = None,
     frequency: Annotated[Quantity | None, "frequency"] = None,
     step: Annotated[Quantity | None, "position"] = None,
-    steps: Annotated[int | None, Kind(least=3)] = None,
+    steps: Annotated[int | None, Kind(least=3, most=1000)] = None,
     mean: Annotated[Quantity | None, "velocity"] = None,
     peaks: Quantities | None = None,
     encoder: Annotated[Quantity | None, "position"] = None,

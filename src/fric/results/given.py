@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -11,6 +10,7 @@ from fric.errors import FricError
 from fric.flaws.unit import BOUNDS
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.plausibility import Finding, settled
+from fric.series import GAIN, largest
 from fric.units import Motion, likely, parse
 from fric.verb import UnfitError, refused
 
@@ -23,6 +23,10 @@ class Advance(Protocol):
 
     def __call__(self, steps: int = 1, *, total: int | None = None) -> None:
         """Take that so many steps are done, and how many there are where that is known now."""
+
+
+OF_CHANNELS = ("time", "position", "velocity", "force", "input", "frequency")
+"""Dimensions whose largest value on a machine is known."""
 
 
 def silent(steps: int = 1, *, total: int | None = None) -> None:
@@ -115,11 +119,12 @@ def positive(given: str | float, dimension: str, motion: Motion = "linear") -> f
 
 def in_si(given: str | float, dimension: str, motion: Motion = "linear") -> float:
     """Return a quantity given in SI, or as a text with its unit."""
-    if isinstance(given, str):
-        return parse(given, dimension, motion)
-    if isinstance(given, bool) or not isinstance(given, int | float) or not isfinite(given):
+    if isinstance(given, bool) or not isinstance(given, int | float | str):
         raise refused(dimension, 'a number in SI, or a text such as "1 mm"', given)
-    return float(given)
+    value = parse(given, dimension, motion) if isinstance(given, str) else float(given)
+    if not abs(value) <= (largest(dimension, motion) if dimension in OF_CHANNELS else GAIN):
+        raise FricError(f"'{given}' is no {dimension} that a machine has", hint="Look at the number and its unit.")
+    return value
 
 
 def bounded(name: str, given: str | float, motion: Motion = "linear") -> float:

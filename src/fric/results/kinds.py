@@ -41,9 +41,9 @@ METAVARS = {
 """What stands for a quantity in a help text, by its dimension."""
 Quantities: TypeAlias = Annotated[Sequence[float | str] | float | str, Kind(str)]
 """Several of them: also as a text with commas."""
-Count: TypeAlias = Annotated[int, Kind(least=1)]
-"""A number of things, 1 or more."""
-Seed: TypeAlias = Annotated[int, Kind(least=0)]
+Count: TypeAlias = Annotated[int, Kind(least=1, most=1_000_000)]
+"""A number of things."""
+Seed: TypeAlias = Annotated[int, Kind(least=0, most=2**32 - 1)]
 """The seed of what is drawn at random."""
 EncoderName: TypeAlias = Literal["motor", "load"]
 """One of two encoders of an axis."""

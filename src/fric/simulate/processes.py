@@ -115,10 +115,10 @@ def outcomes(study: Callable[[int], T], machines: int, *, workers: int | None = 
     for what, number in (("machines", machines), ("workers", workers)):
         if number < 1:
             raise FricError(f"{number} {what} are none to work with", hint="Give 1 or more.")
-    if workers == 1:
+    if (workers := min(workers, machines)) == 1:
         yield map(study, range(machines))
         return
-    pool = ProcessPoolExecutor(min(workers, machines), _started(), _begin, (study,))
+    pool = ProcessPoolExecutor(workers, _started(), _begin, (study,))
     try:
         yield _unbroken(pool.map(_run, range(machines)))
     finally:
