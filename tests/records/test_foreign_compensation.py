@@ -42,6 +42,10 @@ def drawn(machine: str, seed: int) -> list[Log]:
     if seed % 3 == 2:
         settings = {"speeds": (float(10 ** rng.uniform(-4, -2)),)}
     trial = trials_of_kind(axis, kind, **settings)[-1]
+    if seed % 3 == 2:  # a single kick is none
+        one = trial.reference
+        parts = {name: np.tile(getattr(one, name), 3) for name in ("position", "velocity", "acceleration")}
+        trial = replace(trial, reference=replace(one, **parts))
     volts = rng.uniform(1.0, 4.0) * 165.0 / axis.plant.K_f
     pulse = kicked(trial, volts, float(rng.uniform(0.01, 0.1)), float(rng.uniform(0.0, 0.02)))
     return [replace(log, kind=None, added=None) for log in logs_of(axis, (trial, pulse), seed)]
