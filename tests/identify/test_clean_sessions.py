@@ -28,7 +28,7 @@ def axis_and_records(seed: int, law: str = "gms"):
 
 @pytest.mark.long(400)
 def test_clean_sessions_have_no_wrong_and_their_intervals_hold_the_truth() -> None:
-    """Of 100 sessions, 8 were called wrong (plays, an ageing, a jitter); C was silently off by a factor of 3 in 6."""
+    """Of 50 sessions, 8 were called wrong; C was silently off by a factor of 3 in 4 of 41."""
     held: dict[str, list[bool]] = {}
     wrong, doubted = [], []
     for seed in range(100):

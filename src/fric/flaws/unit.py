@@ -91,7 +91,7 @@ IMPLAUSIBLE: Mapping[str, Flaw] = {
 UNUSUAL: Mapping[str, Flaw] = {
     name: Flaw(
         f"unusual-{name}", "doubt", f"{BOUNDS[name].what} is {{value}}, and few machines are below {{usual}}.",
-        f"Is the unit of {BOUNDS[name].units} right? Where it is, say {LIFT}.",
+        f"Is the unit of {BOUNDS[name].units} right? If it is, lift the bound by {LIFT}.",
     )
     for name in ("friction", "speed", "sampling")
 }  # fmt: skip
