@@ -49,7 +49,7 @@ class Kind:
     def words(self) -> str:
         """Return the bounds in words."""
         if self.most is not None:
-            return f" from {self.least:g} to {self.most:g}"
+            return f" from {self.least:.10g} to {self.most:.10g}"
         return "" if self.least is None else f" of at least {self.least:g}"
 
 

@@ -367,7 +367,7 @@ def test_gains_are_taken_as_a_text_or_asked_for(tmp_path):
         return find_gains(session, found, found.logs, Stated.of(given), ask, needed=True)
 
     def gain(path):
-        return float(read_document(path, ControllerDocument).K_p)
+        return read_document(path, ControllerDocument).K_p.value
 
     asked = []
     assert gains(ask=lambda question: (asked.append(question.text), question.take(""))) is None

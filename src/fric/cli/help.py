@@ -1,6 +1,8 @@
 """How the help of commands is laid out: in the order of the work, options in groups, and with examples."""
 
+import re
 from collections.abc import Mapping, Sequence
+from functools import reduce
 from typing import Any
 
 from typer.core import TyperCommand
@@ -120,6 +122,8 @@ GROUPS: Mapping[str, Mapping[str, Sequence[str]]] = {
 """Options of a command by the title of their group."""
 PREFIXES = {"Circle": "For circles", "Of a fleet": "For a fleet"}
 """The same by what the help of an option begins with."""
+WIDTH = 80
+"""Columns of a terminal that a line of an example takes at most."""
 OUTPUT = ("output", "plot", "plot_reversal", "json", "force", "help")
 """Options that say where results go; they are the last."""
 
@@ -190,6 +194,15 @@ class HelpfulCommand(TyperCommand):
                     formatter.write_dl(records)
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
-        """Write examples, each on a line."""
+        """Write examples, a long one on two lines as a shell takes it."""
         if lines := EXAMPLES.get(_command(ctx)):
-            formatter.write("\nExamples:\n" + "".join(f"  fric {line}\n" for line in lines))
+            formatter.write("\nExamples:\n")
+            for line in lines:
+                words = re.split(r" (?=-)", f"  fric {line}")  # an option and its value stay together
+                formatter.write(reduce(_continued, words) + "\n")
+
+
+def _continued(text: str, words: str) -> str:
+    """Return a command with more words, on another line where they do not fit."""
+    fits = len(text.rpartition("\n")[2]) + len(words) + 3 <= WIDTH
+    return f"{text} {words}" if fits else f"{text} \\\n      {words}"
