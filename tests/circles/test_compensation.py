@@ -44,9 +44,11 @@ CASES = {"too high": ((1.7, 3.0), (0.0, 0.002)), "too late": ((1.0, 2.0), (0.015
 @pytest.mark.parametrize("how", CASES)
 def test_a_compensation_is_said_to_be_early_late_high_or_low(how):
     (_, level), (late, _) = CASES[how]
-    found = kicks(measured("xy-table", level, late))
+    test = measured("xy-table", level, late)
+    found = kicks(test)
     assert set(found.values()) == {how}
     assert set(found) >= {"+y", "-y"}
+    assert not kicks(replace(test, scheme="f"))  # what is known to be on needs no such word
 
 
 @pytest.mark.long(200)

@@ -4,7 +4,7 @@ from fric.flaws.base import Flaw
 
 # fmt: off
 COMPENSATION_KICKS = Flaw("compensation-kicks", "note",
-    "A friction compensation kicks the axes inwards behind reversals: {quadrants}.",
+    "A friction compensation (or an observer) drives the axes inwards behind reversals: {quadrants}.",
     "Correct it by that, or switch it off before friction is tuned on the circle.")
 PREDICTION_WITHOUT_INTERVAL = Flaw("prediction-without-interval", "doubt", "The machine file has no intervals: the "
     "prediction is compared by the measured interval and a step of the encoder alone.",

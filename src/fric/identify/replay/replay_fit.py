@@ -156,7 +156,7 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
 
 
 def _falls(search: Search, best: Point, coordinate: Coordinate) -> bool:
-    """Return whether a record reaches the velocity at which F_s has fallen to F_c; F_s is no other force, else."""
+    """Return whether a record reaches the velocity at which F_s has fallen to F_c: below it they are one force."""
     if coordinate.parameter.name != "F_s" or not coordinate.parameter.at_least:
         return True
     v_s = search.coordinates.values(best.x)["static"].get("v_s", 0.0)
