@@ -78,6 +78,9 @@ INTERVAL = re.compile(rf"(?:{NUMBER.pattern} +\(?)?({NUMBER.pattern}) … ({NUMB
 HALF_WIDTH = re.compile(rf"({NUMBER.pattern})(?: ([^\s\d]\S*))? +± ({NUMBER.pattern})(?: ([^\s\d]\S*))?")
 """A value with half the width of its interval, each with its own prefix of a unit."""
 
+OF_DRAWS = re.compile(r"(?<=\d±)(\d[\d.]*)")
+"""Half the width of a chance, as in ``13.3±0.8``."""
+
 PREFIXES = {"n": 1e-9, "µ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6}
 
 
@@ -104,6 +107,8 @@ def _by_intervals(shown: str) -> list[float]:
         found |= {at: half for at in found if interval.start() <= at < interval.end()}
     for one in HALF_WIDTH.finditer(shown):
         found[one.start(1)] = float(one[3]) * _prefix(one[4], one[2]) / _prefix(one[2], one[4])
+    for draws in OF_DRAWS.finditer(shown):  # of five runs the half-width itself is known to a half
+        found[draws.start(1)] = 0.6 * float(draws[1])
     return list(found.values())
 
 

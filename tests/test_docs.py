@@ -120,5 +120,7 @@ def test_examples_may_differ_by_half_the_interval_that_they_print():
     assert examples.alike("offset  -9 mN  ± 22.8 mN", "offset  5.7 mN  ± 22.8 mN")
     assert examples.alike("T_d  650.7 µs  ± 827 ns", "T_d  650.1 µs  ± 827 ns")
     assert not examples.alike("F_c  100.0 N  ± 95 mN", "F_c  105.0 N  ± 95 mN")
+    assert examples.alike("13.3±0.4 µm", "13.3±0.8 µm")
+    assert not examples.alike("13.3±0.2 µm", "13.3±0.8 µm")
     assert examples.alike("F_c  105.0 N  ± 80 mN", "F_c  105.0 N  ± 95 mN", share=0.2)
     assert not examples.alike("F_c  105.0 N  ± 60 mN", "F_c  105.0 N  ± 95 mN", share=0.2)
