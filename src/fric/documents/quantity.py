@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from math import inf, isfinite
 from operator import attrgetter
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
@@ -194,11 +194,14 @@ def quantities(given: Mapping[str, Any], dimensions: dict[str, str], motion: Mot
     return found
 
 
-def single(found: dict[str, Estimate]) -> dict[str, Estimate]:
+Given = TypeVar("Given", Estimate, Quantity)
+
+
+def single(found: dict[str, Given]) -> dict[str, Given]:
     """Return quantities of one number each; raise ValueError with the mend where one is a list."""
-    for name, estimate in found.items():
-        if isinstance(estimate.value, tuple):
-            count = len(estimate.value)
+    for name, quantity in found.items():
+        if isinstance(quantity.value, tuple | list):
+            count = len(quantity.value)
             raise ValueError(f"{name}: {count} values stand where there is one\nGive one number with its unit.")
     return found
 
@@ -214,6 +217,11 @@ class Physical(Part):
         given = ((name, item) for name, field in cls.model_fields.items() for item in field.metadata)
         cls.dimensions = {name: text for name, text in given if isinstance(text, str)}
 
+    @model_validator(mode="after")
+    def _has_one_number_each(self) -> Self:
+        single({name: given for name in self.dimensions if isinstance(given := getattr(self, name), Quantity)})
+        return self
+
     @classmethod
     def of(cls, given: object, motion: Motion) -> dict[str, Any]:
         """Return the fields of an object in SI for a file; None, infinite and missing values are left out."""
@@ -222,9 +230,9 @@ class Physical(Part):
         return kept | in_units(kept, cls.dimensions, motion)
 
     def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
-        """Return the quantities that are given, in SI; raise ValueError with the mend on a misfit."""
+        """Return the quantities that are given, in SI; raise ValueError with the mend on a wrong unit."""
         given = {name: getattr(self, name) for name in self.dimensions}
-        return single(quantities(known(**given), self.dimensions, motion, where))
+        return quantities(known(**given), self.dimensions, motion, where)
 
     def values(self, motion: Motion) -> dict[str, float]:
         """Return the quantities that are given, as numbers in SI."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from typing import Annotated
 
 from fric.circles.validation import Validation, validate_closed_loop, validate_inverse, validate_open_loop
@@ -45,7 +46,7 @@ class ValidationResult(Result, schema=ValidationDocument):
             (
                 f"{found.log.name}, {found.loop} loop, {found.friction.name}",
                 name,
-                f"{100 * signal.relative:.4g} %",
+                f"{100 * signal.relative:.4g} %" if signal.relative < inf else "at rest",
                 readable(signal.rms, si_unit(name, found.log.motion)),
             )
             for found in self.validations
