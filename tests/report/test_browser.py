@@ -40,18 +40,22 @@ BOX = "const v = document.querySelector('.contour figure[id^=contour] svg').view
 BOX += "return [v.x, v.y, v.width, v.height]"
 
 
+def started(folder: Path, *switches: str) -> Any:
+    """Return a browser with a profile of its own in a folder; the page's console is logged."""
+    options = webdriver.ChromeOptions()
+    options.binary_location = BROWSER
+    for switch in [*SWITCHES.split(), f"--user-data-dir={folder / 'profile'}", *switches]:
+        options.add_argument(switch)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    return webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+
+
 @pytest.fixture(scope="module")
 def page(files: SimpleNamespace, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     folder = tmp_path_factory.mktemp("browser")
     given = [files.march, files.september, files.observer, files.plant, files.run, files.later_run]
     write_report(folder / "report.html", render_report(collect([*given, LOGS / "presliding-sine.h5"])))
-    options = webdriver.ChromeOptions()
-    options.binary_location = BROWSER
-    for switch in SWITCHES.split():
-        options.add_argument(switch)
-    options.add_argument(f"--user-data-dir={folder / 'profile'}")
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+    driver = started(folder)
     try:
         driver.set_script_timeout(600)
         yield opened(driver, folder / "report.html")

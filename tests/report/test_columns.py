@@ -21,7 +21,7 @@ from fric.io.propose import guessed
 from fric.io.questions import Review
 from fric.report.columns import ColumnsPage
 
-from .test_browser import BROWSER, DRIVER, SWITCHES
+from .test_browser import BROWSER, DRIVER, started
 from .test_knots import asked
 
 
@@ -93,19 +93,13 @@ def test_every_file_is_shown_that_is_asked_for(tmp_path: Path) -> None:
 @pytest.mark.long(20)
 @pytest.mark.skipif(not (BROWSER and DRIVER), reason="there is no Chromium with its driver here")
 def test_a_column_is_stated_and_saved_in_a_browser(log: Path, tmp_path: Path, warm: dict[str, str]) -> None:
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     words = ["fric", "ingest", str(log), "--interactive", "-o", str(tmp_path / "log.h5")]
     command = subprocess.Popen(words, env=warm, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     driver = None
     try:
         assert command.stderr is not None
         (address,) = re.findall(r"http://127\.0\.0\.1:\d+/\S+", command.stderr.readline())
-        options = webdriver.ChromeOptions()
-        options.binary_location = BROWSER
-        for switch in [*SWITCHES.split(), f"--user-data-dir={tmp_path / 'profile'}", "--window-size=1300,900"]:
-            options.add_argument(switch)
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+        driver = started(tmp_path, "--window-size=1300,900")
         driver.get(address)
         for label, text in (("enc: unit", "0.1 um"), ("rate: unit", "0.1 um/s"), ("i: unit", "A")):
             (field,) = driver.find_elements("css selector", f"[aria-label$='{label}']")

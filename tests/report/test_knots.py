@@ -17,7 +17,7 @@ from fric.report.knots import MOST_REQUEST, KnotPage
 from fric.report.served import HOST
 
 from .conftest import LOGS
-from .test_browser import BROWSER, DRIVER, SWITCHES
+from .test_browser import BROWSER, DRIVER, started
 
 LOG = LOGS / "presliding-sine.h5"
 KNOTS = [0.9e-6, 26e-6, 80e-6]
@@ -89,12 +89,7 @@ def test_a_knot_is_dragged_tried_and_saved_as_knots_would_be(tmp_path: Any, warm
     try:
         assert command.stderr is not None
         (address,) = re.findall(r"http://127\.0\.0\.1:\d+/\S+", command.stderr.readline())
-        options = webdriver.ChromeOptions()
-        options.binary_location = BROWSER
-        for switch in [*SWITCHES.split(), f"--user-data-dir={tmp_path / 'profile'}"]:
-            options.add_argument(switch)
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+        driver = started(tmp_path)
         driver.get(address)
         knots = driver.find_elements("css selector", ".knot")
         assert len(knots) == 3

@@ -100,7 +100,8 @@ FINER = 4
 def place(strokes: Strokes) -> Correction | None:
     """Remove what recurs at the places of strokes, where held-out strokes are then predicted better.
 
-    All weigh alike there: the slow strokes, each at a place of its own, would deviate, and hide what moves them.
+    For that all strokes have equal weights. A slow stroke covers a short piece of the axis, so friction that varies
+    over the position makes it deviate; a smaller weight by this deviation would hide the cause.
     """
     asked = strokes.asked.over_position
     few = len(strokes.stretches.with_position) < FEWEST

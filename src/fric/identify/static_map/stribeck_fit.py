@@ -344,8 +344,8 @@ REPEATED = 0.05
 SWUNG = 0.3
 """Share of what averaging over a swing does to a force that is its error: the swing is no sine."""
 MOST_OUTLYING = 0.15
-"""Share of the strokes that may stand off: where more do, the map is wrong."""
-STANDING = 5.0
+"""Largest share of strokes that count as outliers: where more deviate, the map does not fit."""
+OUTLYING = 5.0
 """Standard deviations from the map beyond which the deviation of a stroke is in its weight."""
 REPEATS = 1e-3
 """Share of the force to which friction repeats at best."""
@@ -385,7 +385,7 @@ def _beyond(problem: StribeckProblem, solution: MapSolution, errors: Real) -> Re
 
     Their weight includes the deviation, so that what went wrong hardly counts, and the fall of a real drive still does.
     An axis that hunts between the counts of its encoder sticks now and then, which its logged position does not show.
-    That takes less force: where both directions take more at one speed, the map is wrong there, and they weigh as all.
+    That takes less force: where both directions take more at one speed, the map is wrong there, and their weights stay.
     """
     found = 0.0 * errors
     least = np.maximum(errors, REPEATS * float(np.median(np.abs(problem.F))))
@@ -395,11 +395,11 @@ def _beyond(problem: StribeckProblem, solution: MapSolution, errors: Real) -> Re
         solution = replace(problem, standard_error=error).solve()
     for _ in range(10):
         residual = np.abs(problem.F - problem.model(solution.theta))
-        stands = residual > STANDING * np.maximum(least, robust_deviation(residual))
-        stands &= ~_mirrored(problem, stands & (np.abs(problem.F) > np.abs(problem.model(solution.theta))))
-        before, found = found, np.where(stands, residual, 0.0)
-        if np.count_nonzero(stands) > MOST_OUTLYING * len(errors):
-            return 0.0 * errors  # it is the map that is wrong
+        outlying = residual > OUTLYING * np.maximum(least, robust_deviation(residual))
+        outlying &= ~_mirrored(problem, outlying & (np.abs(problem.F) > np.abs(problem.model(solution.theta))))
+        before, found = found, np.where(outlying, residual, 0.0)
+        if np.count_nonzero(outlying) > MOST_OUTLYING * len(errors):
+            return 0.0 * errors  # the map does not fit
         if np.allclose(found, before, rtol=0.03):
             break
         error = np.hypot(errors, found)
