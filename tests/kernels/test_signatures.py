@@ -41,7 +41,9 @@ def _run(folder: Path, level: float, model: float, before: str = "") -> tuple[fl
         path = folder / f"{name}.py"
         if not path.exists() or path.read_text() != text:
             path.write_text(text)
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), *sys.path])}
+    # Python takes a file of the same second and length for unchanged: here two edits may follow within a second.
+    without_bytecode = {"PYTHONDONTWRITEBYTECODE": "1"}
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), *sys.path])} | without_bytecode
     out = subprocess.run(
         [sys.executable, "-c", before + CALL], env=environment, cwd=folder, check=True, capture_output=True, text=True
     )
