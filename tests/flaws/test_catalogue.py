@@ -497,9 +497,9 @@ WITHOUT = """
     tuning-no-better circle-unused prediction-widened interval-open not-drawn scheme-unstable not-as-predicted
     scheme-saturates no-reversal scheme-failed drive-saturates spread-unused interrupted T_d-below-hold
     inverse-left-out library-warns samples-without-value joined-in-part joined-thinned joined-moved
-    channels-without-time scope-scale there-already radius-assumed no-reference columns-by-content columns-left-out
-    cells-dropped samples-missing unit-failed no-log file-copies file-left-out file-unused mapping-bundled
-    mapping-proposed mapping-ambiguous mapping-beside step-failed record-left-out
+    channels-without-time scope-scale cycle-assumed there-already radius-assumed no-reference columns-by-content
+    columns-left-out cells-dropped samples-missing unit-failed no-log file-copies file-left-out file-unused
+    mapping-bundled mapping-proposed mapping-ambiguous mapping-beside step-failed record-left-out
     gains-designed circle-failed plan-typical plan-not-enough
     plan-left-over plan-plant-unsure plan-friction-alone plan-accuracy
 """

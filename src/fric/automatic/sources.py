@@ -15,6 +15,7 @@ from fric.documents.bundled import bundled
 from fric.documents.controller import ControllerDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
+from fric.flaws.files import COLUMNS_LEFT_OUT as LEFT_OUT
 from fric.flaws.files import FILE_COPIES, FILE_LEFT_OUT, MAPPING_AMBIGUOUS, MAPPING_BESIDE, MAPPING_BUNDLED
 from fric.input import regular
 from fric.io.circle import choose_circles
@@ -23,7 +24,7 @@ from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
 from fric.io.propose import Guessed, axes_said, first_of, guessed, is_sure, says_all
 from fric.io.questions import Ask, answered, beside
-from fric.io.readers import endings, tables
+from fric.io.readers import endings, marked, tables
 from fric.io.recognise import HDF5_SIGNATURE, recognise
 from fric.log import Log, Record
 from fric.notice import Notice
@@ -42,7 +43,7 @@ from fric.units import Motion
 MOTION = "motion"
 """Use of records of any kind whose motion determines mass, viscous and Coulomb friction."""
 PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ".m", ".zip"})
-"""Endings of files that may lie beside logs, and are no logs."""
+"""Endings of files that may lie beside logs, and are no logs unless they have the mark of a format."""
 
 
 _PAPER = re.compile(
@@ -211,7 +212,7 @@ def _files(given: Iterable[Path]) -> Iterator[Path]:
     files: list[Path] = []
     for path in given:
         inside = sorted(path for path in path.rglob("*") if path.is_file()) if path.is_dir() else [regular(path)]
-        files += [path for path in inside if path.suffix.lower() not in PASSED_OVER]
+        files += [path for path in inside if path.suffix.lower() not in PASSED_OVER or marked(path)]
     yield from sorted(dict.fromkeys(files), key=lambda path: (path.suffix.lower() not in {".h5", ".hdf5"}, str(path)))
 
 
@@ -303,14 +304,22 @@ def _lacks_force(path: Path) -> bool:
 
 
 def _records(
-    path: Path, mapping: str, axis: str | None = None, *, assume: bool = False, kind: Kind | None = None
-) -> list[Record] | str:
-    """Return the records of a foreign log by a mapping, or by its header where there is none; or why it is none."""
+    path: Path, mapping: str, axis: str | None = None, *, assume: bool = False, kind: Kind | None = None,
+    doubts: list[Notice] | None = None,
+) -> list[Record] | str:  # fmt: skip
+    """Return the records of a foreign log by a mapping, or by its header where there is none; or why it is none.
+
+    doubts: Receives what is doubtful of the file, but not which columns are left out.
+    """
     with TemporaryDirectory() as folder:
         log = Path(folder) / "log.h5"
         try:
             bad_cells = "drop" if assume else "error"
-            read_foreign(path, log, mapping=mapping_of(mapping or None), axis=axis, kind=kind, bad_cells=bad_cells)
+            read = read_foreign(
+                path, log, mapping=mapping_of(mapping or None), axis=axis, kind=kind, bad_cells=bad_cells
+            )
+            if doubts is not None:
+                doubts += [w for w in read.warnings if w.severity != "note" and w.code != LEFT_OUT.code]
             return read_records(log)
         except FricError as error:
             return error.what
@@ -320,10 +329,12 @@ def _read(
     path: Path, mapping: str, found: Sources, seen: list[Record], *, axis: str | None = None, assume: bool = False
 ) -> str:
     """Take the records of a foreign log; return why there are none, else None."""
-    records = _records(path, mapping, axis, assume=assume)
+    doubts = list[Notice]()
+    records = _records(path, mapping, axis, assume=assume, doubts=doubts)
     if isinstance(records, str):
         return records
-    _taken(path, mapping, records, found, seen, wide=axis is not None, assume=assume)
+    if _taken(path, mapping, records, found, seen, wide=axis is not None, assume=assume):
+        found.description += [doubt for doubt in doubts if doubt not in found.description]
     return ""
 
 

@@ -15,6 +15,9 @@ CHANNELS_WITHOUT_TIME = Flaw("channels-without-time", "note", "The file gives no
 SCOPE_SCALE = Flaw("scope-scale", "doubt",
     "Scope shows {channels} with a scale or an offset, and the file does not say whether the exported values carry it.",
     "Look at 'Scale values before export'.")
+CYCLE_ASSUMED = Flaw("cycle-assumed", "doubt",
+    "The file names neither sampling interval nor axes: assumed are {interval:.3g} ms a row, and axes 1 to 3 in mm.",
+    "Export the recording as JSON, which names them, or say otherwise in a mapping.")
 THERE_ALREADY = Flaw("there-already", "note", "It is there already{record:, as record '{record}'|}: skipped.")
 RADIUS_ASSUMED = Flaw("radius-assumed", "doubt",
     "Without a reference the nominal radius is taken to be {radius}, the roundest within 0.2 % of that measured.",

@@ -48,12 +48,16 @@ def endings() -> frozenset[str]:
     return frozenset(ending for form in formats() for ending in form.endings) - {".h5"}
 
 
-def tables(path: Path, layout: Layout | None = None) -> Generator[ForeignTable, None, None]:
-    """Read a foreign log file by the reader that recognises it, table by table.
+def marked(path: Path) -> bool:
+    """Return whether a file has the mark of a format that is read."""
+    try:
+        return _surest(path)[0] == 1.0
+    except FricError:
+        return False
 
-    Raises FricError: When there is no such file, it is empty, cannot be read, or is of no known format.
-    """
-    path = Path(path)
+
+def _surest(path: Path) -> tuple[float, Any]:
+    """Return how sure the surest reader of a file is, and the reader."""
     try:
         with regular(path, of_folder=f"Name the files in it, as in {path}/*.csv.").open("rb") as file:
             head = file.read(HEAD)
@@ -61,9 +65,16 @@ def tables(path: Path, layout: Layout | None = None) -> Generator[ForeignTable, 
         raise FricError(f"cannot be read: {error.strerror}", where=str(path)) from None
     if not head.strip():
         raise FricError("is empty", where=str(path), hint="Export the log again.")
-    sure, reader = max(
-        ((float(reader.recognises(path, head)), reader) for reader in _readers()), key=lambda found: found[0]
-    )
+    return max(((float(reader.recognises(path, head)), reader) for reader in _readers()), key=lambda found: found[0])
+
+
+def tables(path: Path, layout: Layout | None = None) -> Generator[ForeignTable, None, None]:
+    """Read a foreign log file by the reader that recognises it, table by table.
+
+    Raises FricError: When there is no such file, it is empty, cannot be read, or is of no known format.
+    """
+    path = Path(path)
+    sure, reader = _surest(path)
     if sure > 0:
         found = iter(reader.tables(path, layout or Layout()))
         try:
