@@ -7,7 +7,6 @@ import pytest
 from scipy.special import stdtrit
 
 from fric.friction.dahl import Dahl
-from fric.identify.gms.identify import identify_gms
 from fric.identify.plant.rigid_body import identify_motion
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.identify.static_map.identify import StaticFit, identify_static
@@ -15,7 +14,7 @@ from fric.log import ForceVelocity
 from fric.records.prepared import prepared
 from fric.statistics import mixed_model
 from tests.chance import fewest, most
-from tests.identify.presliding import APART, PAPER, record
+from tests.identify.presliding import APART, PAPER, identify_gms, record
 from tests.identify.test_rigid_body import M, motion
 
 TRUTH = {"F_c": 50.0, "F_s": 80.0, "sigma": 100.0, "offset": 0.0}

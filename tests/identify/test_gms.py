@@ -8,9 +8,8 @@ from fric import FricError
 from fric.drive.plant import Plant
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
-from fric.identify.gms.identify import identify_gms
 from fric.log import Log
-from tests.identify.presliding import APART, PAPER, TABLE_1, pair, record, rms_error
+from tests.identify.presliding import APART, PAPER, TABLE_1, identify_gms, pair, record, rms_error
 
 SLIDING = {"frequency": 2.0, "mean": 1e-3, "cycles": 12, "kind": "sliding-sine", "dt": 1e-3}
 

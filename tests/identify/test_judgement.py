@@ -10,14 +10,13 @@ from fric.estimate import estimate_rows
 from fric.friction import models
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
-from fric.identify.gms.identify import identify_gms
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.log import Log
 from fric.records.inspection import inspect
 from fric.records.judgement import branch_slope, excites, identifiability_of
 from fric.records.prepared import prepared
 from fric.records.reversals import find_reversals
-from tests.identify.presliding import APART, PAPER, TABLE_1, pair, record
+from tests.identify.presliding import APART, PAPER, TABLE_1, identify_gms, pair, record
 
 
 def codes(warnings):

@@ -8,10 +8,10 @@ import pytest
 from fric.documents.friction import static_tree
 from fric.documents.machine_files import read_machine
 from fric.friction.dahl import Dahl
-from fric.identify.gms.identify import identify_gms
 from fric.identify.static_map.identify import identify_static
 from fric.log import Log
 from fric.simulate.experiment import constant_velocity, presliding_sine
+from tests.identify.presliding import identify_gms
 
 AXIS = read_machine("configs/reality/base.yaml").axis("x")
 

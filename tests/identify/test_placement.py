@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from fric.friction.gms import GMS
-from fric.identify.gms.identify import identify_gms
 from fric.identify.replay.coordinates import Coordinates, coordinates_of, search_ranges
 from fric.identify.replay.placement import placed
 from fric.identify.replay.replay_search import Search
 from fric.records.prepared import prepared
-from tests.identify.presliding import PAPER, pair, record
+from tests.identify.presliding import PAPER, identify_gms, pair, record
 
 SLIP, SHARE = np.geomspace(0.6e-6, 85e-6, 10), np.array([20, 16, 13, 11, 10, 9, 8, 6, 4, 3]) / 100
 TEN = GMS(PAPER, tuple(SHARE), tuple(SHARE * PAPER.F_s / SLIP), C=1e4)

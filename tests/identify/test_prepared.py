@@ -12,12 +12,11 @@ from fric.documents.friction import PreparedPart
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.identify.gms.identify import identify_gms
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.log import Log
 from fric.records.prepared import prepared
 from fric.simulate.experiment import experiment
-from tests.identify.presliding import PAPER, record
+from tests.identify.presliding import PAPER, identify_gms, record
 
 MACHINE = Path(__file__).parents[2] / "configs/xy-table.yaml"
 GIVEN = {p.name: Estimate(getattr(PAPER, p.name), "") for p in PAPER.parameters}

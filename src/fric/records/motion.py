@@ -148,12 +148,14 @@ def _smoothest(t: Real, instant: Real, value: Real, spread: Real, knot: float) -
     inside = np.clip(instant, knots[DEGREE], knots[-DEGREE - 1])  # an end may be beyond by its last digit
     basis: Any = BSpline.design_matrix(inside, knots, DEGREE)
     weight = (unit / spread) ** 2
-    normal: Any = basis.T @ sparse.diags_array(weight) @ basis
+    across = basis.T
+    normal: Any = across @ sparse.diags_array(weight) @ basis
     size = normal.shape[0]
     third: Any = sparse.diags_array([[-1.0], [3.0], [-3.0], [1.0]], offsets=[0, 1, 2, 3], shape=(size - 3, size))
+    back = third.T
     middle = float(np.mean(value))
     wanted = (value - middle) / unit
-    banded, penalty = _upper(normal), _upper(third.T @ third)
+    banded, penalty = _upper(normal), _upper(back @ third)
 
     smoothest = None
     low, high = -6.0, 14.0
@@ -166,7 +168,7 @@ def _smoothest(t: Real, instant: Real, value: Real, spread: Real, knot: float) -
             continue
         solved = np.zeros(size)
         for _ in range(REFINED):
-            left = basis.T @ (weight * (wanted - basis @ solved)) - 10.0**exponent * (third.T @ (third @ solved))
+            left = across @ (weight * (wanted - basis @ solved)) - 10.0**exponent * (back @ (third @ solved))
             correction = np.asarray(cho_solve_banded((factor, False), left))
             solved = solved + correction
             if np.abs(correction).max() < CONVERGED:
