@@ -97,6 +97,7 @@ def number(r: Random) -> float:
 
 def series(r: Random, whole: np.ndarray) -> Any:
     """Return a series of another length, rank, type or other values."""
+    whole = whole.astype(float) if whole.dtype.kind == "b" else whole
     n, some = len(whole), np.array([r.random() < 0.02 for _ in whole])
     return r.choice(
         [
@@ -751,7 +752,7 @@ def _read(path: Path) -> str:
     text = path.read_text(errors="replace") if path.suffix in {".yaml", ".html"} else ""
     if path.suffix == ".html":
         return re.sub(r"<[^>]*>", " ", re.sub(r"<(script|style|svg).*?</\1>", "", text, flags=re.DOTALL))
-    return text.partition("\nprovenance:")[0]
+    return re.sub(r"^axis: .*$", "", text.partition("\nprovenance:")[0], flags=re.MULTILINE)
 
 
 def ready() -> None:

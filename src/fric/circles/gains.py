@@ -313,9 +313,11 @@ def _of_log(log: Log) -> FoundController | None:
 def _controller(found: Real, half: Real, explained: float, rate: float | None, where: str) -> FoundController:
     """Return the controller of logarithms of its gains, and of the half-widths of their intervals [1]."""
     values = dict(zip(NAMES, np.exp(found).tolist(), strict=True))
+    with np.errstate(over="ignore"):  # what the data do not limit
+        factors = np.exp(half)
     estimates = {
-        key: Estimate(values[key], unit, (values[key] * float(np.exp(-h)), values[key] * float(np.exp(h))))
-        for key, unit, h in zip(NAMES, UNITS, half, strict=False)
+        key: Estimate(values[key], unit, (values[key] / by, values[key] * by))
+        for key, unit, by in zip(NAMES, UNITS, factors.tolist(), strict=False)
     }
     if rate is None:
         estimates["velocity_filter"] = Estimate(USUAL.velocity_filter, "Hz", assumed=True)
@@ -336,7 +338,8 @@ class _Fit:
         velocity = np.gradient(r, 1 / rate)
         fed = np.column_stack([np.ones(len(r)), r, velocity, np.gradient(velocity, 1 / rate)])[self.used]
         size = np.abs(fed).max(axis=0)
-        self.basis = np.linalg.qr(fed / np.where(size > 0, size, 1.0))[0]
+        self.sized = fed / np.where(size > 0, size, 1.0)
+        self.basis = np.linalg.qr(self.sized)[0]
         self.fed, self.u = fed, u[self.used]
         self.without = self._off(self.u)
 
@@ -411,7 +414,7 @@ class _Fit:
     def _apart(self, log_values: Real) -> float:
         """Return the residual with the velocity of the reference through the loop's integral [V²], or without."""
         _, _, K_i, _ = np.exp(log_values)
-        others = np.linalg.qr(self.fed[:, [0, 2, 3]] / np.abs(self.fed[:, [0, 2, 3]]).max(axis=0))[0]
+        others = np.linalg.qr(self.sized[:, [0, 2, 3]])[0]
         rests = [self.u - self.volts(log_values) - share * K_i * self.fed[:, 1] for share in (0.0, 1.0)]
         return min(float(np.sum((rest - others @ (others.T @ rest)) ** 2)) for rest in rests)
 

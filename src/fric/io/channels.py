@@ -143,6 +143,12 @@ def plan(
         kind = mapping.kind
     channels = _of_file(table, mapping.columns, part) if mapping else _by_header(table, kind)
     form = _form(channels, kind)
+    if strange := channels.keys() - set(ORDER[form]):
+        raise FricError(
+            f"such a record has no {min(strange)}",
+            where=where,
+            hint="Leave it out of the mapping, or say another kind.",
+        )
     motions = kinds_of(motion)
     refusals: list[tuple[int, FricError]] = []
     for chosen in motions:

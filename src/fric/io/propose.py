@@ -77,15 +77,20 @@ class Guess:
         return (
             bool(moves)
             and (bool(self.kind) or "time" in roles)
-            and all(role.unit for role in wanted_roles(self.axis).values())
+            and all(
+                role.unit and (role.unit[:1].isdigit() or _fits(role, self.axis.motion))
+                for role in wanted_roles(self.axis).values()
+            )
         )
 
 
-def _known_unit(role: Role, motion: Motion) -> bool:
-    if role.channel == "n":
-        return True
+def _fits(role: Role, motion: Motion) -> bool:
     measured = channel_dimension("force" if role.channel in {"deviation", "error"} else role.channel)
-    return role.unit_likelihood >= SURE and (role.column is None or converts(role.unit, measured, motion))
+    return role.channel == "n" or role.column is None or converts(role.unit, measured, motion)
+
+
+def _known_unit(role: Role, motion: Motion) -> bool:
+    return role.channel == "n" or (role.unit_likelihood >= SURE and _fits(role, motion))
 
 
 def wanted_roles(axis: AxisColumns) -> dict[str, Role]:

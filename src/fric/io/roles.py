@@ -573,6 +573,7 @@ class _Motion:
                 p = data.x[:, position if position is not None else 0]
                 early, late = p[rows + 2 * h] - p[rows], p[rows + 4 * h] - p[rows + 2 * h]
                 span = t[rows + 4 * h] - t[rows]
+                span /= span.max()  # no unit matters below
             v, a = (early + late) / span, (late - early) / span**2
             fast = np.abs(v) > 0.1 * np.quantile(np.abs(v), 0.98)
             if fast.sum() < 30:

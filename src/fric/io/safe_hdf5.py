@@ -260,7 +260,7 @@ def column(group: h5py.Group, name: str, *, ndim: int = 1) -> Real:
 
     Raises FricError: When it is missing, is no dataset, has another number of dimensions, or no real numbers.
     """
-    data = group.get(name)
+    data = group.get(name) if isinstance(group, h5py.Group) else None
     where = f"{group.file.filename}, '{printable(f'{group.name}/{name}', 80)}'"
     if not isinstance(data, h5py.Dataset):
         raise FricError("is damaged: there is no such dataset", where=where, hint="Make the file again.")

@@ -122,6 +122,7 @@ def _around_reversals(t: Real, reference: Real, at: Indices) -> list[tuple[int, 
         moves = int(first) + max(int(np.argmax(moved)) - 1, 0)
         until = min(t[moves] + WITHIN, 0.5 * (t[moves] + t[stop - 1]))
         begin = int(np.searchsorted(t, t[first] - min(0.2 * WITHIN, 0.2 * (until - t[first]))))
+        begin = max(begin, int(at[n - 1]) + 1 if n else 0)
         spans.append((begin, int(first), min(max(int(np.searchsorted(t, until)), moves + 2), len(t))))
     return spans
 

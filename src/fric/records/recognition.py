@@ -276,7 +276,7 @@ def force_rises(log: Log, reversals: Indices) -> list[tuple[float, int, float]]:
         return []
     found = []
     strokes = np.abs(np.diff(log.position[reversals]))
-    whole = strokes >= SWAY * strokes.max()
+    whole = (strokes > 0.0) & (strokes >= SWAY * strokes.max())
     for begin, end in np.column_stack([reversals[:-1], reversals[1:]])[whole]:
         z, force = log.position[begin : end + 1], log.force[begin : end + 1]
         up = float(np.median(force[len(force) // 2 :])) - float(force[0])

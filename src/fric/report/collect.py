@@ -135,6 +135,10 @@ class ContourTest:
     # The runs themselves, without traces; none of an earlier report
     runs: Sequence[ContourRun[Any, Any]] = field(default=(), compare=False)
 
+    def __post_init__(self) -> None:
+        if len({contour.scheme.name for contour in self.contours}) < len(self.contours):
+            raise FricError("holds two results of one scheme", where=self.source, hint="Make it again.")
+
     @property
     def created(self) -> str:
         """When it was made, in ISO 8601; empty where the file does not state it."""

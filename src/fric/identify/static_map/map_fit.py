@@ -244,7 +244,8 @@ def aged(problem: StribeckProblem, solution: MapSolution) -> Ageing:
     """Fit eq. (2) with an F_s that ages, to strokes that do not swing, from eq. (2) without ageing."""
     theta, speed, sign = solution.theta, np.abs(problem.v), np.sign(problem.v)
     slowest = float(speed.min())
-    scale = np.array([theta["F_c"] or 1.0, theta["F_s"], theta["F_s"], theta["F_s"] / float(speed.max()), theta["F_s"]])
+    level = theta["F_s"] or 1.0
+    scale = np.array([theta["F_c"] or 1.0, level, level, level / float(speed.max()), level])
 
     def force(x: Real) -> Real:
         F_c, F_s, rise, sigma, offset = x[:5] * scale

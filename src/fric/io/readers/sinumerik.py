@@ -179,7 +179,9 @@ class _Trace:
         try:
             with path.open("rb") as file:
                 parser.ParseFile(file)
-        except expat.ExpatError as error:
+        except (expat.ExpatError, LookupError, ValueError) as error:  # the others: an encoding that is unknown
+            if error.__traceback__ is not None and error.__traceback__.tb_next is not None:  # of what reads an element
+                raise
             raise FricError(f"is no whole XML ({error})", where=str(path), hint="Save the trace again.") from None
 
     def _begin(self, tag: str, about: dict[str, str]) -> None:

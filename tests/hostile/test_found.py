@@ -1,0 +1,76 @@
+"""What a fuzzer found that knows only the documentation: a sentence each, or what can be believed."""
+
+from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import h5py
+import numpy as np
+import pytest
+
+from fric.documents.mapping import MappingDocument
+from fric.errors import FricError
+from fric.identify.static_map.map_fit import aged
+from fric.identify.static_map.stribeck_fit import StribeckProblem
+from fric.io.circle import FEEDFORWARD, read_feedforward
+from fric.io.ingest import ingest
+from fric.io.ingest_circle import StatedCircle, ingest_circles
+from fric.log import Log
+from fric.records.kicks import _around_reversals
+from fric.records.recognition import force_rises
+from fric.report.collect import ContourTest
+
+
+def test_a_dataset_in_place_of_an_axis_of_a_feedforward(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "table.h5", "w") as file:
+        file.attrs["fric"] = FEEDFORWARD
+        file["x"] = np.zeros(9)
+    with pytest.raises(FricError, match="there is no such dataset"):
+        read_feedforward(tmp_path / "table.h5")
+
+
+def test_a_circle_of_one_row_without_a_header(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("0 1.0 2.0\n")
+    with pytest.raises(FricError):
+        ingest_circles([tmp_path / "a.txt"], tmp_path / "a.h5", stated=StatedCircle(sampling=1e3))
+
+
+def test_a_trace_in_an_encoding_that_is_unknown(tmp_path: Path) -> None:
+    for encoding in ("x", "shift_jis"):
+        (tmp_path / "a.xml").write_text(f'<?xml version="1.0" encoding="{encoding}"?><traceSession><traceData/>')
+        with pytest.raises(FricError, match="no whole XML"):
+            ingest(tmp_path / "a.xml", tmp_path / "a.h5")
+
+
+def test_a_position_in_a_table_of_means(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t,v,F\n" + "".join(f"{n},{n},{n}\n" for n in range(9)))
+    columns = {"time": {"column": "t", "unit": "s"}, "position": {"column": "v", "unit": "m"}}
+    columns["force"] = {"column": "F", "unit": "N"}
+    mapping = MappingDocument.model_validate({"fric": "mapping/1", "columns": columns})
+    with pytest.raises(FricError, match="such a record has no position"):
+        ingest(tmp_path / "a.csv", tmp_path / "a.h5", mapping=mapping, kind="force-velocity")
+
+
+def test_static_friction_of_zero_ages_nothing() -> None:
+    v = np.array([-0.1, -0.01, -0.001, 0.001, 0.01, 0.1])
+    theta = {"F_c": 0.0, "F_s": 0.0, "v_s": 0.001, "delta": 1.0, "sigma": 1.0, "offset": 0.0}
+    found = aged(StribeckProblem(v, v.copy(), np.full(6, 0.01)), cast("Any", SimpleNamespace(theta=theta)))
+    assert np.isfinite(found.residual).all()
+
+
+def test_a_look_at_a_reversal_begins_after_the_one_before() -> None:
+    t = np.arange(1000) * 1e-3
+    spans = _around_reversals(t, np.sin(9 * t), np.array([50, 51, 52, 600]))
+    assert all(before[0] < after[0] for before, after in pairwise(spans))
+
+
+def test_strokes_between_reversals_at_one_place() -> None:
+    log = Log(np.arange(90.0), np.repeat([1.0, 2.0, 1.0], 30), force=np.sin(np.arange(90.0)), name="a")
+    assert force_rises(log, np.array([0, 5, 10])) == []
+
+
+def test_a_report_has_one_result_of_a_scheme() -> None:
+    contour = cast("Any", SimpleNamespace(scheme=SimpleNamespace(name="a")))
+    with pytest.raises(FricError, match="two results of one scheme"):
+        ContourTest("a.html", {}, 0.05, 0.03, 1, (), (contour, contour))
