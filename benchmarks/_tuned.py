@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks._machines import Ran, spread_of
 from fric.circles.measured import AxisTrace, MeasuredCircle
-from fric.circles.tune import Tuned, holds, tune, with_belief
+from fric.circles.tune import holds, tune, with_belief
 from fric.circles.tune_fit import TunedAxis, parameters
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
@@ -48,7 +48,7 @@ def tuned(source: str, spread: str, seed: int, index: int) -> dict[str, Any]:
     if index >= 0:
         machine = draw_machine(machine, index, seed=seed, spreads=read_spreads(CONFIGS / spread))[0]
     flawed = source.startswith("reality")
-    seen = [_run(machine, "f", test) for test in (FAST, SLOW)]
+    seen = [driven(machine, "f", test) for test in (FAST, SLOW)]
     before = _four(machine)
     tests = [recorded(machine, run, index + 1 if flawed else None) for run in seen]
     try:
@@ -67,9 +67,9 @@ def tuned(source: str, spread: str, seed: int, index: int) -> dict[str, Any]:
     known = {name: with_belief(axis, axis.friction, axis.plant) for name, axis in machine.axes.items()}
     exact, beside = replace(machine, axes=known), replace(SLOW, radius=SLOW.radius + BESIDE)
     return result | {
-        "known": _four(exact), "errors": _errors(machine, found),
-        "unseen": {name: _glitch(_run(found.machine, "f", test)) for name, test in UNSEEN.items()},
-        "beside": [_glitch(_run(one, "f", beside)) for one in (exact, found.machine, held.machine)],
+        "known": _four(exact), "errors": errors_of(machine, found.axes),
+        "unseen": {name: _glitch(driven(found.machine, "f", test)) for name, test in UNSEEN.items()},
+        "beside": [_glitch(driven(one, "f", beside)) for one in (exact, found.machine, held.machine)],
         "predicted": {f"{one.scheme}{one.feed * 1e3:g}": [one.glitch, *one.ci95] for one in found.predicted},
         "full": [one.full for one in found.axes.values()],
     }  # fmt: skip
@@ -77,11 +77,13 @@ def tuned(source: str, spread: str, seed: int, index: int) -> dict[str, Any]:
 
 def _four(machine: Machine) -> dict[str, float]:
     return {
-        f"{scheme}{test.feed * 1e3:g}": _glitch(_run(machine, scheme, test)) for test in (FAST, SLOW) for scheme in "cf"
+        f"{scheme}{test.feed * 1e3:g}": _glitch(driven(machine, scheme, test))
+        for test in (FAST, SLOW)
+        for scheme in "cf"
     }
 
 
-def _run(machine: Machine, scheme: str, test: Circle) -> CircleRun:
+def driven(machine: Machine, scheme: str, test: Circle) -> CircleRun:
     return run_circle(machine, PAPER_SCHEMES[scheme], test, accuracy=ACCURACY)
 
 
@@ -102,13 +104,13 @@ def recorded(machine: Machine, run: CircleRun, seed: int | None) -> MeasuredCirc
     return MeasuredCircle(test.radius, test.feed, test.direction, axes, name=run.scheme.name)
 
 
-def _errors(machine: Machine, found: Tuned) -> dict[str, float]:
+def errors_of(machine: Machine, axes: Mapping[str, TunedAxis]) -> dict[str, float]:
     """Return by axis and parameter how far it is from the truth, in half-widths of its interval on that side.
 
     Blocks go by no number: those that slip at about one displacement may be found in another order.
     """
     errors = {}
-    for name, one in found.axes.items():
+    for name, one in axes.items():
         if one.estimates is None:
             continue
         true = truth(machine.axes[name], one)
@@ -174,9 +176,9 @@ def rows(ran: Ran, limits: tuple[str, str]) -> list[tuple[str, str, str]]:
         for key, error in one["errors"].items():
             held[key.split()[1]].append(abs(error) <= 1)
     pooled = [inside for own in held.values() for inside in own]
-    rows.append(("intervals that hold the truth: all", _share(pooled), "90 to 98 %"))
-    return rows + [(f"… {key}", _share(own), "90 to 98 %") for key, own in held.items()]
+    rows.append(("intervals that hold the truth: all", share(pooled), "90 to 98 %"))
+    return rows + [(f"… {key}", share(own), "90 to 98 %") for key, own in held.items()]
 
 
-def _share(inside: list[bool]) -> str:
+def share(inside: list[bool]) -> str:
     return f"{np.mean(inside):.1%} of {len(inside)}"
