@@ -111,7 +111,8 @@ class Ran:
 
 def _version(job: Job) -> str:
     """Return a digest of what a job depends on: rooms of the library, machines, its own file."""
-    files = sorted(file for room in (*ROOMS, "design") for file in (SOURCE / room).rglob("*.py"))
+    files = sorted(file for room in (*ROOMS, "circles", "design", "records") for file in (SOURCE / room).rglob("*.py"))
+    files += sorted(SOURCE.glob("*.py"))
     files += [*sorted((SOURCE.parents[1] / "configs").rglob("*.yaml")), Path(str(sys.modules[job.__module__].__file__))]
     return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
 

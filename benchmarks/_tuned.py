@@ -131,7 +131,8 @@ def _of_estimates(estimates: Mapping[str, Estimate], true: Mapping[str, Any]) ->
         values = zip(np.ravel(true[key]), np.ravel(estimate.value), np.reshape(estimate.ci95, (-1, 2)), strict=True)
         for n, (right, value, (low, high)) in enumerate(values, start=1):
             label = f"{key}_{n}" if isinstance(estimate.value, tuple) else key
-            errors[label] = float((value - right) / (value - low if value > right else high - value))
+            side = value - low if value > right else high - value  # an interval may end at its value
+            errors[label] = float((value - right) / side) if side > 0 else float(np.copysign(np.inf, value - right))
     return errors
 
 

@@ -440,23 +440,23 @@ def instrumented(found: FittedBalance) -> FittedBalance:
     return replace(moved, gradient=np.hstack([search.derivatives(x), -search.columns]) / weights[:, None])
 
 
-def whole(found: FittedBalance) -> FittedBalance:
-    """Return a fit in the coordinates of the whole shape: the point found, and the residual from there.
+def whole(found: FittedBalance) -> tuple[FittedBalance, Real]:
+    """Return a fit in the coordinates of the whole shape, and how far off a fit of the whole shape is, to first order.
 
     The choice between four parameters and the whole shape may depend on little, and the intervals must not depend on
-    it. The residual is that of the step of the whole shape's fit, to first order: the additional residual of four
-    parameters is no noise.
+    it. The point is the one found; the residual is that of the step to the fit of the whole shape: the additional
+    residual of four parameters is no noise. The step is of coordinates and plant, shape (p + 2 + circles,).
     """
     kept = found.balance.coordinates
     shape = kept.full().sided() if "side" in kept.names else kept.full()
     if shape.names == kept.names:
-        return found
+        return found, np.zeros(len(found.x) + len(found.plant))
     balance = replace(found.balance, coordinates=shape)
     x = shape.moved(kept, found.x)
     slopes = BalanceSearch(balance).derivatives(x) / balance.weights[:, None]
     lifted = replace(found, balance=balance, x=x, gradient=np.hstack([slopes, found.gradient[:, len(kept.names) :]]))
     step = Instruments.of(lifted).error(balance.weights * lifted.residual)
-    return replace(lifted, residual=lifted.residual + lifted.gradient @ step)
+    return replace(lifted, residual=lifted.residual + lifted.gradient @ step), step
 
 
 @dataclass(frozen=True)

@@ -97,7 +97,8 @@ def _drifts(axis: Axis, found: FittedBalance) -> Iterator[Notice]:
         apart = along - J @ np.linalg.lstsq(J, along, rcond=1e-9)[0]
         change = -float(apart @ residual / (apart @ apart))
         thin = slice(part.start, part.stop, record.quarter)
-        half = 2.0 * float(np.sqrt(hac_covariance(apart[thin, None], residual[thin])[0, 0]))
+        rest = residual + change * apart  # the drift itself is no error of it
+        half = 2.0 * float(np.sqrt(hac_covariance(apart[thin, None], rest[thin])[0, 0]))
         if abs(change) > max(half, CHANGES):
             feed = Estimate(record.feed, "m/s")
             yield circle.CIRCLE_DRIFTS.found(f"axis {axis.name}", change=change, size=abs(change), half=half, feed=feed)
@@ -169,12 +170,15 @@ UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "
 def tuned_estimates(found: FittedBalance, plant: Plant) -> TunedEstimates:
     """Return the result with intervals: of the noise, correlated in any way, and of the encoder.
 
-    found: The fit. Of what it kept of the shape only the covariance of its coordinates depends.
+    Where the shape was kept, an interval reaches from the value to the far end of that about a fit of the whole shape:
+    a shape that is off by little moves F_c by several half-widths before it shows in the residual.
+
+    found: The fit.
     plant: The plant that it found.
     """
     left = recorded_again(found)
     coordinates = _covariance(found, left)[: len(found.x), : len(found.x)]
-    found = whole(found)
+    found, step = whole(found)
     covariance = _covariance(found, left)
     names = found.balance.coordinates.names
     p = len(names)
@@ -187,11 +191,14 @@ def tuned_estimates(found: FittedBalance, plant: Plant) -> TunedEstimates:
     if at_one is not None:
         wide = slope @ _covariance(at_one, left) @ slope.T
     half = quantile * np.sqrt(np.maximum(np.maximum(np.diag(spread), np.diag(wide)), 0.0))
-    halves = dict(zip(labels, half, strict=True))
+    moved = slope @ step
+    halves, moves = (dict(zip(labels, map(float, values), strict=True)) for values in (half, moved))
 
     def within(name: str, value: float) -> Interval:
-        ratio = float(np.exp(halves[name])) if halves[name] < OPEN else np.inf
-        return value / ratio, value * ratio
+        if halves[name] + abs(moves[name]) > OPEN:
+            return 0.0, np.inf
+        low, high = min(moves[name] - halves[name], 0.0), max(moves[name] + halves[name], 0.0)
+        return value * float(np.exp(low)), value * float(np.exp(high))
 
     fitted = {name for name, width in halves.items() if width > 1e-9}
     sections: dict[str, Estimate] = {}
@@ -221,6 +228,7 @@ def tuned_estimates(found: FittedBalance, plant: Plant) -> TunedEstimates:
         "K_f": Estimate(plant.K_f, "N/V", fixed=True),
     }
     of_friction = [n for n, label in enumerate(labels) if label not in ("A", "B", "T_d") and label in fitted]
+    spread += np.outer(moved, moved)
     joint = Covariance.of([labels[n] for n in of_friction], spread[np.ix_(of_friction, of_friction)], "log")
     return TunedEstimates(static, negative, gms, of_plant, joint, coordinates)
 
@@ -238,26 +246,36 @@ def _covariance(about: FittedBalance, left: list[Real]) -> Real:
     """Return the covariance of coordinates and plant, shape (p + 2 + circles,) square.
 
     Samples are thinned to four a period of the filter's corner: samples between them add no information. Scores are
-    correlated (autoregressions), and the priors add their variance. The error from the encoder is added.
+    correlated (autoregressions), and the priors add their variance. Delay, inertia and A take the memory of their own
+    error, ``(ZᵀJ + P)⁻¹·z·r``: that of their scores, in which C and the level have a part, is three times as wide on
+    poor logs. The error from the encoder is added.
 
     about: The fit, or a point beside it, whose derivatives count.
     left: What circles leave that are recorded again.
     """
-    instruments, weights = Instruments.of(about), about.balance.weights
+    instruments, weights, p = Instruments.of(about), about.balance.weights, len(about.x)
     rows, residuals = [], []
     for record, part in zip(about.balance.records, about.balance.samples, strict=True):
         chosen, more = slice(part.start, part.stop, record.quarter), np.sqrt(record.quarter)  # fewer samples weigh more
         rows.append(more * instruments.Z[chosen])
         residuals.append(more * (weights * about.residual)[chosen])
-    Z = np.vstack(rows)
-    scale = np.linalg.norm(Z, axis=0)
-    scale[scale == 0] = 1.0
-    lengths = list(map(len, rows))  # circles that are recorded again show what recurs in each turn
-    scores = np.outer(scale, scale) * score_covariance(Z / scale, np.concatenate(residuals), lengths, most=1.0)
-    scores += np.diag(instruments.power * instruments.prior)
+    Z, lengths = np.vstack(rows), list(map(len, rows))
+
+    def remembered(regressors: Real) -> Real:  # circles that are recorded again show what recurs in each turn
+        scale = np.linalg.norm(regressors, axis=0)
+        scale[scale == 0] = 1.0
+        long_run = score_covariance(regressors / scale, np.concatenate(residuals), lengths, most=1.0)
+        return np.asarray(np.outer(scale, scale) * long_run)
+
+    covariance = instruments.solved(instruments.solved(remembered(Z)).T)
+    plant = [about.balance.coordinates.names.index("T_d"), p, p + 1]
+    ratio = np.ones(len(covariance))
+    by_itself = np.diag(remembered(instruments.solved(Z.T).T[:, plant]))
+    ratio[plant] = np.sqrt(np.minimum(by_itself / np.diag(covariance)[plant], 1.0))
+    covariance = covariance * np.outer(ratio, ratio)
+    covariance += instruments.solved(instruments.solved(np.diag(instruments.power * instruments.prior)).T)
     errors = _beyond(about, left) * np.array([instruments.error(weights * array) for array in left])
-    covariance = instruments.solved(instruments.solved(scores).T) + errors.T @ errors / len(errors)
-    p = len(about.x)
+    covariance += errors.T @ errors / len(errors)
     covariance[:p, :p] += np.diag(_of_the_encoder(about))
     return np.asarray(covariance)
 
