@@ -26,6 +26,7 @@ from fric.cli.main import main
 ROOT = Path(__file__).parents[2]
 CTRL_C, CTRL_D = "\x03", "\x04"
 LOGS = [ROOT / "data" / f"{name}.h5" for name in ("constant-velocity", "circle")]
+AUTO = ["auto", str(LOGS[0]), "-o", "found"]
 
 
 def screen_of(
@@ -77,10 +78,16 @@ def screen_of(
     return os.waitstatus_to_exitcode(status), [line.rstrip() for line in drawn.display], written.decode()
 
 
+@pytest.fixture(scope="module")
+def auto(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, list[str], str]:
+    """The screen of `fric auto` on strokes."""
+    return screen_of(AUTO, tmp_path_factory.mktemp("auto"))
+
+
 @pytest.mark.parametrize(
     "words",
     [
-        ["auto", str(LOGS[0]), "-o", "found"],
+        AUTO,
         ["identify", "static", str(LOGS[0]), "-o", "static.yaml"],
         ["simulate", "circle", "xy-table", "--scheme", "a,c", "--monte-carlo", "2"],
         ["diagnose", str(LOGS[1])],
@@ -91,15 +98,17 @@ def screen_of(
         pytest.param(["auto", "fleet", "-o", "found"], marks=pytest.mark.long(20)),
         pytest.param(["reproduce", "-o", "paper"], marks=pytest.mark.long(150)),
     ],
-    ids=lambda words: " ".join(words[:2]) if words[0] in {"identify", "simulate", "auto"} else words[0],
+    ids=lambda words: " ".join(words[:2]) if words[0] in {"identify", "simulate"} else words[0],
 )
-def test_a_bar_overwrites_nothing_and_is_gone_at_the_end(words: list[str], tmp_path: Path) -> None:
+def test_a_bar_overwrites_nothing_and_is_gone_at_the_end(
+    words: list[str], tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     for date in ("2026-01-01", "2026-02-01") if "fleet" in words else ():
         (tmp_path / "fleet" / "lathe" / date).mkdir(parents=True)
         shutil.copy(LOGS[0], tmp_path / "fleet" / "lathe" / date)
     if "circle.h5" in words:
         fric.circle("xy-table", "a").save(tmp_path / "circle.h5")
-    status, shown, written = screen_of(words, tmp_path)
+    status, shown, written = request.getfixturevalue("auto") if words is AUTO else screen_of(words, tmp_path)
     assert status == 0, "\n".join(shown)
     assert "━" in written, "no bar was drawn, and this test sees nothing"
     text = "\n".join(shown)
@@ -111,8 +120,8 @@ def test_a_bar_overwrites_nothing_and_is_gone_at_the_end(words: list[str], tmp_p
         assert line[:90] in text.replace("\n", "") or line[:90] in text, line
 
 
-def test_auto_says_each_step_in_a_line_above_its_bar(tmp_path: Path) -> None:
-    status, shown, _ = screen_of(["auto", str(LOGS[0]), "-o", "found"], tmp_path)
+def test_auto_says_each_step_in_a_line_above_its_bar(auto: tuple[int, list[str], str]) -> None:
+    status, shown, _ = auto
     assert status == 0
     lines = [line for line in shown if line]
     (step,) = (line for line in lines if line.startswith("x: static"))
