@@ -7,6 +7,7 @@ import fric
 from fric.log import Log
 from fric.records.encoders import transmission_of
 from fric.records.inspection import inspect
+from fric.records.kicks import foreign_compensation
 from tests.chance import fewest
 
 MACHINES = {"ball screw": (2e8, 2e-6, 80.0, 150.0), "rack": (3e7, 25e-6, 200.0, 400.0), "belt": (4e6, 0.0, 30.0, 20.0)}
@@ -54,6 +55,18 @@ def test_lost_motion_and_stiffness_are_found_with_the_encoder_that_friction_is_i
     assert motor.document["fit"] != load.document["fit"]
     with pytest.raises(fric.FricError, match="no load_position"):
         fric.identify_plant(Log(log.time, log.position, force=log.force), method="motion", encoder="load")
+
+
+@pytest.mark.parametrize("on", ["position", "load_position"])
+def test_lost_motion_is_no_kick_of_a_compensation_whichever_encoder_the_loop_is_closed_on(on):
+    """The other encoder jumps by the lost motion at each reversal, which no reference asks for."""
+    rng, t = np.random.default_rng(3), np.arange(8000) / 1e3
+    for lag in (0.0, 2e-3):
+        reference, followed = (0.02 * np.sin(2 * np.pi * (t - late)) for late in (0.0, lag))
+        other = followed + (1 if on == "load_position" else -1) * 10e-6 * np.sign(np.cos(2 * np.pi * (t - lag)))
+        motor, load = (other, followed) if on == "load_position" else (followed, other)
+        motor, load = (np.round((x + 1e-7 * rng.normal(size=len(t))) / 1e-6) * 1e-6 for x in (motor, load))
+        assert foreign_compensation(Log(t, motor, reference=reference, load_position=load)) is None
 
 
 def test_without_acceleration_friction_and_direction_are_one():

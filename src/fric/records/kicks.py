@@ -40,12 +40,14 @@ class Tracking:
     """How a record follows its reference.
 
     reference: that was logged, or the sine that the motion follows between its reversals [m]
-    rest: deviation of the position without what goes with velocity and acceleration, as the lag of a loop does [m]
+    position: of the encoder that the loop is closed on: of two, the one that deviates less from the reference [m]
+    rest: deviation of that position without what goes with velocity and acceleration, as the lag of a loop does [m]
     spans: of each reversal where the look at it begins, its sample, and where the look ends
     far: samples far from reversals
     """
 
     reference: Real
+    position: Real
     rest: Real
     spans: list[tuple[int, int, int]]
     far: Mask
@@ -61,14 +63,19 @@ def tracking(log: Log) -> Tracking | None:
     t, speed = log.time, np.gradient(reference, log.time)
     columns = np.column_stack([np.ones(len(t)), speed, np.gradient(speed, t)])
     columns /= np.maximum(np.abs(columns).max(axis=0), 1e-300)
-    deviation, far = log.position - reference, np.ones(len(t), dtype=bool)
+    far = np.ones(len(t), dtype=bool)
     spans = _around_reversals(t, reference, at)
     for begin, _, end in spans:
         far[begin:end] = False
     if far.sum() < SAMPLES // 4:
         return None
-    rest = deviation - columns @ np.linalg.lstsq(columns[far], deviation[far], rcond=1e-9)[0]
-    return Tracking(reference, rest, spans, far)
+    found = []
+    for position in (log.position, log.load_position):
+        if position is not None:
+            deviation = position - reference
+            rest = deviation - columns @ np.linalg.lstsq(columns[far], deviation[far], rcond=1e-9)[0]
+            found.append(Tracking(reference, position, rest, spans, far))
+    return min(found, key=lambda followed: float(np.std(followed.rest)))
 
 
 def _sine_of(t: Real, position: Real) -> Real | None:
@@ -93,11 +100,11 @@ def foreign_compensation(log: Log) -> Notice | None:
     by a share of all deviations elsewhere, is a pulse or a step of the control. Deviations that go with the velocity
     and the acceleration are those of the loop.
     """
-    if (followed := tracking(log)) is None or log.position is None:
+    if (followed := tracking(log)) is None:
         return None
     t, rest = log.time, followed.rest
     least = KICKED * float(np.quantile(np.abs(rest[followed.far]), 0.99))
-    least = max(least, KICK_COUNTS * visible_step(log.position))
+    least = max(least, KICK_COUNTS * visible_step(followed.position))
     found = [_kick(t, followed.reference, rest, *span) for span in followed.spans]
     kicks = [kick for kick in found if kick.lead > max(least, BEFORE * kick.before, BEHIND * kick.behind)]
     if len(kicks) < 2 or 2 * len(kicks) <= len(found):  # a single one is hunting or a disturbance
@@ -109,7 +116,7 @@ def foreign_compensation(log: Log) -> Notice | None:
     return FOREIGN_COMPENSATION.found(
         log.where, count=len(kicks), reversals=len(found), height=Estimate(lead, log.unit("position")),
         time=Estimate(float(t[kicks[0].sample]), "s"), decay=Estimate(decay, "s"), when=when,
-        place=Estimate(float(log.position[kicks[0].sample]), log.unit("position")),
+        place=Estimate(float(followed.position[kicks[0].sample]), log.unit("position")),
     )  # fmt: skip
 
 
