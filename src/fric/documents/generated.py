@@ -129,6 +129,17 @@ def _part(base: type[PartOf[Any]], kind: type[Any]) -> Any:
     return made
 
 
+def filed(given: Any, motion: Motion) -> Any:
+    """Return a dataclass as the keys of its `FilePart` in a file, but for those at their defaults."""
+    if isinstance(given, tuple):
+        return [filed(one, motion) for one in given]
+    if not is_dataclass(given) or isinstance(given, type) or type(given) in HELD:
+        return given
+    unset = {field.name for field in fields(given) if getattr(given, field.name) == field.default}
+    found = _part(FilePart, type(given)).of(given, motion)
+    return {name: filed(one, motion) for name, one in found.items() if name not in unset and one not in ((), {})}
+
+
 def described_fields(kind: type[Any]) -> tuple[str, dict[str, str]]:
     """Return the description of a class, the first paragraph of its docstring, and a sentence for each field.
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
+from fric.control import block_type
 from fric.documents.base import AxisDocument, AxisName, Document
 from fric.documents.controller import (
     BlockDocument,
@@ -18,16 +19,18 @@ from fric.documents.controller import (
     block_values,
 )
 from fric.documents.friction import FrictionDocument
-from fric.documents.generated import FilePart
-from fric.documents.plant import PlantDocument, PlantPart
-from fric.documents.quantity import Part, Physical, Quantity
+from fric.documents.generated import FilePart, filed
+from fric.documents.plant import PlantDocument, PlantPart, plant_part
+from fric.documents.quantity import Part, Physical, Quantity, in_units, known
 from fric.documents.schemes import LeadGiven, lead_of
-from fric.documents.yaml import read_document, read_tree
+from fric.documents.yaml import read_document, read_tree, write_document
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
+from fric.estimate import Estimate
 from fric.flaws.files import GAINS_DESIGNED
-from fric.friction import FrictionModel
-from fric.friction.stribeck import StaticMap
+from fric.friction import FrictionModel, model_type
+from fric.friction.directed import Directed
+from fric.friction.stribeck import OnStaticMap, StaticMap
 from fric.notice import Notice
 from fric.plausibility import Finding, of_friction, of_plant, settled
 from fric.simulate.machine import Axis, Machine, NominalFriction, Published
@@ -290,6 +293,92 @@ def read_friction(path: Path | str, model: str | None = None) -> FrictionModel:
     """
     document = read_document(Path(path), FrictionDocument)
     return true_friction(document) if model is None else document.friction(model)
+
+
+@verb
+def write_machine(machine: Machine, path: Path | str, *, force: bool = False) -> None:
+    """Write a machine as one file, which `fric.read_machine` and the command line read; `fric.Machine.save` does so.
+
+    Numbers have six digits. The place of an encoder's counts is not written, for no drive knows it.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    path
+        The file.
+    force
+        Replace a file that exists.
+
+    Raises
+    ------
+    FricError
+        When an axis has a friction that no file holds, as one completed by a measured circle.
+    """
+    content: dict[str, Any] = {
+        "name": machine.name,
+        "axes": {name: _filed(axis) for name, axis in machine.axes.items()},
+    }
+    if machine.published:
+        content["published"] = [_published(test) for test in machine.published]
+    write_document(Path(path), MachineDocument.made(content, notices=machine.warnings).tree(), force=force)
+
+
+def _filed(axis: Axis) -> dict[str, Any]:
+    """Return an axis by the keys of its part of a machine file."""
+    motion, nominal, observer = axis.motion, axis.nominal_friction, axis.observer
+    friction = _sections([axis.friction], axis)
+    if axis.load:
+        friction["static"] = friction.get("static", {}) | in_units({"offset": axis.load}, {"offset": "force"}, motion)
+    if any(name != model.name or name == "rolling" for name, model in nominal.models.items()):
+        raise FricError(f"axis {axis.name}: no file holds {', '.join(nominal.models)} under these names")
+    lead = nominal.lead if nominal.lead == "auto" else f"{nominal.lead!r} s"
+    believed = {"gain": nominal.gain, "lead": lead, "friction": _sections(nominal.models.values(), axis)}
+    blocks = {
+        name: in_units(given, {one.name: one.dimension for one in block_type(name).parameters}, motion)
+        for name, given in axis.blocks.items()
+    }
+    return known(
+        motion=motion, plant=plant_part(axis.plant, motion),
+        nominal=axis.nominal and plant_part(axis.nominal, motion), controller=ControllerPart.of(axis.cascade, motion),
+        observer=observer
+        and in_units(vars(observer) | vars(observer.q), ObserverPart.dimensions, motion) | {"filter": observer.q.name},
+        encoder=EncoderPart.of(axis.encoder, motion),
+        noise=in_units({"force": axis.force_noise}, NoisePart.dimensions, motion),
+        friction=friction, feedforward=believed, blocks=blocks or None,
+        second_mass=axis.second_mass and filed(axis.second_mass, motion),
+        reality=None if axis.reality == NONE else filed(axis.reality, motion),
+    )  # fmt: skip
+
+
+def _sections(given: Iterable[FrictionModel], axis: Axis) -> dict[str, dict[str, Estimate]]:
+    """Return friction models of an axis as the sections of one friction file."""
+    found: dict[str, dict[str, Estimate]] = {}
+    for model in given:
+        parts: list[tuple[str, FrictionModel, type[FrictionModel]]] = []
+        if isinstance(model, Directed):
+            parts, model = [("static_negative", model.negative, StaticMap)], model.model
+        if isinstance(model, OnStaticMap):
+            parts.append(("static", model.static, StaticMap))
+        if model_type(model.name) is not type(model):
+            raise FricError(
+                f"axis {axis.name}: no file holds the friction {type(model).__name__}",
+                hint="Give the axis a model with parameters, as `fric.GMS`, by `dataclasses.replace`.",
+            )
+        bases = [one for one in type(model).__mro__ if issubclass(one, FrictionModel) and "name" in vars(one)]
+        for section, part, kind in [*parts, *((one.name, model, one) for one in bases)]:
+            values = in_units(vars(part), {one.name: one.dimension for one in kind.parameters}, axis.motion)
+            if found.setdefault(section, values) != values:
+                raise FricError(
+                    f"axis {axis.name}: its controller knows several '{section}', and a file holds one",
+                    hint="Give it models on one static map, by `machine.with_belief`.",
+                )
+    return found
+
+
+def _published(test: Published) -> dict[str, Any]:
+    circle = in_units({"radius": test.radius, "velocity": test.feed}, PublishedPart.dimensions, "linear")
+    return circle | {"glitch": {name: Estimate(value, "m") for name, value in test.glitches.items()}}
 
 
 def nominal_models(document: FrictionDocument) -> dict[str, FrictionModel]:

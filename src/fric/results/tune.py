@@ -30,7 +30,7 @@ class TuneResult(Result, schema=TuningDocument):
     found: Tuned
     """What was found."""
     source: str
-    """The machine file that it was tuned from; empty for a machine of no file, which is not saved."""
+    """The machine file that it was tuned from; empty for a machine of no file: save its `machine`."""
     files: list[Path] = field(default_factory=list)
     """What was written; empty until it is saved."""
 
@@ -105,7 +105,7 @@ class TuneResult(Result, schema=TuningDocument):
         from fric.figures.tuned import draw_tuned
 
         if not self.source:
-            raise FricError("this machine is of no file, and `save` writes its files anew", hint="Tune a machine file.")
+            raise FricError("the tuned machine is of no file", hint='`result.machine.save("machine.yaml")` writes it.')
         folder = Path(path)
         figures = {folder / f"{name}.png": axis for name, axis in self.found.axes.items()}
         if folder.is_dir():

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from math import isclose
+from pathlib import Path
 from typing import Any
 
+import fric
 from fric.control.cascade import Cascade
 from fric.control.inverse_model import DisturbanceObserver
 from fric.control.scheme import Lead, require_feedforward
@@ -220,6 +222,10 @@ class Machine:
                 axis = axis.believing(item)
             axes[name] = axis
         return replace(self, axes=axes)
+
+    def save(self, path: Path | str, *, force: bool = False) -> None:
+        """Write the machine as one file, which `fric.read_machine` and the command line read (`fric.write_machine`)."""
+        fric.write_machine(self, path, force=force)
 
     def placed(self, place: float) -> Machine:
         """Return the machine with another place of position 0 between two counts of its encoders, from 0 to 1.
