@@ -12,11 +12,17 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
+from hypothesis.internal.conjecture import providers
 
 gc.set_threshold(100_000)  # as `fric` does: modules are no garbage
-settings.register_profile("fric", deadline=None, derandomize=True)  # a busy machine is no failure
+# A busy machine is no failure.
+settings.register_profile(
+    "fric", deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("fric")
+if hasattr(providers, "_get_local_constants"):  # examples from the modules that are imported: those of a worker's turn
+    providers._get_local_constants = providers.Constants
 
 FIRST = {"test_docs.py", "test_mutation.py"}
 """Files with the longest single tests: at the end of a session one of them would run alone, on one core of several."""

@@ -27,7 +27,7 @@ def test_which_says_nothing(): pass
     ("minutes", "words", "told"),
     [
         ("0", ["-p", "no:xdist"], "long tests: 0 begun, 6 had no time left"),
-        ("2", ["-n", "2", "--dist", "worksteal"], "long tests: 4 begun (test_"),
+        ("10", ["-n", "2", "--dist", "worksteal"], "long tests: 4 begun (test_"),
     ],
 )
 def test_long_tests_are_begun_while_there_is_time(tmp_path, minutes, words, told):

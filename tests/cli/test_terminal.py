@@ -63,7 +63,8 @@ def screen_of(
             os.write(terminal, rest.pop(0).encode())
         # a signal between the prompt and the read that follows waits for the next: who sees nothing presses again
         if CTRL_C in typed and not rest and not select.select([terminal], [], [], 2.0)[0]:
-            os.write(terminal, CTRL_C.encode())
+            if Path(f"/proc/{child}/stat").read_text().rpartition(") ")[2][0] == "S":  # a busy process is on its way
+                os.write(terminal, CTRL_C.encode())
             continue
         try:
             part = os.read(terminal, 65536)

@@ -8,6 +8,7 @@ not print, over 60 s or 2 GB. A case is known by its seed and number alone.
 from __future__ import annotations
 
 import argparse
+import faulthandler
 import gzip
 import json
 import os
@@ -680,6 +681,7 @@ def _be(words: list[str], folder: Path, heard: int) -> None:
     most = LONGER.get("".join(words[:1]), SECONDS)
     resource.setrlimit(resource.RLIMIT_CPU, (most, most + 1))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    faulthandler.disable()  # it would tell of a crash on the screen of the tests
     sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
     sys.stderr = open(2, "w", encoding="utf-8", errors="backslashreplace", closefd=False)  # noqa: SIM115
     sys.argv[:] = ["fric", *words]

@@ -159,7 +159,7 @@ def test_units_that_would_be_worked_out_for_years(unit):
     start = time.process_time()
     with pytest.raises(FricError, match="not a unit"):
         factor(unit, "position")
-    assert time.process_time() - start < 2
+    assert time.process_time() - start < 20
     for known, kind in (("m/s^2", "acceleration"), ("m/s**2", "acceleration"), ("N*s*m**-1", "viscous")):
         assert factor(known, kind) == 1
 
@@ -277,7 +277,7 @@ def test_a_force_that_tells_nothing_ends_in_a_sentence(verb, spoil, match):
 def test_a_device_without_end_is_no_log(tmp_path, words):
     done = subprocess.run(
         [sys.executable, "-m", "fric", "ingest", "/dev/zero", "-o", str(tmp_path / "a.h5"), *words],
-        capture_output=True, text=True, check=False, timeout=60,
+        capture_output=True, text=True, check=False, timeout=600,
     )  # fmt: skip
     assert (done.returncode, "no regular file" in done.stderr) == (1, True), done.stderr
 

@@ -112,7 +112,7 @@ def test_what_is_added_at_once_is_all_there(tmp_path):
         assert one.stdin is not None
         one.stdin.close()  # all begin at once
         one.stdin = None
-    said = [one.communicate(timeout=60)[1] for one in adding]
+    said = [one.communicate(timeout=600)[1] for one in adding]
     assert [one.returncode for one in adding] == [0] * len(names), said
     assert sorted(one.name for one in read_logs(path)) == ["first", *names]
 
@@ -209,13 +209,13 @@ def test_a_polite_kill_leaves_nothing(tmp_path):
     code = (
         "import sys, time\nfrom pathlib import Path\nfrom fric.output import staged\n"
         "from fric.cli.main import _interrupt\nimport signal\nsignal.signal(signal.SIGTERM, _interrupt)\n"
-        "with staged(Path(sys.argv[1])) as draft:\n    print('in', flush=True)\n    time.sleep(60)\n"
+        "with staged(Path(sys.argv[1])) as draft:\n    print('in', flush=True)\n    time.sleep(3600)\n"
     )
     words = [sys.executable, "-c", code, str(tmp_path / "out.txt")]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as child:
         assert child.stdout.readline() == b"in\n"
         child.send_signal(signal.SIGTERM)
-        child.wait(10)
+        child.wait(600)
     assert not list(tmp_path.iterdir())
 
 

@@ -117,7 +117,7 @@ def test_a_column_is_stated_and_saved_in_a_browser(log: Path, tmp_path: Path, wa
         driver.save_screenshot(str(tmp_path / "page.png"))
         driver.find_element("css selector", "#save").click()
         assert [entry for entry in driver.get_log("browser") if entry["level"] in {"SEVERE", "WARNING"}] == []
-        _, told = command.communicate(timeout=60)
+        _, told = command.communicate(timeout=600)
         assert command.returncode == 0, told
     finally:
         command.kill()

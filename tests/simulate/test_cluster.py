@@ -32,7 +32,7 @@ def scheduler() -> Iterator[str]:
 
 def test_a_cluster_runs_the_same_machines_to_the_same_digits(scheduler):
     here = monte_carlo(STUDY, 5)
-    with cluster_outcomes(STUDY, 5, scheduler) as there:
+    with cluster_outcomes(STUDY, 5, scheduler, timeout=600) as there:
         outcomes = list(there)
     assert [outcome.index for outcome in outcomes] == [0, 1, 2, 3, 4]
     assert np.array_equal(here.quadrants, [outcome.quadrants for outcome in outcomes])
@@ -40,10 +40,10 @@ def test_a_cluster_runs_the_same_machines_to_the_same_digits(scheduler):
 
 
 def test_a_block_that_ends_early_cancels_what_was_not_begun(scheduler):
-    with cluster_outcomes(STUDY, 200, scheduler) as outcomes:
+    with cluster_outcomes(STUDY, 200, scheduler, timeout=600) as outcomes:
         first = next(outcomes)
     assert np.array_equal(first.quadrants, STUDY(0).quadrants)
-    with cluster_outcomes(STUDY, 1, scheduler) as outcomes:  # the cluster is free for the next
+    with cluster_outcomes(STUDY, 1, scheduler, timeout=600) as outcomes:  # the cluster is free for the next
         assert len(list(outcomes)) == 1
 
 
@@ -57,14 +57,19 @@ def test_an_address_that_does_not_answer_is_told():
 
 
 def test_a_cluster_without_workers_or_with_another_fric_is_told(scheduler, monkeypatch):
+    def none_comes(client, count, timeout):
+        raise TimeoutError
+
     with (
+        monkeypatch.context() as waiting,
         distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=":0", protocol="tcp") as empty,
-        pytest.raises(FricError, match="has no workers"),
-        cluster_outcomes(STUDY, 1, empty.scheduler_address, timeout=0.5),
     ):
-        pass
+        waiting.setattr(distributed.Client, "wait_for_workers", none_comes)
+        address = empty.scheduler_address
+        with pytest.raises(FricError, match="has no workers"), cluster_outcomes(STUDY, 1, address, timeout=600):
+            pass
     monkeypatch.setattr(processes, "_version", _other_version)
-    with pytest.raises(FricError, match=r"has fric 0\.0"), cluster_outcomes(STUDY, 1, scheduler):
+    with pytest.raises(FricError, match=r"has fric 0\.0"), cluster_outcomes(STUDY, 1, scheduler, timeout=600):
         pass
 
 
