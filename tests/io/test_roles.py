@@ -18,9 +18,9 @@ from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
 from fric.io.propose import propose
 from fric.io.readers import tables
-from fric.io.readers.base import named
+from fric.io.readers.base import Column, named
 from fric.io.roles import SURE, AxisColumns, axes_of
-from fric.io.words import tags
+from fric.io.words import spoken, tags
 from fric.units import rotates
 from tests.chance import fewest
 from tests.io.judge import judged
@@ -316,6 +316,7 @@ def test_joints_of_an_arm_in_matrices_are_axes_of_a_record(tmp_path: Path, lying
         ("actual_position commanded_position actual_velocity commanded_velocity", [None] * 4),
         ("motor_position load_position motor_velocity load_velocity", [None] * 4),
         ("exp.input.u exp.output.y exp.ref.r", [None] * 3),
+        ("POSITIONS(J1) POSITIONS(J2) CURRENT(J1) CURRENT(J2)", ["1", "2", "1", "2"]),
     ],
 )
 def test_axes_are_words_that_several_columns_share(names: str, axes: list[str | None]) -> None:
@@ -359,6 +360,13 @@ def test_signals_of_simulink_and_units_above_a_header(tmp_path: Path) -> None:
     assert {column.name for column in next(tables(tmp_path / "out.mat")).columns} == {
         "time", "position", "velocity", "current"
     }  # fmt: skip
+    rows = np.array([('"Model Root"/pos_act[mm]', 1e3 * a["position"][None, :], "mm"),
+                     ('"Model Root"/F_motor', a["current"][None, :], "N")],
+                    dtype=[("Name", object), ("Data", object), ("Unit", object)])  # fmt: skip
+    time = {"Name": "time", "Data": a["t"][None, :], "Unit": "s"}
+    savemat(tmp_path / "exp.mat", {"exp_1": {"X": time, "Y": rows}})
+    (axis,) = told(tmp_path / "exp.mat")
+    assert {channel: role.unit for channel, role in axis.roles.items()} == {"time": "s", "position": "mm", "force": "N"}
     rows = "".join(f"{t:.3f}\t{1e3 * x:.4f}\t{i:.4f}\t\n" for t, x, i in zip(a["t"], a["position"], a["current"],
                                                                            strict=True))  # fmt: skip
     head = "LabVIEW Measurement\t\nY_Unit_Label\tmm\tN\t\n***End_of_Header***\nX_Value\tLaser\tLoad cell\tComment\n"
@@ -367,6 +375,23 @@ def test_signals_of_simulink_and_units_above_a_header(tmp_path: Path) -> None:
     assert [log.axis for log in find_sources([tmp_path / "run.lvm"], None, tmp_path / "made", assume=True).logs] == [
         "x"
     ]
+
+
+def test_the_end_of_a_path_says_what_a_column_is_and_a_joint_stays_one(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    names = [f"/joint_states/{joint}/{of}" for joint in ("arm", "hand") for of in ("position", "velocity", "effort")]
+    columns = [a[name][n : n + 3500] for n in (325, 0) for name in ("position", "velocity", "current")]
+    path = write(tmp_path / "export.csv", ";".join(["__time", *names]), 1e3 + a["t"][:3500], *columns)
+    assert [axis.roles["force"].column for axis in told(path)] == [3, 6]  # axes are in the order of their columns
+    assert spoken(Column(names[0])).quantity == "position"
+
+
+def test_what_an_oscilloscope_logs_lacks_a_position(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    write(tmp_path / "tek.csv", "Source;CH1;CH2\nSecond;Volt;Volt", a["t"], a["position"], a["current"])
+    assert [column.unit for column in next(tables(tmp_path / "tek.csv")).columns] == ["second", "Volt", "Volt"]
+    with pytest.raises(FricError, match="no column looks like the position"):
+        fric.auto(tmp_path, output=tmp_path.parent / f"{tmp_path.name}-out", assume=True)
 
 
 def test_a_table_of_velocities_in_order_is_one_of_means(tmp_path: Path) -> None:

@@ -15,6 +15,9 @@ from fric.documents.inspection import InspectionDocument
 from fric.io.hdf5 import read_records
 from fric.log import FrequencyResponse, Log
 from fric.records.inspection import inspect
+from fric.records.prepared import prepared
+from fric.records.recognition import LOOP_SHARE, force_rise
+from fric.records.reversals import find_reversals
 from fric.simulate.experiment import experiment
 from tests.records.kinematics import encoder, strokes
 
@@ -166,6 +169,46 @@ def test_a_fast_motion_back_and_forth_is_none():
     acceleration = np.gradient(np.gradient(position, time), time)
     force = 100.0 * acceleration + 5.0 * np.sign(np.gradient(position)) + RNG.standard_normal(8000)
     assert inspect(Log(time=time, position=np.round(position / 1e-6) * 1e-6, force=force)).kind == "motion"
+
+
+def test_viscous_friction_of_a_robot_is_no_presliding():
+    """A force that rises with the speed comes up late after a reversal; a rigid body with friction explains it all."""
+    time = np.arange(6000) / 250.0
+    x = sum(a * np.sin(2.0 * np.pi * 0.05 * n * time) for n, a in enumerate((0.3, 0.3, -0.4, 0.2, 0.3), 1))
+    v = np.gradient(x, time)
+    force = 0.5 * np.gradient(v, time) + 8.0 * v + 2.5 * np.sign(v) + 0.05 * RNG.standard_normal(6000)
+    log = Log(time=time, position=x, force=force, motion="rotary")
+    assert force_rise(log, find_reversals(x)) > LOOP_SHARE
+    assert inspect(log).kind == "motion"
+
+
+def test_moves_of_many_lengths_are_no_frequency_response():
+    """Their spectrum is broad, but they pause; a noise about rest or about a speed does not."""
+    time, rng = np.arange(20_000) / 1000.0, np.random.default_rng(7)
+    ends = np.concatenate([[0.0], rng.uniform(-0.1, 0.1, 40)])
+    share = np.clip(np.linspace(0.0, 1.4, 500), 0.0, 1.0)
+    moves = np.concatenate(
+        [a + (b - a) * share**3 * (10 - 15 * share + 6 * share**2) for a, b in itertools.pairwise(ends)]
+    )
+    noise = np.cumsum(np.convolve(rng.standard_normal(20_000), np.ones(20), "same")) * 1e-5
+    for position, kind in (
+        (moves, "motion"),
+        (noise, "frequency-response"),
+        (noise + 0.05 * time, "frequency-response"),
+    ):
+        velocity = np.gradient(position, time)
+        log = Log(time=time, position=position, input=np.gradient(velocity, time) + 5.0 * velocity, motion="linear")
+        assert inspect(log).kind == kind
+
+
+def test_a_spindle_of_one_direction_shows_friction_and_no_offset():
+    time = np.arange(4000) / 100.0
+    speed = np.interp(time, [0, 1, 12, 20, 28, 38, 40], [0, 0, 300, 120, 250, 0, 0])
+    rest = 1e-4 * RNG.standard_normal(4000) * (speed == 0.0)
+    log = Log(time=time, velocity=speed + rest, force=1.4 + 4e-3 * speed, motion="rotary")
+    (record,) = prepared([log])
+    assert record.done.own == ("mass",)
+    assert record.used.mean() > 0.8
 
 
 def test_noise_makes_no_reversals_in_a_long_rest():

@@ -246,7 +246,7 @@ def _none_found(found: Sources) -> FricError:
     """Return why no file shows friction, and what to log or to fill in."""
     if not found.refused:
         return FricError("there is no log in these files", hint="Give logs of a drive, or their folder.")
-    ((why, files), *more) = found.refused.items()
+    ((why, files), *more) = sorted(found.refused.items(), key=lambda item: "column" not in item[0])
     what = f"no log here shows friction: {why}"
     beside = [f"{first_of(others)}: {reason}" for reason, others in more[:3]]
     hint = (

@@ -175,6 +175,8 @@ def _guessed(
         found.description += found.open.asked()
         for path in {path for guess in found.open.found for path in guess.files}:
             del asking[path]
+        for one in (one for one in guess.found if not one.whole and one.questions):
+            asking |= {path: one.questions[0].text for path in one.files if path in asking}
         if not wanted:
             return
         sure = replace(guess, found=wanted)

@@ -129,10 +129,13 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
                 members = groups.setdefault(tuple(table.columns), [])
                 members.append(in_memory(table, rows=len(members) < MOST_FILES))
     found = [guess for members in groups.values() for guess in _of_group(members)]
-    motions: dict[str, Motion] = {}
-    for guess in found:  # what is of another motion, or in other units, is another axis
+    for k, guess in enumerate(found):  # what is of the same files, of another motion or in other units, is another axis
         name, n = guess.axis.name, 1
-        while motions.setdefault(guess.axis.name, guess.axis.motion) != guess.axis.motion:
+        while any(
+            other.axis.name == guess.axis.name
+            and (other.axis.motion != guess.axis.motion or other.files == guess.files)
+            for other in found[:k]
+        ):
             n += 1
             guess.axis.name = f"{name}{n}"
     return found
@@ -158,7 +161,9 @@ def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> Axi
     for channel, role in by_name.roles.items():
         if role.column is not None and spoken(table.columns[role.column]).quantity == "other":
             continue  # a supply is in V, and no input
-        if channel not in axis.roles and role.column not in taken and not (channel == "velocity" or role.others):
+        if channel == "velocity" or (channel == "position" and "velocity" in axis.roles):
+            continue  # of this axis, its values would show it
+        if channel not in axis.roles and role.column not in taken and not role.others:
             axis.roles[channel] = role
     return axis
 

@@ -161,7 +161,7 @@ def _head(table: ForeignTable, most: int) -> Real:
 
 
 def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
-    """Return the axes of tables that have the same columns, the surest first."""
+    """Return the axes of tables that have the same columns, in the order of these."""
     data = Samples(tables)
     clock = _clock(data)
     if clock.column is None and not clock.unit:
@@ -193,10 +193,16 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     for n, (axis, (one, roles)) in enumerate(zip(found, whole, strict=True)):
         if axis and axis.motion_likelihood < SURE and rotates(axis.motion) != rotates(kind):
             found[n] = _in_units(data, t, one, roles, clock, kind)  # what is open is as the others of its table
-    for n, axis in enumerate(found, 1):
-        if axis:
-            axis.name = str(n)
-    return [axis for axis in found if axis]
+    axes = sorted((axis for axis in found if axis), key=_first_column)
+    for n, axis in enumerate(axes, 1):
+        axis.name = str(n)
+    return axes
+
+
+def _first_column(axis: AxisColumns) -> int:
+    """Return the column of the position of an axis, or of its velocity."""
+    main = axis.roles.get("position") or axis.roles["velocity"]
+    return main.column or 0
 
 
 # --- time ---------------------------------------------------------------------------------------------------------

@@ -41,7 +41,7 @@ LOAD = ("load", "last", "auslastung", "carico", "charge", "carga")
 ACCELERATION = ("acceleration", "accel", "acc", "beschleunigung", "accelerazione", "accélération", "aceleración",
                 "aceleracion", "jerk", "ruck")  # fmt: skip
 BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "température", "bus", "dc", "supply",
-                 "zwischenkreis", "power", "leistung", "pressure", "druck", "status", "state", "zustand", "mode",
+                 "zwischenkreis", "power", "leistung", "pressure", "druck", "status", "state", "zustand", "mode(?!l)",
                  "modus", "flag", "id", "i d", "stato", "estado", "état", "vibration", "batt", "battery",
                  "hours", "fault")  # fmt: skip
 """What drives log beside a motion."""
@@ -222,6 +222,9 @@ class Spoken(NamedTuple):
 def spoken(column: Column) -> Spoken:
     """Return what the name and the unit of a column show."""
     name = _words(bare(column))
+    leaf = _words(bare(column).rpartition("/")[2])  # /joint_states/elbow/position is a position
+    shows = leaf in LETTERS or leaf.startswith("f ") or any(_has(leaf, known) for known in QUANTITIES.values())
+    name = leaf if shows else name
     unit = _unit_of(column)
     by_unit = _quantity_of(unit) if unit else None
     by_name = next((quantity for quantity, known in QUANTITIES.items() if _has(name, known)), None)
@@ -270,7 +273,8 @@ def tags(columns: Sequence[Column]) -> list[str | None]:
 
     ``roll_angle, roll_rate, yaw_angle, yaw_rate`` are of two axes; ``x1, x2, force`` are of none.
     """
-    names = [tuple(_words(re.sub(r"\(:,(\d+)\)$", r" \1", bare(column))).split()) for column in columns]
+    plain = (re.sub(r"\((?::,)?(\w+)\)$", r" \1", bare(column)) for column in columns)  # J1 is no joule
+    names = [tuple(_words(name).split()) for name in plain]
     numbers = [next((n for n in reversed(range(len(name))) if re.fullmatch(r"\d{1,2}", name[n])), -1) for name in names]
     for places in (numbers, [0] * len(names), [len(name) - 1 for name in names]):
         rests: dict[str, set[tuple[str, ...]]] = {}

@@ -82,6 +82,9 @@ later strokes, and share of the range of the force."""
 PIECES = 10
 """Pieces of equal length that are resampled where there are no cycles."""
 
+ONE_WAY = 0.01
+"""Fastest speed in one direction over that in the other, below which a motion has one direction."""
+
 
 @dataclass(frozen=True)
 class Prepared:
@@ -261,6 +264,7 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
         raise error.at(log.where) from None
     # the lag of force and position is uniform within a sample; without a plant the delay is not known either
     timing = float(np.median(np.diff(log.time))) / np.sqrt(12.0) * (1.0 if plant else 2.0)
+    reversals = find_reversals(position)
     done = Preparation(source, given.T_d - lag, float(timing), motion.step)
     force = acting_force(log.time, force, done.delay)
     if plant is not None:
@@ -272,8 +276,10 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
             done, plant=plant, mass=plant.M, damping=plant.damping, inertia_share=shares[0], damping_share=shares[1]
         )  # fmt: skip
     elif kind_of(log) == "motion":
-        done = replace(done, own=("offset", "mass"))
-    reversals = find_reversals(position)
+        back, forth = float(motion.velocity.min()), float(motion.velocity.max())
+        if min(-back, forth) < ONE_WAY * max(-back, forth):  # an offset is friction, and what trembles at rest is none
+            reversals = reversals[:0]
+        done = replace(done, own=("offset", "mass") if len(reversals) else ("mass",))
     used = np.ones(len(log), dtype=bool)
     if filters is not None:
         used[: filters.border] = False

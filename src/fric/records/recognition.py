@@ -11,7 +11,7 @@ from fric.log import Log
 from fric.records.holding import is_holding_map
 from fric.records.resolution import lattice_step, noise_level
 from fric.records.reversals import find_reversals
-from fric.records.segments import Segment, segments_and_rests
+from fric.records.segments import Segment, segments_and_rests, travelled
 
 STEADY_SHARE = 0.75
 """Share of the time in motion above which a record is of constant velocity."""
@@ -25,6 +25,8 @@ SWINGS = 0.25
 """Swing of the velocity over its mean above which a sine in sliding is no ripple of a stroke."""
 REPEATS = 1.5
 """Cycles, but for those at the ends, that it has at least."""
+PIECES, QUIET, PAUSES = 400, 0.02, 0.05
+"""Pieces of a record, travel in a piece over that of a fast piece in a pause at most, and share of pauses of moves."""
 LINES = 9.0
 """Spectral lines among which the power of a broad-band excitation is spread at least; strokes have five at most."""
 RISING_SHARE = 0.01
@@ -35,6 +37,8 @@ LOOP_OF_STROKES = 0.1
 """The same for a motion back and forth at constant velocity: such short strokes show pre-sliding rather than a map."""
 SWAY = 0.1
 """Share of the longest stroke below which a stroke is an overshoot of the control loop, and no branch."""
+RIGID = 0.98
+"""Share of the force that mass and viscous and Coulomb friction explain, above which these make it rise."""
 LEAST_REVERSALS = 4
 """Reversals that such a motion has at least."""
 
@@ -227,7 +231,7 @@ def recognised_kind(
     if _is_broad_band(log):
         return "frequency-response"
     least = LOOP_SHARE if steady < STROKE_SHARE * len(log) else LOOP_OF_STROKES
-    if rise is not None and rise > least and reversals >= LEAST_REVERSALS:
+    if rise is not None and rise > least and reversals >= LEAST_REVERSALS and not _is_rigid(log):
         return "presliding-sine"
     moving = max(len(log) - sum(stop - start for start, stop in rests), 1)
     strokes = all(
@@ -288,9 +292,29 @@ def force_rises(log: Log, reversals: Indices) -> list[tuple[float, int, float]]:
     return found
 
 
+def _is_rigid(log: Log) -> bool:
+    """Return whether the force is that of a rigid body that slides: ``M·z̈ + F_v·ż + F_c·sign(ż)`` and an offset."""
+    if log.force is None:
+        return False
+    velocity = log.velocity if log.velocity is not None else np.gradient(travelled(log), log.time)
+    terms = np.column_stack([np.gradient(velocity, log.time), velocity, np.sign(velocity), np.ones_like(velocity)])
+    size = np.abs(terms).max(axis=0)
+    if not size.all():
+        return False
+    values = np.linalg.lstsq(terms / size, log.force, rcond=None)[0]
+    left = log.force - terms / size @ values
+    return bool(values[:3].min() >= 0.0 and left.var() < (1.0 - RIGID) * log.force.var())
+
+
 def _is_broad_band(log: Log) -> bool:
-    """Return whether input and velocity are spread over many lines, and the motion exceeds noise of the encoder."""
+    """Return whether input and velocity are spread over many lines, and the motion exceeds noise of the encoder.
+
+    Moves of many lengths are spread, too; but these pause.
+    """
     if log.input is None or log.position is None or len(log) < 256:
+        return False
+    moved = np.array([np.ptp(piece) for piece in np.array_split(log.position, min(len(log) // 8, PIECES))])
+    if np.mean(moved < QUIET * np.quantile(moved, 0.9)) > PAUSES:
         return False
     velocity = np.gradient(log.position, log.time)
     noise = max(noise_level(log.position), (lattice_step(log.position) or 0.0) / np.sqrt(12.0))

@@ -16,7 +16,7 @@ import numpy as np
 from fric.apart import run_python
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import RECORD, Column, ForeignTable, Format, Memory
+from fric.io.readers.base import RECORD, Column, ForeignTable, Format, Memory, named
 from fric.io.safe_hdf5 import open_file
 
 _V73 = b"MATLAB 7.3 MAT-file"
@@ -153,8 +153,9 @@ def _tables(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable]:
         )  # fmt: skip
     records = _records(columns)
     for name, fields in records.items():
+        titles = tuple(named(field) if field.endswith("]") else Column(field) for field in fields)
         said = {"name": f"{path.stem}-{name}", RECORD: name} if len(records) > 1 else {}
-        yield Memory(path, tuple(map(Column, fields)), list(fields.values()), constants, said)
+        yield Memory(path, titles, list(fields.values()), constants, said)
 
 
 def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -206,7 +207,9 @@ def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[
     if isinstance(value, Mapping):
         label, content = value.get("Name", value.get("label")), value.get("Data", value.get("values"))
         if isinstance(label, str) and label and content is not None:  # as dSPACE and Simulink write signals
-            _take_apart(label, content, columns, constants)
+            column, unit = named(label), value.get("Unit", value.get("unit"))
+            unit = column.unit or (unit if isinstance(unit, str) else None)
+            _take_apart(f"{column.name} [{unit}]" if unit else label, content, columns, constants)
             return
         if _is_signal(value):
             time, content = value.values()

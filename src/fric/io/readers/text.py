@@ -138,7 +138,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     columns = [named(cell) for cell in cells]
     if units is not None:
         given = (table[units] + [""] * width)[:width]
-        bare = [unit.strip("[]()").strip() or None for unit in given]
+        bare = [_unit(unit.strip("[]()").strip()) or unit.strip("[]() ") or None for unit in given]
         columns = [Column(c.name, c.unit or unit) for c, unit in zip(columns, bare, strict=True)]
     for line in lines[: first if names is None else names]:  # of a line such as `Y_Unit_Label;mm;N`
         label, *cells = split(line, delimiter)
@@ -236,8 +236,10 @@ def _header(
 
 
 @cache
-def _unit(cell: str) -> bool:
-    return len(cell) < 16 and is_unit(cell)
+def _unit(cell: str) -> str:
+    """Return the unit of a cell, a written-out unit in small letters; empty where it has none."""
+    spellings = (cell, cell.lower()) if len(cell) > 2 else (cell,)  # Volt, but not MS
+    return next((text for text in spellings if is_unit(text)), "") if len(cell) < 16 else ""
 
 
 def _preamble(lines: list[str], delimiter: str) -> dict[str, str]:
