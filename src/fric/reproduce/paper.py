@@ -222,10 +222,11 @@ def gms_rows(part: AxisPart, found: FrictionDocument, motion: Motion) -> list[Co
     F_s = float(part.friction.estimates("static")["F_s"])
     many, few = len(true.alpha), len(model.alpha)
     blocks = f"{found.fit_of('gms').blocks or ''}." if few != many else ""
+    C = _row("C", given["C"], estimates["C"])
     rows = [
         ComparedRow("slip blocks", str(many), str(few), "", "", None, blocks),
         ComparedRow("virgin curve, rms over 100 µm", "0", f"{apart:.2f}", "", "N", apart / F_s, "Relative to F_s."),
-        _row("C", given["C"], estimates["C"]) if not estimates["C"].assumed else _assumed(given["C"], estimates["C"]),
+        replace(C, interval="assumed", reason="No sliding record was given.") if estimates["C"].assumed else C,
     ]
     if few == many:
         for name in ("alpha", "k"):
@@ -292,18 +293,9 @@ def _row(name: str, given: Estimate, found: Estimate) -> ComparedRow:
     )
 
 
-def _assumed(given: Estimate, found: Estimate) -> ComparedRow:
-    row = _row("C", given, found)
-    return ComparedRow(
-        row.name, row.given, row.found, "assumed", row.unit, row.difference, "No sliding record was given."
-    )
-
-
 def _because(row: ComparedRow, reason: str) -> ComparedRow:
     far = row.difference is None or abs(row.difference) > FAR or row.name in {"A", "observer cutoff"}
-    if not (reason and far):
-        return row
-    return ComparedRow(row.name, row.given, row.found, row.interval, row.unit, row.difference, reason)
+    return replace(row, reason=reason) if reason and far else row
 
 
 def _split(vector: Estimate) -> list[Estimate]:
@@ -481,37 +473,33 @@ def reproduce_paper(
     if not given.exists() or given.read_bytes() != machine.read_bytes():
         with staged(given, force=True) as draft:
             copyfile(machine, draft)
-    made = 0
-    for _, ran in _learn(machine, names, folder, seed, bool(subject.published)):
-        made += ran
-        advance()
     files = {name: AxisFiles(folder / name) for name in names}
     learned = [path for file in files.values() for path in file.learned]
-    identified = folder / "machine.yaml"
-    make = partial(_identified_machine, machine, files, identified)
-    ran = shop.step("machine", make, reads=[machine, *learned], leaves=[identified])
-    made += ran
-    advance()
+    figures = [path for file in files.values() for path in (file.fig_plant, file.fig_2, file.fig_4_5, file.fig_7)]
+    circles = {feed: circle_files(folder, feed) for feed in FEEDS}
+    identified, page = folder / "machine.yaml", folder / "index.html"
     runs: dict[float, list[CircleRun]] = {}
-    for feed in FEEDS:
-        run_file, figure = circle_files(folder, feed)
-        ran = shop.step(
-            f"circle at {1e3 * feed:g} mm/s",
-            partial(_circle, identified, feed, run_file, figure),
-            reads=[identified, *learned],
-            leaves=[run_file, figure],
-        )
+
+    def whole_page() -> None:
+        shown = {feed: (found, circles[feed][1]) for feed, found in runs.items()}
+        write_page(page, machine, files, shown, [run_file for run_file, _ in circles.values()])
+
+    def steps() -> Iterator[bool]:
+        for _, ran in _learn(machine, names, folder, seed, bool(subject.published)):
+            yield ran
+        make = partial(_identified_machine, machine, files, identified)
+        yield shop.step("machine", make, reads=[machine, *learned], leaves=[identified])
+        for feed, leaves in circles.items():
+            make = partial(_circle, identified, feed, *leaves)
+            yield shop.step(f"circle at {1e3 * feed:g} mm/s", make, reads=[identified, *learned], leaves=leaves)
+            runs[feed] = [run for run in read_runs(leaves[0]) if isinstance(run, CircleRun)]
+        reads = [machine, *learned, *figures, *(path for leaves in circles.values() for path in leaves)]
+        yield shop.step("page", whole_page, reads=reads, leaves=[page])
+
+    made = 0
+    for ran in steps():
         made += ran
         advance()
-        runs[feed] = [run for run in read_runs(run_file) if isinstance(run, CircleRun)]
-    page = folder / "index.html"
-    figures = [path for file in files.values() for path in (file.fig_plant, file.fig_2, file.fig_4_5, file.fig_7)]
-    reads = [machine, *learned, *figures, *(path for feed in FEEDS for path in circle_files(folder, feed))]
-    shown = {feed: (found, circle_files(folder, feed)[1]) for feed, found in runs.items()}
-    run_files = [circle_files(folder, feed)[0] for feed in FEEDS]
-    ran = shop.step("page", lambda: write_page(page, machine, files, shown, run_files), reads=reads, leaves=[page])
-    made += ran
-    advance()
     return Reproduction(subject, page, runs, reproduction_steps(len(names)), made)
 
 
