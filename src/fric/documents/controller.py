@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from math import log10
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
@@ -12,17 +12,14 @@ from fric.control import block_type, blocks
 from fric.control.cascade import Cascade
 from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import QFilter
-from fric.documents.base import AxisDocument, OfAxis, provenance
+from fric.documents.base import AxisDocument, OfAxis
 from fric.documents.generated import FilePart
 from fric.documents.quantity import Part, Physical, Quantity, in_units, quantities, refused, single
 from fric.estimate import Estimate
-from fric.log import Record
-from fric.notice import Notice
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
     from fric.design.blocks import BlockDesign
-    from fric.design.cascade import CascadeDesign
     from fric.design.observer import ObserverDesign
 
 
@@ -51,13 +48,6 @@ class ControllerDocument(AxisDocument, ControllerPart):
     margins: dict[str, MarginsPart] = Field(
         default_factory=dict, description="margins of velocity loop, position loop, plant input"
     )
-
-
-def controller_tree(design: CascadeDesign, axis: str, motion: Motion, notices: Iterable[Notice] = ()) -> dict[str, Any]:
-    """Return a cascade with its margins as a controller document."""
-    content: dict[str, Any] = {"axis": axis, "motion": motion, **ControllerPart.of(design.cascade, motion)}
-    content["margins"] = {name: loop.margins.as_dict() for name, loop in design.loops().items()}
-    return ControllerDocument.made(content, notices=notices).tree()
 
 
 class ObserverPart(Physical):
@@ -107,26 +97,20 @@ class ObserverDocument(AxisDocument, ObserverPart):
     )
 
 
-def observer_tree(
-    design: ObserverDesign, axis: str, motion: Motion, logs: Sequence[Record] = (), notices: Iterable[Notice] = ()
-) -> dict[str, Any]:
-    """Return an observer with its limits and margins as an observer document."""
-    observer, robust = design.observer, design.robust
+def observer_parts(design: ObserverDesign, motion: Motion) -> dict[str, Any]:
+    """Return an observer with its limits, by key of the observer file."""
+    q, robust = design.observer.q, design.robust
     limits: dict[str, Any] = {"robust": {}, "sensitive": {"peak_sensitivity": _decibel(design.peak_sensitivity)}}
-    for name, q in (("robust", robust.q), ("sensitive", design.sensitive)):
-        if q is not None:
-            limits[name] |= {"cutoff": Estimate(q.cutoff, "Hz"), "bandwidth": Estimate(q.bandwidth, "Hz")}
+    for name, reach in (("robust", robust.q), ("sensitive", design.sensitive)):
+        if reach is not None:
+            limits[name] |= {"cutoff": Estimate(reach.cutoff, "Hz"), "bandwidth": Estimate(reach.bandwidth, "Hz")}
     if robust.q is not None:
         limits["robust"] |= {"frequency": Estimate(robust.frequency, "Hz"), "Delta": Estimate(robust.size, "1")}
-    content = {
-        "axis": axis, "motion": motion, "filter": observer.q.name,
-        "cutoff": Estimate(observer.q.cutoff, "Hz", assumed=design.assumed),
-        "bandwidth": Estimate(observer.q.bandwidth, "Hz", assumed=design.assumed),
-        "A": Estimate(observer.A, si_unit("rate", motion)),
-        "B": Estimate(observer.B, si_unit("acceleration per input", motion)), "reason": design.reason,
-        "limits": limits, "margins": {name: loop.margins.as_dict() for name, loop in design.loops().items()},
+    reaches = {name: Estimate(getattr(q, name), "Hz", assumed=design.assumed) for name in ("cutoff", "bandwidth")}
+    return {
+        **ObserverPart.of(design.observer, motion), "filter": q.name, **reaches,
+        "reason": design.reason, "limits": limits,
     }  # fmt: skip
-    return ObserverDocument.made(content, notices=[*notices, *design.warnings], logs=logs).tree()
 
 
 def _decibel(ratio: float) -> Estimate:
@@ -158,7 +142,9 @@ class BlockDocument(OfAxis):
     )
     reason: str = Field("", description="why the parameters are as they are")
     controller: ControllerPart | None = Field(None, description="the cascade that it was designed together with")
-    margins: dict[str, Any] = Field(default_factory=dict, description="margins of the whole loop, at the plant's input")
+    margins: dict[str, MarginsPart] = Field(
+        default_factory=dict, description="margins of the whole loop, at the plant's input"
+    )
 
     @model_validator(mode="after")
     def _parameters_fit(self) -> Self:
@@ -197,25 +183,12 @@ class BlockDocument(OfAxis):
         return schema
 
 
-def block_tree(
-    design: BlockDesign,
-    axis: str,
-    motion: Motion,
-    logs: Sequence[Record] = (),
-    warnings: Sequence[Notice] = (),
-    cascade: Cascade | None = None,
-) -> dict[str, Any]:
-    """Return a control block with the margins of the loop as a block document."""
-    block, margins = design.block, {} if design.margins is None else {"input": design.margins.as_dict()}
-    dimensions = {parameter.name: parameter.dimension for parameter in block.parameters}
-    return {
-        "fric": BlockDocument.type_name(), "axis": axis, "motion": motion, "block": block.name,
-        "parameters": _given(in_units(vars(block), dimensions, motion)),
-        "reason": design.reason,
-        **({} if cascade is None else {"controller": _given(ControllerPart.of(cascade, motion))}), "margins": margins,
-        "warnings": list(warnings), "provenance": provenance(logs),
-    }  # fmt: skip
+def block_parts(design: BlockDesign, motion: Motion, cascade: Cascade | None = None) -> dict[str, Any]:
+    """Return a control block, by key of the block file.
 
-
-def _given(values: Mapping[str, Estimate]) -> dict[str, Any]:
-    return {name: {"value": float(value), "unit": value.unit} for name, value in values.items()}
+    cascade: The cascade that it was designed together with, if any.
+    """
+    block = design.block
+    parameters = in_units(vars(block), {parameter.name: parameter.dimension for parameter in block.parameters}, motion)
+    found = {"block": block.name, "parameters": parameters, "reason": design.reason}
+    return found if cascade is None else found | {"controller": ControllerPart.of(cascade, motion)}

@@ -1,46 +1,36 @@
 """A designed control block."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 from fric.control import ControlBlock, Setting, block_type
 from fric.design.blocks import BlockDesign, JointDesign, design_jointly
 from fric.design.blocks import design_block as find_block
 from fric.design.cascade import design_cascade
-from fric.documents.controller import block_tree
+from fric.documents.controller import BlockDocument, block_parts
 from fric.documents.machine_files import nominal_models
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.estimate import elements
 from fric.flaws.response import CONTROLLER_BY_DEFAULT
 from fric.friction import FrictionModel
-from fric.log import Record
 from fric.notice import Notice
 from fric.results.design import Design, perturbation_of
 from fric.results.given_models import cascade_of, document_of, friction_of
 from fric.results.kinds import ControllerLike, FrictionLike, LogLike, PlantLike, Quantity, RecordName
 from fric.results.observer import measured_record
 from fric.results.text import Piece, Table, named
-from fric.units import Motion, parse_gain, readable
+from fric.units import parse_gain, readable
 from fric.verb import Kind, verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BlockResult(Design):
+class BlockResult(Design, schema=BlockDocument, of="content"):
     """A designed control block."""
 
     design: BlockDesign
     """The block, and its loop."""
-    of: str
-    """Name of the axis."""
-    motion: Motion
-    """Whether it is linear or rotary."""
-    logs: Sequence[Record] = ()
-    """The record of the response, where there is one."""
-    description: Sequence[Notice] = field(default_factory=tuple)
-    """What else the user should know."""
     joint: JointDesign | None = None
     """The cascade that it was designed with, where it was."""
 
@@ -49,11 +39,9 @@ class BlockResult(Design):
         """The block."""
         return self.design.block
 
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The block file."""
-        cascade = None if self.joint is None else self.joint.cascade
-        return block_tree(self.design, self.of, self.motion, self.logs, self.description, cascade)
+    def parts(self) -> dict[str, Any]:
+        """Return the parameters of the block, and the cascade that it was designed with."""
+        return block_parts(self.design, self.motion, None if self.joint is None else self.joint.cascade)
 
     def report(self) -> list[Piece]:
         """Return the parameters, the margins, and what the block asks of a controller."""
@@ -151,9 +139,9 @@ def design_block(
     setting = Setting(linear, cascade, friction=models.get("gms"), models=models, K_f=K_f, spans=spans)
     if joint:
         both = design_jointly(kind, setting, peak_sensitivity=allowed, perturbation=Delta)
-        return BlockResult(both.block, axis, motion, logs, warnings, both)
+        return BlockResult(both.block, axis, motion, warnings, logs, joint=both)
     design = find_block(kind, setting, peak_sensitivity=allowed, perturbation=Delta)
-    return BlockResult(design, axis, motion, logs, warnings)
+    return BlockResult(design, axis, motion, warnings, logs)
 
 
 def _spans(friction: Mapping[str, Any]) -> dict[str, tuple[float, float]]:

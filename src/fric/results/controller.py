@@ -1,6 +1,6 @@
 """A designed controller."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
@@ -10,18 +10,17 @@ from typing import Annotated, Any, Literal
 from fric.circles.gains import FoundController, controller_of, controller_of_logs
 from fric.control.cascade import Cascade
 from fric.design.cascade import CascadeDesign, Requirement, check_cascade, design_cascade
-from fric.documents.controller import ControllerDocument, ControllerPart, controller_tree
+from fric.documents.controller import ControllerDocument, ControllerPart
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.log import Log
-from fric.notice import Notice
 from fric.results.base import Figure, Identified
 from fric.results.design import Design
 from fric.results.given import in_si, logs_of, positive, quantity
 from fric.results.given_models import circles_of, document_of
 from fric.results.kinds import AxisName, CircleLike, LogLike, PlantLike, Quantity, SchemeName
 from fric.results.text import Piece, parameters, plain_names
-from fric.units import Motion, parse_gain, readable
+from fric.units import parse_gain, readable
 from fric.verb import Kind, verb
 
 
@@ -106,33 +105,24 @@ def _is_log(given: Any) -> bool:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ControllerResult(Design):
+class ControllerResult(Design, schema=ControllerDocument, of="content"):
     """A designed, or checked, cascade."""
 
     design: CascadeDesign
     """The cascade and its loops."""
-    of: str
-    """Name of the axis."""
-    motion: Motion
-    """Whether it is linear or rotary."""
-    view: str = "bode"
-    """What the figure shows: ``bode``, ``nyquist`` or ``nichols``."""
-    description: Sequence[Notice] = ()
-    """What the plant's file warns of."""
 
     @property
     def belief(self) -> Cascade:
         """The cascade."""
         return self.design.cascade
 
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The controller file."""
-        return controller_tree(self.design, self.of, self.motion, self.description)
+    def parts(self) -> dict[str, Any]:
+        """Return the gains of the cascade."""
+        return ControllerPart.of(self.design.cascade, self.motion)
 
     def report(self) -> list[Piece]:
         """Return gains and margins."""
-        names, given = ("K_p", "K_i", "K_v"), ControllerPart.of(self.design.cascade, self.motion)
+        names, given = ("K_p", "K_i", "K_v"), self.parts()
         gains = (
             f"{name}  {readable(float(given[name]), given[name].unit, 4)}  {plain}"
             for name, plain in zip(names, plain_names(names), strict=True)
@@ -141,7 +131,7 @@ class ControllerResult(Design):
 
     def brief(self) -> str:
         """Return the gains."""
-        given = ControllerPart.of(self.design.cascade, self.motion)
+        given = self.parts()
         return ", ".join(f"{name} {readable(float(given[name]), given[name].unit)}" for name in ("K_v", "K_p", "K_i"))
 
     def figure(self) -> Figure:
@@ -228,4 +218,4 @@ def design_controller(
             separation=separation,
             crossover=quantity(crossover, "frequency"),
         )
-    return ControllerResult(design, document.axis, motion, view, document.passed_on())
+    return ControllerResult(design, document.axis, motion, document.passed_on(), view=view)

@@ -1,14 +1,17 @@
-"""What both designs share: the plant that they are for, and a table of margins."""
+"""What designs share: the axis that they are for, their file, and a table of margins."""
 
-from collections.abc import Mapping
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from fric.design.perturbation import Perturbation, measured_perturbation
 from fric.documents.plant import PlantDocument
-from fric.log import FrequencyResponse, Log
-from fric.notice import Notice
+from fric.log import FrequencyResponse, Log, Record
+from fric.notice import Notice, once
 from fric.results.base import Figure, Result
 from fric.results.text import Table
+from fric.units import Motion
 
 MARGINS = (
     ("phase_margin", "phase margin", "°", 1),
@@ -37,16 +40,37 @@ def perturbation_of(
     return found, tuple(response.warnings)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
 class Design(Result):
-    """A design of one axis, with its loops and their margins."""
+    """A design of one axis, with its loops and their margins; `document` is its file."""
 
     design: Any
-    view: str
+    """What was designed, with its loops."""
+    axis: str
+    """Name of the axis."""
+    motion: Motion
+    """Whether it is linear or rotary."""
+    description: Sequence[Notice] = ()
+    """What else the user should know, and what the plant's file warns of."""
+    logs: Sequence[Record] = ()
+    """The record of the response, where there is one."""
+    view: str = "bode"
+    """What the figure shows: ``bode``, ``nyquist`` or ``nichols``; of an observer also ``q``, Fig. 7."""
+
+    @abstractmethod
+    def parts(self) -> dict[str, Any]:
+        """Return what was designed, by key of the file."""
 
     @property
-    def axis(self) -> str:
-        """Name of the axis."""
-        return str(self.document["axis"])
+    def content(self) -> dict[str, Any]:
+        """The content of the file."""
+        margins = {name: loop.margins.as_dict() for name, loop in self.design.loops().items()}
+        return {"axis": self.axis, "motion": self.motion, **self.parts(), "margins": margins}
+
+    @property
+    def warnings(self) -> Sequence[Notice]:
+        """What the plant's file and the response cannot tell."""
+        return once(self.description)
 
     def margins(self) -> Table:
         """Return the margins, a loop a line."""

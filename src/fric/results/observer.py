@@ -1,8 +1,6 @@
 """A designed disturbance observer."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Annotated, Any, Literal
 
 from fric.control.inverse_model import DisturbanceObserver
@@ -11,7 +9,7 @@ from fric.design.cascade import design_cascade
 from fric.design.observer import ObserverDesign
 from fric.design.observer import design_observer as find_observer
 from fric.design.perturbation import Perturbation, StructuralMode, model_perturbation, robust_limit
-from fric.documents.controller import observer_tree
+from fric.documents.controller import ObserverDocument, observer_parts
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.flaws.response import CONTROLLER_BY_DEFAULT, OBSERVER_ASSUMED
@@ -34,35 +32,22 @@ Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterw
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ObserverResult(Design):
+class ObserverResult(Design, schema=ObserverDocument, of="content"):
     """A designed disturbance observer."""
 
     design: ObserverDesign
     """The observer, its limits and its loops."""
-    of: str
-    """Name of the axis."""
-    motion: Motion
-    """Whether it is linear or rotary."""
-    nyquist: float
-    """Half the sampling rate [Hz]."""
-    logs: Sequence[Log | FrequencyResponse]
-    """The record of the response, where there is one."""
-    description: Sequence[Notice]
-    """What else the user should know."""
-    asked: float | str
+    asked: float | str = "6 dB"
     """The peak sensitivity that was allowed, as it was given."""
-    view: str = "q"
-    """What the figure shows: ``q`` (Fig. 7), ``bode``, ``nyquist`` or ``nichols``."""
 
     @property
     def belief(self) -> DisturbanceObserver:
         """The observer."""
         return self.design.observer
 
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The observer file."""
-        return observer_tree(self.design, self.of, self.motion, self.logs, self.description)
+    def parts(self) -> dict[str, Any]:
+        """Return filter and nominal plant of the observer, and its limits."""
+        return observer_parts(self.design, self.motion)
 
     def report(self) -> list[Piece]:
         """Return Q, its limits, and the margins."""
@@ -87,7 +72,7 @@ class ObserverResult(Design):
         """Return Q with what limits it, or the loops."""
         from fric.figures.loops import q_filter_figure
 
-        return q_filter_figure(self.design) if self.view == "q" else self.loops_figure(self.nyquist)
+        return q_filter_figure(self.design) if self.view == "q" else self.loops_figure(self.design.cascade.sampling / 2)
 
 
 def _hertz(quantity: dict[str, Any] | None) -> str:
@@ -186,7 +171,7 @@ def design_observer(
         raise FricError(error.what, where=error.where, hint=hint) from None
     if log is None and not modes and wanted is None:
         design = _below_a_mode(design, quantity(first_mode, "frequency") or FIRST_MODE, Delta)
-    return ObserverResult(design, axis, motion, cascade.sampling / 2, logs, warnings, peak_sensitivity, view)
+    return ObserverResult(design, axis, motion, [*warnings, *design.warnings], logs, view, peak_sensitivity)
 
 
 def _unseen(first_mode: float | str | None, given: float | str | None) -> Notice:
