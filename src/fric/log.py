@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Self
 
@@ -298,3 +298,11 @@ class ForceVelocity(_FromFile):
 
 
 Record = Log | FrequencyResponse | ForceVelocity
+
+
+def refuse_several_axes(records: Iterable[Record]) -> None:
+    """Raise a `FricError` where records are of different axes."""
+    axes = {(record.axis, record.motion) for record in records}
+    if len(axes) > 1:
+        text = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
+        raise FricError(f"the logs are of different axes: {text}", hint="Identify one axis at a time.")

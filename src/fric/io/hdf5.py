@@ -27,7 +27,7 @@ from fric.columns import (
 from fric.errors import FricError, clean, printable
 from fric.io.safe_hdf5 import check_type, open_file, staged_hdf5, text
 from fric.io.safe_hdf5 import column as safe_column
-from fric.log import ForceVelocity, FrequencyResponse, Log, Record, axis_name
+from fric.log import ForceVelocity, FrequencyResponse, Log, Record, axis_name, refuse_several_axes
 from fric.output import alone
 from fric.units import SI_UNITS, Motion, factor, si_unit
 
@@ -292,10 +292,7 @@ def read_logs(paths: Iterable[Path] | Path) -> list[Log]:
     logs = [record for path in paths for record in read_records(path) if isinstance(record, Log)]
     if not logs:
         raise FricError("holds no record in time", where=", ".join(map(str, paths)))
-    axes = {(log.axis, log.motion) for log in logs}
-    if len(axes) > 1:
-        text = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
-        raise FricError(f"the logs are of different axes: {text}", hint="Identify one axis at a time.")
+    refuse_several_axes(logs)
     return logs
 
 

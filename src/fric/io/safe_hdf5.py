@@ -282,5 +282,6 @@ def check_type(file: h5py.File, path: Path, wanted: str, hint: str) -> None:
 def text(attributes: Any, name: str, otherwise: str = "") -> str:
     """Return an attribute that is a text; ``otherwise`` where it is missing or no text."""
     value = attributes.get(name, otherwise)
+    value = otherwise if isinstance(value, h5py.Empty) else value
     text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
     return text.encode("utf-8", "replace").decode("utf-8")  # h5py reads what is no UTF-8 as surrogates

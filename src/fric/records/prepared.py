@@ -18,7 +18,7 @@ from fric.columns import PRESLIDING
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.flaws.blocks import BEGINS_LOADED
-from fric.log import Log
+from fric.log import Log, refuse_several_axes
 from fric.notice import Notice
 from fric.records.clipping import clipped, drive_off
 from fric.records.motion import Conditioning, Motion, filtered_motion, smooth_motion
@@ -238,9 +238,7 @@ def prepared(
     """
     if not logs:
         raise FricError("there is no record", hint="Name a log with a force.")
-    if len({(log.axis, log.motion) for log in logs}) > 1:
-        text = ", ".join(sorted({log.axis for log in logs}))
-        raise FricError(f"the records are of several axes ({text})", hint="Identify one axis at a time.")
+    refuse_several_axes(logs)
     if filters:
         return tuple(
             _prepared(log, plant, drive, conditioning) for log, conditioning in zip(logs, filters, strict=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from fric.errors import FricError
 from fric.flaws.unit import BOUNDS
-from fric.log import ForceVelocity, FrequencyResponse, Log, Record
+from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_several_axes
 from fric.plausibility import Finding, settled
 from fric.series import GAIN, largest
 from fric.units import Motion, likely, parse
@@ -46,10 +46,8 @@ def records_of(
     found = list(_flat(given))
     if not found:
         raise FricError("no record was given", hint="Give log files, or what fric.read returns.")
-    axes = {(record.axis, record.motion) for record in found}
-    if one_axis and len(axes) > 1:
-        text = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
-        raise FricError(f"the logs are of different axes: {text}", hint="Identify one axis at a time.")
+    if one_axis:
+        refuse_several_axes(found)
     if encoder != "motor":
         from fric.records.encoders import by_encoder
 

@@ -8,12 +8,12 @@ from typing import Annotated, Any
 import numpy as np
 
 from fric.documents.friction import FrictionDocument, gms_tree, replay_tree
-from fric.errors import FricError, near
+from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.friction import models
 from fric.identify.gms.fit import GMSFit, Replay
 from fric.identify.gms.identify import identify_gms as fit_gms
-from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
+from fric.identify.replay.replay_fit import ReplayFit, fitted_model, identify_by_replay
 from fric.log import Log
 from fric.plausibility import Finding, of_amplitudes, of_friction, of_level, of_logs, of_shares, settled
 from fric.records.clipping import without_clipped
@@ -238,12 +238,7 @@ def identify_model(
     FricError
         When there is no such model or parameter, or no sample to compare.
     """
-    known = {name for name, model in models().items() if model.identified}
-    if model not in known:
-        raise FricError(
-            f"there is no friction model '{model}' to fit",
-            hint=f"{near(model, known)}There are {', '.join(sorted(known))}.",
-        )
+    fitted_model(model)
     records = logs_of(logs, encoder)
     axis, motion = records[0].axis, records[0].motion
     kept = friction_of(static, axis, motion)

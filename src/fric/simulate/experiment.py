@@ -271,9 +271,13 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
 
 def trials_of_kind(axis: Axis, kind: str, seed: int = 0, **settings: object) -> list[Trial]:
     """Return the motions of one kind of experiment; raise a `FricError` where there is no such kind."""
+    return _made(kind).planned(axis, seed, **settings)
+
+
+def _made(kind: str) -> Experiment:
     if kind not in EXPERIMENTS:
-        raise FricError(f"there is no experiment '{kind}'", hint=f"There are {', '.join(EXPERIMENTS)}.")
-    return _MADE[kind].planned(axis, seed, **settings)
+        raise FricError(f"there is no experiment '{kind}'", hint=f"There are {', '.join(EXPERIMENTS)}, and all.")
+    return _MADE[kind]
 
 
 def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> Iterator[Log]:
@@ -295,9 +299,7 @@ def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> I
     FricError
         When there is no such experiment, or it has no such setting.
     """
-    if kind != "all" and kind not in EXPERIMENTS:
-        raise FricError(f"there is no experiment '{kind}'", hint=f"There are {', '.join(EXPERIMENTS)}, and all.")
-    wanted = [made for name, made in _MADE.items() if kind == name or (kind == "all" and name in OF_THE_PAPER)]
+    wanted = [_MADE[name] for name in OF_THE_PAPER] if kind == "all" else [_made(kind)]
     known = set().union(*(made.settings for made in wanted))
     for unknown in settings.keys() - known:
         raise FricError(

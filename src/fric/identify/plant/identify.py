@@ -32,7 +32,7 @@ from fric.identify.plant.response_fit import (
     solve,
 )
 from fric.identify.plant.spectra import driven_alike
-from fric.log import ForceVelocity, FrequencyResponse, Log, Record
+from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_several_axes
 from fric.notice import Notice
 from fric.records.flaws import record_flaws
 from fric.records.timing import evened
@@ -236,10 +236,7 @@ def plant_records(
     method: The method, where the user chooses it; a record of any kind is then used.
     Raises FricError: When no record serves, or the records are of different axes.
     """
-    axes = {(record.axis, record.motion) for record in records}
-    if len(axes) > 1:
-        text = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
-        raise FricError(f"the logs are of different axes: {text}", hint="Identify one axis at a time.")
+    refuse_several_axes(records)
     dynamic = [r for r in records if not isinstance(r, ForceVelocity)]
     responses = [r for r in dynamic if isinstance(r, FrequencyResponse) or r.kind == "frequency-response"]
     in_time: list[Log | FrequencyResponse] = [r for r in records if isinstance(r, Log)]

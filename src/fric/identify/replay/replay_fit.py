@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from fric.arrays import Real
-from fric.errors import FricError
+from fric.errors import FricError, near
 from fric.estimate import Covariance, Estimate, Interval
 from fric.flaws.blocks import EXPLAINS_LITTLE, NEVER_SLIDES, PARAMETER_UNSEEN
 from fric.flaws.channel import STIFFNESS_UNRESOLVED
@@ -111,7 +111,7 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
     beyond: Increase of the covariance that the residuals do not show.
     Raises FricError: When there is no such model, or no such parameter, or no sample to compare.
     """
-    model = _known(name)
+    model = fitted_model(name)
     records = [record.trimmed() for record in records if record.used.any()]
     if static is not None:
         records = [_as_it_tells_the_lag(record) for record in records]
@@ -175,10 +175,12 @@ def _as_it_tells_the_lag(record: Prepared) -> Prepared:
     return record.in_sliding() if of_lag else record
 
 
-def _known(name: str) -> type[FrictionModel]:
+def fitted_model(name: str) -> type[FrictionModel]:
+    """Return the friction model of a name; raise a `FricError` where there is none that is fitted to records."""
     known = {key: model for key, model in models().items() if model.identified}
     if name not in known:
-        raise FricError(f"there is no friction model '{name}' to fit", hint=f"There are {', '.join(known)}.")
+        hint = f"{near(name, known)}There are {', '.join(sorted(known))}."
+        raise FricError(f"there is no friction model '{name}' to fit", hint=hint)
     return known[name]
 
 
