@@ -24,12 +24,12 @@ test test-long legs: export OMP_NUM_THREADS := 1
 # Sets have the same order each time: what a test sees is no draw.
 test test-long legs: export PYTHONHASHSEED := 0
 
-# FRIC_LONG_MINUTES says how long after its start the tests may begin one of those marked `long`: 0 begins none.
+# FRIC_LONG_SECONDS says how many seconds of those marked `long` are run, by their markers, other ones each day: 0 runs none.
 # The checks run beside the tests; what each has to say comes in one piece, the tests' dots at once. Any that fails fails all.
-# FRIC_LEGS says how many of the legs follow, as tests under another processor's settings, of those whose turn it is today.
+# FRIC_LEGS names legs, as tests under another processor's settings: a third of that follows whose turn it is today.
 test: $(STAMP)
 	$(MAKE) --no-print-directory --jobs 2 --output-sync=target lint tests
-	$(if $(FRIC_LEGS),$(BIN)/python -m tests.legs --today $(FRIC_LEGS))
+	$(if $(FRIC_LEGS),$(BIN)/python -m tests.legs --today 3 $(FRIC_LEGS))
 
 tests: warm
 	$(MAKE) --no-print-directory --output-sync=none pytest

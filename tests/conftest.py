@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import gc
 import os
-import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import date
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.internal.conjecture import providers
@@ -26,13 +26,13 @@ if hasattr(providers, "_get_local_constants"):  # examples from the modules that
 
 FIRST = {"test_docs.py", "test_mutation.py"}
 """Files with the longest single tests: at the end of a session one of them would run alone, on one core of several."""
-NO_TIME = "no time left; run `make test-long`, or choose them by -m"
+NOT_TODAY = "another day's turn; run `make test-long`, or choose them by -m"
 
 
 class Turn(NamedTuple):
-    """Until when long tests are begun [s since 1970], and the day, which says whose turn it is first."""
+    """How many seconds of long tests are run, and the day, which says whose turn it is."""
 
-    until: float
+    seconds: float
     day: int
 
 
@@ -60,7 +60,7 @@ def alone() -> Iterator[None]:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Count from the start of the session FRIC_LONG_MINUTES (0); whoever selects by -m gets what was selected."""
+    """Take FRIC_LONG_SECONDS (0) of the long tests today; whoever selects by -m gets what was selected."""
     if os.environ.get("FRIC_NUDGE"):
         from tests.nudge import nudge
 
@@ -71,31 +71,49 @@ def pytest_configure(config: pytest.Config) -> None:
     elif any(word.startswith("-m") for word in config.invocation_params.args):
         config.stash[TURN] = None
     else:
-        minutes = float(os.environ.get("FRIC_LONG_MINUTES", "0"))
-        config.stash[TURN] = Turn(time.time() + 60 * minutes, date.today().toordinal())
+        config.stash[TURN] = Turn(float(os.environ.get("FRIC_LONG_SECONDS", "0")), date.today().toordinal())
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_configure_node(node) -> None:
-    """Hand the turn to a worker: one clock, and one order, which xdist asks for."""
+    """Hand the turn to a worker: one day, and one order, which xdist asks for."""
     turn = node.config.stash[TURN]
     node.workerinput["fric_turn"] = turn and tuple(turn)
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Put long tests behind all others, each day another file's first, and before all the files of `FIRST`."""
+    """Put the files of `FIRST` and the long tests of today before all others, and skip the other long ones."""
     turn = config.stash[TURN]
-    if turn is not None:
-        items[:] = in_turn(sorted(items, key=lambda item: item.path.name not in FIRST), turn.day)
-
-
-def in_turn(items: list[pytest.Item], day: int) -> list[pytest.Item]:
-    """Return tests with the long ones last, a file's together, the files rotated by the day."""
+    if turn is None:
+        return
     late = [item for item in items if item.get_closest_marker("long")]
-    files: list[Path] = list(dict.fromkeys(item.path for item in late))
-    turned = {path: (place - day) % len(files) for place, path in enumerate(files)}
-    return [item for item in items if item not in late] + sorted(late, key=lambda item: turned[item.path])
+    today = in_turn([takes(item) for item in late], turn)
+    chosen = {id(item) for item, own in zip(late, today, strict=True) if own}
+    for item in late:
+        if id(item) not in chosen:
+            item.add_marker(pytest.mark.skip(NOT_TODAY))
+    items.sort(key=lambda item: item.path.name not in FIRST and id(item) not in chosen)
+
+
+def takes(item: pytest.Item) -> float:
+    """Return how long a long test takes by its marker [s]."""
+    marker = item.get_closest_marker("long")
+    return float(marker.args[0]) if marker and marker.args else 60.0
+
+
+def in_turn(seconds: Sequence[float], turn: Turn) -> list[bool]:
+    """Return which tests of such lengths are run on a day: those that begin in its part of all, in their order.
+
+    Each comes in its turn as often as any other; none that is longer than the part of a day comes.
+    """
+    fit = [length if length <= turn.seconds else 0.0 for length in seconds]
+    total = sum(fit)
+    begin = np.cumsum(fit) - fit
+    return [
+        bool(length and (at - turn.day * turn.seconds) % total < turn.seconds)
+        for length, at in zip(fit, begin, strict=True)
+    ]
 
 
 def pytest_collection_finish() -> None:
@@ -103,22 +121,11 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Begin a long test only where the time is enough for what its marker says that it takes."""
-    turn, marker = item.config.stash[TURN], item.get_closest_marker("long")
-    if turn is not None and marker is not None:
-        (takes,) = marker.args or (60,)
-        if time.time() + takes > turn.until:
-            pytest.skip(NO_TIME)
-
-
 def pytest_terminal_summary(terminalreporter) -> None:
-    """Tell in a line how many long tests were begun, which first, and how many were not."""
+    """Say in a line how many long tests were run, and how many not."""
     reports = [one for kind in terminalreporter.stats.values() for one in kind if isinstance(one, pytest.TestReport)]
     late = [one for one in reports if "long" in one.keywords]
-    left = [one for one in late if one.skipped and NO_TIME in str(one.longrepr)]
-    begun = sorted((one for one in late if one.when == "call"), key=lambda one: one.start)
+    left = [one for one in late if one.skipped and NOT_TODAY in str(one.longrepr)]
     if left:
-        first = f" ({begun[0].nodeid.partition('::')[0]} first today)" if begun else ""
-        terminalreporter.write_line(f"long tests: {len(begun)} begun{first}, {len(left)} had {NO_TIME}")
+        run = {one.nodeid for one in late} - {one.nodeid for one in left}
+        terminalreporter.write_line(f"long tests: {len(run)} run, {len(left)} have {NOT_TODAY}")

@@ -1,7 +1,8 @@
 """The tests' other settings, in turns: processors, last bits, Pythons, and the oldest libraries that are allowed.
 
 `python -m tests.legs` runs all legs, `python -m tests.legs avx2 python3.13` those, and `python -m tests.legs --today 3`
-the three whose turn it is. What a leg needs and this computer lacks is said, and is no failure.
+the one of numeric tests whose turn it is, on a third of its files: others each day. What a leg needs and this computer
+lacks is said, and is no failure.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ NUDGED = ("tests/identify", "tests/circles", "tests/planning", "tests/test_docs.
 NUMERIC = ("tests/records", "tests/simulate", "tests/paper", "tests/results", *NUDGED)
 """Tests whose numbers come from fits and simulations, and those of them that a loop hangs on."""
 NUDGES = range(1, 6)
+ALL = slice(None)
 
 WIDTHS = {"X86_V3": 2, "AVX2": 2, "FMA3": 2, "FMA4": 2, "AVX": 1, "F16C": 1}
 """The width of NumPy's vector instructions by name: 1 are AVX, 2 AVX2; what is newer than these counts as 3."""
@@ -60,14 +62,21 @@ def processor(name: str) -> dict[str, str]:
     return {
         "OPENBLAS_CORETYPE": kernels, "NPY_DISABLE_CPU_FEATURES": numpys(width),
         "GLIBC_TUNABLES": f"glibc.cpu.hwcaps={hwcaps}", "NUMBA_CPU_NAME": compiles_for, "NUMBA_CPU_FEATURES": "",
+        "NUMBA_CACHE_DIR": str(KEPT / name),
     }  # fmt: skip
 
 
-def tested(name: str, paths: tuple[str, ...], settings: Callable[[], dict[str, str]]) -> None:
-    """Run tests of this environment's under other settings, with what is compiled under them kept apart."""
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(KEPT / name), "FRIC_LONG_MINUTES": "0"} | settings()
-    for words in (["tests.warm"], ["pytest", "-n", "auto", "--dist", "worksteal", *paths]):
+def numeric(paths: tuple[str, ...], settings: Callable[[], dict[str, str]], part: slice = ALL) -> None:
+    """Run tests of this environment's under other settings: a part of their files, in the order of names."""
+    found = sorted(file for path in paths for file in ([ROOT / path] if path.endswith(".py") else files(ROOT / path)))
+    environment = os.environ | {"FRIC_LONG_SECONDS": "0"} | settings()
+    for words in (["tests.warm"], ["pytest", "-n", "auto", "--dist", "worksteal", *found[part]]):
         subprocess.run([sys.executable, "-m", *words], cwd=ROOT, env=environment, check=True)
+
+
+def files(folder: Path) -> list[Path]:
+    """Return the files of tests in a folder."""
+    return list(folder.rglob("test_*.py"))
 
 
 def interpreter(version: str) -> str:
@@ -100,29 +109,32 @@ def installed(name: str, version: str, *, lowest: bool = False) -> None:
     subprocess.run(pytest, cwd=ROOT, env=environment, check=True)
 
 
-LEGS: dict[str, Callable[[], None]] = {
-    **{name: partial(tested, name, NUMERIC, partial(processor, name)) for name in PROCESSORS},
-    "threads": partial(tested, "threads", NUMERIC, lambda: {"OMP_NUM_THREADS": "2"}),
-    **{f"nudge-{n}": partial(tested, "nudge", NUDGED, partial(dict, FRIC_NUDGE=str(n))) for n in NUDGES},
+NUMERICS: dict[str, Callable[..., None]] = {
+    **{name: partial(numeric, NUMERIC, partial(processor, name)) for name in PROCESSORS},
+    "threads": partial(numeric, NUMERIC, lambda: {"OMP_NUM_THREADS": "2"}),
+    **{f"nudge-{n}": partial(numeric, NUDGED, partial(dict, FRIC_NUDGE=str(n))) for n in NUDGES},
+}
+"""Legs of numeric tests, by name; each takes which part of the files is run."""
+LEGS: dict[str, Callable[[], None]] = NUMERICS | {
     **{f"python{one}": partial(installed, f"python{one}", one) for one in ("3.12", "3.13", "3.14")},
     "lowest": partial(installed, "lowest", "3.11", lowest=True),
 }
 """What a leg does, by name."""
 
 
-def today(count: int, day: int) -> list[str]:
-    """Return so many legs whose turn it is on a day: each comes again after as many days as it takes for all."""
-    names = sorted(LEGS, key=lambda name: name[::-1])  # not those of a kind on one day
-    return [names[(day * count + n) % len(names)] for n in range(min(count, len(names)))]
+def today(names: list[str], parts: int, day: int) -> dict[str, Callable[[], None]]:
+    """Return the leg whose turn it is on a day, on one of so many parts of its files; then the next has its turn."""
+    rounds, place = divmod(day, len(names))
+    return {names[place]: partial(NUMERICS[names[place]], part=slice(rounds % parts, None, parts))}
 
 
-def run(names: list[str]) -> dict[str, str]:
+def run(legs: dict[str, Callable[[], None]]) -> dict[str, str]:
     """Run legs; return what came of each."""
     told = {}
-    for name in names:
+    for name, leg in legs.items():
         print(f"== {name}", flush=True)
         try:
-            LEGS[name]()
+            leg()
             told[name] = "passed"
         except Lacking as lacking:
             told[name] = f"skipped: this computer does not have {lacking}"
@@ -135,12 +147,19 @@ def main() -> None:
     """Run the legs that are asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="LEG", help=f"of {', '.join(LEGS)}")
-    parser.add_argument("--today", type=int, help="how many of those whose turn it is")
+    parser.add_argument(
+        "--today", type=int, metavar="PARTS", help="only one of them, on one of so many parts of its files, in turns"
+    )
     asked = parser.parse_args()
-    if unknown := set(asked.names) - set(LEGS):
+    known = list(LEGS if asked.today is None else NUMERICS)
+    if unknown := set(asked.names) - set(known):
         parser.error(f"no leg is called {', '.join(sorted(unknown))}")
-    names = asked.names or (list(LEGS) if asked.today is None else today(asked.today, date.today().toordinal()))
-    told = run(names)
+    names = asked.names or known
+    if asked.today is None:
+        legs = {name: LEGS[name] for name in names}
+    else:
+        legs = today(names, asked.today, date.today().toordinal())
+    told = run(legs)
     for name, what in told.items():
         print(f"leg {name}: {what}")
     sys.exit(any(what.startswith("FAILED") for what in told.values()))

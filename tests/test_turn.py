@@ -1,15 +1,18 @@
-"""How many long tests a session begins, and in which order: the suite's own conftest, in a folder of its own."""
+"""How many long tests a session runs, and which: the suite's conftest, in another folder."""
 
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
+from ruamel.yaml import YAML
 
-from tests.conftest import in_turn
+from tests.conftest import Turn, in_turn
+from tests.legs import LEGS, today
+
+ROOT = Path(__file__).parents[1]
 
 TESTS = """
 import pytest
@@ -17,41 +20,45 @@ def test_quick(): pass
 @pytest.mark.long(1)
 def test_short(): pass
 @pytest.mark.long(1000)
-def test_longer_than_the_time_that_is_left(): pass
+def test_longer_than_the_part_of_a_day(): pass
 @pytest.mark.long
 def test_which_says_nothing(): pass
 """
 
 
 @pytest.mark.parametrize(
-    ("minutes", "words", "told"),
+    ("seconds", "words", "told"),
     [
-        ("0", ["-p", "no:xdist"], "long tests: 0 begun, 6 had no time left"),
-        ("10", ["-n", "2", "--dist", "worksteal"], "long tests: 4 begun (test_"),
+        ("0", ["-p", "no:xdist"], "long tests: 0 run, 6 have"),
+        ("122", ["-n", "2", "--dist", "worksteal"], "long tests: 4 run, 2 have"),
     ],
 )
-def test_long_tests_are_begun_while_there_is_time(tmp_path, minutes, words, told):
+def test_so_many_seconds_of_long_tests_are_run(tmp_path, seconds, words, told):
     shutil.copy(Path(__file__).parent / "conftest.py", tmp_path)
     (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = long\n")
     for name in ("test_one.py", "test_other.py"):
         (tmp_path / name).write_text(TESTS)
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", *words], cwd=tmp_path, env=os.environ | {"FRIC_LONG_MINUTES": minutes},
+        [sys.executable, "-m", "pytest", *words], cwd=tmp_path, env=os.environ | {"FRIC_LONG_SECONDS": seconds},
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     assert told in done.stdout
 
 
-def test_each_day_another_file_comes_first():
-    def item(path, late):
-        return SimpleNamespace(path=path, get_closest_marker=lambda _: late or None)
+def test_each_long_test_has_its_turn():
+    lengths = [20.0, 5.0, 40.0, 300.0, 15.0, 15.0, 5.0, 20.0]  # 120 in all, without what no day has room for
+    days = [in_turn(lengths, Turn(40.0, day)) for day in range(739_000, 739_003)]
+    assert [sum(ran) for ran in zip(*days, strict=True)] == [1, 1, 1, 0, 1, 1, 1, 1]
+    assert not any(in_turn(lengths, Turn(0.0, 739_000)))
+    assert not in_turn([], Turn(40.0, 739_000))
 
-    items = [item(path, late) for path in "abc" for late in (True, False, True)]
-    for day, first in enumerate("abca"):
-        turned = in_turn(items, day)
-        assert [one.path for one in turned[:3]] == ["a", "b", "c"]
-        assert not any(one.get_closest_marker("long") for one in turned[:3])
-        late = [one.path for one in turned[3:]]
-        assert late[0] == first
-        assert "".join(late) in "aabbccaabbcc"
+
+def test_each_part_of_each_leg_has_its_turn():
+    legs = [today(["nudge-1", "avx2"], 3, day) for day in range(739_000, 739_006)]
+    assert len({(name, leg.keywords["part"].start) for ((name, leg),) in (one.items() for one in legs)}) == 6
+
+
+def test_the_weekly_workflow_runs_every_leg():
+    jobs = YAML(typ="safe").load(ROOT / ".github" / "workflows" / "legs.yml")["jobs"]
+    assert jobs["leg"]["strategy"]["matrix"]["leg"] == list(LEGS)
