@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from datetime import date
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -57,6 +57,16 @@ def alone() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(processes, "default_workers", lambda: 1)
         yield
+
+
+STATES: dict[str, Any] = {}
+
+
+@pytest.fixture(autouse=True)
+def drawn_alike(request: pytest.FixtureRequest) -> None:
+    """Let a module's generator draw the same for a test, whichever of its tests ran before in this process."""
+    if (rng := getattr(request.module, "RNG", None)) is not None:
+        rng.bit_generator.state = STATES.setdefault(request.module.__name__, rng.bit_generator.state)
 
 
 def pytest_configure(config: pytest.Config) -> None:

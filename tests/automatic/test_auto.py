@@ -257,7 +257,9 @@ def test_a_log_that_no_step_reads_is_told(names, unused, tmp_path):
     )
 
 
-def test_a_step_that_fails_is_told_and_the_rest_goes_on(tmp_path):
+def test_a_step_that_fails_is_told_and_the_rest_goes_on(tmp_path, monkeypatch):
+    monkeypatch.setattr("fric.automatic.steps.MACHINES", 4)
+
     def refuse_gms(step):
         if step.command == "identify gms":
             raise FricError("no cycle is whole", hint="Log three.")

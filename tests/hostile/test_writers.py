@@ -118,7 +118,9 @@ def gms() -> Any:
 
 @cache
 def exported(target: str) -> Any:
-    return export_axis(target, "xy-table", axis="x", scheme="f")
+    with pytest.MonkeyPatch.context() as patch:  # whether it is to be trusted is of no matter here
+        patch.setattr("fric.results.export.trust_of", lambda *given, **known: ([], []))
+        return export_axis(target, "xy-table", axis="x", scheme="f")
 
 
 def _tests() -> list[MeasuredCircle]:

@@ -31,8 +31,8 @@ def files(motion, tmp_path_factory):
     made["static"] = fric.identify_static(*strokes)
     made["static each"] = fric.identify_static(*strokes, direction="each")
     sines = fric.read("data/presliding-sine.h5")
-    made["gms alone"] = fric.identify_gms(sines, blocks=3)
-    made["gms"] = fric.identify_gms(sines, static=made["static"], blocks=3)
+    made["gms alone"] = fric.identify_gms(sines, blocks=3, refine=False)
+    made["gms"] = fric.identify_gms(sines, static=made["static"], blocks=3, refine=False)
     made["dahl"] = fric.identify_model("dahl", motion, plant=made["plant both"])
     paths = {}
     for name, one in made.items():
