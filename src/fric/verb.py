@@ -245,40 +245,31 @@ class VerbForm:
     @cached_property
     def names(self) -> list[str]:
         """The names of the arguments, in their order."""
-        taken = self._arguments
-        return [
-            argument.arg for argument in [*taken.args, *([taken.vararg] if taken.vararg else []), *taken.kwonlyargs]
-        ]
+        return list(self._arguments)
 
     def __getitem__(self, name: str) -> Argument:
-        taken = self._arguments
-        found = next(
-            argument
-            for argument in [*taken.args, taken.vararg, *taken.kwonlyargs]
-            if argument is not None and argument.arg == name
-        )
-        defaults = dict(zip([argument.arg for argument in taken.args][::-1], taken.defaults[::-1], strict=False))
-        defaults |= {
-            argument.arg: default
-            for argument, default in zip(taken.kwonlyargs, taken.kw_defaults, strict=True)
-            if default
-        }
-        default = self._value(defaults[name]) if name in defaults else Parameter.empty
+        found, default, by_name = self._arguments[name]
         assert found.annotation is not None
         return Argument(
-            name, self._value(found.annotation), default, found not in taken.kwonlyargs, found is taken.vararg,
-            self._sentences.get(name, ""),
+            name, self._value(found.annotation), Parameter.empty if default is None else self._value(default),
+            not by_name, found is self._taken.vararg, self._sentences.get(name, ""),
         )  # fmt: skip
 
     @cached_property
-    def _function(self) -> ast.FunctionDef:
+    def _taken(self) -> ast.arguments:
         (found,) = ast.parse(self._head).body
         assert isinstance(found, ast.FunctionDef)
-        return found
+        return found.args
 
-    @property
-    def _arguments(self) -> ast.arguments:
-        return self._function.args
+    @cached_property
+    def _arguments(self) -> dict[str, tuple[ast.arg, ast.expr | None, bool]]:
+        """Each argument, its default, and whether it is given by name alone."""
+        taken = self._taken
+        places = [*taken.args, *filter(None, [taken.vararg])]
+        defaults = [*[None] * (len(taken.args) - len(taken.defaults)), *taken.defaults, *[None] * bool(taken.vararg)]
+        placed = {found.arg: (found, default, False) for found, default in zip(places, defaults, strict=True)}
+        named = zip(taken.kwonlyargs, taken.kw_defaults, strict=True)
+        return placed | {found.arg: (found, default, True) for found, default in named}
 
     @cached_property
     def _doc(self) -> list[str]:

@@ -1,6 +1,7 @@
 """What there is and what was made, as `--json` prints it: formats, an example, an export, a report, a fleet."""
 
 from math import inf
+from operator import itemgetter
 from typing import Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
@@ -10,15 +11,15 @@ from fric.documents.quantity import Known, Part, Written, of
 from fric.units import Motion
 
 
-class FormatPart(Part):
+class FormatPart(Written):
     """One format of logs."""
 
-    name: str
-    endings: list[str]
-    library: str | None
-    version: str | None = Field(description="null where it lacks, or none is needed")
-    installed: bool
-    extra: str | None = Field(description="which installs the library")
+    name: str = of(itemgetter(0))
+    endings: list[str] = of(itemgetter(1))
+    library: str | None = of(lambda row: row[2] or None)
+    version: str | None = of(lambda row: row[3] or None, "null where it lacks, or none is needed")
+    installed: bool = of(lambda row: row[3] is not None)
+    extra: str | None = of(lambda row: row[4] or None, "which installs the library")
 
 
 class FormatsDocument(Document):
@@ -26,7 +27,7 @@ class FormatsDocument(Document):
 
     type: ClassVar[str] = "formats"
 
-    formats: list[FormatPart]
+    formats: list[FormatPart] = of("rows")
 
 
 class ExampleDocument(Document):
@@ -61,15 +62,15 @@ class TrustPart(Part):
     why: list[CodedWarning] = Field(description="why not")
 
 
-class TrialPart(Part):
+class TrialPart(Written):
     """A circle in LinuxCNC beside its simulation."""
 
-    scheme: str
-    velocity: float = Field(description="feed [m/s]")
+    scheme: str = of("scheme.name")
+    velocity: float = of("feed", "feed [m/s]")
     direction: Literal[1, -1] = Field(description="1 counter-clockwise")
-    glitch: float = Field(description="[m]")
-    quadrants: list[float] = Field(description="at +x, +y, -x, -y, outwards positive [m]")
-    simulated: list[float] = Field(description="the same, simulated [m]")
+    glitch: float = of("measured.glitch", "[m]")
+    quadrants: list[float] = of("measured.quadrants", "at +x, +y, -x, -y, outwards positive [m]")
+    simulated: list[float] = of("simulated.quadrants", "the same, simulated [m]")
     difference: float = Field(description="largest of a quadrant [m]")
 
 

@@ -1,9 +1,8 @@
 """What comes with fric, copied to where it can be tried and edited, and the formats of logs that it reads."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from fric.documents.bundled import RIG
 from fric.documents.bundled import example as files_of
@@ -17,21 +16,11 @@ from fric.verb import Kind, verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FormatsResult(Result):
+class FormatsResult(Result, schema=FormatsDocument):
     """The formats, and the libraries that they need."""
 
     rows: tuple[tuple[str, tuple[str, ...], str, str | None, str], ...]
     """Of each its name, endings, library, its version (empty where none is needed, None where it lacks) and extra."""
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """Each format: endings of its files, library, version, whether it is read here, and the extra."""
-        rows = [
-            {"name": name, "endings": list(endings), "library": library or None, "version": version or None,
-             "installed": version is not None, "extra": extra or None}
-            for name, endings, library, version, extra in self.rows
-        ]  # fmt: skip
-        return FormatsDocument.made({"formats": rows}).tree()
 
     def report(self) -> list[Piece]:
         """Return a row a format."""

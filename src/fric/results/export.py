@@ -17,7 +17,7 @@ from fric.contour import Circularity
 from fric.control.scheme import NONE, Scheme
 from fric.documents.base import sources
 from fric.documents.bundled import located
-from fric.documents.listings import ExportDocument
+from fric.documents.listings import ExportDocument, TrialPart
 from fric.documents.machine_files import axis_notices, read_machine, read_machine_document
 from fric.errors import FricError, near
 from fric.export import targets
@@ -106,18 +106,6 @@ class TriedCircle:
         """The largest difference of a quadrant's glitch between both [m]."""
         return max(abs(a - b) for a, b in zip(self.measured.quadrants, self.simulated.quadrants, strict=True))
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the circle as plain values: glitch and quadrants [m], measured and simulated."""
-        return {
-            "scheme": self.scheme.name,
-            "velocity": self.feed,
-            "direction": self.direction,
-            "glitch": self.measured.glitch,
-            "quadrants": list(self.measured.quadrants),
-            "simulated": list(self.simulated.quadrants),
-            "difference": self.difference,
-        }
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ExportResult(Result):
@@ -148,7 +136,7 @@ class ExportResult(Result):
         if self.part.role == "compensation":
             why = [*self.against, *self.distrust]
             content["verdict"] = {"trusted": not why, "why": [notice.as_dict() for notice in why]}
-        content |= {"trial": [arc.as_dict() for arc in self.arcs]} if self.arcs else {}
+        content |= {"trial": [TrialPart.model_validate(arc).model_dump() for arc in self.arcs]} if self.arcs else {}
         ExportDocument.model_validate(content)
         return content
 

@@ -86,18 +86,8 @@ class TuneResult(Result, schema=TuningDocument):
         """Return what the next circles should show [m]."""
         import pandas as pd
 
-        return pd.DataFrame(
-            [
-                {
-                    "feed": circle.feed,
-                    "scheme": circle.scheme,
-                    "glitch": circle.glitch,
-                    "low": circle.ci95[0],
-                    "high": circle.ci95[1],
-                }
-                for circle in self.found.predicted
-            ]
-        )
+        rows = [(circle.feed, circle.scheme, circle.glitch, *circle.ci95) for circle in self.found.predicted]
+        return pd.DataFrame(rows, columns=["feed", "scheme", "glitch", "low", "high"])
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write machine.yaml, friction and plant files of each axis, and a figure of its reversals, into a folder."""
