@@ -240,7 +240,7 @@ def _own(path: Path) -> str | None:
 
 def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     records = [part for record in records for part in in_one_mode(record)]
-    inspected = [inspect(record) for record in records]
+    inspected = [inspect(record, flaws=False) for record in records]
     uses = frozenset(use.purpose for inspection in inspected for use in inspection.uses if use.good)
     if any(map(_excites, records)):
         uses |= {MOTION}

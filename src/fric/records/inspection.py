@@ -26,6 +26,7 @@ from fric.records.judgement import (
     excites,
     resolved_travel,
 )
+from fric.records.kicks import foreign_compensation
 from fric.records.over_strokes import over_place
 from fric.records.recognition import LOOP_SHARE, Sine, Staircase, force_rises, recognised_kind, turns_of
 from fric.records.resolution import encoder_step
@@ -232,13 +233,15 @@ BRANCH = 20
 """Samples that a branch between reversals has at least."""
 
 
-def inspect(record: Record) -> Inspected:
+def inspect(record: Record, *, flaws: bool = True) -> Inspected:
     """Return the content of a record and its uses.
 
     Parameters
     ----------
     record
         A record in time or in frequency, or a table of forces and velocities.
+    flaws
+        Whether warnings are wanted; without them only what bears on the uses is sought.
     """
     if isinstance(record, FrequencyResponse):
         return inspect_response(record)
@@ -262,8 +265,8 @@ def inspect(record: Record) -> Inspected:
     sine, reversals, stairs = turns_of(log)
     rises = force_rises(log, reversals)
     rise = float(np.median([share for share, *_ in rises])) if rises else None
-    warnings = clock_flaws([log], "inspect")
-    if log.force is not None:
+    warnings = clock_flaws([log], "inspect") if flaws else [*filter(None, [foreign_compensation(log)])]
+    if log.force is not None and flaws:
         pairs = [(log, segment) for segment in segments]
         warnings += stroke_flaws(pairs, over_place(pairs))
     kind = record.kind or recognised_kind(log, segments, rests, sine, rise, len(reversals), stairs)

@@ -21,6 +21,8 @@ SINE_FIT = 0.99
 """Share of the variance that one sine explains in a record of a sine; a triangle has 0.986."""
 AROUND = 0.9
 """Share of a motion's spectrum about its strongest line, above which a sine is fitted to it."""
+SINE_SAMPLES = 1 << 17
+"""Samples at most in which its frequency is sought."""
 SWINGS = 0.25
 """Swing of the velocity over its mean above which a sine in sliding is no ripple of a stroke."""
 REPEATS = 1.5
@@ -167,8 +169,8 @@ def fitted_sine(time: Real, position: Real) -> Sine | None:
     spread = float(level @ level)
     if spread == 0.0:
         return None
-    even = np.interp(np.linspace(0.0, span, len(t)), t, level)
-    spectrum = np.abs(np.fft.rfft(even * np.hanning(len(t)))) ** 2
+    even = np.interp(np.linspace(0.0, span, min(len(t), SINE_SAMPLES)), t, level)
+    spectrum = np.abs(np.fft.rfft(even * np.hanning(len(even)))) ** 2
     peak = int(np.argmax(spectrum[1:])) + 1
     if spectrum[max(peak - 2, 0) : peak + 3].sum() < AROUND * spectrum.sum():
         return None
