@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 
@@ -40,6 +40,16 @@ def axis_name(name: str, where: str = "") -> str:
             hint="Take letters, digits, spaces and _ . + -, 40 at most, a letter or a digit first.",
         )  # fmt: skip
     return name
+
+
+class Columns(Protocol):
+    """A data frame, or a mapping: columns by name."""
+
+    def __iter__(self) -> Iterator[Any]:
+        """Iterate over the names."""
+
+    def __getitem__(self, name: Any, /) -> Any:
+        """Return a column."""
 
 
 class _FromFile:
@@ -125,7 +135,10 @@ class Log(_FromFile):
             )
 
     @classmethod
-    def from_frame(cls, frame: Any, units: Mapping[str, str] | None = None, **about: Any) -> Self:
+    def from_frame(
+        cls, frame: Columns, units: Mapping[str, str] | None = None, *, name: str = "record", kind: Kind | None = None,
+        axis: str = "x", motion: Motion = "linear",
+    ) -> Self:  # fmt: skip
         """Return a record of the columns of a data frame that are channels: ``position [um]``, or ``position``.
 
         Parameters
@@ -134,15 +147,15 @@ class Log(_FromFile):
             A `pandas.DataFrame`, or a mapping of columns.
         units
             Unit by channel, where a column's name does not include it; SI else.
-        about
-            Name, kind, axis and motion of the record.
+        name, kind, axis, motion
+            As of the record.
 
         Raises
         ------
         FricError
             When there is no time, a unit does not fit, or a column holds no numbers.
         """
-        motion, found = about.get("motion", "linear"), dict[str, Any]()
+        found = dict[str, Any]()
         for column in frame:
             channel, _, unit = str(column).partition("[")
             channel, unit = channel.strip(), unit.rstrip("] ")
@@ -152,7 +165,7 @@ class Log(_FromFile):
                 found[channel] = scale * np.asarray(frame[column], float)
         if "time" not in found:
             raise FricError("there is no column 'time'", hint=f"Name columns {', '.join(CHANNELS)}, as in 'time [ms]'.")
-        return cls(**found, **about)
+        return cls(**found, name=name, kind=kind, axis=axis, motion=motion)
 
     def __repr__(self) -> str:
         text = ", ".join(name for name in self.channels() if name != "time")

@@ -306,5 +306,6 @@ def test_results_take_the_place_of_their_files(gms, tmp_path):
     machine = fric.read_machine("xy-table")
     run = fric.circle(machine, "a")
     assert fric.diagnose(run, machine=machine).brief() == fric.diagnose(run, machine="xy-table").brief()
+    assert fric.make_report(run, machine).inputs.machine == "machine.yaml"
     with pytest.raises(fric.FricError, match="of no file"):
         fric.TuneResult(None, "").save(tmp_path / "tuned")

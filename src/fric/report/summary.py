@@ -29,6 +29,7 @@ from fric.results.kinds import CircleFiles, Quantity, Reported
 from fric.results.path import PathResult
 from fric.results.records import Records
 from fric.simulate.circle import Circle, run_circle
+from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import Study
 from fric.simulate.processes import outcomes
 from fric.units import readable
@@ -169,17 +170,23 @@ def make_report(
     with TemporaryDirectory() as folder:
         paths = [_saved(file, Path(folder, str(n))) for n, file in enumerate(files)]
         found = collect(paths, list(map(Path, circles)), allowed)
+        if Path(found.machine).is_relative_to(folder):  # the page names what `machine.save` is likely to have written
+            found = replace(found, machine=Path(found.machine).name)
     return Report(replace(with_machines(found, advance), failed=tuple(failed)), title)
 
 
 def _saved(given: Any, folder: Path) -> Path:
-    """Return a file as it is given, and the file of a result, saved in a folder."""
-    if not isinstance(given, Result):
-        return path_of("a result, or a file", given)
-    binary = isinstance(given, CircleResult | PathResult | Records)
-    names = (given.document["fric"].partition("/")[0], given.document.get("axis", ""))
+    """Return a file as it is given, and the file of a result or machine, saved in a folder."""
+    if isinstance(given, Machine):
+        path = folder / "machine.yaml"
+    elif isinstance(given, Result):
+        binary = isinstance(given, CircleResult | PathResult | Records)
+        names = (given.document["fric"].partition("/")[0], given.document.get("axis", ""))
+        path = folder / ("-".join(filter(None, names)) + (".h5" if binary else ".yaml"))
+    else:
+        return path_of("a result, a machine, or a file", given)
     folder.mkdir()
-    given.save(path := folder / ("-".join(filter(None, names)) + (".h5" if binary else ".yaml")))
+    given.save(path)
     return path
 
 

@@ -146,15 +146,13 @@ class Identified(Result):
         frame = pd.DataFrame(rows, columns=["section", "parameter", "value", "low", "high", "unit", "note"])
         return frame.set_index(["section", "parameter"])
 
-    if not TYPE_CHECKING:  # a name that is no parameter is an error to a type checker
-
-        def __getattr__(self, name: str) -> Estimate:
-            """Return a parameter by its name, with unit and interval: ``static.F_c``."""
-            if not name.startswith("_") and name != "document":
-                for section in self.sections().values():
-                    if name in section:
-                        return Estimate.read(section[name])
-            raise AttributeError(f"{type(self).__name__} has no '{name}'")
+    def __getattr__(self, name: str) -> Estimate:
+        """Return a parameter by its name, with unit and interval: ``static.F_c``."""
+        if not name.startswith("_") and name != "document":
+            for section in self.sections().values():
+                if name in section:
+                    return Estimate.read(section[name])
+        raise AttributeError(f"{type(self).__name__} has no '{name}'")
 
     def brief(self) -> str:
         """Return the values that have no index, as ``F_c 63.3 N``."""

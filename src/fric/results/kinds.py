@@ -67,8 +67,10 @@ RecordKind: TypeAlias = Annotated[LogKind, Kind(Literal[(*KINDS, CIRCLE)], "KIND
 """What was logged."""
 PlanLike: TypeAlias = Annotated["PlanDocument | Result | Path | str", Kind(Path, "PLAN")]
 """A plan, its file or its folder, or the result that made it."""
-CircleLike: TypeAlias = Annotated["MeasuredCircle | Path | str | Sequence[MeasuredCircle]", Kind(Path, "CIRCLE.h5")]
-"""A measured circle, its file, or a run file; or a list of circles."""
+CircleLike: TypeAlias = Annotated[
+    "MeasuredCircle | Result | Path | str | Sequence[MeasuredCircle]", Kind(Path, "CIRCLE.h5")
+]
+"""A measured circle or a simulated run, or the file of either; or a list of circles."""
 CirclesLike: TypeAlias = Annotated[
     "MeasuredCircle | Path | str | Sequence[MeasuredCircle | Path | str]", Kind(list[Path], "CIRCLE.h5")
 ]
@@ -89,8 +91,8 @@ KnownSchemes: TypeAlias = Annotated["Mapping[str, Scheme] | Path | str", Kind(Pa
 """Schemes by name, or their file."""
 AxisName: TypeAlias = Annotated[str, Kind(metavar="AXIS", complete="axes")]
 """The name of an axis."""
-Reported: TypeAlias = Annotated["Result | Path | str", Kind(Path, "FILE")]
-"""What a report is made of: a file, or a result in place of the file that it saves."""
+Reported: TypeAlias = Annotated["Result | Machine | Path | str", Kind(Path, "FILE")]
+"""What a report is made of: a file, or a result or machine in place of the file that it saves."""
 RecordName: TypeAlias = Annotated[str, Kind(metavar="NAME", complete="records")]
 """The name of a record."""
 Address: TypeAlias = Annotated[str, Kind(metavar="ADDRESS")]

@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fric.arrays import Real
 from fric.documents.friction import static_tree
@@ -40,7 +41,7 @@ class StaticResult(IdentifiedFriction):
         """The friction file."""
         return static_tree(self.fit, self.logs)
 
-    def predict(self, velocity: Any) -> tuple[Real, Real]:
+    def predict(self, velocity: ArrayLike | str) -> tuple[Real, Real]:
         """Return the force [N] at velocities [m/s], the offset in it, and half the width of its 95 % band.
 
         velocity: Numbers, or a text as "1 mm/s, 10 mm/s".

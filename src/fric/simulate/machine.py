@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import isclose
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, TypeAlias
 
 import fric
 from fric.control.cascade import Cascade
@@ -21,6 +21,18 @@ from fric.notice import Notice
 from fric.simulate.reality.flaws import NONE, Reality, SecondMass
 from fric.units import Motion
 from fric.verb import typed
+
+
+class HoldsBelief(Protocol):
+    """A result that holds what a controller can believe."""
+
+    @property
+    def belief(self) -> FrictionModel | Mapping[str, FrictionModel] | Plant | Cascade | DisturbanceObserver:
+        """The friction models, plant, cascade or observer that was found."""
+
+
+Belief: TypeAlias = FrictionModel | Mapping[str, FrictionModel] | Plant | Cascade | DisturbanceObserver | HoldsBelief
+"""What the controller of an axis can believe."""
 
 
 @dataclass(frozen=True)
@@ -97,11 +109,11 @@ class Axis:
         known = ", ".join(self.nominal_friction.models) or "none"
         return f"axis {self.name}: plant {plant} (SI); friction {self.friction.name}, nominal friction {known}"
 
-    def believing(self, given: Any) -> Axis:
+    def believing(self, given: Belief) -> Axis:
         """Return the axis with other nominal models of its controller, as in `Machine.with_belief`."""
-        if getattr(given, "axis", self.name) != self.name:
-            raise FricError(f"axis {self.name} was given what is known of axis {given.axis}")
-        known = as_filed(getattr(given, "belief", given))
+        if (of := getattr(given, "axis", self.name)) != self.name:
+            raise FricError(f"axis {self.name} was given what is known of axis {of}")
+        known: object = as_filed(getattr(given, "belief", given))
         if isinstance(known, FrictionModel):
             known = {known.name: known}
         if isinstance(known, Mapping) and all(isinstance(item, FrictionModel) for item in known.values()):
@@ -201,7 +213,7 @@ class Machine:
             )
         return self.axes[name]
 
-    def with_belief(self, **beliefs: Any) -> Machine:
+    def with_belief(self, **beliefs: Belief | Sequence[Belief]) -> Machine:
         """Return the machine with other models in its controllers; its true axes do not change.
 
         Parameters
@@ -218,7 +230,8 @@ class Machine:
         axes = dict(self.axes)
         for name, given in beliefs.items():
             axis = self.axis(name)
-            for item in given if isinstance(given, list | tuple) else [given]:
+            several: Sequence[Any] = given if isinstance(given, list | tuple) else [given]
+            for item in several:
                 axis = axis.believing(item)
             axes[name] = axis
         return replace(self, axes=axes)
