@@ -26,6 +26,7 @@ from fric.io.hdf5 import read_logs, write_logs
 from fric.log import Log
 from fric.records.inspection import inspect
 from fric.records.prepared import prepared
+from tests.figures.drawn import undrawn
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "data"
@@ -49,7 +50,8 @@ def folder(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def first(folder) -> dict:
-    return run(*LOGS, "-o", folder / "out", "--tolerance", "5 um")
+    with undrawn():
+        return run(*LOGS, "-o", folder / "out", "--tolerance", "5 um")
 
 
 def test_logs_end_in_a_report_and_a_verdict_that_is_not_sure_of_itself(first, folder):
@@ -266,7 +268,8 @@ def test_a_step_that_fails_is_told_and_the_rest_goes_on(tmp_path, monkeypatch):
         step.make()
 
     said: list[str] = []
-    found = fric.auto(*LOGS, output=tmp_path / "out", run=refuse_gms, say=said.append)
+    with undrawn():
+        found = fric.auto(*LOGS, output=tmp_path / "out", run=refuse_gms, say=said.append)
     assert found.axes["x"].done == ["plant", "static", "observer"]
     assert any("no cycle is whole" in text for text in found.axes["x"].missing)
     assert "# failed: fric identify gms" in (tmp_path / "out" / "steps.sh").read_text(encoding="utf-8")
@@ -277,7 +280,8 @@ def test_a_step_that_fails_is_told_and_the_rest_goes_on(tmp_path, monkeypatch):
     assert failed == "failed: x: gms: no cycle is whole. Log three."
     assert page.endswith("report.html")
     assert "x: gms: no cycle is whole. Log three." in (tmp_path / "out/report.html").read_text(encoding="utf-8")
-    again = fric.auto(*LOGS, output=tmp_path / "out", run=refuse_gms)
+    with undrawn():
+        again = fric.auto(*LOGS, output=tmp_path / "out", run=refuse_gms)
     assert "7 steps: 6 up to date, 1 failed" in str(again)
 
 

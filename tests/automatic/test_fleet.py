@@ -19,6 +19,7 @@ from fric.io.circle import write_circles
 from fric.report.drift import Change
 from tests.automatic.fleet_rig import DATES, make_fleet
 from tests.circles.synthetic_circles import Faults, circle
+from tests.figures.drawn import undrawn
 
 DRIFTED = {1}
 
@@ -31,7 +32,8 @@ def logs(tmp_path_factory) -> Path:
 
 
 def test_the_axis_that_drifted_stands_first_and_alone(logs: Path, tmp_path: Path) -> None:
-    found = fric.auto(logs, output=tmp_path / "out", workers=1, run=run_step)
+    with undrawn():
+        found = fric.auto(logs, output=tmp_path / "out", workers=1, run=run_step)
     assert found.changed == [("machine-001", "x")]
     (first, *_) = found.drifts
     assert first.change.name == "F_c"
@@ -57,7 +59,8 @@ def test_a_log_that_is_damaged_is_no_end_of_the_fleet(logs: Path, tmp_path: Path
             (folder / machine / date).mkdir(parents=True)
             (folder / machine / date / "x.h5").write_bytes((logs / machine / date / "x.h5").read_bytes())
     (folder / "machine-000" / DATES[0] / "x.h5").write_bytes(b"\x89HDF\r\n\x1a\n and no more")
-    found = fric.auto(folder, output=tmp_path / "out", workers=1, run=run_step)
+    with undrawn():
+        found = fric.auto(folder, output=tmp_path / "out", workers=1, run=run_step)
     assert found.changed == [("machine-001", "x")]
     assert any("machine-000/2026-01-10" in notice and notice.code for notice in found.warnings)
 

@@ -22,6 +22,7 @@ import pytest
 import fric
 from fric.cli import console
 from fric.cli.main import main
+from tests.figures.drawn import undrawn
 
 ROOT = Path(__file__).parents[2]
 CTRL_C, CTRL_D = "\x03", "\x04"
@@ -82,7 +83,8 @@ def screen_of(
 @pytest.fixture(scope="module")
 def auto(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, list[str], str]:
     """The screen of `fric auto` on strokes."""
-    return screen_of(AUTO, tmp_path_factory.mktemp("auto"))
+    with undrawn():
+        return screen_of(AUTO, tmp_path_factory.mktemp("auto"))
 
 
 @pytest.mark.parametrize(
@@ -149,7 +151,8 @@ def log_without_units(folder: Path) -> Path:
 def test_what_is_open_is_asked_once_and_kept_beside_the_logs(command: str, tmp_path: Path) -> None:
     logs = log_without_units(tmp_path / "logs")
     words = {"ingest": ["ingest", "logs/run.csv", "-o", "log.h5"], "auto": ["auto", "logs", "-o", "found"]}[command]
-    status, shown, _ = screen_of(words, tmp_path, typed=["\n", "7\n", "N\n", "\n"])
+    with undrawn():
+        status, shown, _ = screen_of(words, tmp_path, typed=["\n", "7\n", "N\n", "\n"])
     text = "\n".join(shown)
     assert status == 0, text
     assert 1 <= text.count("?") <= 3, text
@@ -157,7 +160,8 @@ def test_what_is_open_is_asked_once_and_kept_beside_the_logs(command: str, tmp_p
     mapping = (logs / "fric-mapping.yaml").read_text()
     assert '"?"' not in mapping
     words[-1] += "2" if command == "auto" else ".h5"
-    status, shown, _ = screen_of(words, tmp_path)
+    with undrawn():
+        status, shown, _ = screen_of(words, tmp_path)
     assert status == 0, "\n".join(shown)
     assert "Enter for 1" not in "\n".join(shown)
     assert sorted(path.name for path in logs.iterdir()) == ["fric-mapping.yaml", "run.csv"]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pytest
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
@@ -16,6 +18,15 @@ from numpy.typing import NDArray
 Real = NDArray[np.float64]
 Wanted = Callable[[Real, Real], bool]
 """Says of the x and y of a curve whether it is the one that is wanted."""
+
+
+@contextmanager
+def undrawn() -> Iterator[None]:
+    """Write and embed empty figures, for a test that looks at none: to draw them takes a third of `fric auto`."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fric.figures.style.rendered", lambda figure, ending="svg": b"")
+        patch.setattr("fric.report.plots.embedded", lambda figure, key, alt: "<svg></svg>")
+        yield
 
 
 def near(found: Any, wanted: Any) -> bool:

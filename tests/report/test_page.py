@@ -60,7 +60,7 @@ def test_the_next_step_names_the_axis_of_the_friction(files: SimpleNamespace) ->
 @pytest.fixture(scope="module")
 def html(files: SimpleNamespace) -> str:
     everything = [files.march, files.september, files.static, files.observer, files.plant, files.run, files.later_run]
-    return render_report(collect([*everything, *LOGS.glob("*.h5")]))
+    return render_report(collect([*everything, *sorted(LOGS.glob("*.h5"))]))
 
 
 def test_it_is_one_small_file_that_names_no_address(html: str) -> None:
