@@ -20,7 +20,7 @@ from fric.io.propose import propose
 from fric.io.readers import tables
 from fric.io.readers.base import Column, named
 from fric.io.roles import SURE, AxisColumns, axes_of
-from fric.io.words import spoken, tags
+from fric.io.words import Spoken, spoken, tags, usual_units
 from fric.units import rotates
 from tests.chance import fewest
 from tests.io.judge import judged
@@ -384,6 +384,34 @@ def test_the_end_of_a_path_says_what_a_column_is_and_a_joint_stays_one(tmp_path:
     path = write(tmp_path / "export.csv", ";".join(["__time", *names]), 1e3 + a["t"][:3500], *columns)
     assert [axis.roles["force"].column for axis in told(path)] == [3, 6]  # axes are in the order of their columns
     assert spoken(Column(names[0])).quantity == "position"
+
+
+@pytest.mark.parametrize("form", ["lists", "rows", "stamped rows"])
+def test_joints_in_lists_or_in_turns_are_columns(tmp_path: Path, form: str) -> None:
+    a, n = axis_of_a_drive(), 3000
+    values = np.array([[a[name][s : s + n] for s in (0, 325)] for name in ("position", "velocity", "current")])
+    path = tmp_path / "joints.csv"
+    if form == "lists":
+        items = [["[" + " ".join(f"{x:.6f}" for x in values[c, :, k]) + "]" for c in range(3)] for k in range(n)]
+        items = [[f'"({row[0][1:-1].replace(" ", ", ")})"', *row[1:]] for row in items]
+        rows = [f"{a['t'][k]:.4f},\"['arm', 'hand']\",{','.join(items[k])}" for k in range(n)]
+    else:
+        late = 5e-4 if form == "stamped rows" else 0.0
+        rows = [f"{a['t'][k] + j * late:.4f},{name},{','.join(f'{x:.6f}' for x in values[:, j, k])}"
+                for k in range(n) for j, name in enumerate(("arm", "hand"))]  # fmt: skip
+    path.write_text("time,name,position,velocity,effort\n" + "\n".join(rows) + "\n")
+    found = told(path)
+    names = [column.name for column in next(tables(path)).columns]
+    assert [names[axis.roles["force"].column or 0] for axis in found] == ["effort[0]", "effort[1]"]
+    for j, axis in enumerate(found):
+        (block,) = next(tables(path)).read([axis.roles["velocity"].column or 0])
+        assert np.allclose(block.columns[0], values[1, j], atol=1e-6)
+
+
+def test_a_current_in_whole_numbers_is_in_milliamperes_by_likelihood() -> None:
+    current = Spoken("force", told="current")
+    assert usual_units("force", current, "linear", np.array([245.0, -30.0]))[0] == "mA"
+    assert usual_units("force", current, "linear", np.array([245.123, -30.2]))[0] == "A"
 
 
 def test_what_an_oscilloscope_logs_lacks_a_position(tmp_path: Path) -> None:

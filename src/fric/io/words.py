@@ -462,7 +462,8 @@ def usual_units(channel: str, says: Spoken, motion: str, values: Real) -> tuple[
     if says.told == "current":
         if size < SMALL_CURRENT or size > LARGE_CURRENT:
             return ("A", 0.96, ("%",)) if size < SMALL_CURRENT else ("mA", 0.96, ("A",))
-        return ("A", 0.7, ("%", "mA")) if size < 100 else ("mA", 0.6, ("A", "%"))
+        whole = bool(np.all(np.rint(values[:1000]) == values[:1000]))  # amperes have decimals, milliamperes need none
+        return ("mA", 0.6, ("A", "%")) if whole and size > 20.0 else ("A", 0.7, ("%", "mA"))
     if says.told in {"force", "load"}:
         return (newtons, 0.6, ("A", "%")) if says.told == "force" else ("%", 0.7, ("A", newtons))
     return ("A", 0.5, (newtons, "%")) if size < 50 else ("%", 0.4, (newtons, "A"))

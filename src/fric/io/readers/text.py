@@ -2,6 +2,7 @@
 
 import csv
 import gzip
+import io
 import re
 import zlib
 from collections import deque
@@ -20,8 +21,8 @@ import pandas as pd
 from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.input import other_kind
-from fric.io.readers.base import Column, ForeignTable, Format, RowBlock, named
+from fric.input import foreign, other_kind
+from fric.io.readers.base import Column, ForeignTable, Format, Memory, RowBlock, named
 from fric.units import is_unit
 
 SNIFFED = 300
@@ -270,6 +271,11 @@ MOST_LINE = 2 << 20
 """Bytes of a line at most."""
 MOST_EMPTY = 256
 """Empty cells behind those of the header that a row may have."""
+MOST_TURNS = 16
+"""Words that may take turns from row to row."""
+_LIST = re.compile(rb'"?[\[(]\s*([^\[\]()"]*[^\[\]()"\s,;][\s,;]+[^\[\]()"]*)[\])]"?')
+"""A cell with two items or more in brackets."""
+_ITEMS = re.compile(rb"[\s,;]+")
 MOST_STATES = 64
 """Words of a column of states at most: others are no state."""
 
@@ -287,7 +293,62 @@ def recognises(path: Path, head: bytes) -> float:
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a text log: one table."""
     head, zipped = beginning(path)
-    yield TextTable(path, shaped(path, head, layout), layout, zipped)
+    if (packed := None if zipped or layout != Layout() else _of_lists(path, head)) is not None:
+        yield packed
+        return
+    shape = shaped(path, head, layout)
+    table = TextTable(path, shape, layout, zipped)
+    labels = _in_turns(head, shape)
+    yield table if labels is None else _beside_each_other(table, *labels)
+
+
+def _of_lists(path: Path, head: bytes) -> Memory | None:
+    """Return a table whose cells are lists, as ``"[0.1, 0.2]"`` of joints, a column an item; None of any other."""
+    header, row = [*head.splitlines(), b"", b""][:2]
+    counts = iter([len(_ITEMS.split(found[1].strip())) for found in _LIST.finditer(row)])
+    bare = _LIST.sub(b"\1", row)
+    mark = max((b",", b";", b"\t"), key=bare.count)
+    heads, cells = header.decode("utf-8-sig", "replace").split(mark.decode()), bare.split(mark)
+    if bare == row or b"\0" in row or len(heads) != len(cells):
+        return None
+    names = [
+        f"{name.strip()}[{k}]" if b"\1" in cell else name
+        for name, cell in zip(heads, cells, strict=True)
+        for k in range(next(counts) if b"\1" in cell else 1)
+    ]
+    data = _LIST.sub(lambda found: _ITEMS.sub(mark, found[1].strip()), path.read_bytes().partition(b"\n")[2])
+    with foreign(path, "Export it again."):
+        frame = pd.read_csv(io.BytesIO(data), sep=mark.decode(), header=None, names=range(len(names)), index_col=False)
+    return Memory(path, tuple(map(named, names)), [_numbers(frame[n], ".") for n in range(len(names))])
+
+
+def _in_turns(head: bytes, shape: Shape) -> tuple[int, list[str]] | None:
+    """Return the column whose words take turns from row to row, as the names of joints do, and these; or None."""
+    lines = head.decode(shape.encoding, "replace").splitlines()[shape.first : -1]
+    rows = [split(line, shape.delimiter) for line in lines[:200]]
+    for n, words in enumerate(zip(*rows, strict=False)):
+        labels = list(dict.fromkeys(words))
+        turns = 1 < len(labels) <= MOST_TURNS and len(words) > 3 * len(labels)
+        turns = turns and not any(is_number(label, shape.decimal) for label in labels)
+        if turns and all(word == labels[k % len(labels)] for k, word in enumerate(words)):
+            return n, labels
+    return None
+
+
+def _beside_each_other(table: ForeignTable, column: int, labels: Sequence[str]) -> Memory:
+    """Return a table in which rows of each label take turns as one with the columns of each label; the first's time."""
+    rest = [n for n in range(len(table.columns)) if n != column]
+    parts = [np.concatenate(pieces) for pieces in zip(*(block.columns for block in table.read(rest)), strict=True)]
+    whole, columns, values = len(parts[0]) // len(labels) * len(labels), list[Column](), list[Real]()
+    for at, part in zip((table.columns[n] for n in rest), parts, strict=True):
+        turns = part[:whole].reshape(-1, len(labels))
+        same = len(turns) > 1 and np.ptp(turns, axis=1).max() <= np.median(np.abs(np.diff(turns[:, 0])))
+        rises = bool(np.all(np.diff(turns[:, 0]) > 0.0))
+        for k in range(1 if same and rises else len(labels)):
+            columns.append(at if same and rises else Column(f"{at.name}[{k}]", at.unit))
+            values.append(turns[:, k])
+    names = {f"{table.columns[column].name}[{k}]": label for k, label in enumerate(labels)}
+    return Memory(table.path, tuple(columns), values, table.constants | names)
 
 
 def beginning(path: Path) -> tuple[bytes, bool]:
