@@ -26,11 +26,11 @@ def printable(text: str, most: int = MOST_CHARACTERS) -> str:
 
 
 FLAGS = {"circles": "--circle", "controllers": "--controller", "mapping": "--map", "machines": "--monte-carlo"}
-"""Options that have another name than their argument, of most commands."""
+"""Options of most commands whose name differs from that of their argument."""
 
 
 def as_options(text: str, flags: Mapping[str, str] = FLAGS) -> str:
-    """Return a text that names arguments, as ```load='5 N'```, with the options of the command line in their place."""
+    """Return a text with arguments, as ```load='5 N'```, replaced by the options of the command line."""
 
     def option_of(found: re.Match[str]) -> str:
         flag = flags.get(found[1], f"--{found[1].replace('_', '-')}")
@@ -58,7 +58,7 @@ class FricError(Exception):
     hint
         What the user can do about it.
     form
-        A file to fill in, which is shown whole below.
+        A file to fill in, shown in full below.
     """
 
     def __init__(self, what: str, *, where: str = "", hint: str = "", form: str = "") -> None:
@@ -73,7 +73,7 @@ class FricError(Exception):
 
 
 def near(given: str, known: Iterable[str]) -> str:
-    """Return the question whether a name that is near was meant, with a blank behind it; nothing where none is."""
+    """Return the question whether a similar name was meant, followed by a blank; empty if no name is similar."""
     from difflib import get_close_matches
 
     folded = {name.casefold(): name for name in known}

@@ -1,4 +1,4 @@
-"""Warnings: a flaw that was found in a record or limits the trust in a result, with its values and its place."""
+"""Warnings: a flaw of a record or a result, with its values and its place."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Notice(str):
     Parameters
     ----------
     says
-        What is the matter, and what to do.
+        The problem, and what to do.
     code
         Code of the flaw in `fric.flaws.CATALOGUE`, such as ``force-lags``; empty for a text of an old file.
     severity
@@ -85,14 +85,14 @@ class Notice(str):
         return cls(says, given["code"], given["severity"], given.get("values", {}), where, given.get("carried", False))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as ``warnings_coded`` holds it in documents; what is empty is left out."""
+        """Return it as an entry of ``warnings_coded`` in documents, without empty keys."""
         more = {"values": _plain(self.values), "where": self.where, "carried": self.carried}
         head = {"code": self.code, "severity": self.severity, "text": str(self)}
         return head | {name: item for name, item in more.items() if item}
 
 
 def once(notices: Iterable[Notice]) -> tuple[Notice, ...]:
-    """Return notices, each once."""
+    """Return notices without duplicates."""
     return tuple(dict.fromkeys(notices))
 
 

@@ -58,33 +58,33 @@ class Candidate:
 
     @property
     def named(self) -> str:
-        """How the scheme is called in a sentence."""
+        """Name of the scheme in a sentence."""
         return f"({self.scheme.name}) {self.scheme.title}"
 
     @property
     def stays_under(self) -> float:
-        """What it stays under on 95 % of the machines that were drawn [m]; inf where it runs on fewer.
+        """Bound of the glitch on 95 % of the machines that were drawn [m]; inf where it runs on fewer.
 
-        The glitch of the one machine where none was drawn.
+        The glitch of the given machine if none was drawn.
         """
         bound = float(upper(np.array([self.drawn]))[0]) if self.drawn else self.glitch
         return bound if self.predicted is None else max(bound, self.predicted.under)
 
     @property
     def chance(self) -> Chance:
-        """The glitch of the one machine with its chance [m]."""
+        """The glitch of the given machine, and its range by chance [m]."""
         return Chance(self.places or (self.glitch,), 0.0)
 
     @property
     def middle(self) -> float:
-        """The median over the machines that were drawn [m]; the glitch of the one machine where none was."""
+        """The median over the machines that were drawn [m]; the glitch of the given machine if none was."""
         return float(np.quantile(self._ran, 0.5)) if self.drawn else self.glitch
 
     @property
     def interval(self) -> tuple[float, float] | None:
         """Range of the glitch on the drawn machines [m]: 2.5 % are below, 5 % above `stays_under`.
 
-        None where it ran on none. Without machines the range by chance, where it depends on counts.
+        None where it ran on none. Without machines it is the range by chance, if encoder counts matter.
         """
         if self.places and not self.drawn:
             return self.chance.low, self.chance.high
@@ -118,7 +118,7 @@ def bare(candidates: Iterable[Candidate]) -> Candidate | None:
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What a verdict rests on."""
+    """Data that a verdict is based on."""
 
     candidates: Sequence[Candidate] = ()  # What was run
     axes: tuple[str, ...] = ()  # Names of the axes that were run; the verdict is of no other
@@ -145,7 +145,7 @@ class Evidence:
 
     @property
     def designed(self) -> bool:
-        """Whether the gains are those that fric designed, and no measured circle shows them."""
+        """Whether fric designed the gains, and no measured circle shows the real ones."""
         unknown = any(notice.code == GAINS_UNKNOWN.code for notice in self.distrust)
         shown = self.compared and not self.disagreements and not unknown
         return not shown and any(notice.code == GAINS_DESIGNED.code for notice in self.notices)
@@ -174,7 +174,7 @@ class Verdict:
     def result(self) -> tuple[str, str]:
         """Return ``pass``, ``fail`` or ``not decided``, and its meaning; both empty where no tolerance was given.
 
-        It passes where the tolerance is kept and nothing at all speaks against the verdict.
+        It passes where the tolerance is kept and there is no reason to doubt the verdict.
         """
         if self.kept is None:
             return "", ""
@@ -193,7 +193,7 @@ class Verdict:
 
     @property
     def trusted(self) -> bool:
-        """Whether nothing speaks against it."""
+        """Whether there is no reason to doubt it."""
         return not self.why
 
     @property
@@ -208,7 +208,7 @@ class Verdict:
         return f"Predicted {predicted}, measured {measured}: {word}."
 
     def lines(self) -> list[str]:
-        """Return it as lines for people: the sentence, why not to trust it, what to type next."""
+        """Return it as lines for people: the sentence, why not to trust it, the next commands."""
         described = [self.headline, *self.effort]
         described += [": ".join(self.result)] if self.kept is not None else []
         described += [self.checked] if self.checked else []
@@ -242,7 +242,7 @@ def candidates_of(
 
 
 def facts(machine: Machine, runs: Sequence[ContourRun[Any, Any]]) -> dict[str, Any]:
-    """Return the data of a machine for a run file, as plain data that `evidence_of` reads."""
+    """Return the data of a machine for a run file, which `evidence_of` reads."""
     names = list(runs[0].traces)
     return provenance() | {
         "machine": machine.name,
@@ -263,7 +263,7 @@ def evidence_of(
     disagreements: Mapping[str, Sequence[Notice]] = MappingProxyType({}),
     **more: Any,
 ) -> Evidence:
-    """Return the evidence of candidates whose run file keeps `facts`; of an older file what it has of them.
+    """Return the evidence of candidates from the `facts` in their run file; an older file has only some of them.
 
     made: The facts.
     candidates: What was run.
@@ -271,8 +271,8 @@ def evidence_of(
         circles, this explains a difference of such a circle from the machine file, and a difference that remains speaks
         against the prediction. With unknown gains it explains nothing: the machines agree with any circle.
     compared: As in `Evidence`.
-    disagreements: By file of a measured circle, where it is not as the machine file predicts. That of a circle that all
-        machines were made to agree with is settled.
+    disagreements: By file of a measured circle, where it differs from the prediction of the machine file. It is settled
+    for a circle that all machines were made to agree with.
     more: Further fields of `Evidence`.
     """
     distrust = prediction.distrust if prediction else ()
@@ -310,22 +310,22 @@ def evidence_of(
 
 
 def machine_name(file: str) -> str:
-    """Return what to type for a machine's file: the name of a bundled machine, else its path."""
+    """Return the name of a machine in a command: that of a bundled machine, else the path of its file."""
     names = {str(path): name for name, path in bundled("machine").items()}
     return names.get(str(Path(file)), file)
 
 
 EARNED = 0.05
-"""Share of the uncompensated glitch by which a scheme must be better before its further effort is worth it."""
+"""Share of the uncompensated glitch by which a scheme must be better to be worth its additional effort."""
 FEW = 20
 """Machines below which a share of 95 % is a guess."""
 RESAMPLES = 400
-"""How often the drawn machines are drawn again for the interval of a difference."""
+"""Resamples of the drawn machines for the interval of a difference."""
 CYCLE = 0.5e-6
 """Oscillation below which nothing is called a limit cycle [m].
 
-On the machines of configs/reality waves and cogging leave up to 0.75 µm, as much without compensation as with it, and
-encoders 0.2 µm; limit cycles of too fast observers on a second mass leave 3 to 31 µm.
+On the machines of configs/reality, waves and cogging leave up to 0.75 µm with and without compensation, encoders 0.2
+µm; limit cycles of too fast observers on a second mass leave 3 to 31 µm.
 """
 CYCLE_RATIO = 2.5
 """Ratio of the oscillation to that without compensation from which it is a limit cycle.
@@ -335,10 +335,10 @@ A loop with a peak sensitivity of 6 dB doubles the disturbances of the guideway.
 
 
 def decide(evidence: Evidence) -> Verdict:
-    """Return which compensation to switch on, by what 95 % of the machines that were drawn stay under.
+    """Return which compensation to switch on, by the glitch that 95 % of the drawn machines stay under.
 
-    Of the schemes that are as good as the best, that with the least effort; with a tolerance, of those that keep it. A
-    scheme with a limit cycle is never recommended, and no scheme against a measured circle.
+    It is the scheme of least effort among those as good as the best or, with a tolerance, those that keep it. A scheme
+    with a limit cycle is never recommended, and no scheme against a measured circle.
 
     evidence: What was run, drawn and measured.
     """
@@ -367,7 +367,7 @@ def decide(evidence: Evidence) -> Verdict:
 
 
 def _same(notice: Notice) -> str:
-    """Return the key of a reason: of reasons with the same key one is reported, but errors of two files both."""
+    """Return the key of a reason: only one reason of each key is reported, but errors of two files both."""
     if flaw_of(notice).disagrees:
         return "disagrees"
     return str(notice) if notice.severity == "wrong" else notice.code or str(notice)
@@ -389,9 +389,9 @@ def forbidden(candidate: Candidate, evidence: Evidence) -> list[Notice]:
 
 
 def reasons_against(candidate: Candidate, evidence: Evidence) -> list[Notice]:
-    """Return why a scheme should not be switched on: what forbids it, and where it leaves more than none at all does.
+    """Return why a scheme should not be switched on: what forbids it, and where it leaves more than no compensation.
 
-    By more than two steps of the encoder.
+    Only a difference of more than two encoder steps counts.
     """
     found, without = forbidden(candidate, evidence), bare(evidence.candidates)
     if without is not None and candidate.stays_under > without.stays_under + 2 * evidence.resolution:
@@ -433,7 +433,7 @@ def _choose(usable: Sequence[Candidate], evidence: Evidence) -> Candidate:
 
 
 def _worth(worse: Candidate, better: Candidate, usable: Sequence[Candidate], evidence: Evidence) -> bool:
-    """Return whether a glitch surely exceeds another, by more than an encoder's step and what is worth effort."""
+    """Return whether a glitch surely exceeds another, by more than an encoder step and what is worth the effort."""
     without = bare(usable)
     earned = EARNED * (max(candidate.middle for candidate in usable) if without is None else without.middle)
     return surely_less(better, worse, max(evidence.resolution, earned))
@@ -445,10 +445,10 @@ def surely_less(better: Candidate, worse: Candidate, least: float) -> bool:
 
 
 def difference(candidate: Candidate, other: Candidate) -> tuple[float, float]:
-    """Return the 95 % interval of the difference of what two stay under [m], by drawing the drawn machines again.
+    """Return the 95 % interval of the difference of two `stays_under` [m], by bootstrap over the drawn machines.
 
-    The same machines for both: effects of a machine on both cancel. Without machines it is the plain difference, or
-    where it depends on counts the range by chance.
+    Both use the same machines, so common effects cancel. Without machines it is the plain difference, or its range by
+    chance if encoder counts matter.
     """
     if not candidate.drawn or len(candidate.drawn) != len(other.drawn):
         if candidate.places or other.places:
@@ -463,7 +463,7 @@ def difference(candidate: Candidate, other: Candidate) -> tuple[float, float]:
 
 
 def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) -> Iterator[str]:
-    """Return what less effort would cost, and what more would gain, where the difference is sure."""
+    """Return what less effort would cost, and what more effort would gain, where the difference is sure."""
     if evidence.exact and evidence.machines and evidence.glitches is None:
         many = f"{evidence.machines} varied machines decide"
         yield f"The controller knows this machine exactly, unlike any real machine: {many}."
@@ -493,11 +493,11 @@ def _between(low: float, high: float) -> str:
 
 
 MACHINES = 100
-"""Machines that are requested where none, or too few, were drawn."""
+"""Machines to request where none, or too few, were drawn."""
 
 
 def headline(chosen: Candidate, without: Candidate | None, evidence: Evidence, *, kept: bool | None) -> str:
-    """Return the verdict in a sentence: what to switch on, what 95 % stay under, and what it was before."""
+    """Return the verdict in a sentence: what to switch on, the glitch to expect, and the glitch now."""
     text = _recommended(chosen, without, evidence)
     if kept is False and evidence.tolerance is not None:
         text = f"No scheme surely stays within {readable(evidence.tolerance, 'm')}. {text}"
@@ -512,28 +512,28 @@ def _recommended(chosen: Candidate, without: Candidate | None, evidence: Evidenc
     if len(evidence.candidates) == 1:
         return f"Only {chosen.named} was run, so nothing is compared: expected {expected}."
     if chosen is without:
-        return f"Leave it as it is: expected {expected}; no scheme gains what its effort is worth."
+        return f"Leave it as it is: expected {expected}; no scheme is worth its effort."
     now = f"; now {readable(without.middle, 'm', 2)}" if without else ""
     return f"Use {chosen.named}. Expected {expected}{now}."
 
 
 def nothing(evidence: Evidence) -> str:
-    """Return why no scheme is recommended."""
+    """Return the sentence why no scheme is recommended."""
     if evidence.disagreements and evidence.designed:
         return "No scheme is recommended: the controller's gains are not known."
     if evidence.disagreements:
-        return "No scheme is recommended: the measured circle is not as predicted. Explain that first."
+        return "No scheme is recommended: the measured circle differs from its prediction. Find out why first."
     if evidence.rotary:
         return "No scheme is recommended: schemes are compared on a circle, which needs a linear axis."
     if evidence.missing:
         return f"No scheme is recommended yet: {len(evidence.missing)} things are missing to simulate a circle."
     if not evidence.candidates:
         return "No scheme is recommended: nothing was simulated."
-    return "No scheme is recommended: something forbids each that was run."
+    return "No scheme is recommended: each scheme that was run has a reason against it."
 
 
 def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = None) -> Iterator[str]:
-    """Yield what to type next, the most urgent first."""
+    """Yield the next commands, the most urgent first."""
     machine, circle = evidence.machine, evidence.circle
     if evidence.rotary:
         return

@@ -1,1 +1,1 @@
-"""The whole way in one command: from a folder of logs to a report, each step an ordinary command."""
+"""From a folder of logs to a report in one command; each step is an ordinary command."""

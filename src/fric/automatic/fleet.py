@@ -1,4 +1,4 @@
-"""A fleet: a folder ``DIR/machine/date`` of logs, identified on all cores or on a cluster, and what changed since.
+"""A fleet: a folder ``DIR/machine/date`` of logs, identified on all cores or on a cluster, and how it changed.
 
 Every number at two dates is compared with its intervals, corrected for multiple comparisons.
 """
@@ -38,13 +38,13 @@ from fric.simulate.processes import run_all
 from fric.units import readable
 
 DATE = re.compile(r"\d{4}-?\d{2}(-?\d{2}(\D.*)?)?")
-"""Names of folders that are dates: 2026-11, 2026-11-21, 20261121, with a time behind it or without."""
+"""Names of folders that are dates: 2026-11, 2026-11-21, 20261121, each optionally followed by a time."""
 LEVEL = 0.05
 """Largest probability, over all axes of a fleet together, with which an unchanged axis is reported as changed."""
 FREEDOM = {"gms": 4.0, "plant": 7.0, "glitch": 7.0}
-"""Degrees of freedom of intervals: cycles of a record, periods of an excitation, less one.
+"""Degrees of freedom of intervals: cycles of a record or periods of an excitation, less 1.
 
-A glitch has as few as a plant: its intervals are tested with 400 circles, which show no more of their tails.
+A glitch has as few as a plant: 400 circles tested its intervals, and do not show their tails further.
 """
 SHOWN = ("F_c", "F_s", "v_s", "sigma")
 """Numbers of an axis that the table of a fleet shows."""
@@ -61,7 +61,7 @@ class Unit:
 
 @dataclass
 class UnitAxis:
-    """What came of an axis of one machine at one date."""
+    """Results for an axis of one machine at one date."""
 
     done: list[str] = field(default_factory=list)  # Which steps were done
     missing: list[str] = field(default_factory=list)  # What is missing for others
@@ -72,7 +72,7 @@ class UnitAxis:
 
 @dataclass(frozen=True)
 class UnitOutcome:
-    """What came of the logs of one machine at one date."""
+    """Results for the logs of one machine at one date."""
 
     unit: Unit  # Where they are from
     axes: dict[str, UnitAxis]  # What came of each axis
@@ -82,7 +82,9 @@ class UnitOutcome:
 
 
 def find_fleet(given: Sequence[Path]) -> list[Unit]:
-    """Return machines and dates, where a single folder of folders of dates is given; empty otherwise."""
+    """Return machines and dates, if the only path given is a folder of machines, each with folders of dates; else
+    nothing.
+    """
     if len(given) != 1 or not given[0].is_dir():
         return []
     machines = [path for path in sorted(given[0].iterdir()) if path.is_dir() and not path.name.startswith(".")]
@@ -160,12 +162,11 @@ def run_fleet(
     """Return the outcomes of machines and dates in their order, run by processes here or by a Dask cluster.
 
     units: Machines and dates.
-    output: Folder for all that is made; a cluster's workers see it, and the logs, under the same names.
+    output: Folder of all results; workers of a cluster must see it, and the logs, under the same names.
     mapping, run: As in `FleetStudy`.
     workers: Processes; one a core where not given.
     scheduler: Address of a Dask cluster.
-    advance: Is called for each that is done.
-    Raises FricError: When the cluster does not answer, or a process was killed.
+    advance: Called after each. Raises FricError: When the cluster does not answer, or a process was killed.
     """
     study = FleetStudy(tuple(units), output.resolve(), mapping, run)
     advance(0, total=len(units))
@@ -185,12 +186,12 @@ class ParameterDrift:
 
     @property
     def changed(self) -> bool:
-        """Whether it changed, at the level that holds for the whole fleet."""
+        """Whether it changed, at the significance level of the whole fleet."""
         return self.adjusted <= LEVEL
 
 
 def drifts(found: Sequence[UnitOutcome]) -> list[ParameterDrift]:
-    """Return every number that two following dates of an axis share, by its adjusted probability."""
+    """Return every number that two consecutive dates of an axis share, sorted by adjusted probability."""
     every = [drift for machine in _machines(found) for drift in _of_machine(machine)]
     adjusted = holm(np.array([drift.p for drift in every]))
     done = [replace(drift, adjusted=float(p)) for drift, p in zip(every, adjusted, strict=True)]
@@ -198,7 +199,7 @@ def drifts(found: Sequence[UnitOutcome]) -> list[ParameterDrift]:
 
 
 def holm(p: Real) -> Real:
-    """Return probabilities adjusted for their number, shape (n,): one of at most 5 % is chance in 5 % of all families.
+    """Return probabilities adjusted for their number, shape (n,): by chance, any is below 5 % in 5 % of all families.
 
     Holm's step-down (Scandinavian Journal of Statistics 6, 1979): ``max over j ≤ i of (n - j + 1)·p_(j)``, for any
     dependence of the tests.
@@ -214,7 +215,7 @@ def probability(change: Change, freedom: float) -> float | None:
     """Return the two-sided probability of a difference where nothing changed; None where its interval is unbounded.
 
     The interval's side towards 0 is ``t·s`` with Student's quantile t at 97.5 %: the difference over s is compared with
-    Student's distribution. Hundreds of comparisons reach its tails, not those of the normal distribution.
+    Student's distribution. Among hundreds of comparisons its tails matter, which the normal distribution does not have.
 
     change: The number at both dates.
     freedom: Degrees of freedom of its intervals.
@@ -268,18 +269,18 @@ def _freedom(document: FrictionDocument | PlantDocument, name: str) -> float:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FleetResult(Result):
-    """What came of a fleet."""
+    """Results for a fleet."""
 
     folder: Path
     """Where all files are."""
     outcomes: Sequence[UnitOutcome]
-    """What came of each machine and date."""
+    """Results for each machine and date."""
     drifts: Sequence[ParameterDrift]
-    """Each number at two following dates, the surest change first."""
+    """Each number at two consecutive dates, the most probable change first."""
 
     @property
     def changed(self) -> list[tuple[str, str]]:
-        """Machine and axis of each that changed, the surest first."""
+        """Machine and axis of each change, the most probable first."""
         return list(dict.fromkeys((drift.machine, drift.axis) for drift in self.drifts if drift.changed))
 
     @property
@@ -323,7 +324,7 @@ class FleetResult(Result):
         return [head, *([changes] if rows else []), every, foot, str(self.folder / "fleet.html")]
 
     def values(self) -> list[tuple[str, ...]]:
-        """Return a row an axis and date: its name, the date, what was identified, its largest glitch, for people."""
+        """Return a row for each axis and date, for people: name, date, identified values, largest glitch."""
         rank = {pair: n for n, pair in enumerate(self.changed)}
         rows = []
         for outcome in self.outcomes:

@@ -33,7 +33,7 @@ class Stated:
 
     @classmethod
     def of(cls, given: Iterable[Path | str]) -> "Stated":
-        """Return what was given: files of controllers, and texts like `EXAMPLE`, with the axis before a colon."""
+        """Sort what was given into files of controllers, and texts like `EXAMPLE` with the axis before a colon."""
         files, texts = dict[str, Path](), dict[str, str]()
         for item in given:
             if _GAIN.search(str(item)) and not Path(item).exists():
@@ -45,7 +45,7 @@ class Stated:
 
 
 def gains_of(text: str, axis: str, motion: Motion) -> dict[str, Any]:
-    """Return the controller document of gains in a text, with the usual filter and sampling where it has none.
+    """Return the controller document of gains in a text; filter and sampling have their defaults where it has none.
 
     Raises FricError: When a gain is missing, or has a wrong unit.
     """
@@ -64,12 +64,12 @@ def gains_of(text: str, axis: str, motion: Motion) -> dict[str, Any]:
 def find_gains(
     session: Session, found: Sources, logs: Sequence[Source], stated: Stated, ask: Ask | None, *, needed: bool
 ) -> Path | None:
-    """Return the file of an axis' gains; None where nobody and nothing shows them.
+    """Return the file of an axis' gains; None where they were neither given nor found.
 
     session, found: The run, and what it was given.
     logs: The log files of the axis.
     stated: Gains that were stated.
-    ask: Puts a question; it is asked where gains are needed, and nothing shows them.
+    ask: Asks the user, where gains are needed and no log shows them.
     """
     axis, motion = logs[0].axis, logs[0].motion
     if file := stated.files.get(axis) or found.controllers.get(axis):
@@ -102,7 +102,7 @@ def find_gains(
 
 
 def _question(axis: str, motion: Motion, answer: list[dict[str, Any]]) -> Question:
-    """Return the question for the gains of an axis; the document of those that are typed goes into ``answer``."""
+    """Return the question for the gains of an axis; the document of the typed gains goes into ``answer``."""
 
     def understood(text: str) -> dict[str, Any] | None:
         try:

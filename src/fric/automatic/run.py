@@ -47,18 +47,18 @@ from fric.verdict import Evidence, Verdict, decide
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AutoResult(Result, schema=AutoDocument):
-    """What came of a folder of logs."""
+    """Results for a folder of logs."""
 
     folder: Path
     """Where all files are."""
     axes: dict[str, AxisOutcome]
-    """What came of each axis: which steps were done, and what is missing."""
+    """Results for each axis: which steps were done, and what is missing."""
     description: list[Notice]
     """What was guessed or left out."""
     steps: int
-    """Steps there are."""
+    """Number of steps."""
     made: int
-    """How many of them had to be run."""
+    """Number of steps that had to be run."""
     failed: Sequence[str]
     """Steps that failed, with the reason."""
     page: Report | None
@@ -96,7 +96,7 @@ class AutoResult(Result, schema=AutoDocument):
         return [*pieces, f"{self.folder / 'report.html'}"] if self.page else pieces
 
     def _doubts(self) -> list[str]:
-        """Return how many doubts the files hold that the verdict does not name, with their codes."""
+        """Return the number and the codes of the doubts in the files that the verdict does not name."""
         if self.page is None:
             return []
         named = {notice.code for notice in (*self.verdict.why, *self.verdict.settled)}
@@ -124,7 +124,7 @@ def _found(name: str, outcome: AxisOutcome) -> Table:
 FOUND: Mapping[str, tuple[str, ...]] = {
     "plant": (), "controller": (), "friction": ("static", "static_negative", "gms", "at_speed")
 }  # fmt: skip
-"""What the table of what was found shows of each part, by section of its file."""
+"""Sections of each part's file that the table of results shows."""
 SHOWN = ("A", "B", "T_d", "K_f", "K_v", "K_p", "K_i", "F_c", "F_s", "v_s", "delta", "sigma", "offset", "C")
 """The numbers that it shows."""
 
@@ -146,13 +146,13 @@ def auto(
     ask: Ask | None = None,
     advance: Callable[..., object] = lambda *_, **__: None,
 ) -> AutoResult | FleetResult:
-    """Go the whole way: recognise, ingest, identify, design, simulate, compare with the measured circle, report.
+    """Do all steps: recognise, ingest, identify, design, simulate, compare with the measured circle, report.
 
-    Each step is an ordinary command, printed as it is run and kept in DIR/steps.sh. What cannot be done says which
+    Each step is an ordinary command, printed as it runs and kept in DIR/steps.sh. A step that cannot be done says which
     record is missing. Steps whose inputs have not changed are not run again.
 
     A folder of many machines (DIR/machine/date/…) is a fleet: each axis is identified at each date, on all cores or a
-    Dask cluster, and DIR/fleet.html tells which changed beyond their intervals.
+    Dask cluster, and DIR/fleet.html shows which changed beyond their intervals.
 
     Parameters
     ----------
@@ -161,33 +161,33 @@ def auto(
     output
         Folder for all that is made.
     machine
-        The machine; made of what is identified, else. Its file, or the name of a bundled one.
+        The machine; by default it is made from the results. Its file, or the name of a bundled one.
     circles
-        A measured circle; repeatable. The simulation is held against it.
+        A measured circle; repeatable. The simulation is compared with it.
     controllers
-        A controller's gains: its file, or "K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m"; repeatable. With "x: " before
-        them they are of one axis. Without, they are found among the logs: on a circle with voltage, or in closed
-        loop; else they are asked for, or designed.
+        A controller's gains: its file, or "K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m"; repeatable. "x: " before them
+        limits them to axis x. Without, they are found among the logs: on a circle with voltage, or in closed loop; else
+        fric asks for them, or designs them.
     tolerance
-        Glitch that is allowed, as "5 um". The first scheme that surely stays within it is chosen.
+        Allowed glitch, as "5 um". The simplest scheme that surely stays within it is chosen.
     mapping
-        What the columns of foreign logs mean. The bundled one that fits where the header does not say it.
+        What the columns of foreign logs mean. By default a bundled mapping that fits, where the header does not say it.
     assume
-        Take the likeliest of what neither headers nor values of foreign logs tell, and say so.
+        Assume the likeliest meaning where headers and values of foreign logs leave it open, and report it.
     workers
-        Of a fleet: processes at a time; one a core, else.
+        Of a fleet: parallel processes; by default one per core.
     scheduler
         Of a fleet: a Dask scheduler, as tcp://host:8786.
     run
         Makes one step, raising a `FricError` where it fails; of a fleet in other processes, and so a function that
         can be pickled.
     say
-        Is told in a line what came of each step.
+        Receives a line on the result of each step.
     ask
-        Puts a question on what neither headers nor values of foreign logs tell, three at most. The answers become a
+        Asks about what headers and values of foreign logs leave open, three questions at most. The answers become a
         mapping beside the logs, which is used from then on.
     advance
-        Is called for each step; of a fleet, of each machine and date.
+        Called after each step; of a fleet, after each machine and date.
 
     Raises
     ------
@@ -243,7 +243,7 @@ def auto(
 
 
 def _none_found(found: Sources) -> FricError:
-    """Return why no file shows friction, and what to log or to fill in."""
+    """Return the error that no file shows friction, with what to log or to fill in."""
     if not found.refused:
         return FricError("there is no log in these files", hint="Give logs of a drive, or their folder.")
     ((why, files), *more) = sorted(found.refused.items(), key=lambda item: "column" not in item[0])
@@ -257,7 +257,7 @@ def _none_found(found: Sources) -> FricError:
 
 
 def _refuse_among(folder: Path, logs: Sequence[Path]) -> None:
-    """Refuse an output folder that lies among the logs, where the next run would take its files for logs."""
+    """Refuse an output folder among the logs: the next run would take its files for logs."""
     out = folder.resolve()
     for path in logs:
         place = path.resolve() if path.is_dir() else path.resolve().parent
@@ -269,7 +269,7 @@ def _refuse_among(folder: Path, logs: Sequence[Path]) -> None:
 
 
 def _steps(found: Sources) -> int:
-    """Return how many steps there will be, about."""
+    """Return the approximate number of steps."""
     axes = {log.axis for log in found.logs}
     return len(found.traces) + 5 * len(axes) + 2 + 2 * len(found.circles)
 
@@ -287,7 +287,7 @@ def _machine(session: Session, axes: dict[str, AxisOutcome], given: Path | None)
 
 
 def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], machine: Path | None, given: bool) -> None:
-    """Simulate the circle, and hold measured ones against the machine."""
+    """Simulate the circle, and compare measured circles with the machine."""
     if machine is None:
         return
     options: dict[str, Any] = {}

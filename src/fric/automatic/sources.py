@@ -43,13 +43,13 @@ from fric.units import Motion
 MOTION = "motion"
 """Use of records of any kind whose motion determines mass, viscous and Coulomb friction."""
 PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ".m", ".zip"})
-"""Endings of files that may lie beside logs, and are no logs unless they have the mark of a format."""
+"""Endings of files beside logs that are not logs themselves, unless they begin with the signature of a format."""
 
 
 _PAPER = re.compile(
     r"(?:read[ _-]?me|licen[cs]e|copying|notes?|about|lies[ _-]?mich|changelog|citation)\b", re.IGNORECASE
 )
-"""Names of papers that lie beside logs."""
+"""Names of documentation files beside logs."""
 
 
 NO_FORCE = "no column is a force, a torque, a current or a voltage of the axis that moves"
@@ -79,7 +79,7 @@ class Source:
 
 @dataclass
 class Sources:
-    """All that was found."""
+    """Everything that was found."""
 
     logs: list[Source] = field(default_factory=list)  # Files with records
     circles: list[Path] = field(default_factory=list)  # Circle tests, and runs of one scheme
@@ -106,10 +106,10 @@ def find_sources(
     given: Files and folders.
     mapping: What the columns of foreign logs mean. Where the header does not define them, the only bundled mapping that
         fits, or a guess from their values.
-    proposals: Folder for the mapping found from values; without it none is made.
+    proposals: Folder for the mapping guessed from values; None to guess none.
     assume: Take the likeliest meaning where neither header nor values decide.
-    ask: Asks a question where they do not decide; the answers become a mapping beside the logs.
-    Raises FricError: When a file that is named is not there.
+    ask: Asks a question where they do not decide; the answers become a mapping beside the logs. Raises FricError: When
+    a file that is named is not there.
     """
     given = list(given)
     found, seen, asking = Sources(), list[Record](), dict[Path, str]()
@@ -162,7 +162,7 @@ def find_sources(
 def _guessed(
     asking: dict[Path, str], places: list[Path], found: Sources, seen: list[Record], *, assume: bool, ask: Ask | None
 ) -> None:
-    """Read the meaning of files from their values; remove those that need no question from the open ones."""
+    """Guess the meaning of files from their values; files that need no question leave the open ones."""
     with ExitStack() as opened:
         guess = guessed([path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None)
         file, guess = answered(guess, ask, *places) if ask and not assume else (None, guess)
@@ -197,7 +197,7 @@ def _guessed(
 
 
 def _holds_numbers(path: Path) -> bool:
-    """Return whether a file with an ending of no format is a table of numbers."""
+    """Return whether a file of unknown ending is a table of numbers."""
     try:
         return len(next(tables(path)).columns) > 1
     except FricError:
@@ -205,12 +205,12 @@ def _holds_numbers(path: Path) -> bool:
 
 
 def _is_paper(path: Path) -> bool:
-    """Return whether a file that is no log is there to be read by people, by its name."""
+    """Return whether a file is documentation by its name, and not a log."""
     return bool(_PAPER.match(path.name)) and path.suffix.lower() in {".txt", ".md", ".rst", ".log", ".dat"}
 
 
 def _files(given: Iterable[Path]) -> Iterator[Path]:
-    """Yield the files, log files of fric's first: a foreign copy of a record is then known."""
+    """Yield the files, fric's log files first: a foreign copy of a record is then recognised."""
     files: list[Path] = []
     for path in given:
         inside = sorted(path for path in path.rglob("*") if path.is_file()) if path.is_dir() else [regular(path)]
@@ -267,7 +267,7 @@ def _excites(record: Record) -> bool:
 def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record], *, assume: bool) -> str:
     """Read a foreign log by its header, by a mapping that was given or is bundled, or a circle test.
 
-    Return why none of them fits; None where one does, or the error was reported.
+    Return the reason if none fits; None if one does, or if the error was reported.
     """
     if not mapping and (known := beside(path)):
         file, axes = known
@@ -309,9 +309,9 @@ def _records(
     path: Path, mapping: str, axis: str | None = None, *, assume: bool = False, kind: Kind | None = None,
     doubts: list[Notice] | None = None,
 ) -> list[Record] | str:  # fmt: skip
-    """Return the records of a foreign log by a mapping, or by its header where there is none; or why it is none.
+    """Return the records of a foreign log by a mapping, or by its header without a mapping; or why it has none.
 
-    doubts: Receives what is doubtful of the file, but not which columns are left out.
+    doubts: Receives the doubts about the file, except which columns are left out.
     """
     with TemporaryDirectory() as folder:
         log = Path(folder) / "log.h5"
@@ -344,7 +344,7 @@ def _taken(
     path: Path, mapping: str, records: list[Record], found: Sources, seen: list[Record], *, wide: bool = False,
     assume: bool = False,
 ) -> bool:  # fmt: skip
-    """Take the records of a foreign log; return whether they are no copies of others."""
+    """Take the records of a foreign log; return whether they are new, not copies of others."""
     if any(_same(record, known) for record in records for known in seen):
         found.copies.append(path)
         return False
@@ -362,7 +362,7 @@ def _is_circle(path: Path, draft: Path) -> bool:
 
 
 def _same(record: Record, other: Record) -> bool:
-    """Return whether two records hold the same samples, to the digits of a text."""
+    """Return whether two records hold the same samples, to the digits that a text file has."""
     if not (isinstance(record, Log) and isinstance(other, Log)) or len(record) != len(other):
         return False
     a, b = record.channels(), other.channels()

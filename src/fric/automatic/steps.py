@@ -1,4 +1,4 @@
-"""The steps of `fric auto`: each is a verb, run in this process, and the command that does the same by hand."""
+"""The steps of `fric auto`: each is a verb, run in this process, with the equivalent command."""
 
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -57,7 +57,7 @@ class Step:
 
     @property
     def ready(self) -> bool:
-        """Whether all that it reads is there."""
+        """Whether all files that it reads exist."""
         return all(path.exists() for path in self.reads)
 
     @property
@@ -73,8 +73,7 @@ class Step:
     def make(self, advance: Advance = silent) -> Result:
         """Call the verb, write its outputs, and return its result.
 
-        advance: Is called with its progress, where the verb reports any.
-        Raises FricError: As the verb.
+        advance: Called with its progress, if the verb reports any. Raises FricError: As the verb.
         """
         with commanded("fric", *self.words), together(*self.leaves) as made:
             result = VERBS[self.command](self, advance)
@@ -92,12 +91,12 @@ def _repeated(flag: str, value: Any) -> list[object]:
 
 
 def run_step(step: Step) -> Result:
-    """Make a step, and print nothing."""
+    """Run a step, and print nothing."""
     return step.make()
 
 
 def _plain(verb: Callable[..., Result]) -> Callable[[Step, Advance], Result]:
-    """Return the factory of steps of a verb that take the options of its command."""
+    """Return a factory of steps that take the options of the verb's command."""
 
     def made(step: Step, _: Advance) -> Result:
         return verb(*step.given, **step.options)
@@ -155,7 +154,7 @@ VERBS: Mapping[str, Callable[[Step, Advance], Result]] = {
     "tune": _tuned,
     "report": _reported,
 }
-"""How the step of each command is made."""
+"""Factory of the step of each command."""
 
 
 @dataclass(frozen=True)
@@ -171,7 +170,7 @@ class Failure:
 
 @dataclass
 class AxisOutcome:
-    """What came of the records of one axis."""
+    """Results for the records of one axis."""
 
     motion: Motion  # Of the axis
     done: list[str] = field(default_factory=list)  # Steps that were made, or are up to date
@@ -181,12 +180,12 @@ class AxisOutcome:
 
     @property
     def whole(self) -> bool:
-        """Whether all is known that a machine file takes."""
+        """Whether all parts of a machine file are known."""
         return all(path.exists() for path in self.files.values())
 
     @property
     def there(self) -> list[Path]:
-        """Its documents that are there."""
+        """Its existing documents."""
         return [path for path in self.files.values() if path.exists()]
 
 
@@ -196,7 +195,7 @@ class Session:
     folder: Where all files go.
     run: Makes one step; raises a `FricError` where it fails.
     say: Receives the outcome of each step in a line.
-    done: Is called for each step that is over.
+    done: Called after each step.
     """
 
     def __init__(
@@ -218,7 +217,7 @@ class Session:
     def take(self, step: Step, *, tried: bool = False) -> bool:
         """Run a step unless it is up to date; return whether its outputs exist.
 
-        A step that is ``tried`` may fail: that is in the log alone.
+        A ``tried`` step may fail: only the log reports that.
         """
         if not step.ready:
             return False
@@ -275,12 +274,12 @@ class Session:
 def identify_axes(
     session: Session, found: Sources, gains: Callable[[Sequence[Source]], Path | None] | None = None
 ) -> dict[str, AxisOutcome]:
-    """Ingest and identify; return what came of each axis.
+    """Ingest and identify; return the results for each axis.
 
     session: Where the steps are run.
     found: The logs.
     gains: Returns the file of the controller's gains of an axis from its logs; None where they are to be designed.
-        Without it friction and plant are identified alone: no figures, no controller, no observer.
+        Without it only friction and plant are identified: no figures, no controller, no observer.
     """
     lean = gains is None
     logs = [log for log in found.logs if log.mapping is None]
@@ -355,7 +354,7 @@ def trace_step(trace: Path, folder: Path) -> Step:
 
 @dataclass(frozen=True)
 class AxisSteps:
-    """What can be made of the records of one axis."""
+    """Steps that the records of one axis allow."""
 
     steps: tuple[Step, ...]  # The steps, in their order
     missing: tuple[str, ...]  # What cannot be made, with the record that is missing
@@ -368,7 +367,7 @@ def axis_steps(
 
     logs: Log files of this axis.
     folder: Where its files go.
-    lean: Identify alone: no figures, no controller, no observer; and the static map in one form, so that dates compare.
+    lean: Only identify: no figures, controller or observer; the static map has one form, so that dates compare.
     controller: The file of the controller's gains; designed where there is none.
     """
     axis = logs[0].axis

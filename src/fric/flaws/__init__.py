@@ -1,6 +1,6 @@
-"""The catalogue of what can be wrong with records, models and predictions: one file a family, one entry a flaw.
+"""The catalogue of flaws of records, models and predictions: a file for each family, an entry for each flaw.
 
-It holds all that depends on a flaw: what it widens in a prediction, whether a measured circle settles it, its page.
+An entry also says what the flaw widens in a prediction and whether a measured circle settles it.
 """
 
 import re
@@ -74,8 +74,9 @@ def page() -> str:
     """Return the page of all flaws, as Markdown."""
     head = """# Warnings by their codes
 
-Made from `fric.flaws` by `make docs`; `fric help CODE` shows one entry. A *note* is good to know, a *doubt* may put a
-number off by more than its interval, *wrong* does until it is mended. Values are in italics. `load=` is an argument,
+Made from `fric.flaws` by `make docs`; `fric help CODE` shows one entry. A *note* is good to know; with a *doubt* a "
+    "number may be off by more than its interval; with *wrong* it is, until mended. Values are in italics. `load=` is "
+    "an argument,
 and `--load` the option of the command line. Each warning in `warnings_coded` has `code`, `severity`, `text`, and where
 there are any `values`, `where` and `carried` (a file that was read said it first).
 """

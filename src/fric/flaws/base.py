@@ -34,7 +34,7 @@ def by_size(size: float, level: float, half_width: float) -> Severity:
 
 @dataclass(frozen=True)
 class Flaw:
-    """What can be wrong with records, or with what is made of them. A new flaw is one more entry in its family.
+    """What can be wrong with records, or with results made from them. A new flaw is a new entry in its family.
 
     Sentences are templates of `str.format`. ``{size}`` and ``{size:2}`` give an `Estimate` with its unit, to 3 and to
     2 digits; ``{share:.2g%}`` percent to two digits; ``{rate:rises|falls}`` the first where the value is true, of a
@@ -55,11 +55,11 @@ class Flaw:
     circle_settles: bool = False
     """Whether a measured circle settles it: each machine that is drawn has the level of friction of that circle."""
     no_response: bool = False
-    """Whether it means that the response was not measured, without which an observer is a guess."""
+    """Whether it means that the response was not measured, so that an observer is a guess."""
     disagrees: bool = False
     """Whether it means that a measured circle is not as predicted."""
     word: tuple[str, str] = ("", "")
-    """For a flaw of every session: the row of a table, and the words there in place of a warning."""
+    """Of a flaw that every session has: the row of the table, and the words shown there instead of a warning."""
     source: str = ""
     """Where its threshold is from."""
 

@@ -10,13 +10,13 @@ PARAMETER_UNSEEN = Flaw("parameter-untold", "doubt",
     "These records do not determine {parameter}{left:: it is left at {left}|}.")
 PARAMETER_AT_BOUND = Flaw("parameter-at-bound", "note",
     "{parameter} is at its lower bound, {bound}{no_effect:: these records show no difference|}.")
-PARAMETER_AT_EDGE = Flaw("parameter-at-edge", "doubt", "{parameter} is at the edge of what these records could show.")
+PARAMETER_AT_EDGE = Flaw("parameter-at-edge", "doubt", "{parameter} is at the edge of what these records can show.")
 EXPLAINS_LITTLE = Flaw("explains-little", "doubt", "{model} explains {share:.0%} of the variance of the force.")
-NO_STATIC_MAP = Flaw("no-static-map", "doubt", "There is no static map: F_c = F_s = {F_s} from the plateau.",
+NO_STATIC_MAP = Flaw("no-static-map", "doubt", "No static map was given: F_c = F_s = {F_s} from the plateau.",
     "Give `static=` for the Stribeck effect.")
 FEWER_BLOCKS = Flaw("fewer-blocks", "note", "{why}")
 BLOCKS_INSEPARABLE = Flaw("blocks-inseparable", "note",
-    "Blocks {n} and {m} slip at {slip} and {next}: one in their place changes the virgin curve by at most {gap:2}.")
+    "Blocks {n} and {m} slip at {slip} and {next}: merging them changes the virgin curve by at most {gap:2}.")
 SINE_TOO_FAST = Flaw("sine-too-fast", "doubt", "Inertia is {share:.0%} of the force: the sine is too fast.",
     "Log it at a frequency lower by {slower:.2g} or more.")
 BEGINS_LOADED = Flaw("begins-loaded", "note",
@@ -28,9 +28,10 @@ C_WITHOUT_PLANT = Flaw("C-without-plant", "doubt", "C is identified without a pl
 LEVEL_DIFFERS = Flaw("level-differs", "doubt", "The friction level of the pre-sliding records is {level:.3f} of the "
     "static map's F_s; alpha is normalised to sum to 1.", widens={"B": 0.03}, circle_settles=True)
 LOST_MOTION = Flaw("lost-motion", lambda f: "wrong" if f.share > LARGE else "doubt",
-    "After a reversal the force is flat about {slip:2} and rises again, {hollow:2} below any friction: a play between "
-    "drive and encoder.", "Remove the play, or measure at the table.")
-ONE_CYCLE = Flaw("one-cycle", "doubt", "There is one whole cycle: no intervals.", "Log five cycles or more.")
+    "After a reversal the force is flat for {slip:2}, {hollow:2} below any friction: backlash between drive and "
+    "encoder.", "Remove the backlash, or measure at the table.")
+ONE_CYCLE = Flaw("one-cycle", "doubt", "Only one whole cycle was logged: there are no intervals.", "Log five cycles "
+    "or more.")
 NEVER_SATURATES = Flaw("never-saturates", "doubt", "The cycles end before sliding: at {extent} the force is "
     "{force}. The missing {missing} of F_s goes to the last block.",
     "Add a record of {amplitude:2} amplitude or more.")

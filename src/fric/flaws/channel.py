@@ -3,13 +3,13 @@
 from fric.flaws.base import Flaw
 
 FEW = 0.005
-"""Share of lost samples up to which speeds and times are off by less than they scatter, and by interpolation too."""
+"""Share of lost samples up to which the error of speeds and times is below their scatter, also by interpolation."""
 LITTLE = 0.05
-"""Jitter in sampling intervals up to which what interpolates a log between its samples makes as much."""
+"""Jitter in sampling intervals up to which interpolation of a log between its samples makes as large an error."""
 
 # fmt: off
 SAMPLES_LOST = Flaw("samples-lost", lambda f: "wrong" if f.lost > FEW else "doubt",
-    "{lost:.2g%} of the samples were lost and their time is not counted: speeds and times are wrong.",
+    "{lost:.2g%} of the samples were lost and the time axis ignores them: speeds and times are wrong.",
     "Log at a lower rate or fewer channels, or with the time of each sample.", widens={"T_d": 0.1, "C": 0.5})
 SAMPLING_JITTERS = Flaw("sampling-jitters",
     lambda f: "doubt" if f.purpose in ("static", "inspect") or f.share < LITTLE else "wrong",
@@ -80,5 +80,5 @@ K_F_MISSING = Flaw("K_f-missing", "note", "K_f is not known: no record shows for
 MASS_DIFFERS = Flaw("mass-differs", "wrong", "K_f/B is {found}, and the moving mass was stated as {stated}.",
     "Check the scales of force, input and position, and the mass.", widens={"B": 0.1})
 FORCE_NOT_PROPORTIONAL = Flaw("force-not-proportional", "doubt", "Force is not proportional to input: {segments} "
-    "steady means are {off:.0%} of their range off a line, whose slope is K_f.",
+    "steady means deviate {off:.0%} of their range from a line.",
     "Check that the force is measured at the motor.")

@@ -18,11 +18,11 @@ SQUARENESS_UNSEEN = Flaw("squareness-unseen", "note", "The axes' own encoders ca
 MISMATCH_OR_SQUARENESS = Flaw("mismatch-or-squareness", "doubt", "One direction does not distinguish mismatch of the "
     "loops from squareness: the ellipse at ±45° ({ellipse}) is their sum.", "Measure the other direction "
     "too{ball_bar:|; or say `instrument='encoders'`, if the position is of the axes' own encoders}.")
-LOST_MOTION_CAUSE = Flaw("lost-motion-cause", "note", "A step stays after the reversal of {axes}: backlash or "
-    "wind-up seen at the table, or an error that the loop keeps.",
-    "{reference:|Record the reference and the axis' own position beside it.}")
+LOST_MOTION_CAUSE = Flaw("lost-motion-cause", "note", "A step remains after {axes} reverses: backlash or wind-up at "
+    "the table, or an error that the loop does not remove.",
+    "{reference:|Record the reference and the axis' own encoder too.}")
 BALL_BAR_LENGTH = Flaw("ball-bar-length", "note",
-    "A ball bar shows no lag of an axis, and an error of its length moves both scales alike.")
+    "A ball bar does not show the lag of an axis, and an error of its length changes both scales equally.")
 ONE_REVOLUTION = Flaw("one-revolution", "note",
     "There is one whole revolution: what does not repeat cannot be distinguished from what does.")
 GLITCH_DOES_NOT_END = Flaw("glitch-does-not-end", "doubt", "The glitch at {quadrants} has not ended {degrees:.0f}° "
@@ -31,64 +31,64 @@ GLITCH_DOES_NOT_END = Flaw("glitch-does-not-end", "doubt", "The glitch at {quadr
 TABLE_UNSEEN = Flaw("table-unseen", "doubt",
     "The axis has a second mass, and the circle was measured on its motor: the motion of the table is not known.",
     "Measure it with a grid encoder or a ball bar.")
-CIRCLE_CANNOT_RUN = Flaw("circle-cannot-run", "wrong", "The machine as it is known cannot run this circle: {why}.",
+CIRCLE_CANNOT_RUN = Flaw("circle-cannot-run", "wrong", "The identified machine cannot run this circle: {why}.",
     disagrees=True)
 COMPLETED_DISAGREES = Flaw("completed-disagrees", "wrong",
-    "The machine does not show the circle that it was fitted to ({glitches}).",
-    "Controller, plant or record is not as stated: check them.", disagrees=True)
-DELAY_DIFFERS = Flaw("delay-differs", "wrong", "The plant file has a delay of {plant}, the circle {circle}: a log "
-    "has position and voltage of different times.")
-GAINS_UNKNOWN = Flaw("gains-unknown", "wrong", "The circle has no voltage, and fric designed the controller's gains: "
-    "wrong gains look like other friction.", "Give yours: `controllers='K_v=… 1/s, K_p=… V*s/m, K_i=… V/m'`.")
+    "The fitted machine does not reproduce its circle ({glitches}).",
+    "Check controller, plant and record: one of them is not as stated.", disagrees=True)
+DELAY_DIFFERS = Flaw("delay-differs", "wrong", "The delay is {plant} in the plant file and {circle} on the circle: a "
+    "log shifts position against voltage.")
+GAINS_UNKNOWN = Flaw("gains-unknown", "wrong", "The circle has no voltage, and the gains are a guess of fric: wrong "
+    "gains look like different friction.", "Give yours: `controllers='K_v=… 1/s, K_p=… V*s/m, K_i=… V/m'`.")
 CONTROLLER_DIFFERS = Flaw("controller-differs", "wrong", "{how}{friction:; no error here shows friction|}.")
 FEEDFORWARD_FOUND = Flaw("feedforward-found", "note",
-    "The recorded voltage shows that velocity and inverse model are fed forward: so they are here.")
+    "The recorded voltage shows feedforward of velocity and inverse model: both are assumed here.")
 ADDED_VOLTAGE_FOUND = Flaw("added-voltage-found", "note", "The recorded voltage differs from the controller's in "
-    "{share:.1%} of the samples, by up to {most:.3g} V: taken for an added voltage.")
+    "{share:.1%} of the samples, by up to {most:.3g} V: this is taken as a voltage added to it.")
 LEARNING_DIVERGES = Flaw("learning-diverges", "doubt",
-    "The glitch has risen again, from {least} to {last} µm: what does not repeat is learned too.",
+    "The glitch rises again, from {least} to {last} µm: the rounds also learn what does not repeat.",
     "Stop earlier, or lower the share or the bandwidth.")
-LEARNING_GAINS_NOTHING = Flaw("learning-gains-nothing", "doubt", "Learning leaves {last} µm of {first}: noise and "
-    "counts, or what grows where the loop does not hold falling friction.",
-    "`fric tune` says which, and `loop=True` designs gains that hold it.")
+LEARNING_GAINS_NOTHING = Flaw("learning-gains-nothing", "doubt", "Learning leaves {last} of {first} µm: noise and "
+    "encoder steps, or a loop unstable against falling friction.",
+    "`fric tune` says which; `loop=True` designs stable gains.")
 LEARNED_FOR_ONE_CIRCLE = Flaw("learned-for-one-circle", "note",
-    "What was learned is for this circle alone: it leaves {best} there, and carried over {others}.")
-LEARNED_FROM_ONE_CIRCLE = Flaw("learned-from-one-circle", "note", "What is learned from a circle is for its radius, "
-    "feed and direction alone: on another it leaves more than a tuned model.",
+    "What was learned holds for this circle only: it leaves {best} there, but {others}.")
+LEARNED_FROM_ONE_CIRCLE = Flaw("learned-from-one-circle", "note", "What is learned holds for this radius, feed and "
+    "direction only: elsewhere a tuned model is better.",
     "`fric learn MACHINE.yaml --rounds N` shows by how much.")
 NOTHING_FED_BEFORE = Flaw("nothing-fed-before", "note",
-    "A share of {share:g} is learned, and nothing is taken for what this round fed forward against friction.",
-    "From the second round on give the file that it was run with (`before=`).")
+    "A share of {share:g} is learned as if no friction feedforward had been on in this round.",
+    "From the second round on give the feedforward file of the recorded circle (`before=`).")
 MODEL_SHAPE = Flaw("model-shape", "doubt",
     "Learning leaves {learned} of the circle, and the best friction model {model}: the shape of the model is wrong.",
     "`fric compare` shows which model fits the friction of the logs best.")
-LAW_DIFFERS = Flaw("law-differs", "doubt", "Friction follows another law than the model: ({scheme}) should leave "
-    "{alone} at {feed}, and {glitch} to {most} are expected.",
-    "Tune again with the circles that this leaves; `fric learn`, which needs no model, can leave {alone} at best.")
-ONE_FEED = Flaw("one-feed", "doubt", "All circles are at about {feed}, and do not determine {missing}.",
+LAW_DIFFERS = Flaw("law-differs", "doubt", "Friction does not follow the model: at {feed} ({scheme}) leaves {glitch} "
+    "to {most}, and {alone} if it did.",
+    "Tune again with circles recorded after this; `fric learn` needs no model and can reach {alone}.")
+ONE_FEED = Flaw("one-feed", "doubt", "All circles have about the same feed, {feed}: they do not determine {missing}.",
     "Record one fast and one slow circle, as at 100 and 10 mm/s.")
-CIRCLE_MISFIT = Flaw("circle-misfit", "doubt", "{left} of the voltage are not explained, and {noise} are noise: GMS"
-    " does not fit, or the log has a flaw.")
+CIRCLE_MISFIT = Flaw("circle-misfit", "doubt", "{left} (rms) of the voltage is unexplained, and its noise is {noise}: "
+    "GMS does not fit, or the log is faulty.")
 DIRECTION = Flaw("direction", "note",
     "Friction is {side:.1%} higher in the {positive:positive|negative} direction of motion: each has its own map.")
 TUNED_AT_BOUND = Flaw("tuned-at-bound", "doubt",
-    "{names} ended at the limit of the search: the model is far off, or the circles do not determine it.")
-POSITION_LATE = Flaw("position-late", "doubt", "The position is late against the voltage: the delay is {delay} "
+    "{names} ended at the limit of the search: the model does not fit, or the circles do not determine them.")
+POSITION_LATE = Flaw("position-late", "doubt", "The position lags the voltage: the delay is {delay} "
     "({low} to {high}), not {nominal}. A shift of the log is included.")
-POSITION_EARLY = Flaw("position-early", "doubt", "The position is ahead of the voltage: the delay is {delay} ({low} "
+POSITION_EARLY = Flaw("position-early", "doubt", "The position leads the voltage: the delay is {delay} ({low} "
     "to {high}), not {nominal}. A shift of the log is included.")
 CIRCLE_DRIFTS = Flaw("circle-drifts", "doubt",
     "Friction {change:rises|falls} by {size:.1%} (± {half:.1%}) over the circle at {feed}: its mean is found.",
     "Run the axis warm, and record again.", widens={"level": 0.08})
 BLOCKS_ALIKE = Flaw("blocks-alike", "note",
-    "Blocks slip at about one displacement, and circles do not determine what each of them has: {together}.")
-LOOP_DESIGNED = Flaw("loop-designed", "note", "The loop was designed anew: it holds a Stribeck fall {margin:.2g} "
-    "times as steep, with K_p {K_p:.4g}, K_i {K_i:.4g}, K_v {K_v:.4g}, velocity filter {filter:.4g} Hz{observer:, "
+    "Circles do not separate blocks that slip at about the same displacement: {together}.")
+LOOP_DESIGNED = Flaw("loop-designed", "note", "New gains: stable up to {margin:.2g} times this fall of friction with "
+    "speed, with K_p {K_p:.4g}, K_i {K_i:.4g}, K_v {K_v:.4g}, velocity filter {filter:.4g} Hz{observer:, "
     "observer {observer:.3g} Hz|}{fed:; {fed:.1%} of the friction is fed forward|}.")
 FALLING_FRICTION = Flaw("falling-friction", "note", "The loop does not hold falling friction ({margin:.2g} times the "
     "fall): errors grow behind slow reversals, and only {fed:.1%} of the friction is fed forward.",
     "{design:`loop=True` designs gains that hold it.|}")
-TUNED_IN_PART = Flaw("tuned-in-part", "note", "With all that was found {why}: {kept}.")
+TUNED_IN_PART = Flaw("tuned-in-part", "note", "With everything found, {why}: {kept}.")
 TUNING_REFUSED = Flaw("tuning-refused", "wrong", "{why}: the result is refused, and the nominal parameters are kept.")
-TUNING_NO_BETTER = Flaw("tuning-no-better", "wrong", "What was found leaves {after} of the recorded voltages, and "
-    "the nominal parameters {before}: it is refused, and these are kept.")
+TUNING_NO_BETTER = Flaw("tuning-no-better", "wrong", "The result leaves {after} of the recorded voltages unexplained, "
+    "the nominal parameters {before}: these are kept.")

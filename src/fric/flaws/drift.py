@@ -37,7 +37,7 @@ FRICTION_AGES = Flaw("friction-ages", "wrong", "Static friction grows by {rise:2
     "after a long rest F_s is too small.",
     "Log strokes as slow as the axis moves at work, and break-away after rests.")
 DIRECTIONS_DIFFER = Flaw("directions-differ", "wrong",
-    "Friction differs between the directions by up to {by:2}: one map fits neither.",
+    "Friction differs between the directions by up to {by:2}: a common map fits neither.",
     "Identify again with `direction='each'`, and with `load=` where you know the weight.",
     widens={"level": 0.05}, circle_settles=True)
 OFFSET_SHARED = Flaw("offset-shared", lambda f: "wrong" if f.differ else "note",

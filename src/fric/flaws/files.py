@@ -8,7 +8,7 @@ SAMPLES_WITHOUT_VALUE = Flaw("samples-without-value", "note", "{samples} samples
 JOINED_IN_PART = Flaw("joined-in-part", "note", "Joined over {samples} samples from {begin:.6g} s on, which all "
     "channels have{holes:; {holes} samples in gaps of a channel are left out|}.")
 JOINED_THINNED = Flaw("joined-thinned", "note",
-    "{channels}: one sample in {every} is taken, as the slowest channel has them.")
+    "{channels}: every {every}-th sample is taken, at the rate of the slowest channel.")
 JOINED_MOVED = Flaw("joined-moved", "note",
     "{channels} (sampled at {rate}) moved by {even:|up to }{by} to the instants of {lead}, between samples.")
 CHANNELS_WITHOUT_TIME = Flaw("channels-without-time", "note", "The file gives no time for {channels}: not read.")
@@ -18,24 +18,24 @@ SCOPE_SCALE = Flaw("scope-scale", "doubt",
 CYCLE_ASSUMED = Flaw("cycle-assumed", "doubt",
     "The file names neither sampling interval nor axes: assumed are {interval:.3g} ms a row, and axes 1 to 3 in mm.",
     "Export the recording as JSON, which names them, or say otherwise in a mapping.")
-THERE_ALREADY = Flaw("there-already", "note", "It is there already{record:, as record '{record}'|}: skipped.")
+THERE_ALREADY = Flaw("there-already", "note", "Already in the file{record:, as record '{record}'|}: skipped.")
 RADIUS_ASSUMED = Flaw("radius-assumed", "doubt",
     "Without a reference the nominal radius is taken to be {radius}, the roundest within 0.2 % of that measured.",
-    "Say `radius=` if it is another: both scales depend on it.")
+    "Give `radius=` if it differs: both scales depend on it.")
 NO_REFERENCE = Flaw("no-reference", "note",
     "No reference was found: the lag is not known, and glitches are placed by the measured circle.")
 COLUMNS_BY_CONTENT = Flaw("columns-by-content", "doubt", "There is no header: {reference:columns {reference} are "
     "taken for the reference, |}columns {position} for the position of x and y, in mm from 0.",
     "Say otherwise in a mapping, and where the voltage is.")
 COLUMNS_LEFT_OUT = Flaw("columns-left-out", "doubt", "Columns are left out: {columns}.")
-CELLS_DROPPED = Flaw("cells-dropped", "doubt", "{dropped} of {samples} samples are dropped: a cell is no number.")
-SAMPLES_MISSING = Flaw("samples-missing", "doubt", "Samples are missing at a regular pace, {rates}.")
+CELLS_DROPPED = Flaw("cells-dropped", "doubt", "{dropped} of {samples} samples are dropped: a cell is not a number.")
+SAMPLES_MISSING = Flaw("samples-missing", "doubt", "Samples are missing at regular intervals: {rates}.")
 UNIT_FAILED = Flaw("unit-failed", "doubt", "{why}")
 NO_LOG = Flaw("no-log", "doubt", "There is no log.")
 FILE_COPIES = Flaw("file-copies", "note", "Left out, since other files hold the same samples: {files}.")
 FILE_LEFT_OUT = Flaw("file-left-out", "doubt", "Left out: {why}.",
     "{propose:`{propose}` writes a mapping to look at and fill in, for `mapping=`.|}")
-RECORD_LEFT_OUT = Flaw("record-left-out", "doubt", "Left out, since it does not suit: {why}.")
+RECORD_LEFT_OUT = Flaw("record-left-out", "doubt", "Left out, since it cannot be used: {why}.")
 FILE_UNUSED = Flaw("file-unused", "note", "It ({kinds}) is used by no step of axis {axis}: it adds nothing to its "
     "other records, or lacks what a step asks for.", "Logs of another machine go into a run of their own.")
 MAPPING_BUNDLED = Flaw("mapping-bundled", "note",
@@ -45,8 +45,8 @@ MAPPING_PROPOSED = Flaw("mapping-proposed", "note",
 MAPPING_BESIDE = Flaw("mapping-beside", "note", "Read with the mapping beside it, {mapping}, of earlier answers.",
     "Change it there, or remove it to be asked again.")
 MAPPING_ASSUMED = Flaw("mapping-assumed", "doubt", "Assumed of {files}: {what}.",
-    "Look at {mapping:{mapping}, |}what it says, mend it, and give it with `mapping=`.")
-MAPPING_OPEN = Flaw("mapping-open", "doubt", "Left out, since it is open what they are: {files}: {what}.",
+    "Check {mapping:{mapping}|the mapping}, correct it, and give it with `mapping=`.")
+MAPPING_OPEN = Flaw("mapping-open", "doubt", "Left out, since their meaning is not clear: {files}: {what}.",
     "Say `assume=True` to take the likeliest, or give a mapping (`fric ingest FILES --propose MAP.yaml`): `mapping=`.")
 MAPPING_AMBIGUOUS = Flaw("mapping-ambiguous", "doubt", "It is left out: {mappings} all fit.",
     "Give one of them with `mapping=`.")

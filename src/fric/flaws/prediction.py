@@ -3,8 +3,8 @@
 from fric.flaws.base import Flaw
 
 # fmt: off
-NO_MEASURED_CIRCLE = Flaw("no-measured-circle", "doubt", "There is no measured circle to compare the simulation with.",
-    "Record one, as little as two revolutions without compensation.")
+NO_MEASURED_CIRCLE = Flaw("no-measured-circle", "doubt", "The simulation was not compared with a measured circle.",
+    "Record one: two revolutions without compensation are enough.")
 CIRCLE_ELSEWHERE = Flaw("circle-elsewhere", "doubt",
     "No measured circle is near this radius and feed: friction was not seen at its speeds.")
 CIRCLE_UNUSED = Flaw("circle-unused", "doubt", "{why}: no machine was made to agree with this circle.")
@@ -18,8 +18,8 @@ SCHEME_UNSTABLE = Flaw("scheme-unstable", "wrong",
 NOT_AS_PREDICTED = Flaw("not-as-predicted", "wrong",
     "{quadrant} shows {measured}, and {predicted} are predicted ({cause}).", disagrees=True)
 NOTHING_SIMULATED = Flaw("nothing-simulated", "wrong", "Nothing was simulated.")
-BELIEF_IS_TRUTH = Flaw("belief-is-truth", "doubt", "The controllers know plant and friction of this machine exactly, "
-    "which no real controller does; no varied machines were simulated.")
+BELIEF_IS_TRUTH = Flaw("belief-is-truth", "doubt", "Here the controllers know plant and friction exactly, as no real "
+    "ones do; no varied machines were simulated.")
 ONE_MACHINE = Flaw("one-machine", "doubt", "One machine was simulated: how far the glitch scatters is not known.")
 FEW_MACHINES = Flaw("few-machines", "doubt", "{machines} machines were drawn: 95 % of so few is a guess.")
 MEASURED_BEYOND = Flaw("measured-beyond", "wrong", "With {scheme} switched on, the measured circle shows {seen:2}.")
@@ -29,7 +29,7 @@ CANNOT_RUN = Flaw("cannot-run", "wrong", "It cannot run on {share:.0%} of the ma
 SCHEME_SPOILS = Flaw("scheme-spoils", "wrong", "Scheme {scheme} leaves {left}, and the controller alone {alone}.")
 SCHEME_SATURATES = Flaw("scheme-saturates", "wrong", "{how}")
 SATURATES = Flaw("saturates", "doubt",
-    "The voltage is at its limit in {share:.1%} of the samples: the feed asks for more.")
+    "The voltage is at its limit in {share:.1%} of the samples: the feed is too high.")
 NOT_LINEAR = Flaw("not-linear", "note",
     "{blocks}: not linear, so stability was judged by this run alone, not by poles.")
 NO_REVERSAL = Flaw("no-reversal", "doubt", "No axis reverses on this path at full feed: there is no glitch.")
@@ -37,17 +37,17 @@ SCHEME_FAILED = Flaw("scheme-failed", "doubt",
     "It could not run on {failed} of {runs} {of}, which are left out: {why}")
 DRIVE_SATURATES = Flaw("drive-saturates", "doubt", "The drive saturates on {saturated} of {machines} machines.")
 SPREAD_UNUSED = Flaw("spread-unused", "doubt",
-    "The spread of {name} has no effect: no axis has such a parameter that is not drawn otherwise.")
+    "The spread of {name} has no effect: no axis has such a parameter, or another spread draws it.")
 INTERRUPTED = Flaw("interrupted", "doubt", "Interrupted: {done} of {circles} circles were run, the others are empty.")
 T_D_BELOW_HOLD = Flaw("T_d-below-hold", "doubt",
-    "T_d is {T_d}, less than half a sample of this record, the hold alone: half a sample is taken.")
+    "T_d is {T_d}, less than the half sample of the hold: half a sample is assumed.")
 INVERSE_LEFT_OUT = Flaw("inverse-left-out", "note", "There is no force along this motion: {why}.")
 PLAN_TYPICAL = Flaw("plan-typical", lambda f: "note" if f.like else "doubt",
     "Plant, controller, encoder and noise are those of the bundled {machine}.",
     "Give `machine=`, or `like=` with a typical log of the drive.")
 PLAN_NOT_ENOUGH = Flaw("plan-not-enough", "doubt", "No more can be identified from these records: {why}.")
-PLAN_LEFT_OVER = Flaw("plan-left-over", "note", "The last fit left more than noise: more records of the same kind "
-    "will not determine {names} better.")
+PLAN_LEFT_OVER = Flaw("plan-left-over", "note", "The last fit leaves more than noise: more records of this kind do "
+    "not determine {names} better.")
 PLAN_PLANT_UNSURE = Flaw("plan-plant-unsure", "doubt", "The expected A and B assume this friction model; a real "
     "response may be several times less certain.", "Give the plant of the last response with `plant=`.")
 PLAN_FRICTION_ALONE = Flaw("plan-friction-alone", "note",

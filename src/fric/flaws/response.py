@@ -18,7 +18,7 @@ LOOP_FEEDS_BACK = Flaw("loop-feeds-back", "doubt",
     "No reference was logged: in a closed loop, noise draws the response towards the inverse of the controller.",
     "Log the reference, or excite periodically.")
 NO_COHERENCE = Flaw("no-coherence", "note", "The table has no coherence: every frequency weighs the same.")
-FEW_PERIODS = Flaw("few-periods", "doubt", "{periods} periods are too few for a variance.", "Log ten.")
+FEW_PERIODS = Flaw("few-periods", "doubt", "{periods} periods are too few for an estimate of the variance.", "Log ten.")
 A_OPEN = Flaw("A-open", "doubt", "A cannot be distinguished from 0: the lowest frequency used is {lowest:.3g} Hz.",
     "Excite below the corner of A, and harder.", widens={"A": 0.5})
 A_HOLDS_FRICTION = Flaw("A-holds-friction", lambda f: "note" if f.small else "wrong",
@@ -39,7 +39,7 @@ LINES_STAND_OFF = Flaw("lines-stand-off", "note",
     "{count} lines are left out: they deviate from all others, as harmonics of friction do: {lines:.4g} Hz.")
 RESPONSE_MISFIT = Flaw("response-misfit", _misfit,
     "Eq. (1) leaves {misfit:.2g%} that noise does not explain, most at {worst:.4g} Hz; the intervals allow for it.",
-    "{wrong:Look at the figure, and keep to where it fits (`highest='{highest:.2g} Hz'`).|}")
+    "{wrong:Look at the figure, and use the range where it fits (`highest='{highest:.2g} Hz'`).|}")
 SECOND_MASS = Flaw("second-mass", "note", "A second mass is seen from the {encoder}: a resonance at "
     "{frequency}{share: with {share:.0%} of the moving mass|}. A and B are those below it.")
 SPRING_IN_SERIES = Flaw("spring-in-series", "wrong",
@@ -49,16 +49,16 @@ AMPLITUDES_DISAGREE = Flaw("amplitudes-disagree", "doubt",
     "A rises with the amplitude, which Coulomb friction does not explain: the records differ otherwise.")
 FRICTION_IN_RESPONSE = Flaw("friction-in-response", "note", "Friction is seen: A is {low:.4g} to {high:.4g} 1/s at "
     "these amplitudes, and {A:.4g} 1/s without it ({coulomb} times the mass).")
-AXIS_RESTS = Flaw("axis-rests", "doubt", "The axis rests in {resting:.0%} of the samples, where the force says "
-    "nothing on friction: F_c is too small.")
+AXIS_RESTS = Flaw("axis-rests", "doubt", "The axis rests in {resting:.0%} of the samples, where the force does not "
+    "show friction: F_c is too small.")
 NOT_PHYSICAL = Flaw("not-physical", "wrong", "{name} is {value}, which no axis has.", "Check the sign of the force.")
 RESPONSE_ENDS = Flaw("response-ends", "doubt", "The response ends at {last:.4g} Hz, and Q (bandwidth "
     "{bandwidth:.4g} Hz) passes more: that part is not checked.", "Measure up to a higher frequency.")
 RESPONSE_BEGINS = Flaw("response-begins", "doubt", "The response begins at {first:.4g} Hz, above the bandwidth of Q.",
     "Measure from a lower frequency on.")
 RESPONSE_WITHOUT_CONFIDENCE = Flaw("response-without-confidence", "doubt",
-    "The response has no coherence and no deviation: its confidence is not included.")
+    "The response has neither coherence nor standard deviation: its uncertainty is not included.")
 CONTROLLER_BY_DEFAULT = Flaw("controller-by-default", "doubt",
-    "No controller was given: it is the one that `fric design controller` gives by default.")
-OBSERVER_ASSUMED = Flaw("observer-assumed", "doubt", "No response was measured, or none given: {taken}.",
+    "No controller was given: the default of `fric design controller` is assumed.")
+OBSERVER_ASSUMED = Flaw("observer-assumed", "doubt", "No measured response was given: {taken}.",
     "Give the log of a response{given:|, or `first_mode='80 Hz'`}.", no_response=True)

@@ -68,12 +68,12 @@ DAMPING_TOO_LARGE = Flaw("damping-too-large", "wrong",
     "The plant's damping of {damping} is {beyond} larger than the strokes show.",
     "Check A and K_f of the plant: they are too large.", widens={"A": 0.2, "level": 0.05})
 SIGMA_IN_A = Flaw("sigma-in-A", "note",
-    "sigma is 0: the plant's damping of {damping} includes the viscous friction.",
+    "sigma is 0: the plant's damping, {damping}, includes viscous friction.",
     word=("sigma", "in A"))
 ONE_SPEED = Flaw("one-speed", "doubt", "Only one speed was logged ({speed}): the friction there is given, and no map.",
     "Log strokes at ten speeds.")
 RECORDS_WITHOUT_STROKE = Flaw("records-without-stroke", lambda f: "doubt" if 4 * f.without > f.records else "note",
     "{without} of {records} records give no stroke: {why}.")
 ROWS_AT_REST = Flaw("rows-at-rest", "note",
-    "{rows} rows are at rest, where friction has no one value: they are left out.")
+    "{rows} rows are at rest, where friction has no unique value: they are left out.")
 ERRORS_OF_MEANS = Flaw("errors-of-means", "note", "{why}.")

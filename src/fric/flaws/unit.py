@@ -10,17 +10,17 @@ from fric.flaws.base import Flaw
 
 Limits = tuple[float, float]
 LIFT = "`with fric.plausibility.lifted():`"
-"""How what is beyond is taken as it is."""
+"""How a user accepts a value beyond the bound."""
 
 
 @dataclass(frozen=True)
 class Bound:
-    """What a quantity of a real drive is not beyond."""
+    """The range in which a quantity of every real drive lies."""
 
     what: str
     """The quantity, in words."""
     dimension: str
-    """What it measures, see `fric.units`."""
+    """Its dimension, see `fric.units`."""
     linear: Limits
     """Least and greatest value of a linear axis in SI."""
     rotary: Limits
