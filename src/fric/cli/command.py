@@ -21,12 +21,12 @@ from fric.verb import Argument, VerbForm, kinds_of
 
 
 def option(help: str, *names: str, **settings: Any) -> Any:
-    """Return an option with its help, under these names or that of the parameter, as `typer.Option` takes the rest."""
+    """Return an option with its help, under these names or the parameter's; the rest is as in `typer.Option`."""
     return typer.Option(*names, help=help, **settings)
 
 
 def argument(help: str, **settings: Any) -> Any:
-    """Return an argument with its help, as `typer.Argument` takes the rest."""
+    """Return an argument with its help; the rest is as in `typer.Argument`."""
     return typer.Argument(help=help, **settings)
 
 
@@ -36,10 +36,9 @@ def parameter(name: str, hint: Any, default: Any = Parameter.empty) -> Parameter
 
 
 def parameter_of(given: Argument, flags: str = "", *, place: bool = False) -> Parameter:
-    """Return what a command takes for an argument of its verb.
+    """Return the parameter of a command for an argument of its verb.
 
-    flags: Names of the option, where that of the argument is not its name.
-    place: Whether it is given by its place, not by a name.
+    flags: Names of the option, if they differ from that of the argument. place: Whether it is positional.
     """
     kinds, default = kinds_of(given.hint), given.default
     read, many = _read(given.hint)
@@ -77,7 +76,7 @@ def _dimensions(hint: Any) -> Iterator[str]:
 
 
 def _read(hint: Any) -> tuple[Any, bool]:
-    """Return what a text of the line is read as, and whether there may be several."""
+    """Return the type that a text of the line is read as, and whether there may be several."""
     stated = _first(kinds_of(hint), "read")
     if stated is not None:
         return (get_args(stated)[0], True) if get_origin(stated) is list else (stated, False)
@@ -95,13 +94,13 @@ def _read(hint: Any) -> tuple[Any, bool]:
 
 
 def values_of(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what was given; of what was not the verb has its default."""
+    """Return the given values; the verb has defaults for the others."""
     return {name: value for name, value in given.items() if value is not None and value != []}
 
 
 READ_MACHINE = "fric.documents.machine_files:read_machine"
 GIVEN = {"advance", "interrupted", "force"}
-"""Arguments of verbs that a command gives itself."""
+"""Arguments of verbs that the command supplies."""
 
 
 def _lift(given: str) -> str:
@@ -117,13 +116,13 @@ Plot = Annotated[
 ]
 Implausible = Annotated[
     Literal["error", "ok"],
-    option("What no drive can be, as with a wrong unit: an error, or taken as it is.", callback=_lift),
+    option("Treat implausible values, as of a wrong unit, as an error, or accept them.", callback=_lift),
 ]
 
 
 @dataclass(frozen=True)
 class Output:
-    """What ``-o`` writes, where the verb itself writes nothing.
+    """The output of ``-o``, if the verb itself writes nothing.
 
     metavar, help: Its name and its help.
     required: Whether it must be given.
@@ -150,19 +149,16 @@ class Command:
     output: What ``-o`` writes.
     plot, plausible, replaces: Whether there is a figure to draw, whether what is read is held against physics, and
         whether ``--force`` replaces outputs that exist.
-    doing: What a progress bar says meanwhile.
-    flags: Names of options, by argument, where they are not the argument's.
-    places: Arguments with a default that are given by their place nevertheless.
-    options: Arguments that are given by a name though Python takes them by their place.
-    without: Arguments that only Python has.
-    bound: Arguments that the command gives.
-    optional: Arguments that the line need not give though the verb has no default: the function that is called sees to
-        it.
-    further: Arguments of other verbs, by verb; with some of `READ_MACHINE` the machine is read by them first.
-    text: The help, where it is not that of the verb; ``more`` follows it.
-    helps: The help of options, by argument, where the first sentence of its description is not.
-    own: What only a terminal has: further parameters.
-    run: Where the function is that is called in place of the verb and its end, with what was given.
+    doing: Text of the progress bar.
+    flags: Names of options by argument, if they differ. places: Arguments with a default that are positional
+    nevertheless. options: Arguments that are options though Python takes them by position. without: Arguments that only
+    Python has. bound: Arguments that the command supplies.
+    optional: Arguments without default that the line may omit: the called function supplies them.
+    further: Arguments of other verbs, by verb; those of `READ_MACHINE` are used to read the machine first.
+    text: The help, if it is not that of the verb; ``more`` follows it. helps: The help of options by argument, if it is
+    not the first sentence of the description.
+    own: Further parameters that only a terminal has.
+    run: Module and name of the function that is called instead of the verb, with the given values.
     """
 
     verb: str
@@ -186,7 +182,7 @@ class Command:
 
     @cached_property
     def form(self) -> VerbForm:
-        """What the verb says of itself."""
+        """The description of the verb."""
         return VerbForm(self.verb)
 
     @property
@@ -263,7 +259,7 @@ class Command:
         return make
 
     def worded(self, text: str) -> str:
-        """Return a text that names arguments with the options that they are here."""
+        """Return a text with its arguments named as options of this command."""
         return as_options(text, FLAGS | dict(self.flags))
 
     def end(self, make: Callable[[Any], Any], given: Mapping[str, Any], **beside: Any) -> Any:
@@ -279,7 +275,7 @@ class Command:
 
 
 def found(home: str) -> Callable[..., Any]:
-    """Return what a module has by a name: ``module:name``."""
+    """Return the object named ``module:name``."""
     module, _, name = home.partition(":")
     return getattr(import_module(module), name)
 

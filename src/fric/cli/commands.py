@@ -1,4 +1,4 @@
-"""The commands: of each its verb, and what a terminal adds to it."""
+"""The commands: the verb of each, and what a terminal adds to it."""
 
 import re
 from pathlib import Path
@@ -26,7 +26,7 @@ def models_in(*folders: Path | str) -> dict[str, str]:
 
 
 MODELS = models_in(*folders("fric.friction"))
-"""Every model that can be identified, and what it is."""
+"""Every model that can be identified, with its description."""
 
 FRICTION = Output("FRICTION.yaml", "Friction file to write.")
 
@@ -55,7 +55,7 @@ IDENTIFY: dict[str, Home] = {
         "fric.results.model:identify_gms", FRICTION, plot=True, doing="virgin curve and replay",
         run="fric.cli.special:gms",
         own=[parameter("interactive", Annotated[
-            bool, option("Move the knots by hand, on a page that this computer alone sees.", "--interactive")
+            bool, option("Move the knots by hand on a page, served to this computer only.", "--interactive")
         ], False)],
     ),
 }  # fmt: skip
@@ -85,7 +85,7 @@ DESIGN: dict[str, Home] = {
 
 RUN = Output("RUN.h5", "Keep traces and metrics in this file.", required=False, writes="HDF5")
 BELIEFS = ("nominal_files", "gain", "lead")
-"""What the controllers of a machine believe, instead of what its file says."""
+"""Options for the nominal models of a machine's controllers, instead of those in its file."""
 CONTOUR = {"schemes": "--scheme", "known": "--schemes", "nominal_files": "--friction --with"}
 
 SIMULATE: dict[str, Home] = {
@@ -96,11 +96,11 @@ SIMULATE: dict[str, Home] = {
     "circle": Command(
         "fric.results.circle:circle", RUN, plot=True, doing="circles", flags=CONTOUR | {"machines": "--monte-carlo"},
         further={READ_MACHINE: (*BELIEFS, "friction_model")}, run="fric.cli.special:circle",
-        more="With --monte-carlo the test runs on many machines: how the glitch of each scheme is distributed over "
-        "them, and how often each scheme is the best. Ctrl-C keeps the machines that are done.",
+        more="With --monte-carlo the test runs on many machines and reports how the glitch of each scheme is "
+            "distributed, and how often each scheme is the best. Ctrl-C keeps the machines that are done.",
         own=[
             parameter("from_intervals", Annotated[
-                bool, option("Draw what was identified from its 95 % intervals instead.", "--from-intervals")
+                bool, option("Draw identified parameters from their 95 % intervals instead.", "--from-intervals")
             ], False),
             parameter("plot_reversal", Annotated[
                 Path | None, option("Draw error and voltages over time near a reversal.", metavar="FIG")
@@ -118,7 +118,7 @@ SIMULATE: dict[str, Home] = {
 }  # fmt: skip
 
 INTERACTIVE = parameter("interactive", Annotated[
-    bool, option("Say what the columns are on a page that this computer alone sees, with sketches.", "--interactive")
+    bool, option("State what the columns are on a page with sketches, served to this computer only.", "--interactive")
 ], False)  # fmt: skip
 
 INGEST = Command(
@@ -133,11 +133,11 @@ INGEST = Command(
     "bar, into a circle test file for `fric diagnose` and `fric tune`.",
     own=[
         parameter("propose", Annotated[
-            Path | None, option("Write the mapping that would be guessed; read nothing in.", metavar="MAP.yaml")
+            Path | None, option("Write the guessed mapping; ingest nothing.", metavar="MAP.yaml")
         ], None),
         INTERACTIVE,
         parameter("list_formats", Annotated[
-            bool, option("List the formats that are read, and which libraries are installed.", "--list")
+            bool, option("List the formats that fric reads, and which libraries are installed.", "--list")
         ], False),
     ],
 )  # fmt: skip
@@ -147,9 +147,9 @@ PLAN = Command(
     Output("DIR", "Folder for the plan and its programs.", required=False, writes=""), plot=True, plausible=False,
     doing="what to expect", places=["last"], optional=["last", "stroke", "feed"], without=["draws"],
     further={"fric.results.plan:plan_next": ("last", "scheme")}, run="fric.cli.special:plan",
-    text="Plan the records that identify an axis, with the intervals to expect; or the one more record that tells most."
+    text="Plan the records that identify an axis, with the intervals to expect; or the most useful further record."
     "\n\nDIR gets plan.yaml, the motions as CSV, as G-code for LinuxCNC, Fanuc and SINUMERIK and as tables for TwinCAT "
-    "and CODESYS, all inside stroke, feed and acceleration. `fric simulate experiment --plan` runs it on a virtual "
+    "and CODESYS, all within stroke, feed and acceleration. `fric simulate experiment --plan` runs it on a virtual "
     "axis.",
 )  # fmt: skip
 
@@ -158,9 +158,9 @@ TUNE = Command(
     run="fric.cli.special:tune",
     more="Give one fast and one slow circle, as at 100 and 10 mm/s, with reference, position and voltage of both axes. "
     "DIR gets machine.yaml with the new nominal parameters, a friction and a plant file of each axis, and a figure of "
-    "its reversals. What explains the circles no better than the nominal parameters is refused. With --loop "
-    "machine.yaml gets new gains too, where the loop does not hold friction that falls with speed: at 10 mm/s errors "
-    "would grow whatever is fed forward.",
+    "its reversals. A result that explains the circles no better than the nominal parameters is refused. With --loop "
+    "machine.yaml gets new gains too, where the loop does not hold friction that falls with speed: otherwise errors "
+    "grow at 10 mm/s under any feedforward.",
 )  # fmt: skip
 
 EXPORT = Command(
@@ -173,10 +173,10 @@ EXPORT = Command(
     own=[parameter("try_it", Annotated[bool, option(
         "linuxcnc, from a checkout of fric: run circles in LinuxCNC, beside their simulation.", "--try"
     )], False)],
-    more="Nothing is exported that the verdict does not trust, unless --force is given. Against it speak a warning of "
-    "severity 'wrong' in the machine's files, a limit cycle, a simulated circle that becomes worse, a measured one "
-    "that is not as predicted; it doubts what no machines were drawn for (--run) and no circle was measured for "
-    "(--circle).",
+    more="Nothing is exported that the verdict does not trust, unless --force is given. Reasons against it are a "
+        "warning of severity 'wrong' in the machine's files, a limit cycle, a simulated circle that becomes worse, "
+        "and a measured circle that differs from its prediction; reasons for doubt are that no machines were drawn "
+        "(--run) and no circle was measured (--circle).",
 )  # fmt: skip
 
 COMMANDS: dict[str, Home] = {

@@ -51,11 +51,11 @@ class Stream:
 
 
 SPELLED = str.maketrans({"≤": "<=", "≥": ">=", "−": "-", "Δ": "Delta", "⁻": "-", "¹": "1", "σ": "sigma", "α": "alpha"})
-"""What an encoding without such signs shows in their place."""
+"""Replacements of characters that an encoding lacks."""
 
 
 def prepare_streams() -> None:
-    """Let any standard output be written to: one of a narrow encoding (cp1252), or one that is closed."""
+    """Allow writing to any standard output: of a narrow encoding (cp1252), or closed."""
     codecs.register_error("spelled", _spelled)
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
@@ -90,18 +90,18 @@ def finish(
     writes: str = "YAML",
     worded: Callable[[str], str] = str,
 ) -> Any:
-    """End a command: make its result, write, plot, and print report or JSON, and the warnings; return the result.
+    """Make the result of a command, write and plot it, print report or JSON and the warnings; return the result.
 
-    make: Makes the result; is handed a function that it may tell of its progress.
+    make: Makes the result; its argument is the progress callback.
     output, plot: Files that the result is saved to, and that its figure is drawn to; ``NAME=FILE`` draws that of
         another name.
     json: Print the document, and nothing else on standard output.
     force: Replace outputs that exist.
     doing: What a progress bar says meanwhile.
-    also: Further figures, by the file that each goes to.
-    into: A folder that the result is saved into, in place of a file; the result looks after what is there.
+    also: Further figures, by file. into: A folder to save the result into, instead of a file; the result checks its
+    content.
     writes: Format of ``output``, as `fric.output.FORMATS` calls it.
-    worded: Puts options in the place of arguments that a warning names.
+    worded: Replaces arguments by options in a warning.
     """
     figures = {path: draw for path, draw in (also or {}).items() if path is not None}
     view, plot = named(plot)
@@ -141,7 +141,7 @@ def finish(
 
 
 def named(plot: Path | None) -> tuple[str | None, Path | None]:
-    """Part ``NAME=FILE`` into the name of a figure and the file that it goes to."""
+    """Split ``NAME=FILE`` into the name of a figure and its file."""
     found = re.fullmatch(r"([a-z][a-z-]*)=(.+)", str(plot or ""))
     return (found[1], Path(found[2])) if found else (None, plot)
 
@@ -193,12 +193,12 @@ _BARS: list[Any] = []
 
 
 def asker(given: Mapping[str, Any]) -> Callable[[Any], None] | None:
-    """Return what puts a question in the terminal; None where there is none, or JSON is asked for."""
+    """Return a function that asks in the terminal; None without a terminal, or for JSON."""
     return ask if sys.stdin.isatty() and sys.stderr.isatty() and not given["json"] else None
 
 
 def ask(question: Any) -> None:
-    """Print a question with pictures and answers, and have it take what is typed; Enter is the first answer.
+    """Print a question with pictures and answers, and read the answer; Enter is the first.
 
     Raises FricError: When the input ends.
     """
@@ -226,11 +226,11 @@ def _put(question: Any) -> None:
         line = sys.stdin.readline()
         if not line:
             ERR.print("")
-            raise FricError("a question was not answered", hint="Say --assume to take the likeliest, or give --map.")
+            raise FricError("a question was not answered", hint="Give --assume for the likeliest meaning, or --map.")
 
 
 class Interruption:
-    """Whether Ctrl-C was pressed, or a polite kill came."""
+    """Whether Ctrl-C was pressed, or SIGTERM received."""
 
     def __init__(self) -> None:
         self._caught: list[int] = []
@@ -251,9 +251,9 @@ class Interruption:
 
 @contextmanager
 def interruption() -> Iterator[Interruption]:
-    """Let the first Ctrl-C, or polite kill, be asked for instead of raised; the second one is raised as ever.
+    """Record the first Ctrl-C or SIGTERM instead of raising it; the second is raised as usual.
 
-    An exception out of nowhere would leave locks held that other threads wait for.
+    An exception at an arbitrary place would leave locks held that other threads wait for.
     """
     interrupted = Interruption()
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}

@@ -1,4 +1,4 @@
-"""How the help of commands is laid out: in the order of the work, options in groups, and with examples."""
+"""Layout of the commands' help: in the order of the work, options in groups, with examples."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -104,7 +104,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
 BELIEFS = ("nominal_files", "gain", "lead", "friction_model")
 GROUPS: Mapping[str, Mapping[str, Sequence[str]]] = {
     "plan": {
-        "What the axis may do": ("stroke", "feed", "acceleration"),
+        "Limits of the axis": ("stroke", "feed", "acceleration"),
         "What is known of it": ("friction", "plant", "machine", "axis", "like", "noise", "encoder"),
     },
     "identify plant": {"For responses": ("coherence", "lowest", "highest", "period", "segment", "hold")},
@@ -117,19 +117,19 @@ GROUPS: Mapping[str, Mapping[str, Sequence[str]]] = {
     },
     "simulate path": {"What controllers know": BELIEFS},
     "simulate map": {"What controllers know": BELIEFS},
-    "export": {"What the controller knows": BELIEFS, "What speaks for it": ("circles", "drawn")},
+    "export": {"What the controller knows": BELIEFS, "Evidence for it": ("circles", "drawn")},
 }  # fmt: skip
 """Options of a command by the title of their group."""
 PREFIXES = {"Circle": "For circles", "Of a fleet": "For a fleet"}
-"""The same by what the help of an option begins with."""
+"""The same by the begin of an option's help."""
 WIDTH = 80
-"""Columns of a terminal that a line of an example takes at most."""
+"""Largest width of a line of an example [columns]."""
 OUTPUT = ("output", "plot", "plot_reversal", "json", "force", "help")
-"""Options that say where results go; they are the last."""
+"""Options for the places of results, listed last."""
 
 
 def listed(homes: Mapping[str, Any], name: str, text_of: Any) -> dict[str, list[tuple[str, str]]]:
-    """Return commands by part, each with a few words; those that no part names with their first sentence.
+    """Return commands by part, each with a short description; by default the first sentence of its help.
 
     homes, name: The commands, and the name of their group.
     text_of: Returns the help of a command.
@@ -194,7 +194,7 @@ class HelpfulCommand(TyperCommand):
                     formatter.write_dl(records)
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
-        """Write examples, a long one on two lines as a shell takes it."""
+        """Write the examples; a long line is continued as in a shell."""
         if lines := EXAMPLES.get(_command(ctx)):
             formatter.write("\nExamples:\n")
             for line in lines:
@@ -203,6 +203,6 @@ class HelpfulCommand(TyperCommand):
 
 
 def _continued(text: str, words: str) -> str:
-    """Return a command with more words, on another line where they do not fit."""
+    """Return a command with more words, on a new line where they do not fit."""
     fits = len(text.rpartition("\n")[2]) + len(words) + 3 <= WIDTH
     return f"{text} {words}" if fits else f"{text} \\\n      {words}"

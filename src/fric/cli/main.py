@@ -18,7 +18,7 @@ from fric.errors import FricError, printable
 
 app = group(
     "fric",
-    "Identify a drive's friction from its logs; see which compensation leaves how large a glitch.",
+    "Identify a drive's friction from its logs, and compare the glitch under each compensation.",
     COMMANDS,
     add_completion=True,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -43,7 +43,7 @@ OBJECTS = 100_000
 
 
 class _InterruptedError(BaseException):
-    """Ctrl-C, or a polite kill: passes through every handler of errors, and outputs are cleaned up on its way."""
+    """Ctrl-C or SIGTERM: passes through every handler of errors, so that outputs are cleaned up."""
 
 
 HELD = ("numba", "llvmlite")

@@ -1,4 +1,4 @@
-"""What some commands do around their verbs, beside what the table says: by hand, interrupted, or of two verbs."""
+"""Functions of commands that do more than call a verb: by hand, interruptible, or of two verbs."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def manual(
         ),
     ] = None,
 ) -> None:
-    """Show a page of the documentation, the help of a command, or what the code of a warning means."""
+    """Show a page of the documentation, the help of a command, or the meaning of a warning's code."""
     from fric.documents import bundled
 
     topic = " ".join(words or ())
@@ -69,7 +69,7 @@ def _say(text: str) -> None:
 
 
 def auto(command: Command, given: dict[str, Any]) -> None:
-    """Go the whole way, a line a step above one bar."""
+    """Run all steps, with a line for each above a progress bar."""
     command.end(command.call(given | {"say": _say, "ask": _asks(given)}), given, doing="auto")
 
 
@@ -113,7 +113,7 @@ def _on_page(guess: Any) -> Any:
 
     page = ColumnsPage(guess)
     with paused():
-        ERR.print(f"say what the columns are at {page.address} ; Ctrl-C ends without writing", markup=False)
+        ERR.print(f"state what the columns are at {page.address} ; Ctrl-C ends without writing", markup=False)
         return page.serve()
 
 
@@ -129,7 +129,7 @@ def _propose(given: dict[str, Any]) -> None:
 
 
 def plan(command: Command, given: dict[str, Any]) -> None:
-    """Plan all records, or after a last result the one more that tells most."""
+    """Plan all records, or after a last result the most useful further record."""
     if "last" in given:
         command = replace(command, verb=PLAN_NEXT, doing="candidates")
     elif not {"stroke", "feed"} <= given.keys():
@@ -138,7 +138,7 @@ def plan(command: Command, given: dict[str, Any]) -> None:
 
 
 def tune(command: Command, given: dict[str, Any]) -> None:
-    """Tune, and write what was found before it is reported: the report names the files."""
+    """Tune, and write the result before it is reported: the report names the files."""
     make = command.call(given)
 
     def run(advance: Any) -> Any:

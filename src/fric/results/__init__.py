@@ -1,1 +1,1 @@
-"""What verbs give: results that know document, figure, table and report. The command line prints the very same."""
+"""Results of verbs: each has a document, a figure, a table and a report, which the command line prints too."""

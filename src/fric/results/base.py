@@ -1,4 +1,4 @@
-"""What every result has: its document, figure, report and table, and how it is saved."""
+"""The base of all results: document, figure, report, table, and how they are saved."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ else:  # no result needs them before it is drawn, or made a table
     Figure = DataFrame = Any
 
 BRIEF = 4
-"""Values that a line names at most."""
+"""Most values that a line names."""
 
 
 class Result(ABC):
-    """A result: it prints its own report, draws its own figure, and is saved as what its command writes."""
+    """A result: it prints a report, draws a figure, and is saved to the file that its command writes."""
 
     _schema: ClassVar[tuple[type[Document], str] | None] = None
 
     def __init_subclass__(cls, schema: type[Document] | None = None, of: str = "") -> None:
-        """Take the schema that the document is read off by, and what it is read off: a field, or the result itself."""
+        """Keep the schema of the document, and the object that fills it: a field, or the result itself."""
         if schema is not None:
             cls._schema = schema, of
         if "save" in vars(cls):
@@ -42,7 +42,7 @@ class Result(ABC):
 
     @cached_property
     def document(self) -> dict[str, Any]:
-        """What ``--json`` prints: the document that is saved, or the figures that were found."""
+        """What ``--json`` prints: the document that is saved, or the values found."""
         if self._schema is None:
             raise NotImplementedError(f"{type(self).__name__} states neither a schema nor a document")
         schema, of = self._schema
@@ -54,11 +54,11 @@ class Result(ABC):
         """Return tables and lines for people."""
 
     def brief(self) -> str:
-        """Return what was found in a few words, for a line of a longer run; empty where there is nothing to say."""
+        """Return the result in a few words, for a line of a longer run; may be empty."""
         return ""
 
     def figure(self) -> Figure:
-        """Return the figure that ``--plot`` draws: the usual one of the first of its parts that has any."""
+        """Return the figure that ``--plot`` draws: the default figure of the first part that has any."""
         from fric.figures.style import views_of
 
         for draw in views_of([*vars(self).values()], usual=True).values():
@@ -66,45 +66,45 @@ class Result(ABC):
         raise FricError(f"a {type(self).__name__} has no figure of its own")
 
     def by_row(self) -> dict[str, dict[str, Any]]:
-        """Return the figures of the report in SI units, by row and column."""
+        """Return the values of the report in SI units, by row and column."""
         raise FricError(f"a {type(self).__name__} is no table", hint="Take its document.")
 
     def to_frame(self) -> DataFrame:
-        """Return the figures of the report as a table in SI units."""
+        """Return the values of the report as a table in SI units."""
         import pandas as pd
 
         return pd.DataFrame.from_dict(self.by_row(), orient="index")
 
     @property
     def warnings(self) -> Sequence[Notice]:
-        """What the data cannot tell."""
+        """Warnings: what the data do not show."""
         if self._schema is not None:
             return tuple(getattr(getattr(self, self._schema[1], None), "warnings", ()))
         return tuple(map(Notice.of, self.document.get("warnings_coded") or self.document.get("warnings", ())))
 
     def views(self) -> list[str]:
-        """Return the names of the figures that can be drawn of what is in the result."""
+        """Return the names of the figures that the result can draw."""
         from fric.figures.style import views_of
 
         return list(views_of([*vars(self).values()]))
 
     @verb
     def plot(self, path: Path | str | None = None, *, view: str | None = None, force: bool = False) -> Figure:
-        """Draw the figure, or that of a name, and save it where a path is given (.png, .svg or .pdf).
+        """Draw a figure, and save it where a path is given (.png, .svg or .pdf).
 
         Parameters
         ----------
         path
             The file.
         view
-            The name of a figure, one of `views`; by default the one that belongs to the result.
+            The name of a figure, one of `views`; by default the usual figure of the result.
         force
             Replace a file that exists.
 
         Raises
         ------
         FricError
-            When there is no figure of that name, or the file's ending is no format.
+            When there is no figure of that name, or no format of that ending.
         """
         from fric.figures.style import figure_named
 
@@ -117,7 +117,7 @@ class Result(ABC):
 
     @verb
     def save(self, path: Path | str, *, force: bool = False) -> None:
-        """Write the result to a file, whole or not at all; one that exists is kept unless ``force``."""
+        """Write the result to a file, whole or not at all; an existing file is only replaced with ``force``."""
         from fric.documents.yaml import write_document
 
         if "fric" not in self.document:
@@ -136,7 +136,7 @@ class Identified(Result):
 
     @abstractmethod
     def sections(self) -> dict[str, dict[str, dict[str, Any]]]:
-        """Return the parameters by section of the document and by name, as they stand in it."""
+        """Return the parameters by section and name, as the document holds them."""
 
     def to_frame(self) -> DataFrame:
         """Return value, interval and unit of each parameter in SI, by section and name; vectors by element."""
@@ -161,7 +161,9 @@ class Identified(Result):
         return ", ".join(values[:BRIEF])
 
     def conf_int(self) -> DataFrame:
-        """Return the 95 % interval of each parameter that has one, in SI; infinite where the data set no limit."""
+        """Return the 95 % interval of each parameter that has an interval, in SI; infinite where the data set no
+        limit.
+        """
         return self.to_frame()[["low", "high"]].dropna()
 
 

@@ -32,7 +32,7 @@ class BlockResult(Design, schema=BlockDocument, of="content"):
     design: BlockDesign
     """The block, and its loop."""
     joint: JointDesign | None = None
-    """The cascade that it was designed with, where it was."""
+    """The cascade, if it was designed together with the block."""
 
     @property
     def belief(self) -> ControlBlock:
@@ -44,7 +44,7 @@ class BlockResult(Design, schema=BlockDocument, of="content"):
         return block_parts(self.design, self.motion, None if self.joint is None else self.joint.cascade)
 
     def report(self) -> list[Piece]:
-        """Return the parameters, the margins, and what the block asks of a controller."""
+        """Return the parameters, the margins, and what the block requires of a controller."""
         block, tree = self.design.block, self.document
         rows = [
             (parameter.name, readable(float(given["value"]), given["unit"]), parameter.doc)
@@ -84,23 +84,23 @@ def design_block(
 ) -> BlockResult:
     """Design a control block of an axis from its plant, its friction and a measured response.
 
-    What feeds back is made as fast as the peak sensitivity of the whole loop allows, with the response as it was
-    measured; a block that is not linear is judged around rest. Feedforward is fitted to the friction.
+    A block that feeds back is made as fast as the peak sensitivity of the whole loop allows, with the measured
+    response; a nonlinear block is linearised around rest. A feedforward block is fitted to the friction.
 
     Parameters
     ----------
     name
-        The control block; list tells which there are. As schemes name it.
+        The control block, by its name in schemes; list shows all.
     plant
         The plant, eq. (1): A, B, T_d. Its file or its result.
     log
-        A frequency response, or a record to take it from. Without it the plant's delay is all.
+        A frequency response, or a record to take it from. Without it only the plant's delay limits the block.
     friction
         The friction that was identified. Its file or its result.
     controller
-        The controller; by `fric design controller` where not given. A `Cascade`, its file or its result.
+        The controller; by default that of `fric design controller`. A `Cascade`, its file or its result.
     peak_sensitivity
-        Ms that the whole loop may have at most. A number is a factor.
+        Largest Ms of the whole loop. A number is a factor.
     record
         The record of LOG.h5 that holds it.
     joint
@@ -110,7 +110,7 @@ def design_block(
     Raises
     ------
     FricError
-        When there is no such block, or the loop misses the peak sensitivity at its smallest value already.
+        When there is no such block, or the loop exceeds the peak sensitivity even with the block at its slowest.
     """
     kind = block_type(name)
     if name in {"cascade", "inverse-model"}:

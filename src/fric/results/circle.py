@@ -42,42 +42,42 @@ from fric.verdict import Verdict, candidates_of, decide, evidence_of, facts
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CircleResult(Result, schema=CircleResultDocument):
-    """What schemes leave of one circle."""
+    """The errors that schemes leave on a circle."""
 
     machine: Machine
     """The machine."""
     runs: Sequence[CircleRun]
-    """A run a scheme."""
+    """A run for each scheme."""
     only: str | None = None
-    """Name of the one axis that was simulated."""
+    """Name of the axis, where a single axis was simulated."""
     many: MonteCarlo | None = None
-    """What they leave on many machines, where that was asked."""
+    """What they leave on many machines, where that was requested."""
     identified: IdentifiedMachine | None = None
-    """What the many machines were drawn from, where that are the intervals of what was identified."""
+    """The identified machine, where the many machines were drawn from its intervals."""
     prediction: Prediction | None = None
-    """What the schemes should leave, on machines drawn from all that is open about the one that was identified."""
+    """Prediction for the schemes, on machines drawn from all uncertainty of the identified machine."""
 
     @property
     def cut_short(self) -> bool:
-        """Whether fewer machines were run than were asked for."""
+        """Whether fewer machines were run than requested."""
         return self.many is not None and len(self.many) < self.many.asked
 
     @property
     def warnings(self) -> Sequence[Notice]:
-        """What the user should know of machine, runs and distributions."""
+        """Warnings of machine, runs and distributions."""
         text = [notice.at(f"scheme {run.scheme.name}") for run in self.runs for notice in run.warnings]
         before = self.identified.warnings if self.identified else ()
         return once([*self.machine.warnings, *before, *text, *(self.many.warnings() if self.many else ())])
 
     @cached_property
     def verdict(self) -> Verdict:
-        """What to switch on, by what was run and drawn."""
+        """What to switch on, by these runs and machines."""
         candidates = candidates_of(self.runs, self.many, self.prediction)
         return decide(evidence_of(facts(self.machine, self.runs), candidates, self.prediction))
 
     @cached_property
     def published(self) -> Mapping[str, float]:
-        """Glitches that were published of this circle [m], by scheme."""
+        """Published glitches of this circle [m], by scheme."""
         test = self.runs[0].circle
         return {} if self.only else self.machine.published_glitches(test.radius, test.feed)
 
@@ -117,7 +117,7 @@ class CircleResult(Result, schema=CircleResultDocument):
         return Table(columns, rows, title)
 
     def brief(self) -> str:
-        """Return the glitch without compensation, and that of what is recommended."""
+        """Return the glitch without compensation, and that of the recommended scheme."""
         found = self.verdict.choice
         bare = next((run for run in self.runs if run.scheme.bare), None)
         now = "" if bare is None else f"now {readable(bare.chance().median, 'm', 2)}"
@@ -187,8 +187,8 @@ def circle(
     Parameters
     ----------
     machine
-        The machine, as in configs/. Itself, its file, the name of a bundled one; or what `read_identified` returns,
-        to draw many machines from the 95 % intervals of what was identified.
+        The machine, as in configs/. Itself, its file, the name of a bundled machine; or the result of
+        `read_identified`, to draw many machines from the 95 % intervals of the identified parameters.
     schemes
         A scheme's name, several as a,d,f, or all. Or schemes themselves.
     velocity
@@ -196,7 +196,7 @@ def circle(
     radius
         Radius of the circle.
     revolutions
-        Revolutions; the last is looked at.
+        Revolutions; the last is evaluated.
     clockwise
         Turn clockwise.
     axis
@@ -204,24 +204,24 @@ def circle(
     known
         Schemes of your own; else the paper's. By name, or their file.
     machines
-        Run N machines that are drawn around this one. Besides the one itself.
+        Run N machines that are drawn around this machine, in addition to it.
     spread
-        What is drawn how widely; else as configs/spread.yaml. Spreads by name, or their file.
+        How widely each parameter is drawn; by default configs/spread.yaml. Spreads by name, or their file.
     measured
-        A measured circle, which every machine drawn is made to agree with; can be given more than once. The
-        machines are drawn from what was identified; the circle holds reference, position and voltage of each axis.
+        A measured circle, which every drawn machine is fitted to; repeatable. The machines are drawn from what was
+        identified; the circle holds reference, position and voltage of each axis.
     seed
         Seed of the machines that are drawn.
     accuracy
-        By how much the integration may move a glitch of the machines drawn; 0 is exact.
+        Largest error of a drawn machine's glitch by the integration; 0 is exact.
     workers
-        Machines at a time; one a core if not given.
+        Parallel processes; by default one per core.
     scheduler
         Run the machines on this Dask cluster.
     advance
         Is called for each run that is done.
     interrupted
-        Asked after each machine; those that are done by then are kept.
+        Called after each machine; if it returns true, only the machines done so far are kept.
 
     Raises
     ------

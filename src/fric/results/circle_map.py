@@ -22,26 +22,26 @@ from fric.units import readable
 from fric.verb import Kind, verb
 
 POINTS = 6
-"""Feeds, and radii, that a range stands for."""
+"""Number of feeds, and of radii, in a range."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CircleMapResult(Result, schema=CircleMapDocument, of="found"):
-    """What schemes leave of circles of many feeds and radii."""
+    """The glitches that schemes leave on circles of many feeds and radii."""
 
     found: CircleMap
-    """What was found."""
+    """The glitches."""
     done: int
     """Circles that were run: the first ones, where it was interrupted."""
 
     @property
     def cut_short(self) -> bool:
-        """Whether fewer circles were run than were asked for."""
+        """Whether fewer circles were run than requested."""
         return self.done < len(self.found.cells)
 
     @property
     def warnings(self) -> Sequence[Notice]:
-        """What the machine's files warn of, and where schemes could not run."""
+        """Warnings of the machine's files, and where schemes could not run."""
         notices: list[Notice] = []
         if self.cut_short:
             notices.append(INTERRUPTED.found(done=self.done, circles=len(self.found.cells)))
@@ -54,7 +54,7 @@ class CircleMapResult(Result, schema=CircleMapDocument, of="found"):
         return once([*self.found.grid.machine.warnings, *notices])
 
     def report(self) -> list[Piece]:
-        """Return the glitch by circle and scheme, and where blocks gain and an observer spoils."""
+        """Return the glitch by circle and scheme, and where GMS improves it and the observer makes it worse."""
         grid = self.found.grid
         columns = ["radius", "feed", *(f"({scheme.name}) {scheme.title}" for scheme in grid.schemes)]
         rows = [
@@ -79,7 +79,7 @@ class CircleMapResult(Result, schema=CircleMapDocument, of="found"):
 def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, ...]:
     """Return quantities given as numbers in SI, as a list such as "5, 10, 50 mm/s", or as a range "5 … 200 mm/s".
 
-    A range stands for so many values, each as much larger than the one before. The last unit holds for all without one.
+    A range has ``points`` values in geometric progression. The last unit holds for values without a unit.
 
     Raises FricError: When a value is no quantity of this dimension, or not positive.
     """
@@ -114,7 +114,7 @@ def circle_map(
     advance: Advance = silent,
     interrupted: Callable[[], bool] = lambda: False,
 ) -> CircleMapResult:
-    """Run circles of many feeds and radii: where GMS beats the static map, by how much, where the observer spoils.
+    """Run circles of many feeds and radii: where GMS beats the static map, and where the observer makes it worse.
 
     Parameters
     ----------
@@ -127,24 +127,24 @@ def circle_map(
     radii
         A range, or radii with commas. As "5 … 100 mm", or numbers [m].
     points
-        Values that a range stands for.
+        Number of values in a range.
     known
         Schemes of your own; else the paper's. By name, or their file.
     accuracy
-        By how much the integration may move a glitch; 0 is exact.
+        Largest error of a glitch by the integration; 0 is exact.
     workers
-        Circles at a time; one a core if not given.
+        Parallel processes; by default one per core.
     scheduler
         Run the circles on this Dask cluster.
     advance
         Is called for each circle.
     interrupted
-        Asked after each circle whether to stop.
+        Called after each circle; true stops the run.
 
     Raises
     ------
     FricError
-        When the machine has no two axes for a circle, or no circle was done.
+        When the machine does not have two axes for a circle, or no circle was completed.
     """
     subject = machine_of(machine)
     pair(subject)

@@ -1,4 +1,4 @@
-"""Friction models compared on samples that none of them was fitted to."""
+"""Friction models compared on held-out samples."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -38,7 +38,7 @@ from fric.verb import Kind, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ComparisonResult(Result, schema=ComparisonDocument, of="comparison"):
-    """Friction models by how well they tell what they were not fitted to."""
+    """Friction models by how well they predict held-out samples."""
 
     comparison: Comparison
     """The scores, the best model first."""
@@ -49,7 +49,7 @@ class ComparisonResult(Result, schema=ComparisonDocument, of="comparison"):
         return [record.log for record in self.comparison.records]
 
     def report(self) -> list[Piece]:
-        """Return a line a model, and whether one of them is the best."""
+        """Return a line for each model, and whether one is surely the best."""
         unit = si_unit("force", self.comparison.records[0].log.motion)
 
         def left(one: Score | Baseline) -> tuple[str, str, str]:
@@ -73,7 +73,7 @@ class ComparisonResult(Result, schema=ComparisonDocument, of="comparison"):
             return f"best: {found.winner}, by more than the error of the difference to any other"
         plain = min(found.baselines, key=lambda baseline: baseline.rms)
         if plain.rms < found.scores[0].rms:
-            return f"no winner: {plain.name} leaves less than any model, and needs none"
+            return f"no winner: {plain.name} leaves less than any model"
         tied = [name for name, (lead, error) in found.leads.items() if not lead > error]
         return f"no winner: the lead of {found.scores[0].name} over {', '.join(tied) or 'nothing'} is within its error"
 
@@ -87,7 +87,7 @@ class ComparisonResult(Result, schema=ComparisonDocument, of="comparison"):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class HalvesResult(Result, schema=HalvesDocument, of="halves"):
-    """How far halves of the records are apart, each identified alone.
+    """How far apart the results of two halves of the records are.
 
     halves: Each parameter of each halving.
     logs: The records.
@@ -97,7 +97,7 @@ class HalvesResult(Result, schema=HalvesDocument, of="halves"):
     logs: Sequence[Log]
 
     def report(self) -> list[Piece]:
-        """Return a line a parameter of each halving, and how many halves agree."""
+        """Return a line for each halving and parameter, and how many halves agree."""
         rows = []
         for halved in self.halves.found:
             ((_, first, width, unit), (_, second, other, _)) = estimate_rows({"a": halved.first, "b": halved.second})
@@ -135,7 +135,7 @@ def compare(
     circles: CircleFiles = (),
     advance: Advance = silent,
 ) -> ComparisonResult | HalvesResult:
-    """Fit friction models on some records or cycles and score them on others.
+    """Fit friction models to some records or cycles and score them on others.
 
     Parameters
     ----------
@@ -148,19 +148,19 @@ def compare(
     cycles
         Fit on the first N cycles of a record, score on the rest.
     folds
-        Cut each record in so many parts, each scored by a fit to the others. Where neither is given.
+        Cut each record into N parts, each scored by a fit to the others. The default.
     halves
-        Identify halves of strokes and motions apart instead, by time, record, direction and place: do they agree?
+        Compare halves of strokes and motions instead, split by time, record, direction and place.
     static
         A friction file whose static map is kept. Its result is taken, too.
     plant
-        The plant, whose own linear damping is taken off. Its file or its result.
+        The plant, whose linear damping is subtracted. Its file or its result.
     blocks
         Slip blocks, for models that have any.
     seed
         Seed of the coarse search.
     circles
-        Runs or measured tests of one circle, learned and with a friction model, to check the model's shape. Ingest
+        Runs or measured tests of one circle, learned and with a friction model: they check the model's shape. Ingest
         the learned one with ``--scheme learned``. If learning leaves clearly less, a warning says that the shape is
         wrong.
     advance

@@ -26,10 +26,10 @@ from fric.verb import Kind, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GainsResult(Identified):
-    """The cascade that a recorded voltage shows."""
+    """The cascade identified from a recorded voltage."""
 
     found: FoundController
-    """The controller, and how sure its gains are."""
+    """The controller, and the intervals of its gains."""
     axis: str
     """Name of the axis."""
 
@@ -46,7 +46,7 @@ class GainsResult(Identified):
         return ControllerDocument.made(content).tree()
 
     def sections(self) -> dict[str, dict[str, dict[str, Any]]]:
-        """Return the gains as they stand in the file."""
+        """Return the gains as the file holds them."""
         return {"controller": {name: self.document[name] for name in self.found.estimates}}
 
     def report(self) -> list[Piece]:
@@ -63,7 +63,8 @@ def identify_controller(
 ) -> GainsResult:
     """Identify the gains of an axis' controller from a circle, or a log in closed loop.
 
-    It takes reference, position and voltage. The first circle is used; of logs the one that determines the gains best.
+    It needs reference, position and voltage. Of circles the first is used, of logs the one that determines the gains
+    best.
 
     Parameters
     ----------
@@ -77,7 +78,7 @@ def identify_controller(
     Raises
     ------
     FricError
-        When a channel is missing, or no cascade gives the recorded voltage.
+        When a channel is missing, or no cascade reproduces the recorded voltage.
     """
     logs, circles = list[Any](), list[Any]()
     for given in records:
@@ -160,16 +161,16 @@ def design_controller(
 
     The velocity loop's crossover is the highest at which it has both margins; the corner of its PI is 1/10 of it, and
     K_v/2π a third, or less where the position loop needs it. A design that is unstable or misses its margins is
-    refused, with the nearest that holds.
+    refused, with the nearest valid design.
 
     Parameters
     ----------
     plant
         The plant, eq. (1): A, B, T_d. Its file or its result.
     phase_margin
-        Phase margin that velocity and position loop have at least.
+        Least phase margin of velocity and position loop.
     gain_margin
-        Gain margin that velocity and position loop have at least. A number is a factor.
+        Least gain margin of velocity and position loop. A number is a factor.
     sampling
         Sampling rate of the controller.
     velocity_filter
@@ -177,13 +178,13 @@ def design_controller(
     limit
         Saturation of the control voltage.
     corner_ratio
-        Crossover of the velocity loop over corner of its PI.
+        Ratio of the velocity loop's crossover to the corner of its PI.
     separation
-        Crossover of the velocity loop over K_v/2π, at least.
+        Least ratio of the velocity loop's crossover to K_v/2π.
     crossover
-        Crossover of the velocity loop; the highest where not given.
+        Crossover of the velocity loop; by default the highest possible.
     K_p
-        Velocity gain: with K_i and K_v the gains are checked, not sought.
+        Velocity gain: given with K_i and K_v, the gains are checked, not designed.
     K_i
         Integral gain of the velocity loop, as '3156 V/m'.
     K_v
@@ -194,7 +195,7 @@ def design_controller(
     Raises
     ------
     FricError
-        When a design is unstable or misses its margins: with the nearest that holds.
+        When a design is unstable or misses its margins; the message has the nearest valid design.
     """
     document = document_of(PlantDocument, plant)
     motion, linear = document.motion, document.linear(document.motion)

@@ -25,10 +25,9 @@ MARGINS = (
 def perturbation_of(
     record: Log | FrequencyResponse, document: PlantDocument, averages: int = 1
 ) -> tuple[Perturbation, tuple[Notice, ...]]:
-    """Return the perturbation of a plant by a measured response, or by one that a record shows, and its warnings.
+    """Return the perturbation of a plant from a measured response or a record, and its warnings.
 
-    What lies below the lowest line that the plant was identified from is left out here as well: there friction hides
-    the plant.
+    Frequencies below the lowest line that the plant was identified from are left out: there friction hides the plant.
     """
     from fric.identify.plant.frequency_response import measure_response  # with SciPy's signal processing
 
@@ -73,7 +72,7 @@ class Design(Result):
         return once(self.description)
 
     def margins(self) -> Table:
-        """Return the margins, a loop a line."""
+        """Return the margins, a line for each loop."""
         titles = {name: loop.title for name, loop in self.design.loops().items()}
         rows = [
             [titles[name], *(_described(found.get(key), unit, digits) for key, _, unit, digits in MARGINS)]
@@ -82,7 +81,7 @@ class Design(Result):
         return Table(["loop", *(title for _, title, _, _ in MARGINS)], rows)
 
     def loops_figure(self, nyquist: float) -> Figure:
-        """Return the loops up to half the sampling rate [Hz], as Bode, Nyquist or Nichols draw them."""
+        """Return the figure of the loops up to half the sampling rate [Hz]: Bode, Nyquist or Nichols."""
         from fric.figures.loops import bode_figure, nichols_figure, nyquist_figure
 
         draw = {"bode": bode_figure, "nyquist": nyquist_figure, "nichols": nichols_figure}[self.view]

@@ -1,4 +1,4 @@
-"""A measured circle taken apart, and held against a machine file."""
+"""A measured circle by causes, compared with a machine file."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -29,13 +29,13 @@ class DiagnosisResult(Result, schema=DiagnosisDocument):
     """A measured circle: geometry, control loops, backlash, friction glitches, and the figures of ISO 230-4."""
 
     found: Diagnosis
-    """What was found."""
+    """The diagnosis."""
     held: Agreement | None = None
-    """How it agrees with what a machine file predicts, where one was given."""
+    """Comparison with the prediction of a machine file, if given."""
 
     @property
     def warnings(self) -> Sequence[Notice]:
-        """What the circle cannot tell, and what does not agree."""
+        """What the circle does not show, and what does not agree."""
         return [*self.found.warnings, *(self.held.warnings if self.held else ())]
 
     def report(self) -> list[Piece]:
@@ -43,7 +43,7 @@ class DiagnosisResult(Result, schema=DiagnosisDocument):
         return [self._glitches(), "", self._geometry()]
 
     def disagreements(self, source: str) -> list[Notice]:
-        """Return where the circle of a file is not as predicted, with the likely cause."""
+        """Return where the circle of a file differs from its prediction, with the likely cause."""
         if self.held is None:
             return []
         seen, said = self.found.glitches, self.held.predicted.glitches
@@ -80,9 +80,9 @@ class DiagnosisResult(Result, schema=DiagnosisDocument):
         return Table(columns, rows, f"{of}, {sense}, {sum(test.count for test in found.tests)} revolutions")
 
     def causes(self) -> Table:
-        """Return what each cause adds to the range of the radius, the largest first; its share is that of their sum.
+        """Return what each cause adds to the range of the radius, the largest first, with its share of the sum.
 
-        The parts are those of `fric.circles.diagnose.diagnose`, less the centre, and less those whose interval holds 0.
+        The parts are those of `fric.circles.diagnose.diagnose`, without the centre and parts whose interval contains 0.
         """
         found, R = self.found, self.found.test.radius
         geometry, names = found.geometry, found.test.names
@@ -130,7 +130,7 @@ class DiagnosisResult(Result, schema=DiagnosisDocument):
         return Table(["", "value", "95 %", "unit"], rows)
 
     def glitches(self) -> tuple[float, float] | None:
-        """Return the largest glitch that is predicted and that was measured, of the axes that are known [m]."""
+        """Return the largest predicted and the largest measured glitch of the known axes [m]."""
         if self.held is None or not self.held.agrees:
             return None
         said, seen = self.held.predicted.glitches, self.found.glitches
@@ -183,22 +183,22 @@ def diagnose(
     feed: Annotated[Quantity | None, "velocity"] = None,
     advance: Advance = silent,
 ) -> DiagnosisResult:
-    """Take a measured circle apart: geometry, control loops, backlash, friction glitches, and the figures of ISO 230-4.
+    """Split a measured circle by causes: geometry, loops, backlash, friction glitches, and the values of ISO 230-4.
 
-    Both directions of one circle, in one file or two, tell more than one.
+    Both directions of a circle, in one file or two, separate more causes than one direction.
 
     Parameters
     ----------
     circles
         Circle tests, or run files of `fric simulate circle`. Measured circles are taken, too.
     machine
-        Predict the circle beside it. The machine, its file, or the name of a bundled one.
+        Predict the circle too. The machine, its file, or the name of a bundled machine.
     scheme
-        Scheme of a run file; or the one that was on, for the prediction.
+        Scheme of a run file; or the scheme that was on, for the prediction.
     known
         Schemes of your own; else the paper's. By name, or their file.
     feed
-        Of several tests in a file, those at this feed.
+        Feed of the tests to use, of several in a file.
     advance
         Is called for each circle that is simulated for the prediction.
 

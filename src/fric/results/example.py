@@ -1,4 +1,4 @@
-"""What comes with fric, copied to where it can be tried and edited, and the formats of logs that it reads."""
+"""Examples that come with fric, copied to be tried and edited; and the formats of logs that fric reads."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,10 +20,10 @@ class FormatsResult(Result, schema=FormatsDocument):
     """The formats, and the libraries that they need."""
 
     rows: tuple[tuple[str, tuple[str, ...], str, str | None, str], ...]
-    """Of each its name, endings, library, its version (empty where none is needed, None where it lacks) and extra."""
+    """Name, endings, library, its version (empty if none is needed, None if it is missing) and extra of each."""
 
     def report(self) -> list[Piece]:
-        """Return a row a format."""
+        """Return a row for each format."""
         rows = [
             (name, " ".join(endings), f"{library} {version}" if version else "yes" if version is not None
              else f"no: pip install 'fric[{extra}]'")
@@ -52,10 +52,10 @@ class ExampleResult(Result, schema=ExampleDocument):
     folder: Path
     """Where it is."""
     files: tuple[str, ...]
-    """Its files, from there."""
+    """Its files, relative to the folder."""
 
     def report(self) -> list[Piece]:
-        """Return the files, and what may be done with them."""
+        """Return the files, and a command to try."""
         shown = [name for name in self.files if "/strokes/" not in name]
         strokes = len(self.files) - len(shown)
         lines: list[Piece] = [*shown, *([f"data/strokes: {strokes} files"] if strokes else [])]
@@ -76,16 +76,16 @@ def example(
     Parameters
     ----------
     name
-        rig: logs, mapping, machine; or xy-table, … A bundled machine, mapping, schemes or spread file by its name.
+        rig: logs, mapping, machine; or xy-table, … The name of a bundled machine, mapping, schemes or spread file.
     output
-        Folder to copy it into. It is made where it is not there.
+        Folder to copy it into. It is made if it does not exist.
     force
         Replace files that exist.
 
     Raises
     ------
     FricError
-        When there is no such example, or the folder does not take it.
+        When there is no such example, or the folder cannot be written.
     """
     files: dict[str, str | bytes] = {**files_of(name)}
     write_folder(Path(output), files, force=force)

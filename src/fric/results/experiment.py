@@ -36,7 +36,7 @@ def experiment(
     noise: Annotated[Quantity | None, "force"] = None,
     advance: Advance = silent,
 ) -> Records:
-    """Make an identification experiment on a virtual axis, logged as a real drive logs it.
+    """Run an identification experiment on a virtual axis, logged as by a real drive.
 
     Parameters
     ----------
@@ -48,11 +48,11 @@ def experiment(
     axis
         The axis that is moved.
     plan
-        The records of a plan: plan.yaml, or its folder. Nothing else is to be said of the motion then.
+        The records of a plan: plan.yaml, or its folder. It defines the whole motion.
     seed
-        Seed of all that is random. A plan's excitation is that of the plan.
+        Seed of all random numbers, except those of a plan's excitation.
     samples
-        Samples that the drive's trace holds, for each record.
+        Largest number of samples in a record.
     speeds
         Speeds, as "0.1 mm/s, 1 mm/s"; the paper's 17 where not given.
     amplitudes
@@ -72,7 +72,7 @@ def experiment(
     noise
         Force noise (rms) instead of the machine's; "0 N" for none.
     advance
-        Is called for each record that is made.
+        Called after each record.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def experiment(
 
 
 def _trials(plan: Any, axis: Axis) -> list[Trial]:
-    """Return what a plan asks of an axis."""
+    """Return the trials of an axis in a plan."""
     if isinstance(plan, str | Path) and Path(plan).is_dir():
         plan = Path(plan) / "plan.yaml"
     from fric.documents.plan import PlanDocument  # it loads what plans and simulates

@@ -1,4 +1,4 @@
-"""What a controller runs: one axis under one scheme, in the language of a target."""
+"""Export of one axis under one scheme, in the language of a controller."""
 
 import sys
 from collections.abc import Iterable, Sequence
@@ -50,18 +50,18 @@ def trust_of(
     compared: bool = False,
     drawn: Sequence[Evidence] = (),
 ) -> tuple[list[Notice], list[Notice]]:
-    """Return what speaks against putting a scheme on an axis, and what the verdict doubts besides.
+    """Return the reasons against a scheme on an axis, and further doubts of the verdict.
 
-    What is wrong in the files that the machine is made of speaks against it, and a measured circle that is not as
-    predicted. Where the axis is one of a circle's, the circle is simulated at 100 and at 10 mm/s: what the verdict has
-    against the scheme at one of them, or a drive that saturates, does too. Besides, the verdict doubts what it has no
-    machines drawn for, and no measured circle.
+    Reasons are warnings of severity ``wrong`` in the machine's files, and a measured circle that differs from its
+    prediction. Where the axis runs circles, the circle is simulated at 100 and at 10 mm/s: a reason of the verdict
+    against the scheme at either feed, or a drive that saturates, counts too. Doubts are that no machines were drawn,
+    and that no circle was measured.
 
-    machine, name, scheme: The machine, its axis, and what would be switched on.
-    notices: What the files that the machine is made of say of themselves.
-    disagreements, compared: Where measured circles are not as predicted; whether any was held against the machine.
-    drawn: What the scheme, and none, left on machines that were drawn around this one, by circle.
-    Raises FricError: When the scheme asks for what the axis does not have, or the loop with it is not stable.
+    machine, name, scheme: The machine, its axis, and the scheme to switch on.
+    notices: Warnings of the machine's files. disagreements, compared: Where measured circles differ from the
+    prediction; whether any was compared with the machine.
+    drawn: What the scheme, and no compensation, left on drawn machines, by circle. Raises FricError: When the scheme
+    needs something that the axis lacks, or its loop is unstable.
     """
     given = Evidence(
         axes=(name,), resolution=machine.axis(name).encoder.resolution, compared=compared, disagreements=disagreements,
@@ -93,7 +93,7 @@ def trust_of(
 
 @dataclass(frozen=True)
 class TriedCircle:
-    """One arc in LinuxCNC, and the same loop simulated along the reference that LinuxCNC's planner gave."""
+    """An arc in LinuxCNC, and the same loop simulated along the reference of LinuxCNC's planner."""
 
     scheme: Scheme  # What was switched on
     feed: float  # Speed along the arc [m/s]
@@ -109,7 +109,7 @@ class TriedCircle:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ExportResult(Result):
-    """Files for a controller, and what speaks for and against them."""
+    """Files for a controller, and the reasons for and against their use."""
 
     target: Target
     """The target."""
@@ -118,9 +118,9 @@ class ExportResult(Result):
     files: Files
     """Its files by name, without the manifest."""
     notices: Sequence[Notice]
-    """What the files that the machine is made of say of themselves."""
+    """Warnings of the machine's files."""
     against: Sequence[Notice]
-    """Why it should not be put on the machine; empty where nothing speaks against it."""
+    """Why it should not be put on the machine; may be empty."""
     distrust: Sequence[Notice]
     """Why the verdict does not trust it yet."""
     made_from: Sequence[dict[str, str]]
@@ -130,7 +130,7 @@ class ExportResult(Result):
 
     @cached_property
     def document(self) -> dict[str, Any]:
-        """The content of manifest.json; with the arcs, where LinuxCNC ran."""
+        """The content of manifest.json, and the arcs if LinuxCNC ran."""
         text = list(dict.fromkeys([*self.notices, *self.against]))
         content = manifest(self.target.name, self.part, self.files, notices=text, sources=self.made_from)
         if self.part.role == "compensation":
@@ -142,7 +142,7 @@ class ExportResult(Result):
 
     @property
     def warnings(self) -> Sequence[Notice]:
-        """What the machine's files say of themselves, and what speaks against the export."""
+        """Warnings of the machine's files, and reasons against the export."""
         return once([*self.notices, *self.against])
 
     def report(self) -> list[Piece]:
@@ -193,7 +193,7 @@ def export_axis(
     force: bool = False,
     advance: Advance = silent,
 ) -> ExportResult:
-    """Write what a controller runs: friction feedforward, observers, and a manifest of all that is in it.
+    """Write code for a controller: friction feedforward and observers, with a manifest of its contents.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def export_axis(
     scheme
         The scheme: friction feedforward, and blocks. Its name, or itself.
     part
-        compensation; or machine, the axis itself, to try a controller on.
+        compensation; or machine, the axis itself as a plant to test a controller.
     single
         Single precision (c).
     nominal_files
@@ -215,26 +215,26 @@ def export_axis(
     gain
         Gain of the friction feedforward, instead of the machine's.
     lead
-        How far feedforward goes ahead of the reference, as "0.6 ms", or auto for the delay of the plant that is
-        believed; instead of the machine's.
+        Lead of the feedforward over the reference, as "0.6 ms", or auto for the nominal plant's delay; instead of the
+        machine's.
     known
         Schemes of your own; else the paper's. By name, or their file.
     circles
-        A measured circle: it must be as the machine predicts. Another speaks against the export.
+        A measured circle, which must agree with the machine's prediction. A difference counts against the export.
     drawn
-        The scheme on machines drawn around this one: simulate circle. The verdict is by these run files.
+        A run of the scheme on drawn machines (simulate circle). The verdict uses these run files.
     trial
         A folder in which circles are run in LinuxCNC, beside their simulation. For the target ``linuxcnc``, as
         root, and from a checkout of fric: the bench is ``tests/linuxcnc``.
     force
-        Run the trial also of what the verdict does not trust.
+        Run the trial even if the verdict does not trust the scheme.
     advance
-        Is called for each session of LinuxCNC.
+        Called after each session of LinuxCNC.
 
     Raises
     ------
     FricError
-        When there is no such target, axis or scheme, or something cannot be exported.
+        When there is no such target, axis or scheme, or a part cannot be exported.
     """
     chosen = one_target(target, part, single=single)
     (wanted,) = schemes_of(scheme, known)[:1]
@@ -297,7 +297,7 @@ def require_trust(part: ExportedPart, against: Sequence[Notice], distrust: Seque
     if against:
         raise FricError(
             f"scheme {part.scheme} on axis {part.axis} is not to be trusted: {against[0]}",
-            hint="Mend that first; `force=True` exports it nevertheless.",
+            hint="Correct that first; `force=True` exports it nevertheless.",
         )
     if distrust:
         raise FricError(
@@ -310,9 +310,9 @@ def require_trust(part: ExportedPart, against: Sequence[Notice], distrust: Seque
 def _drawing(
     file: Path, machine: Machine, scheme: Scheme, axis: str
 ) -> tuple[dict[str, Any], list[Candidate], Prediction | None]:
-    """Return what a run file says of itself, what a scheme and none left on its machines, and what was predicted.
+    """Return the description of a run file, the glitches with and without a scheme on its machines, and the prediction.
 
-    Raises FricError: When it is of another machine, or without the scheme or the axis.
+    Raises FricError: When it belongs to another machine, or lacks the scheme or the axis.
     """
     made, left, prediction = read_run_provenance(file), read_drawn(file), read_prediction(file)
     runs = [run for run in read_runs(file, traces=False) if run.scheme == scheme or run.scheme.bare]
@@ -334,7 +334,7 @@ def _drawing(
 
 
 def one_target(name: str, part: str, *, single: bool) -> Target:
-    """Return a target that exports such a part, with such options.
+    """Return the target that exports such a part with such options.
 
     Raises FricError: When there is none.
     """

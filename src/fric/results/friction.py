@@ -1,4 +1,4 @@
-"""What the friction results share: apart from `Result`, since most results load no friction model."""
+"""The common part of friction results, apart from `Result`, since most results load no friction model."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from fric.results.base import Identified
 
 
 class IdentifiedFriction(Identified):
-    """What the friction results share: what a controller believes of them."""
+    """The common part of friction results: the models that a controller can use."""
 
     fit: Any
 

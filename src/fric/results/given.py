@@ -1,4 +1,4 @@
-"""What verbs take: records or the files that hold them, paths, quantities with units, and who is told of progress."""
+"""Arguments of verbs: records or their files, paths, quantities with units, and listeners to progress."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ if TYPE_CHECKING:
 
 
 class Advance(Protocol):
-    """Is told how far a verb is, for whoever waits."""
+    """Listener to the progress of a verb."""
 
     def __call__(self, steps: int = 1, *, total: int | None = None) -> None:
-        """Take that so many steps are done, and how many there are where that is known now."""
+        """Receive the number of further steps done, and the total once it is known."""
 
 
 OF_CHANNELS = ("time", "position", "velocity", "force", "input", "frequency")
-"""Dimensions whose largest value on a machine is known."""
+"""Dimensions that have a largest value on a machine."""
 
 
 def silent(steps: int = 1, *, total: int | None = None) -> None:
-    """Tell nobody."""
+    """Ignore the progress."""
 
 
 def records_of(
     given: Iterable[Any], *, one_axis: bool = True, whole: bool = False, encoder: Encoder = "motor"
 ) -> list[Record]:
-    """Return the records (of one axis) that are given: records, log files, or lists of them.
+    """Return the given records of one axis: records, log files, or lists of them.
 
-    A record in which the mode of the control switches is several, one for each mode, unless they are wanted ``whole``.
-    Of two encoders, the position is that of the one named.
+    A record in which the control switches its mode is split by modes unless ``whole``. Of two encoders, ``encoder``
+    names the one for the position.
 
     Raises FricError: When something else is given, a file is no log file, or the records are of different axes.
     """
@@ -56,7 +56,7 @@ def records_of(
 
 
 def in_one_mode(record: Record) -> Sequence[Record]:
-    """Return the parts of a record that are in one mode of the control each."""
+    """Return the parts of a record, each in one mode of the control."""
     if not isinstance(record, Log):
         return [record]
     from fric.records.modes import parts_of  # with the motion, which tables need not
@@ -65,7 +65,7 @@ def in_one_mode(record: Record) -> Sequence[Record]:
 
 
 def logs_of(given: Iterable[Any], encoder: Encoder = "motor") -> list[Log]:
-    """Return the records in time of one axis that are given, as `records_of`."""
+    """Return the given records in time of one axis, as `records_of` does."""
     records = records_of(given, encoder=encoder)
     logs = [record for record in records if isinstance(record, Log)]
     if not logs:
@@ -88,19 +88,19 @@ def _flat(given: Iterable[Any]) -> Iterable[Record]:
 
 
 def path_of(wanted: str, given: Any) -> Path:
-    """Return what is given as a path, or raise the error of a wrong type."""
+    """Return a path, or raise the error of a wrong type."""
     if not isinstance(given, str | Path):
         raise UnfitError(wanted, given)
     return Path(given)
 
 
 def where_of(given: Any) -> str:
-    """Return the file that is given, for an error; nothing where none is."""
+    """Return the given file for an error message; empty if it is no file."""
     return str(given) if isinstance(given, str | Path) else ""
 
 
 def quantity(given: str | float | None, dimension: str, motion: Motion = "linear") -> float | None:
-    """Return a positive quantity given in SI, or as a text with its unit; None where none is.
+    """Return a positive quantity given in SI, or as a text with its unit; None if not given.
 
     Raises FricError: When the text is no quantity of this dimension, or the value is not positive.
     """
@@ -126,9 +126,9 @@ def in_si(given: str | float, dimension: str, motion: Motion = "linear") -> floa
 
 
 def bounded(name: str, given: str | float, motion: Motion = "linear") -> float:
-    """Return a quantity that is given, in SI, held against its bound of `fric.plausibility` as what files hold is.
+    """Return a given quantity in SI, checked against its bound in `fric.plausibility` as those of files are.
 
-    Raises FricError: When it is no quantity of its dimension, or of no machine.
+    Raises FricError: When it is no quantity of its dimension, or beyond that of any machine.
     """
     dimension = BOUNDS[name].dimension
     value = in_si(given, dimension, motion)
@@ -139,7 +139,7 @@ def bounded(name: str, given: str | float, motion: Motion = "linear") -> float:
 
 
 def several(given: float | str | Sequence[str | float] | None, dimension: str, motion: Motion) -> list[float] | None:
-    """Return quantities given as a list, or as a text with commas; None where none are."""
+    """Return quantities given as a list, or as a text with commas; None if not given."""
     if given is None:
         return None
     ones = given.split(",") if isinstance(given, str) else [given] if isinstance(given, float | int) else given

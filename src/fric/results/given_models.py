@@ -1,4 +1,6 @@
-"""Models that verbs take: plants, controllers, friction, circles, machines and schemes; objects, files or results."""
+"""Model arguments of verbs: plants, controllers, friction, circles, machines and schemes; as objects, files or
+results.
+"""
 
 from __future__ import annotations
 
@@ -35,17 +37,16 @@ D = TypeVar("D", FrictionDocument, PlantDocument, ControllerDocument, "PlanDocum
 
 
 CIRCLES = "circle tests, or their files"
-"""What verbs take that are of measured circles."""
+"""Arguments of verbs that are measured circles."""
 
 
 def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None, to: str = "log") -> D:
-    """Return the document that is given as itself, as its file or as a result.
+    """Return the document that is given directly, as its file or as a result.
 
     kind: The type of document.
     given: A document, the path of its file, or a result whose document it is.
-    of: Name and motion of the axis that it must be of.
-    to: What that axis is of, in the words of an error.
-    Raises FricError: When something else is given, or the document is of another axis or motion.
+    of: Name and motion of the axis that it must belong to. to: Name of what it is combined with, for an error. Raises
+    FricError: When something else is given, or the document is of another axis or motion.
     """
     wanted = f"a {kind.type} file, or a result that holds one"
     if isinstance(given, Result):
@@ -64,7 +65,7 @@ def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None,
 
 
 def plant_of(given: Any, axis: str, motion: Motion) -> Plant | None:
-    """Return the plant that is given as itself, as its file or as a result; None where none is."""
+    """Return the plant that is given directly, as its file or as a result; None if not given."""
     if given is None or isinstance(given, Plant):
         return given
     document = document_of(PlantDocument, given, (axis, motion))
@@ -77,7 +78,7 @@ def plant_of(given: Any, axis: str, motion: Motion) -> Plant | None:
 
 
 def cascade_of(given: Any, axis: str, motion: Motion, to: str = "log") -> Cascade | None:
-    """Return the controller that is given as itself, as its file or as a result; None where none is."""
+    """Return the controller that is given directly, as its file or as a result; None if not given."""
     if given is None or isinstance(given, Cascade):
         return given
     return document_of(ControllerDocument, given, (axis, motion), to).in_si(motion)
@@ -93,7 +94,7 @@ def friction_of(given: Any, axis: str, motion: Motion) -> FrictionDocument | Non
 
 
 def circles_of(given: Iterable[Any], scheme: str | None = None) -> list[MeasuredCircle]:
-    """Return measured circles that are given as such, as files or in lists; of a run file those of a scheme."""
+    """Return measured circles that are given directly, as files or in lists; of a run file those of a scheme."""
     from fric.circles.measured import MeasuredCircle
 
     ones = [item for part in given for item in (part if isinstance(part, list | tuple) else [part])]
@@ -108,7 +109,7 @@ def circles_of(given: Iterable[Any], scheme: str | None = None) -> list[Measured
 
 
 def _of_run(given: Any, scheme: str | None) -> list[Any]:
-    """Return the circles of a result that was simulated, as they were recorded; anything else as it is."""
+    """Return the circles of a simulated result as measured circles; anything else unchanged."""
     runs = getattr(given, "runs", None) if isinstance(given, Result) else None
     if runs is None:
         return [given]
@@ -122,7 +123,7 @@ def _of_run(given: Any, scheme: str | None) -> list[Any]:
 
 
 def machine_of(given: Any) -> Machine:
-    """Return the machine that is given as itself, as identified, as its file, or by the name of a bundled one."""
+    """Return the machine that is given directly, as identified, as its file, or as the name of a bundled machine."""
     if isinstance(given, IdentifiedMachine):
         return given.machine
     if isinstance(given, Machine):
@@ -131,7 +132,7 @@ def machine_of(given: Any) -> Machine:
 
 
 def schemes_of(asked: Any, known: Any = None) -> list[Scheme]:
-    """Return the schemes that are asked for by their names, or given as themselves.
+    """Return the requested schemes, given by name or directly.
 
     asked: A scheme, several, or names as in ``a,c,f`` or ``all``.
     known: Schemes by name, or their file; the paper's where not given.

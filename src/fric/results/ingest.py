@@ -1,4 +1,4 @@
-"""Foreign logs, read into one log file."""
+"""Foreign logs, read into a log file."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CirclesResult(Result, schema=IngestCirclesDocument, of="done"):
-    """What was read into a circle test file."""
+    """A circle test file that was written."""
 
     done: IngestedCircles
-    """The file, and the tests in it."""
+    """The file, and its tests."""
 
     def report(self) -> list[Piece]:
-        """Return a line a test."""
+        """Return a line for each test."""
         pieces: list[Piece] = []
         for test in self.done.tests:
             sense = "counter-clockwise" if test.direction > 0 else "clockwise"
@@ -72,30 +72,31 @@ def ingest_circles(
     Parameters
     ----------
     files
-        Text (also ``.gz``, also LinuxCNC's sampler), MATLAB ``.mat``, Parquet. A trace may hold several circles.
+        Text (also ``.gz``, also LinuxCNC's sampler), MATLAB ``.mat`` or Parquet files. A trace may hold several
+        circles.
     output
-        The circle test file that is written, whole or not at all.
+        The circle test file to write, whole or not at all.
     mapping
         What the columns mean, or its file. Without it the header must name axes and units: ``x_ref [mm]``.
     radius
-        Circle: its nominal radius; else found.
+        Circle: nominal radius; by default found from the data.
     feed
-        Circle: its feed; else found.
+        Circle: feed; by default found from the data.
     sampling
-        Circle: rate of a trace without time, as 4 kHz.
+        Circle: sampling rate of a trace without time, as 4 kHz.
     instrument
-        Circle: what told the position.
+        Circle: instrument that measured the position.
     scheme
-        Circle: the compensation that was on, as f. A prediction is made with it.
+        Circle: compensation that was on, as f. A prediction uses it.
     clockwise
-        Circle: its direction; else found.
+        Circle: direction; by default found from the data.
     append, bad_cells, force, advance
         As in `fric.ingest`.
 
     Raises
     ------
     FricError
-        When a file does not read, or there is no whole circle in it.
+        When a file cannot be read, or contains no whole circle.
     """
     paths, direction = list(map(Path, files)), -1 if clockwise else 1
     from fric.io.ingest_circle import StatedCircle  # which brings what models are compiled by
@@ -116,14 +117,14 @@ def ingest_circles(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class IngestResult(Result, schema=IngestDocument, of="done"):
-    """What was read into a log file."""
+    """A log file that was written."""
 
     done: Ingested
-    """The log file, its axis, and the records that were added or skipped."""
+    """The log file, its axis, and the records added or skipped."""
     mapped: bool
-    """Whether a mapping told what the columns mean."""
+    """Whether a mapping defined the columns."""
     told: Sequence[Notice] = ()
-    """What was guessed of the columns."""
+    """Guesses about the columns."""
 
     @property
     def warnings(self) -> Sequence[Notice]:
@@ -141,13 +142,13 @@ class IngestResult(Result, schema=IngestDocument, of="done"):
         return f"{len(self.done.records)} records, {self.done.samples} samples"
 
     def report(self) -> list[Piece]:
-        """Return how much was read."""
+        """Return the number of records and samples."""
         done, count = self.done, len(self.done.records)
         of = f"{count} record{'s' * (count != 1)} of the {words_of(done.motion)} axis {done.axis}"
         return [f"{of}, {done.samples} samples, in {done.output}"]
 
     def figure(self) -> Figure:
-        """Return what each record of the log file holds."""
+        """Return the figure of the records in the log file."""
         return fric.inspect(self.done.output).figure()
 
     def to_frame(self) -> DataFrame:
@@ -173,43 +174,43 @@ def ingest(
     force: bool = False,
     advance: Advance = silent,
 ) -> IngestResult:
-    """Read logs of a drive into one log file, each a record, in SI units.
+    """Read logs of a drive into a log file, each as a record in SI units.
 
     Parameters
     ----------
     files
-        Logs: text (also .gz), .mat, .mf4, …; `fric ingest --list` tells the formats. Log files of
-        fric's own are read, too.
+        Logs: text (also .gz), .mat, .mf4, …; `fric ingest --list` shows the formats. fric's log files are read, too.
     output
         The log file to write. It is written whole or not at all.
     mapping
         What the columns mean, where the header does not say it. Without it the header must name channels and units:
         ``time [s]``.
     kind
-        What was logged. It goes before what mapping and files say.
+        What was logged. It overrides mapping and files.
     axis
         Name of the axis, such as x.
     motion
-        Motion of the axis, where the units do not tell it.
+        Motion of the axis, if the units do not show it.
     append
-        Add to LOG.h5; what it holds already is skipped. A file is known by its sha256.
+        Add to LOG.h5; files already in it are skipped. A file is recognised by its sha256.
     bad_cells
-        What a cell that is no number is: an error, or a sample to drop.
+        What to do with a cell that is not a number: raise an error, or drop the sample.
     begin
         First time to read, as 8.5 s.
     end
         Last time to read.
     join
-        One record of all files: its channels were logged apart, by one clock.
+        Join all files to one record: its channels were logged separately with a common clock.
     assume
-        Take the likeliest of what neither header nor values tell, and say so; samples that cannot be used are dropped.
+        Assume the likeliest meaning where header and values leave it open, and report it; samples that cannot be used
+        are dropped.
     ask
-        Puts a question on what neither header nor values tell, three at most, or shows all columns at once. The answers
+        Asks about what header and values leave open, three questions at most, or shows all columns at once. The answers
         become a mapping beside the logs, which is used from then on.
     force
         Replace an output that exists.
     advance
-        Is called for the bytes that are read.
+        Called with the bytes that were read.
 
     Raises
     ------
@@ -261,13 +262,13 @@ def _window(begin: float | str | None, end: float | str | None) -> tuple[float, 
 
 
 def mapping_of(given: MappingDocument | Path | str | None) -> MappingDocument | None:
-    """Return what the columns mean, from a mapping or its file."""
+    """Return the mapping of the columns, given directly or as its file."""
     return read_document(Path(given), MappingDocument) if isinstance(given, str | Path) else given
 
 
 @verb
 def holds_circles(mapping: MappingDocument | Path | str | None = None, kind: str | None = None) -> bool:
-    """Return whether files are of circles: where the kind, or else the mapping, says so.
+    """Return whether files hold circles, by the kind or else by the mapping.
 
     Parameters
     ----------

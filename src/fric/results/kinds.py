@@ -1,7 +1,7 @@
-"""What verbs take, as annotations: what Python checks, and how a command reads, completes and names it.
+"""Annotations of verbs' arguments: Python checks them, and a command reads, completes and names its options by them.
 
-Importing this loads nothing: a command's help is made of it. What a type stands for is read where the verb is run
-(`given`, `given_models`).
+Importing this loads nothing, since a command's help needs it. Values are read when the verb runs (`given`,
+`given_models`).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -32,37 +32,37 @@ if TYPE_CHECKING:  # each brings what a command's help does without
     from fric.simulate.spread import Spread
 
 Quantity = float | str
-"""A number in SI, or a text with its unit; its dimension stands beside it: ``Annotated[Quantity, "force"]``."""
+"""A number in SI, or a text with its unit; the annotation has its dimension: ``Annotated[Quantity, "force"]``."""
 METAVARS = {
     "time": "TIME", "frequency": "FREQUENCY", "position": "LENGTH", "velocity": "SPEED", "force": "FORCE",
     "angle": "ANGLE", "gain": "GAIN", "mass": "MASS", "input": "VOLTAGE", "acceleration": "ACCELERATION",
     "force per input": "K_F", "rate": "GAIN", "velocity gain": "GAIN", "position gain": "GAIN",
 }  # fmt: skip
-"""What stands for a quantity in a help text, by its dimension."""
+"""Placeholder of a quantity in a help text, by its dimension."""
 Quantities: TypeAlias = Annotated[Sequence[float | str] | float | str, Kind(str)]
-"""Several of them: also as a text with commas."""
+"""Several quantities, also as a text with commas."""
 Count: TypeAlias = Annotated[int, Kind(least=1, most=1_000_000)]
 """A number of things."""
 Seed: TypeAlias = Annotated[int, Kind(least=0, most=2**32 - 1)]
-"""The seed of what is drawn at random."""
+"""A seed of random numbers."""
 EncoderName: TypeAlias = Literal["motor", "load"]
-"""One of two encoders of an axis."""
+"""The name of one of two encoders of an axis."""
 LogLike: TypeAlias = Annotated["Record | Path | str | Iterable[Record | Path | str]", Kind(Path, "LOG.h5")]
 """A log file, its records as `fric.read` returns them, or a list of both."""
 PlantLike: TypeAlias = Annotated["Plant | PlantDocument | Result | Path | str", Kind(Path, "PLANT.yaml")]
-"""A plant: itself, its file, or the result that found it."""
+"""A plant: given directly, as its file, or as the result that found it."""
 ControllerLike: TypeAlias = Annotated[
     "Cascade | ControllerDocument | Result | Path | str", Kind(Path, "CONTROLLER.yaml")
 ]
-"""A cascade: itself, its file, or the result that designed it."""
+"""A cascade: given directly, as its file, or as the result that designed it."""
 FrictionLike: TypeAlias = Annotated["StaticMap | FrictionDocument | Result | Path | str", Kind(Path, "FRICTION.yaml")]
-"""What is known of friction: a static map, a friction file, or the result that found it."""
+"""Identified friction: a static map, a friction file, or the result that found it."""
 MachineFile: TypeAlias = Annotated[Path | str, Kind(metavar="MACHINE.yaml")]
 """A machine file, or the name of a bundled machine."""
 MachineLike: TypeAlias = Annotated["Machine | IdentifiedMachine | Path | str", Kind(Path, "MACHINE.yaml")]
-"""A machine: itself, as identified, its file, or the name of a bundled one."""
+"""A machine: given directly, as identified, as its file, or by the name of a bundled machine."""
 MappingLike: TypeAlias = Annotated["MappingDocument | Path | str", Kind(Path, "MAP.yaml")]
-"""What the columns of foreign logs mean, or the file of it."""
+"""A mapping of the columns of foreign logs, or its file."""
 RecordKind: TypeAlias = Annotated[LogKind, Kind(Literal[(*KINDS, CIRCLE)], "KIND")]
 """What was logged."""
 PlanLike: TypeAlias = Annotated["PlanDocument | Result | Path | str", Kind(Path, "PLAN")]
@@ -74,13 +74,13 @@ CircleLike: TypeAlias = Annotated[
 CirclesLike: TypeAlias = Annotated[
     "MeasuredCircle | Path | str | Sequence[MeasuredCircle | Path | str]", Kind(list[Path], "CIRCLE.h5")
 ]
-"""One of them, or several."""
+"""A measured circle, or several."""
 PathLike: TypeAlias = Annotated["PointPath | RecordedPath | Path | str", Kind(Path, "PATH.csv")]
 """A path, or the file of its points."""
 ResonancesLike: TypeAlias = Annotated["Iterable[str | StructuralMode]", Kind(list[str], "FREQUENCY,DAMPING[,SHARE]")]
 """Modes, each also as a text: frequency, damping, share."""
 SpreadsLike: TypeAlias = Annotated["Mapping[str, Spread] | Path | str", Kind(Path, "SPREAD.yaml")]
-"""What is drawn how widely, by name, or the file of it."""
+"""Spreads of parameters by name, or their file."""
 CircleFiles: TypeAlias = Annotated[Sequence[Path | str], Kind(list[Path], "CIRCLE.h5")]
 """Files of measured circles."""
 SchemeName: TypeAlias = Annotated[str, Kind(metavar="SCHEME", complete="schemes")]

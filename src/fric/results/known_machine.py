@@ -1,4 +1,4 @@
-"""What is known of a machine for a prediction: what was identified, and circles that were measured."""
+"""Knowledge of a machine for a prediction: identified parameters and measured circles."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fric.simulate.monte_carlo import MonteCarlo
 
 @dataclass(frozen=True)
 class KnownMachine:
-    """What machines are drawn from, and what they are made to agree with."""
+    """The distribution that machines are drawn from, and the circles that they are fitted to."""
 
     identified: IdentifiedMachine  # The machine with the intervals of what was identified
     tests: Sequence[MeasuredCircle]  # Measured circles
@@ -30,7 +30,7 @@ class KnownMachine:
     def of(
         cls, identified: IdentifiedMachine, tests: Sequence[MeasuredCircle], axes: Sequence[str] | None, seed: int
     ) -> KnownMachine:
-        """Return what is known of a machine by what was identified and by measured circles."""
+        """Return the knowledge of a machine from its identified parameters and measured circles."""
         machine, left, unused = identified.machine, None, []
         for test in tests:
             try:  # one that lacks a channel still judges, and completes nothing
@@ -41,11 +41,11 @@ class KnownMachine:
         return cls(identified, tests, left, tuple(unused))
 
     def drawn(self) -> dict[str, Any]:
-        """Return what a study draws its machines from."""
+        """Return the distribution that a study draws its machines from."""
         return self.identified.drawn() | {"completion": self.left}
 
     def prediction(self, many: MonteCarlo) -> Prediction:
-        """Return what the machines that were run say of the schemes, and whether that may be trusted."""
+        """Return the prediction for the schemes by the machines that were run, and whether to trust it."""
         study, notices = many.study, self.identified.machine.warnings
         whole = self.left(study.machine) if self.left else study.machine
         records = [record for group in self.left.records.values() for record in group] if self.left else []

@@ -1,4 +1,4 @@
-"""A repeated circle that is learned: in simulation round after round, or from a measured circle to the next."""
+"""Learning of a repeated circle: round by round in simulation, or from a measured circle to the next."""
 
 import json
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class LearnResult(Result, schema=LearningDocument, of="found"):
     """A circle that was learned in simulation."""
 
     found: Learned
-    """Its rounds."""
+    """The rounds."""
 
     def report(self) -> list[Piece]:
         """Return the glitch of each round, and of other circles: medians, with the chance of one run."""
@@ -57,7 +57,7 @@ class LearnResult(Result, schema=LearningDocument, of="found"):
         return pd.DataFrame({"glitch": self.found.glitches}).rename_axis("round")
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
-        """Write a run file with a run a round; what was fed forward is in its traces."""
+        """Write a run file with a run for each round; its traces hold the feedforward."""
         made = json.dumps(provenance() | {"machine": self.found.machine.name})
         write_runs(Path(path), [circle.run for circle in self.found.rounds], made, force=force)
 
@@ -67,10 +67,10 @@ class LearnedTable(Result, schema=LearnedFeedforwardDocument, of="table"):
     """The feedforward of the next round, from a measured circle."""
 
     table: LearnedFeedforward
-    """What is fed forward."""
+    """The feedforward."""
 
     def report(self) -> list[Piece]:
-        """Return what is fed forward, by axis."""
+        """Return the feedforward by axis."""
         test = self.table.test
         rows = [[name, f"{abs(array).max():.3f}", str(len(array))] for name, array in self.table.voltage.items()]
         title = f"feedforward for {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
@@ -97,10 +97,10 @@ def learn(
     bandwidth: Annotated[Quantity | None, "frequency"] = None,
     advance: Advance = silent,
 ) -> LearnResult | LearnedTable:
-    """Learn a repeated circle: the voltage against friction that the next round feeds forward, without a model of it.
+    """Learn the voltage to feed forward against friction on a repeated circle, without a friction model.
 
-    Of a machine all rounds are simulated, and what was learned is tried on another feed and radius: it does not carry
-    over. From a recorded circle comes the feedforward of the next one.
+    With a machine all rounds are simulated, and the result is tried at another feed and radius, where it does not hold.
+    With a recorded circle the result is the feedforward of the next circle.
 
     Parameters
     ----------
@@ -116,17 +116,17 @@ def learn(
     clockwise
         In simulation: turn clockwise.
     observer
-        In simulation: the disturbance observer is on.
+        In simulation: switch the disturbance observer on.
     machine
-        Of a circle: its machine; a run file tells it. Its nominal plants are what is learned with.
+        Of a circle: its machine; a run file names it. Learning uses its nominal plants.
     before
-        Of a circle: the feedforward it was run with.
+        Of a circle: the feedforward that it was run with.
     scheme
-        Scheme that is taken of a run file.
+        Scheme of a run file to use.
     share
-        Share of a round that is taken over; else by the feed.
+        Share of a round's correction to learn; by default set by the feed.
     bandwidth
-        Up to what frequency is learned; else by the feed.
+        Highest frequency to learn; by default set by the feed.
     advance
         Is called for each circle.
 
@@ -151,7 +151,7 @@ def learn(
 
 
 def _ran_on(given: Any) -> Machine:
-    """Return the machine that a run file was simulated on; raise where the circle does not say, or it is gone."""
+    """Return the machine that a run file was simulated on; raise if the circle does not name it or its file is gone."""
     made = {} if isinstance(given, MeasuredCircle) else read_run_provenance(path_of("a circle", given))
     origin = made.get("origin")
     path, files = (origin.get("path"), origin.get("nominal_files")) if isinstance(origin, dict) else ("", ())

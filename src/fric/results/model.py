@@ -1,4 +1,4 @@
-"""Friction models with memory: GMS by its virgin curve, and any other by replay."""
+"""Friction models with memory: GMS by its virgin curve, others by replay."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -32,11 +32,11 @@ class GMSResult(IdentifiedFriction):
     """An identified GMS model."""
 
     fit: GMSFit
-    """What was found: parameters, virgin curve, replayed records."""
+    """The fit: parameters, virgin curve, replayed records."""
     logs: Sequence[Log]
-    """The records that it was found from."""
+    """The records that it was identified from."""
     given: FrictionDocument | None = None
-    """The file of the static map that it stands on, which is carried over."""
+    """The file of the static map that it builds upon, which is carried over."""
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -44,14 +44,14 @@ class GMSResult(IdentifiedFriction):
         return gms_tree(self.fit, self.logs, self.given)
 
     def brief(self) -> str:
-        """Return how many blocks there are, and C."""
+        """Return the number of blocks, and C."""
         fit = self.fit
         count = len(fit.alpha.value) if isinstance(fit.alpha.value, tuple) else 1
         C = f"C {readable(float(fit.C), fit.C.unit)}{' (assumed)' if fit.C.assumed else ''}"
         return f"{count} block{'s' * (count != 1)}, {C}"
 
     def report(self) -> list[Piece]:
-        """Return alpha, k and C, why there are so many blocks, and what a replay leaves of each record."""
+        """Return alpha, k and C, the reason for the number of blocks, and the residual of each record in replay."""
         fit = self.fit
         pieces: list[Piece] = [parameters({"alpha": fit.alpha, "k": fit.k, "C": fit.C}), fit.reason]
         pieces += [_replayed(record, si_unit("force", fit.motion)) for record in fit.records]
@@ -97,13 +97,13 @@ def identify_gms(
     blocks
         Slip blocks: N, or up to N (6) by an information criterion.
     knots
-        Knots of the virgin curve, as in '0.9 um, 26 um, 54 um'. Or as numbers [m] (the paper's way).
+        Knots of the virgin curve, as in '0.9 um, 26 um, 54 um'. Or as numbers [m]; the paper does so.
     cycles
         Cycles to fit, from 1; the later ones are held out and replayed.
     refine
         Refine alpha, k and C by replay along the measured motion.
     plant
-        The plant, whose own linear damping is taken off. Its file or its result; its inertia is taken off, too.
+        The plant, whose linear damping is subtracted. Its file or its result; its inertia is subtracted, too.
     encoder
         Of two encoders, the one whose position friction is identified on.
 
@@ -141,7 +141,7 @@ def identify_gms(
 
 
 def of_gms(fit: GMSFit) -> Iterator[Finding]:
-    """Yield what can be held against physics in a fit: its level, the travel up to sliding, stiffness, inertia."""
+    """Yield the quantities of a fit with physical bounds: level, travel up to sliding, stiffness, inertia."""
     where = fit.hysteresis[0].record.log.where
     if fit.curve.saturates:
         yield Finding("level", float(fit.alpha_sum), fit.motion, where)
@@ -151,7 +151,7 @@ def of_gms(fit: GMSFit) -> Iterator[Finding]:
 
 
 def _blocks(given: int | str) -> tuple[int | None, int | None]:
-    """Return the number of blocks, or None and the most that the criterion may choose."""
+    """Return the number of blocks, or None and the largest number that the criterion may choose."""
     word, colon, most = str(given).partition(":")
     number = most if word == "auto" else str(given)
     if word == "auto" and not colon:
@@ -189,7 +189,7 @@ class ModelResult(IdentifiedFriction):
         return replay_tree(self.fit, self.kept)
 
     def report(self) -> list[Piece]:
-        """Return the parameters, and what a replay leaves."""
+        """Return the parameters, and the residuals of a replay."""
         fit, sections = self.fit, self.sections()
         names = dict.fromkeys(("static", fit.model.name))
         text: list[Piece] = [parameters(sections[name], name) for name in names if name in sections]
@@ -219,9 +219,9 @@ def identify_model(
     logs
         Log files of one axis. Records are taken, too.
     static
-        A friction file whose static map is kept. Or its result; it is fitted too where it is not given.
+        A friction file whose static map is kept. Or its result; by default the map is fitted, too.
     plant
-        The plant, whose own linear damping is taken off. Its file or its result; its inertia is taken off, too.
+        The plant, whose linear damping is subtracted. Its file or its result; its inertia is subtracted, too.
     blocks
         Slip blocks, for a model that has any.
     fix

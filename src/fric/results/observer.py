@@ -25,9 +25,9 @@ from fric.units import Motion, parse_gain
 from fric.verb import verb
 
 FIRST_MODE = 50.0
-"""Where the lowest structural mode of an axis is assumed [Hz] whose response was not measured: a slow machine's."""
+"""Assumed lowest structural mode of an axis without a measured response [Hz]: that of a slow machine."""
 MODE_DAMPING = 0.01
-"""And its damping."""
+"""Its assumed damping."""
 Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterworth3", "umeno-hori"]
 
 
@@ -38,7 +38,7 @@ class ObserverResult(Design, schema=ObserverDocument, of="content"):
     design: ObserverDesign
     """The observer, its limits and its loops."""
     asked: float | str = "6 dB"
-    """The peak sensitivity that was allowed, as it was given."""
+    """The allowed peak sensitivity, as it was given."""
 
     @property
     def belief(self) -> DisturbanceObserver:
@@ -65,7 +65,7 @@ class ObserverResult(Design, schema=ObserverDocument, of="content"):
         ]
 
     def brief(self) -> str:
-        """Return how far Q reaches."""
+        """Return the bandwidth of Q."""
         return f"Q to {_hertz(self.document['bandwidth'])}"
 
     def figure(self) -> Figure:
@@ -95,34 +95,33 @@ def design_observer(
     averages: Count = 1,
     view: Literal["q", "bode", "nyquist", "nichols"] = "q",
 ) -> ObserverResult:
-    """Design the disturbance observer of an axis: how far its filter Q may reach.
+    """Design the disturbance observer of an axis: the largest bandwidth of its filter Q.
 
-    Two limits are told: |T·Delta| ≤ 1 at every frequency (eq. (8)), with the confidence of the response, and the
-    peak sensitivity of the whole loop. The smaller is taken. Without a measured response no bandwidth is recommended: Q
-    is held below the first mode, as `first_mode=` says or as it is assumed.
+    There are two limits: |T·Delta| ≤ 1 at every frequency (eq. (8)), with the confidence of the response, and the peak
+    sensitivity of the whole loop. The smaller applies. Without a measured response no bandwidth is recommended: Q stays
+    below the first mode, given by `first_mode=` or assumed.
 
     Parameters
     ----------
     plant
         The plant, eq. (1): A, B, T_d. Its file or its result.
     log
-        A frequency response, or a record to take it from; without it Q is held below `first_mode=`. No bandwidth is
-        recommended then: the mode is stated, or else assumed, and marked so.
+        A frequency response, or a record to take it from; without it Q stays below `first_mode=`. No bandwidth is
+        recommended then, since the mode is only stated or assumed.
     filter
         The shape of Q.
     controller
         The controller; by `fric design controller` where not given. A `Cascade`, its file or its result.
     cutoff
-        Corner of Q, 1/(2πτ); the largest that is allowed where not given.
+        Corner of Q, 1/(2πτ); by default the largest allowed.
     bandwidth
-        Bandwidth of Q (−3 dB), in place of its corner.
+        Bandwidth of Q (−3 dB), instead of its corner.
     peak_sensitivity
         Ms that the whole loop may have at most. A number is a factor.
     resonances
-        A mode that the plant does not have, as in '280 Hz, 0.02, 0.1'; can be given more than once. Frequency,
-        damping, share.
+        A mode that the plant does not have, as in '280 Hz, 0.02, 0.1'; repeatable. Frequency, damping, share.
     first_mode
-        The lowest structural mode, as '80 Hz', where no response was measured. `FIRST_MODE` is assumed else.
+        The lowest structural mode, as '80 Hz', if no response was measured. By default `FIRST_MODE`.
     record
         The record of LOG.h5 that holds it.
     averages
@@ -133,7 +132,7 @@ def design_observer(
     Raises
     ------
     FricError
-        When no Q holds, or the log has no frequency response.
+        When no Q meets the limits, or the log has no frequency response.
     """
     document = document_of(PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
@@ -175,18 +174,18 @@ def design_observer(
 
 
 def _unseen(first_mode: float | str | None, given: float | str | None) -> Notice:
-    """Return what is to be known of an observer that no measured response stands behind."""
+    """Return the remark on an observer that no measured response supports."""
     if first_mode:
         taken = f"Q is held below a first mode at {first_mode}, as stated, with a damping that is assumed"
     elif given:
-        taken = "Q is as it was given, and what the axis has beyond its delay is not known"
+        taken = "Q is as given, and the axis' dynamics beyond its delay are unknown"
     else:
         taken = f"Q is held below a first mode that is assumed at {FIRST_MODE:g} Hz: a guess, and no recommendation"
     return OBSERVER_ASSUMED.found(taken=taken, given=bool(first_mode))
 
 
 def _below_a_mode(design: ObserverDesign, frequency: float, Delta: Perturbation) -> ObserverDesign:
-    """Return the design with Q below a structural mode that is known by its frequency alone: eq. (8) with it."""
+    """Return the design with Q below a structural mode of which only the frequency is known, by eq. (8)."""
     nyquist, filter = design.cascade.sampling / 2, design.observer.q.name
     mode = model_perturbation(design.plant, nyquist, [StructuralMode(frequency, MODE_DAMPING)])
     limit = robust_limit(mode, filter)

@@ -24,23 +24,23 @@ from fric.verdict import facts
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PathResult(Result, schema=PathResultDocument):
-    """What schemes leave of one path."""
+    """The errors that schemes leave on a path."""
 
     machine: Machine
     """The machine."""
     runs: Sequence[PathRun]
-    """A run a scheme."""
+    """A run for each scheme."""
     name: str
-    """What the path is."""
+    """Description of the path."""
 
     @property
     def warnings(self) -> Sequence[Notice]:
-        """What the user should know."""
+        """Warnings for the user."""
         text = [notice.at(f"scheme {run.scheme.name}") for run in self.runs for notice in run.warnings]
         return once([*self.machine.warnings, *text])
 
     def report(self) -> list[Piece]:
-        """Return what each scheme leaves, and the glitch at each reversal."""
+        """Return the error under each scheme, and the glitch at each reversal."""
         title = f"{self.machine.name}: {self.name} at {readable(self.runs[0].path.feed, 'm/s')}; contour error in µm"
         text: list[Piece] = [
             Table(["scheme", "glitch", "rms", "range", "reduction"], [self._row(run) for run in self.runs], title)
@@ -98,7 +98,7 @@ def path(
     schemes
         A scheme's name, several as a,d,f, or all. Or schemes themselves.
     velocity
-        Feed along the path; a recorded one has its own. As has a path that is given as itself.
+        Feed along the path; a recorded path has its time. So does a path that is given directly.
     known
         Schemes of your own; else the paper's. By name, or their file.
     advance

@@ -1,6 +1,6 @@
 """A plan: the records to take of an axis, programs that make its motions, and the intervals to be expected.
 
-After a first identification: the one more record that would narrow the predicted glitch most.
+After a first identification: the further record that would narrow the predicted glitch most.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,7 +35,7 @@ from fric.units import readable, rotates, si_unit
 from fric.verb import Kind, verb
 
 GOOD_TO = "expected half-widths are those of simulated records, and good to ± 20 %"
-"""What is said under half-widths that rest on simulated records, and so on chance."""
+"""Remark on half-widths from simulated records, which vary by chance."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,15 +43,15 @@ class PlanResult(Result):
     """Records to take of an axis."""
 
     plan: Plan
-    """What is to be run, and what it will tell."""
+    """The records to take, and their expected results."""
     blocks: int | None
     """Slip blocks that the identification will find; None where it finds no GMS model."""
     prior: str
-    """What the axis was taken to be, in words."""
+    """The axis that was assumed, in words."""
     notices: Sequence[Notice]
-    """What stands in for what is not known, and what cannot be expected."""
+    """Substitutes for unknown properties, and what cannot be expected."""
     narrowing: Narrowing | None = None
-    """Of one more record after a first result: what it would do."""
+    """Effect of a further record after a first result."""
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -61,7 +61,7 @@ class PlanResult(Result):
         )
 
     def report(self) -> list[Piece]:
-        """Return the experiments, and the half-widths to be expected."""
+        """Return the experiments, and the expected half-widths."""
         rows = [
             (record.kind, readable(lasting, "s"), settings_in_words(record, self.plan.axis.motion))
             for record, lasting in zip(self.plan.planned, self.plan.lasting, strict=True)
@@ -86,7 +86,7 @@ class PlanResult(Result):
 
     @cached_property
     def moves(self) -> list[Move | Arc]:
-        """What controllers run, in the order of the plan."""
+        """The programs for controllers, in the order of the plan."""
         made: list[Move | Arc] = []
         approach = self.plan.limits.approach
         for record in self.plan.planned:
@@ -126,10 +126,10 @@ class PlanResult(Result):
 
 
 class NextRecordResult(PlanResult):
-    """A plan of one record: of all candidates the one that narrows the predicted glitch most."""
+    """A plan of a further record: of all candidates the one that narrows the predicted glitch most."""
 
     def report(self) -> list[Piece]:
-        """Return the candidates by what they leave, and what the glitch is not known for."""
+        """Return the candidates in order, and the causes of the glitch's uncertainty."""
         found = self.narrowing
         assert found is not None
         rows = [
@@ -152,7 +152,7 @@ class NextRecordResult(PlanResult):
 
 
 def spread(expected: Expected) -> str:
-    """Return between which two the half-widths of single runs lie, for people."""
+    """Return the range of the half-widths of single runs, for people."""
     least, most = (readable(half, expected.unit, 2) for half in expected.between)
     return f"{least} … {most}"
 
@@ -190,9 +190,9 @@ def plan(
     draws: int = DRAWS,
     advance: Advance = silent,
 ) -> PlanResult:
-    """Plan the records that identify an axis, with the intervals to expect; or the one more record that tells most.
+    """Plan the records that identify an axis, with the intervals to expect; or the most useful further record.
 
-    The latter is `plan_next`. All motions are inside stroke, feed and acceleration.
+    The latter is `plan_next`. All motions stay within stroke, feed and acceleration.
 
     Parameters
     ----------
@@ -203,25 +203,26 @@ def plan(
     acceleration
         Largest acceleration.
     friction
-        What is known of its friction. A friction file of this axis, or a result.
+        Known friction of the axis. A friction file of this axis, or a result.
     plant
-        What is known of its plant, and its scatter. A plant file of this axis, or a result.
+        Known plant of the axis, with its scatter. A plant file of this axis, or a result.
     machine
-        Plant, controller, encoder, noise; else typical. The machine, its file, or the name of a bundled one.
+        Plant, controller, encoder and noise; by default typical. The machine, its file, or the name of a bundled
+        machine.
     axis
-        The axis, where no friction says it.
+        The axis, if no friction names it.
     accuracy
-        Half-width asked for; repeatable. By parameter: a share as ``2%``, or a quantity.
+        Requested half-width; repeatable. By parameter: a share as ``2%``, or a quantity.
     noise
         Noise of a logged force (rms), as "1 N".
     encoder
         Encoder step, as "0.25 um".
     like
-        A typical log, which tells noise and encoder.
+        A typical log, which shows noise and encoder.
     micro_steps
-        A staircase of small steps in place of the sines before sliding, where a drive makes none.
+        A staircase of small steps instead of the sines before sliding, for a drive without them.
     draws
-        Times that the plan is run and identified to see what to expect.
+        Number of simulated runs of the plan to find the expected intervals.
     advance
         Is called for each record simulated, and each identification.
 
@@ -254,7 +255,7 @@ def _prior(
     encoder: float | str | None,
     like: Any,
 ) -> tuple[Axis, list[Notice], FrictionDocument | None, PlantDocument | None]:
-    """Return the axis as it is known beforehand, what stands in for what is not, and its friction and plant."""
+    """Return the axis as known beforehand, the substitutes for what is unknown, and its friction and plant."""
     known = None if friction is None else document_of(FrictionDocument, friction)
     of = None if known is None else (known.axis, known.motion)
     responded = None if plant is None else document_of(PlantDocument, plant, of, "friction")
@@ -311,19 +312,19 @@ def plan_next(
     like: LogLike | None = None,
     advance: Advance = silent,
 ) -> NextRecordResult:
-    """Tell which one more record would narrow the predicted glitch of an axis most.
+    """Find the further record that would narrow the predicted glitch of an axis most.
 
     Parameters
     ----------
     last
-        The last result: which one more record would narrow the predicted glitch most? A friction file with a GMS
+        The last result, to find the further record that narrows the predicted glitch most. A friction file with a GMS
         model and its covariance, or a result.
     stroke, feed, acceleration
-        What the axis may do.
+        Limits of the axis.
     machine
         The machine that runs the circle: plant, controller, the other axis; a typical one where not given.
     scheme
-        Whose glitch is to be narrowed, after a last result.
+        Scheme whose predicted glitch is to be narrowed, after a last result.
     noise, encoder, like
         As in `plan`.
     advance

@@ -28,9 +28,9 @@ class PlantResult(Identified):
     """An identified plant, eq. (1)."""
 
     fit: PlantFit | MotionFit
-    """What was found, from frequency responses or from motions."""
+    """The fit, to frequency responses or to motions."""
     records: Sequence[Record]
-    """The records that it was found from."""
+    """The records that it was identified from."""
 
     @property
     def axis(self) -> str:
@@ -48,7 +48,7 @@ class PlantResult(Identified):
         return plant_tree(self.fit, self.records)
 
     def sections(self) -> dict[str, dict[str, dict[str, Any]]]:
-        """Return A, B, T_d and K_f, and what else a motion told."""
+        """Return A, B, T_d and K_f, and the further parameters of a motion."""
         given = self.document
         second = {name: entry for name, entry in given.get("second_mass", {}).items() if name != "encoder"}
         found = {"plant": {name: given[name] for name in PlantDocument.dimensions if name in given}}
@@ -56,7 +56,7 @@ class PlantResult(Identified):
         return found | ({"motion": given["fit"]["parameters"]} if given["fit"].get("parameters") else {})
 
     def report(self) -> list[Piece]:
-        """Return A, B, T_d and K_f, and where they are from."""
+        """Return A, B, T_d and K_f, and their records."""
         fit, found = self.document["fit"], self.sections()
         pieces: list[Piece] = [parameters(found["plant"], notices=self.warnings)]
         if "second_mass" in found:
@@ -106,11 +106,11 @@ def identify_plant(
     logs
         Log files of one axis. Records are taken, too.
     method
-        From frequency responses, or from a motion. ``auto`` takes responses where there are any.
+        Use frequency responses, or a motion. ``auto`` uses responses if there are any.
     force_constant
         Force constant, as "548 N/V", where no force was logged.
     mass
-        Moving mass where you know it, as "85 kg": K_f/B is held against it.
+        Moving mass if known, as "85 kg": it is compared with K_f/B.
     coherence
         Least coherence of a frequency.
     lowest
@@ -118,19 +118,19 @@ def identify_plant(
     highest
         Highest frequency, as "300 Hz".
     period
-        Period of the excitation; found if not given.
+        Period of the excitation; by default found from the data.
     segment
-        Length of Welch's segments, for no period.
+        Length of Welch's segments, without a period.
     hold
-        Rate of the hold before the plant, as "4 kHz"; auto: that of a record, none for a table.
+        Rate of the hold before the plant, as "4 kHz"; auto: the rate of a record, none for a table.
     direction
-        One friction and an offset, or friction of each direction.
+        Common friction and an offset, or friction for each direction.
     delay
-        T_d, which no motion shows, as "0.65 ms": the force acts so much later than it is logged.
+        T_d, which a motion does not show, as "0.65 ms": delay of the force behind its log.
     cutoff
         Corner of the zero-phase filter.
     decimation
-        One sample of so many is kept.
+        Keep every N-th sample.
     border
         Samples left out at the start.
     encoder
@@ -139,7 +139,7 @@ def identify_plant(
     Raises
     ------
     FricError
-        When no record serves, too few lines are sure, or a motion does not separate the terms.
+        When no record is usable, too few lines are certain, or a motion does not separate the terms.
     """
     given = records_of(logs, encoder=encoder)
     wanted, records = plant_records(given, None if method == "auto" else method)
@@ -174,7 +174,7 @@ def identify_plant(
 
 
 def _plausible(result: PlantResult, doubtful: list[Notice]) -> PlantResult:
-    """Return a result whose values a drive can have, or with warnings where it need not."""
+    """Return a result with plausible values, or with warnings where bounds are lifted."""
     document, motion = PlantDocument.model_validate(result.document), result.records[0].motion
     known = document.estimates(motion)
     values = {name: float(estimate) for name, estimate in known.items() if name in {"A", "B", "T_d"}}

@@ -1,4 +1,4 @@
-"""Records of a drive, and what they are good for."""
+"""Records of a drive, and their uses."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from fric.units import readable, si_unit
 from fric.verb import verb
 
 FEW = 4
-"""Number of records up to which each is printed in full; of more, a table has a row each."""
+"""Largest number of records that are printed in full; more are rows of a table."""
 
 
 def described(found: Sequence[Inspected]) -> list[Piece]:
-    """Return all that was found in a few records; of many, a line each."""
+    """Return the full description of a few records; of many, a line each."""
     return [piece for inspection in found for piece in _whole(inspection)] if len(found) <= FEW else _briefly(found)
 
 
 def _whole(found: Inspected) -> list[Piece]:
-    """Return all that was found in one record."""
+    """Return the full description of a record."""
     kind = f"{found.kind} ({'stated' if found.stated else 'recognised'})"
     pieces: list[Piece] = [f"{found.name}: {kind}, {found.motion} axis {found.axis}"]
     if isinstance(found, ResponseInspection):
@@ -65,7 +65,7 @@ def _table_rows(found: TableInspection) -> list[tuple[str, str]]:
 
 
 def _log_rows(found: Inspection) -> list[tuple[str, str]]:
-    """Return what is told of a record in time, by name; empty where there is nothing to tell."""
+    """Return the properties of a record in time, by name; may be empty."""
     length, speed = (si_unit(name, found.motion) for name in ("position", "velocity"))
     rows = [
         ("source", found.source),
@@ -131,7 +131,7 @@ def _channel_row(name: str, channel: Channel) -> tuple[str, ...]:
 
 
 def _briefly(found: Sequence[Inspected]) -> list[Piece]:
-    """Return a line for each record, and what they are good for together."""
+    """Return a line for each record, and their common uses."""
     rows: list[tuple[str, ...]] = []
     for inspection in found:
         good = " ".join(use.purpose for use in inspection.uses if use.good)
@@ -156,7 +156,7 @@ def _briefly(found: Sequence[Inspected]) -> list[Piece]:
         columns, rows = columns[:1] + columns[2:], [row[:1] + row[2:] for row in rows]
     pieces: list[Piece] = [Table(columns, rows, title)]
     if any(not inspection.stated for inspection in found):
-        pieces.append("? the kind is recognised; the record does not say it")
+        pieces.append("? the kind was recognised; the record does not state it")
     uses = {use.purpose: 0 for inspection in found for use in inspection.uses}
     for inspection in found:
         for use in inspection.uses:
@@ -197,12 +197,12 @@ class Records(Result, Sequence[Record]):
         return RecordsDocument.made({"axis": self.axis, "records": records}).tree()
 
     def report(self) -> list[Piece]:
-        """Return a line a record."""
+        """Return a line for each record."""
         rows = [(log.name, str(_kind(log)), str(_samples(log)), _duration(log)) for log in self.records]
         return [Table(("record", "kind", "samples", "time"), rows), f"{len(self)} records of axis {self.axis}"]
 
     def figure(self) -> Figure:
-        """Return what each record holds."""
+        """Return the figure of each record."""
         return inspect(self).figure()
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
@@ -251,31 +251,31 @@ def read(*files: LogLike) -> Records:
     Raises
     ------
     FricError
-        When one is no log file, or they are of different axes.
+        When a file is no log file, or they are of different axes.
     """
     return Records(records_of(files, whole=True))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InspectionResult(Result, schema=InspectionDocument):
-    """What records hold, and what they are good for."""
+    """The content of records, and their uses."""
 
     records: Sequence[Record]
     """The records."""
     found: Sequence[Inspected]
-    """What was found in each."""
+    """The inspection of each."""
     switches: Sequence[Notice] = ()
-    """Where the mode of the control switches inside a record, which is then taken as several."""
+    """Where the control switches its mode within a record, which then counts as several."""
 
     @property
     def warnings(self) -> tuple[Notice, ...]:
-        """What is amiss with each record, after its name."""
+        """Problems of each record, after its name."""
         inspections = [inspection for inspection in self.found if isinstance(inspection, Inspection)]
         found = (notice.at(inspection.name) for inspection in inspections for notice in inspection.warnings)
         return (*self.switches, *found)
 
     def report(self) -> list[Piece]:
-        """Return all that a few records hold; of many, a line each."""
+        """Return the full description of a few records; of many, a line each."""
         return described(self.found)
 
     def figure(self) -> Figure:
@@ -285,7 +285,7 @@ class InspectionResult(Result, schema=InspectionDocument):
         return draw_record(self.records, self.found)
 
     def by_row(self) -> dict[str, dict[str, Any]]:
-        """Return a line a record: kind, samples and what it is good for."""
+        """Return a row for each record: kind, samples and uses."""
         uses = {inspection.name: {use.purpose: use.good for use in inspection.uses} for inspection in self.found}
         return {
             inspection.name: {"kind": inspection.kind, "stated": inspection.stated} | uses[inspection.name]
@@ -295,7 +295,7 @@ class InspectionResult(Result, schema=InspectionDocument):
 
 @verb
 def inspect(*logs: LogLike) -> InspectionResult:
-    """Tell what each record of log files holds, and what it is good for.
+    """Show what each record of log files contains, and what it can be used for.
 
     Parameters
     ----------

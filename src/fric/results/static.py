@@ -32,9 +32,9 @@ class StaticResult(IdentifiedFriction):
     """An identified static map, eq. (2)."""
 
     fit: StaticFit
-    """What was found: points, map, intervals."""
+    """The fit: points, map, intervals."""
     logs: Sequence[Log | ForceVelocity]
-    """The records that it was found from."""
+    """The records that it was identified from."""
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -42,20 +42,20 @@ class StaticResult(IdentifiedFriction):
         return static_tree(self.fit, self.logs)
 
     def predict(self, velocity: ArrayLike | str) -> tuple[Real, Real]:
-        """Return the force [N] at velocities [m/s], the offset in it, and half the width of its 95 % band.
+        """Return the force [N] at velocities [m/s] including the offset, and the half-width of its 95 % band.
 
         velocity: Numbers, or a text as "1 mm/s, 10 mm/s".
 
         Raises
         ------
         FricError
-            When one speed alone was logged.
+            When only one speed was logged.
         """
         fit = self.fit
         given = several(velocity, "velocity", fit.motion) if isinstance(velocity, str) else velocity
         v = np.atleast_1d(np.asarray(given, float))
         if fit.static is None:
-            raise FricError("one speed was logged, and no map follows", hint="Log strokes at ten speeds.")
+            raise FricError("only one speed was logged, which gives no map", hint="Log strokes at ten speeds.")
         force, half = fit.static.predict(v)
         if fit.negative is not None:
             mirrored, wide = fit.negative.predict(-v)
@@ -94,23 +94,21 @@ def identify_static(
     logs
         Log files of one axis. Or records: strokes, one or many a record, and tables of mean forces at velocities.
     plant
-        The plant, whose own linear damping is taken off. Its file or its result: ``K_f·(A/B)·v`` is taken off
-        first.
+        The plant, whose linear damping is subtracted. Its file or its result: ``K_f·(A/B)·v`` is subtracted first.
     delta
-        Stribeck shape factor, fixed or free; auto: 1, or free where that predicts held-out strokes better.
+        Stribeck shape factor, fixed or free; auto: free if that predicts held-out strokes better than 1.
     direction
-        One map and an offset, a map for each direction, or what predicts held-out strokes better.
+        Common map and offset, a map for each direction, or whichever predicts held-out strokes better.
     over_position
-        Whether to take off what comes again at the same places; auto: where that predicts better.
+        Whether to subtract forces that depend on position; auto: if that predicts better.
     weights
-        Weigh strokes by their errors and scatter, or all the same.
+        Weigh strokes by their errors and scatter, or all equally.
     average
         Force of a stroke: Huber's robust mean, or the median.
     form
-        Coulomb plus viscous friction, eq. (2), or what predicts held-out strokes better.
+        Coulomb plus viscous friction, eq. (2), or whichever predicts held-out strokes better.
     load
-        Constant load where you know it, as "60 N" or "0 N": the offset is then it. As the weight of a vertical
-        axis.
+        Constant load if known, as "60 N" or "0 N": the offset is then equal to it. As the weight of a vertical axis.
     encoder
         Of two encoders, the one whose position friction is identified on.
 

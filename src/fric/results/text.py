@@ -1,4 +1,4 @@
-"""Tables and lines that are told the same on the command line, as a result's repr, and in a notebook."""
+"""Tables and lines, the same on the command line, in a result's repr, and in a notebook."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ OTHERS = {
     "sigma_1": "damping of the bristles",
     "n": "shape of the transition",
 }
-"""Of what is no parameter of a friction model."""
+"""Names of symbols that are no parameters of friction models."""
 
 
 @cache
 def _of_models() -> dict[str, str]:
-    """Return the names that friction models give their parameters, where all that have one call it alike."""
+    """Return the names of friction models' parameters, where all models with the parameter agree."""
     from fric.friction import models
 
     found: dict[str, set[str]] = {}
@@ -57,7 +57,7 @@ def _of_models() -> dict[str, str]:
 
 
 def plain_names(symbols: Iterable[str]) -> list[str]:
-    """Return the plain name of each symbol, once: of ``alpha_1``, ``alpha_2``, … at the first alone."""
+    """Return the plain name of each symbol; of ``alpha_1``, ``alpha_2``, … only at the first."""
     named: set[str] = set()
     names = []
     for symbol in symbols:
@@ -71,9 +71,9 @@ def plain_names(symbols: Iterable[str]) -> list[str]:
 
 
 NAMES = "  what it is"
-"""Heading of the column of plain names, which reads from the left."""
+"""Heading of the column of plain names, which is aligned to the left."""
 WIDTH = 1000
-"""Columns of text that is no terminal's: a line is as long as it is."""
+"""Width of text outside a terminal: lines are not wrapped."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def parameters(
 ) -> Table:
     """Return the table of estimates, or of a document's section: symbol, value, 95 % interval, unit, plain name.
 
-    What every session shows is a word behind the name, in place of a warning (`fric.flaws.base.Flaw.word`).
+    A flaw of every session is a word after the name, instead of a warning (`fric.flaws.base.Flaw.word`).
     """
     made = named(("", "value", "95 % interval", "unit"), estimate_rows(section), title)
     words = dict(flaw_of(notice).word for notice in notices)
@@ -129,7 +129,7 @@ def parameters(
 
 
 def told_alone(notices: Iterable[Notice]) -> list[str]:
-    """Return the warnings that no word of a table says; those that a file said first are counted."""
+    """Return the warnings that are not words in a table; those that a file stated first are only counted."""
     known = list(map(Notice.of, notices))
     found: list[str] = [notice for notice in known if not notice.carried and not any(flaw_of(notice).word)]
     before = [notice for notice in known if notice.carried and notice.severity != "note"]
@@ -140,7 +140,7 @@ def told_alone(notices: Iterable[Notice]) -> list[str]:
 
 
 def named(columns: Sequence[str], rows: Sequence[Sequence[str]], title: str = "") -> Table:
-    """Return a table whose first column holds symbols, with their plain names in a last one."""
+    """Return a table of symbols in its first column, with a last column of their plain names."""
     names = plain_names(row[0] for row in rows)
     if not any(names):
         return Table(columns, rows, title)

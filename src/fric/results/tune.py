@@ -1,4 +1,4 @@
-"""What the controllers of a machine believe, refitted to recorded circles."""
+"""Nominal parameters of a machine's controllers, refitted to recorded circles."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -25,14 +25,14 @@ from fric.verb import UnfitError, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TuneResult(Result, schema=TuningDocument):
-    """A machine whose controllers believe what recorded circles say."""
+    """A machine with nominal parameters from recorded circles."""
 
     found: Tuned
-    """What was found."""
+    """The result of the fit."""
     source: str
     """The machine file that it was tuned from; empty for a machine of no file: save its `machine`."""
     files: list[Path] = field(default_factory=list)
-    """What was written; empty until it is saved."""
+    """The files written; empty until it is saved."""
 
     @property
     def machine(self) -> Machine:
@@ -41,7 +41,7 @@ class TuneResult(Result, schema=TuningDocument):
 
     @property
     def warnings(self) -> Sequence[Notice]:
-        """What the circles cannot tell, and what was refused."""
+        """What the circles do not determine, and what was refused."""
         return self.found.warnings
 
     @property
@@ -50,7 +50,7 @@ class TuneResult(Result, schema=TuningDocument):
         return {f"{test.feed:g}": measured_glitch(test) for test in self.found.tests}
 
     def brief(self) -> str:
-        """Return what the next circle should leave."""
+        """Return the expected glitch of the next circle."""
         ahead = self.found.predicted
         best = min(ahead, key=lambda circle: circle.glitch) if ahead else None
         return "" if best is None else f"next circle with ({best.scheme}): {readable(best.glitch, 'm', 2)}"
@@ -83,7 +83,7 @@ class TuneResult(Result, schema=TuningDocument):
         return draw_tuned(next(iter(self.found.axes.values())))
 
     def to_frame(self) -> DataFrame:
-        """Return what the next circles should show [m]."""
+        """Return the expected glitches of the next circles [m]."""
         import pandas as pd
 
         rows = [(circle.feed, circle.scheme, circle.glitch, *circle.ci95) for circle in self.found.predicted]
@@ -117,7 +117,7 @@ def tune(
     loop: bool = False,
     advance: Advance = silent,
 ) -> TuneResult:
-    """Refit what the controllers of a machine believe to recorded circles: friction, plant, delay; with lead.
+    """Refit the nominal parameters of a machine's controllers to recorded circles: friction, plant, delay and lead.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def tune(
     scheme
         Scheme that is taken of a run file.
     loop
-        Design gains anew where friction that falls with speed makes errors grow.
+        Design new gains if friction that falls with speed makes errors grow.
     advance
         Is called for each step.
 

@@ -26,18 +26,18 @@ from fric.verb import Kind, verb
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ValidationResult(Result, schema=ValidationDocument):
-    """Records, and what the identified axis makes of them."""
+    """Records, and their replay by the identified axis."""
 
     validations: Sequence[Validation]
-    """One for each record and loop."""
+    """A validation for each record and loop."""
     logs: Sequence[Log]
     """The records."""
     notices: Sequence[Notice] = ()
-    """What the files warn of."""
+    """Warnings of the files."""
 
     @property
     def warnings(self) -> Sequence[Notice]:
-        """What the files warn of, and what the records show of controller and voltage."""
+        """Warnings of the files, and of the recorded controller and voltage."""
         return once([*self.notices, *(text for validation in self.validations for text in validation.warnings)])
 
     def report(self) -> list[Piece]:
@@ -84,18 +84,18 @@ def validate(
     plant
         The identified plant. Its file or its result.
     controller
-        The drive's own controller; without it, the open loop alone. A `Cascade`, its file or its result.
+        The drive's controller; without it, only the open loop. A `Cascade`, its file or its result.
     friction
-        The identified friction; else Coulomb, from the plant's own fit. Its file or its result.
+        The identified friction; by default Coulomb friction of the plant's fit. Its file or its result.
     model
-        The friction file's model, where it holds several.
+        The friction file's model, if it contains several.
     load
-        Constant load, as "-3.2 N"; else the identified offset.
+        Constant load, as "-3.2 N"; by default the identified offset.
 
     Raises
     ------
     FricError
-        When a channel is missing, a file is of another axis, or the friction is not told apart.
+        When a channel is missing, a file is of another axis, or several friction models leave the choice open.
     """
     records = logs_of(logs)
     axis, motion = records[0].axis, records[0].motion
