@@ -22,9 +22,9 @@ from fric.simulate.monte_carlo import Study
 DRAWS = 24
 """Machines that are drawn from the intervals of a machine file."""
 CAUSES = {
-    "level": "the level: K_f, the friction's level, or a gain is another",
-    "width": "the width: the stiffness before sliding is another",
-    "place": "the place: the delay is another",
+    "level": "the level: K_f, the level of friction or a gain differs",
+    "width": "the width: the stiffness before sliding differs",
+    "place": "the place: the delay differs",
     "sign": "the sign: gravity, or the direction of the axis",
 }
 """The sentence of a disagreement, by what differs."""
@@ -32,7 +32,7 @@ CAUSES = {
 
 @dataclass(frozen=True)
 class Agreement:
-    """A prediction beside what was measured."""
+    """A prediction compared with the measurement."""
 
     predicted: Diagnosis  # The diagnosis of the simulated circle
     # 95 % interval of the predicted glitch of each quadrant [m]; None where the machine file has no intervals
@@ -59,16 +59,14 @@ def predict(
 ) -> tuple[Diagnosis, dict[str, tuple[float, float]] | None]:
     """Return the prediction of a machine for the measured circle, with the range of its glitches.
 
-    The interval is that of machines drawn from all that is open about what was identified, as for any prediction, about
-    the machine itself, widened by a step of the encoder.
+    The interval is that of machines drawn from the uncertainty of the identified machine, widened by an encoder step.
 
     measured: The circle test.
     machine: The machine, as identified.
     scheme: The compensation that was switched on.
-    known: What machines are drawn from, as arguments of `Study`; None where the machine file has no intervals.
+    known: The distribution of machines, as arguments of `Study`; None if the machine file has no intervals.
     draws: Machines that are drawn.
-    done: Called after each circle.
-    Raises FricError: When the machine cannot run the circle.
+    done: Called after each circle. Raises FricError: When the machine cannot run the circle.
     """
     test = measured.test
     circle = Circle(test.radius, test.feed, 2, test.direction)
@@ -111,8 +109,8 @@ def agreement(
     measured, predicted: The diagnoses of both circles.
     intervals: Interval of each predicted glitch [m]; None where there is none.
     scheme: The scheme that was simulated.
-    step: A step of the encoder [m], by which a prediction without interval may be off.
-    known: Names of the axes that the machine has: the reversals of others are not predicted.
+    step: An encoder step [m], the tolerance of a prediction without interval. known: Names of the machine's axes:
+    reversals of other axes are not predicted.
     """
     agrees, causes = {}, {}
     pulses, other = measured.pulses(), predicted.pulses()

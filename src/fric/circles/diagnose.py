@@ -1,4 +1,4 @@
-"""A radial trace taken apart: geometry, the loops' lag, backlash, friction at the reversals, pitch, and the rest."""
+"""A radial trace by causes: geometry, lag of the loops, backlash, friction at reversals, pitch, and the rest."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -33,12 +33,12 @@ from fric.notice import Notice
 from fric.records.resolution import lattice_step
 
 BINS = 3600
-"""Parts of a turn; figures are taken of their means, where the test has more samples."""
+"""Number of parts of a turn: values are computed from their means, if the test has more samples."""
 
 
 @dataclass(frozen=True)
 class Iso230:
-    """Figures of ISO 230-4 (2005), Section 3."""
+    """Characteristics of ISO 230-4 (2005), Section 3."""
 
     # Circular deviation of each direction of turning, by 1 and -1: least radial separation of two concentric circles
     # that hold the path [m]
@@ -81,7 +81,7 @@ def around_its_centre(angle: Real, deviation: Real) -> tuple[Real, float]:
 
 
 def iso230(tests: Sequence[Revolutions]) -> Iso230:
-    """Return the figures of ISO 230-4 of the mean paths of one test, or of both directions of one circle."""
+    """Return the characteristics of ISO 230-4 of the mean paths of a test, or of both directions of a circle."""
     paths: dict[int, tuple[Real, Real, float]] = {}
     for tested in tests:
         bins = min(BINS, max(len(tested.angle) // tested.count, 8))
@@ -237,7 +237,7 @@ class Diagnosis:
 def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     """Separate the causes in the radial trace of one circle test, or of both directions of one circle.
 
-    To first order a radial deviation is a sum of what each cause leaves at the angle θ, with s = 1 counter-clockwise:
+    To first order a radial deviation is a sum of the causes' effects at the angle θ, with s = 1 counter-clockwise:
 
     ============== ===================================================================================
     centre         ``a·cos θ + b·sin θ``
@@ -311,7 +311,7 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
 
 
 def _is_seen(amplitude: Estimate, least: float) -> bool:
-    """Return whether an amplitude is three times the half-width of its interval, and more than a least one [m]."""
+    """Return whether an amplitude exceeds three half-widths of its interval, and a lower limit [m]."""
     assert isinstance(amplitude.ci95, tuple)
     return float(amplitude) > max(3 * (float(np.max(amplitude.ci95)) - float(amplitude)), least)
 
@@ -357,7 +357,7 @@ def _pulses_of(tested: Revolutions, fit: Geometry, n: int) -> dict[str, GlitchPu
 
 
 def _covers(pulse: GlitchPulse) -> float:
-    """Return up to what angle behind the reversal a pulse is seen [rad]."""
+    """Return the largest angle behind the reversal at which a pulse is visible [rad]."""
     width = np.radians(1.0)
     phi, mean = smoothed(pulse, width)
     error = noise_of(pulse) / np.sqrt(max(len(pulse.phi) * width / (pi / 2), 1.0))
@@ -403,7 +403,7 @@ def _glitches(tested: Revolutions, fit: Geometry, n: int, radius: float, step: f
 
 
 def _resolution(test: MeasuredCircle) -> float:
-    """Return the coarser step of what was recorded [m]; 0 where none is seen."""
+    """Return the coarser encoder step of the record [m]; 0 if none is visible."""
     if test.is_ball_bar:
         assert test.deviation is not None
         return lattice_step(test.deviation) or 0.0

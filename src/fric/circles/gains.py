@@ -1,4 +1,4 @@
-"""The controller behind a recorded voltage: whether it is as stated, and the gains of a cascade that gives it."""
+"""The controller behind a recorded voltage: whether it is as stated, and the gains of a cascade that produces it."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -21,15 +21,15 @@ from fric.notice import Notice
 from fric.statistics import robust_deviation
 
 FED = 0.7
-"""Share to which feedforward must reduce the error of the voltage for a controller to count as feeding forward."""
+"""Largest share of the voltage's error that remains with feedforward, for a controller with feedforward."""
 VOLTAGE_MISSED = 0.06
-"""Share of the fed back voltage by which a stated controller may miss it."""
+"""Largest error of a stated controller, as a share of the fed back voltage."""
 GAIN = 0.1
 """Least difference of a gain [1] that counts, where another gain would explain the error."""
 WINDOW = 0.01
 """Time over which means of a recorded voltage and of the stated controller's are compared [s]."""
 TRIED, CLEAR = tuple(np.geomspace(0.25, 4.0, 17)), 0.8
-"""Gains that are tried, over the stated gains, and the largest accepted share of their error."""
+"""Trial gains over the stated gains, and the largest accepted share of their error."""
 QUIET = 0.25
 """Largest ratio of the median to the total error of a controller whose error is in pulses, and was added."""
 ABOVE = 6.0
@@ -55,12 +55,12 @@ class StatedController:
 
     @property
     def as_stated(self) -> bool:
-        """Whether the controller is as it was stated: its error is small, and no other gains would halve it."""
+        """Whether the controller is as stated: its error is small, and no other gains would halve it."""
         other = max(abs(gain - 1.0) for gain in (self.K_p, self.K_i) if gain is not None) > GAIN
         return self.apart <= VOLTAGE_MISSED and not (other and self.explained < 0.5 * self.apart)
 
     def describe(self) -> str:
-        """Return what differs, in a sentence."""
+        """Return a sentence on the differences."""
         gains = f"K_p is {self.K_p:.2f} times" + ("" if self.K_i is None else f", K_i {self.K_i:.2f} times")
         alike = (
             "" if abs(self.K_p - (self.K_i or self.K_p)) > GAIN else " (as another K_v or a scaled voltage shows too)"
@@ -107,7 +107,7 @@ def stated_voltage(
 def against_stated(
     cascade: Cascade, plant: LinearPlant, reference: Real, measured: Real, voltage: Real, rate: float, *, ahead: bool
 ) -> StatedController:
-    """Compare a recorded voltage with that of the stated controller, and find what was added to it.
+    """Compare a recorded voltage with that of the stated controller, and find a voltage added to it.
 
     A wrong gain gives an error wherever its part acts; a voltage added to the output is in pulses that no gain makes,
     with the controller alone between them. Gains are those of both parts of the stated voltage that explain most of the
@@ -140,7 +140,7 @@ def against_stated(
 
 
 def _smooth(values: Real, rate: float) -> Real:
-    """Return means over `WINDOW`, of fewer samples at the ends: noise of the log alone is all but gone."""
+    """Return means over `WINDOW`, of fewer samples at the ends, which nearly remove the noise of the log."""
     window = np.ones(min(max(int(WINDOW * rate), 1), len(values)))
     return np.convolve(values, window, mode="same") / np.convolve(np.ones(len(values)), window, mode="same")
 
@@ -149,8 +149,8 @@ def _gains(rest: Real, parts: Real, least: float) -> tuple[Real, float]:
     """Return the factor of each part of a controller's output in the recorded voltage, and a constant [V].
 
     The voltage added to the output is in few samples, and where the controller reacts to it: least squares would take
-    it for a gain. So of `TRIED` gains those are taken with most samples within `ABOVE` times the median residual, the
-    stated gains unless others have far more, and least squares use these samples.
+    it for a gain. So the gains of `TRIED` with the most samples within `ABOVE` times the median residual are chosen, or
+    the stated gains unless others have far more; least squares then use these samples.
     """
     tried = [np.ones(parts.shape[1])]
     for size in TRIED:
@@ -176,7 +176,7 @@ def _gains(rest: Real, parts: Real, least: float) -> tuple[Real, float]:
 def controller_behind(
     log: Log, plant: LinearPlant, cascade: Cascade, reference: Real, voltage: Real, rate: float
 ) -> tuple[bool, Real, tuple[Notice, ...]]:
-    """Return whether a controller feeds forward, what was added to its output [V], and the warnings about both.
+    """Return whether a controller uses feedforward, the voltage added to its output [V], and warnings about both.
 
     log: The record, with a position.
     plant, cascade: The identified plant and the stated controller.
@@ -205,13 +205,13 @@ def controller_behind(
 NAMES = ("K_v", "K_p", "K_i", "velocity_filter")
 UNITS = ("1/s", "V*s/m", "V/m", "Hz")
 START = 0.1
-"""Share of a record that is left out: the filter's state where it begins is not known."""
+"""Share of a record that is left out, since the initial state of the filter is not known."""
 CORNERS = (0.02, 0.05, 0.12, 0.25)
-"""Corners of the velocity filter that a search begins from, over the sampling rate."""
+"""Corners of the velocity filter over the sampling rate, from which a search starts."""
 EXPLAINED, EXPLAINED_OF_LOG = 0.9, 0.98
-"""Share of the voltage beyond what is fed forward that gains must explain, to be taken for those of the controller.
+"""Least share of the voltage beyond feedforward that gains must explain to be accepted.
 
-Nothing says of a log that compensation was off; what compensates is no sum of these gains.
+A log does not say that compensation was off; a compensation is no sum of these gains.
 """
 WIDEST = 0.25
 """Largest relative half-width of gains that a log determines."""
@@ -220,7 +220,7 @@ USUAL = Cascade(1.0, 1.0, 1.0, velocity_filter=500.0, sampling=4000.0)
 LAG = 0.5 / (pi * USUAL.velocity_filter) + 0.5 / USUAL.sampling
 """Delay of the velocity by both, and by its backward difference [s]."""
 LEAST_LOG, MOST_LOGS = 200, 12
-"""Samples that a log has at least, and logs that are tried at most, the fastest first."""
+"""Least number of samples of a log, and largest number of logs to try, the fastest first."""
 
 
 @dataclass(frozen=True)
@@ -234,12 +234,12 @@ class FoundController:
 
 
 def controller_of(test: MeasuredCircle, name: str) -> FoundController:
-    """Return the cascade that gives the recorded voltage of an axis.
+    """Return the cascade that produces the recorded voltage of an axis.
 
     ``u = K_p·e + K_i·∫e`` with ``e = K_v·(r - z) - ż`` of the filtered velocity, beside what is fed forward: any sum of
     the reference, its velocity, its acceleration and a constant, which is fitted and subtracted. Position gain and
-    integral time can be exchanged without a change of this sum; the order is taken whose integral of the velocity of
-    the reference, where that is fed forward, agrees with the record.
+    integral time can be exchanged without a change of this sum; the order is chosen whose integral of the reference
+    velocity, if that is fed forward, agrees with the record.
 
     test: The circle, without compensation of friction.
     name: Name of the axis.
@@ -261,10 +261,10 @@ def controller_of(test: MeasuredCircle, name: str) -> FoundController:
 
 
 def controller_of_logs(logs: Iterable[Log]) -> FoundController:
-    """Return the cascade that gives the voltage of a record in closed loop, of the record that determines it best.
+    """Return the cascade that produces the voltage of a closed-loop record, of the record that determines it best.
 
     As `controller_of`. A log slower than the controller shows no velocity filter: the filter and the sampling are then
-    assumed. What the gains change by without them, and where every other sample is left out, widens their intervals.
+    assumed. The change of the gains without these, and with every other sample left out, widens their intervals.
 
     logs: Records of one axis; those without reference, position and voltage are passed over.
     Raises FricError: When no record shows the gains.
@@ -285,7 +285,7 @@ def controller_of_logs(logs: Iterable[Log]) -> FoundController:
 
 
 def _of_log(log: Log) -> FoundController | None:
-    """Return the cascade behind a record in closed loop; None where it does not show one."""
+    """Return the cascade behind a closed-loop record; None if the record does not show it."""
     channels = [log.require(name, "gains") for name in ("reference", "position", "input")]
     if log.added is not None:
         channels[2] = channels[2] - log.added
@@ -311,7 +311,7 @@ def _of_log(log: Log) -> FoundController | None:
 
 
 def _controller(found: Real, half: Real, explained: float, rate: float | None, where: str) -> FoundController:
-    """Return the controller of logarithms of its gains, and of the half-widths of their intervals [1]."""
+    """Return the controller for logarithms of its gains and the half-widths of their intervals [1]."""
     values = dict(zip(NAMES, np.exp(found).tolist(), strict=True))
     with np.errstate(over="ignore"):  # what the data do not limit
         factors = np.exp(half)
@@ -326,7 +326,7 @@ def _controller(found: Real, half: Real, explained: float, rate: float | None, w
 
 
 class _Fit:
-    """The recorded voltage beside that of a cascade, without what is fed forward.
+    """The recorded voltage and that of a cascade, without feedforward.
 
     Where a record is slower than the controller, the velocity is the central difference of the position, delayed by the
     ``lag`` [s] that is assumed of the controller.
@@ -344,7 +344,7 @@ class _Fit:
         self.without = self._off(self.u)
 
     def _off(self, values: Real) -> Real:
-        """Return values without what is fed forward."""
+        """Return values without their part of the feedforward."""
         return np.asarray(values - self.basis @ (self.basis.T @ values))
 
     def volts(self, log_values: Real) -> Real:
@@ -396,7 +396,7 @@ class _Fit:
         return found, np.linalg.pinv(jacobian.T @ jacobian) * float(np.mean(rest**2)) * _alike(rest)
 
     def _linear(self, corner: float) -> Real:
-        """Return the logarithms of K_v, K_p and K_i that a fit linear in the sums of gains begins from."""
+        """Return start values of the logarithms of K_v, K_p and K_i, by a fit that is linear in sums of gains."""
         error = self.r - self.z
         pole = low_pass_pole(corner, self.rate)
         from scipy.signal import lfilter
@@ -412,7 +412,7 @@ class _Fit:
         return np.log([high, D, low * D])
 
     def _apart(self, log_values: Real) -> float:
-        """Return the residual with the velocity of the reference through the loop's integral [V²], or without."""
+        """Return the squared residual [V²] with the reference velocity through the integral of the loop, or without."""
         _, _, K_i, _ = np.exp(log_values)
         others = np.linalg.qr(self.sized[:, [0, 2, 3]])[0]
         rests = [self.u - self.volts(log_values) - share * K_i * self.fed[:, 1] for share in (0.0, 1.0)]

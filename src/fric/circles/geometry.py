@@ -15,9 +15,9 @@ from fric.estimate import Estimate
 from fric.identify.replay.replay_intervals import covariance_of
 
 PERIODS = (2.5, 120.0)
-"""Least and most periods on the diameter that are looked for."""
+"""Least and largest number of periods on the diameter to search."""
 TOGETHER = 200_000
-"""Samples times frequencies that are computed together, to fit the cache."""
+"""Samples times frequencies that are computed at once, to fit the cache."""
 STANDS_OUT = 20.0
 """Least power of a significant line over the median power."""
 
@@ -68,7 +68,7 @@ def periodic_errors(angle: Real, rest: Real, geometry: Real, radius: float, most
 
 
 def _top(axis: int, frequency: float, angle: Real, rest: Real, radius: float, basis: Real) -> float:
-    """Return the frequency near a given frequency that explains most [1/m]."""
+    """Return the frequency near a given frequency that explains most of the residual [1/m]."""
     span = 1 / (12 * radius)
     for _ in range(4):
         near = frequency + np.linspace(-span, span, 9)
@@ -79,7 +79,7 @@ def _top(axis: int, frequency: float, angle: Real, rest: Real, radius: float, ba
 
 
 def _powers(axis: int, frequencies: Real, angle: Real, rest: Real, radius: float, basis: Real) -> Real:
-    """Return the sums of squares that lines of some frequencies [1/m] explain, beside what is known, shape (f,)."""
+    """Return the sums of squares that lines of some frequencies [1/m] explain besides known columns, shape (f,)."""
     along = np.cos(angle) if axis == 0 else np.sin(angle)
     found, at_once = [], max(TOGETHER // len(angle), 1)
     for start in range(0, len(frequencies), at_once):
@@ -100,14 +100,14 @@ BEFORE, FIRST, LARGEST = np.radians(2.0), np.radians(30.0), np.radians(40.0)
 FADES = np.radians(np.geomspace(0.7, 14.0, 13))
 """Angles in which the tail of a glitch may fade to a third [rad]."""
 STEPS = 6
-"""Steps in which the shape of the tails is fitted at most."""
+"""Largest number of steps to fit the shape of the tails."""
 MIDDLE = np.array([float(np.log(FADES).mean()), 0.0])
 WITHIN = np.array([[np.log(FADES[0]), -0.5], [np.log(FADES[-1]), 1.0]])
 SPREAD = np.array([np.log(FADES[-1] / FADES[0]) / np.sqrt(12.0), 0.3])
 """Prior standard deviations of ln λ and κ: λ is one of `FADES`, and no tail is far from an
 exponential (that of two equal poles has κ = λ over its angle so far, 0.15 to 0.3)."""
 MOST_FITTED = 10_000
-"""Samples that geometry is fitted to; of more, means over neighbours are taken."""
+"""Largest number of samples for the fit of the geometry; of more, means over neighbours are used."""
 
 
 @dataclass(frozen=True)
@@ -124,11 +124,11 @@ class Geometry:
     bend: float
 
     def model(self, tested: Revolutions, n: int) -> Real:
-        """Return what is explained of a test, shape (n,) [m]."""
+        """Return the explained part of a test, shape (n,) [m]."""
         return columns_of(tested, n, self.many, self.both, self.lines) @ self.values
 
     def error_at(self, tested: Revolutions, n: int, angle: float) -> float:
-        """Return the standard error of what is explained at an angle [m]."""
+        """Return the standard error of the explained part at an angle [m]."""
         at = Revolutions(tested.test, np.array([angle]), np.zeros(1), np.zeros(1, np.intp), {})
         row = columns_of(at, n, self.many, self.both, self.lines)[0]
         return float(np.sqrt(max(row @ self.covariance @ row, 0.0)))
@@ -152,7 +152,7 @@ class Geometry:
         return found | {"mismatch": ellipse, "squareness": Estimate(0.0, "rad", (-inf, inf), assumed=True)}
 
     def amplitude(self, n: int) -> Estimate:
-        """Return the amplitude of what repeats along an axis [m]."""
+        """Return the amplitude of the periodic error along an axis [m]."""
         i = len(self.values) - 2 * len(self.lines) + 2 * n
         part, C = self.values[i : i + 2], self.covariance[i : i + 2, i : i + 2]
         size = float(np.hypot(*part))
@@ -172,7 +172,7 @@ def columns_of(tested: Revolutions, n: int, many: int, both: bool, lines: Sequen
 
 
 def quiet(tested: Revolutions, behind: Mapping[str, float]) -> Mask:
-    """Return which samples no glitch covers."""
+    """Return the samples outside the glitches."""
     good = np.ones(len(tested.angle), bool)
     for n, name in enumerate(QUADRANTS):
         phi = (tested.test.direction * (tested.angle - n * pi / 2) + pi) % (2 * pi) - pi
@@ -187,8 +187,8 @@ def fit_geometry(
 
     tests: Revolutions of each test.
     behind: Per test and quadrant, up to what angle behind the reversal a glitch is left out [rad].
-    lines: What repeats along an axis.
-    both: Whether there are both directions, which separate mismatch from squareness.
+    lines: Periodic errors along an axis. both: Whether both directions were measured, which separates mismatch from
+    squareness.
     """
     many = len(tests)
     every = -(-sum(len(test.angle) for test in tests) // MOST_FITTED)
@@ -209,7 +209,7 @@ def fit_geometry(
         return tails
 
     def left(fade: float) -> float:
-        """Return the sum of squares that geometry and exponential tails leave."""
+        """Return the residual sum of squares of geometry and exponential tails."""
         tails = all_tails(fade, 0.0)[0]
         tails -= basis @ (basis.T @ tails)
         gram, score = tails.T @ tails, tails.T @ beside
@@ -251,7 +251,7 @@ def fit_geometry(
 
 
 def _means(tested: Revolutions, used: Indices, every: int) -> tuple[Revolutions, list[int]]:
-    """Return means over neighbouring samples, as many together, and the lengths of the segments they are in."""
+    """Return means over a number of neighbouring samples, and the lengths of the segments with these means."""
     segments = [part[: len(part) // every * every] for part in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]
     segments = [part for part in segments if len(part)]
     index = np.concatenate(segments).reshape(-1, every)

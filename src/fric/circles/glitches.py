@@ -1,4 +1,4 @@
-"""The friction glitch at each reversal of a circle: height, width and place of the pulse that does not stay."""
+"""The friction glitch at each reversal of a circle: height, width and place of the transient pulse."""
 
 from dataclasses import dataclass
 from math import pi, sqrt
@@ -10,19 +10,20 @@ from fric.arrays import Indices, Real
 from fric.contour import QUADRANTS, WINDOW
 
 LEAST = 12
-"""Samples that a parabola is laid through at least."""
+"""Least number of samples for a parabola."""
 NARROWER = 0.45
-"""Share of the widest window through which a parabola goes that its peak is read from: what bias that passes is a
-quarter of the noise there. At 0.6 it was 0.7 of it, and intervals held 86 %."""
+"""Share of the widest window with a valid parabola that is used for the peak: its bias is then a quarter of the noise.
+At 0.6 it was 0.7 of it, and intervals held 86 %.
+"""
 
 SUDDEN = 0.02
-"""Time in which a kick takes an axis inwards [s]."""
+"""Longest time in which a kick moves an axis inwards [s]."""
 KICK = 0.12
-"""Depth inwards over height outwards that is a kick."""
+"""Least ratio of depth inwards to height outwards of a kick."""
 AHEAD = 0.25
-"""Share of its depth that a kick has a fifth of `SUDDEN` before the reversal, above which it comes too early."""
+"""Share of its depth that a kick has reached a fifth of `SUDDEN` before the reversal, above which it is too early."""
 STUCK = 0.2
-"""Height outwards over the depth of the kick behind it, above which it comes too late."""
+"""Height outwards over the depth of the kick after it, above which the kick is too late."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Glitch:
 
 @dataclass(frozen=True)
 class GlitchPulse:
-    """What a circle shows around one reversal, less what belongs to the geometry."""
+    """The deviation of a circle around a reversal, less the geometry."""
 
     phi: Real  # Angle behind the reversal in the direction of motion [rad], increasing, shape (n,)
     rest: Real  # Radial deviation [m], shape (n,)
@@ -46,7 +47,7 @@ class GlitchPulse:
 
 
 def pulses(angle: Real, rest: Real, revolution: Indices, direction: int) -> dict[str, GlitchPulse]:
-    """Return what lies within 45° of each of the four reversals, by quadrant."""
+    """Return the deviation within 45° of each of the four reversals, by quadrant."""
     found = {}
     for n, name in enumerate(QUADRANTS):
         phi = (direction * (angle - n * pi / 2) + pi) % (2 * pi) - pi
@@ -183,9 +184,9 @@ def _between_revolutions(pulse: GlitchPulse, place: float, width: float) -> floa
 def kick_of(pulse: GlitchPulse, rate: float, resolution: float) -> str:
     """Return how a friction compensation kicks the axis at a reversal; empty where friction alone is seen.
 
-    Friction holds an axis outside of the circle; where it rises as the speed falls it also takes it inside before the
-    reversal, gently. What takes it there within `SUDDEN` is a compensation: too early where it does so before the
-    reversal, too late where the axis stuck before, too low where it still sticks behind, else too high.
+    Friction holds an axis outside the circle; if it rises as the speed falls, it also moves the axis slowly inside
+    before the reversal. A motion inwards within `SUDDEN` is due to a compensation: too early if before the reversal,
+    too late if the axis stuck before it, too low if it still sticks after it, else too high.
 
     pulse: The pulse.
     rate: Feed over radius [rad/s].

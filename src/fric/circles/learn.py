@@ -1,7 +1,7 @@
-"""A repeated contour learned round after round: from what a round recorded, and in simulation.
+"""A repeated contour learned round by round: from recorded rounds, and in simulation.
 
-What does not repeat depends on the place of position 0 between two counts of an encoder. So a contour is learned at
-several places, each with separate rounds, and their medians are printed and judged.
+Results depend on the place of position 0 between two encoder counts. So a contour is learned at several places, each
+with separate rounds, and their medians are reported and judged.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Learning:
 
     @classmethod
     def at(cls, feed: float, share: float | None = None, bandwidth: float | None = None) -> Learning:
-        """Return how a circle at a feed [m/s] is learned, where it is not given.
+        """Return the settings of learning at a feed [m/s], with defaults for those not given.
 
         Raises FricError: When the share is not between 0 and 1, or the bandwidth not positive.
         """
@@ -62,7 +62,7 @@ def next_feedforward(
     """Return the voltage that the next round should feed forward against friction [V], shape (n,).
 
     ``w ← (1 - γ)·w + γ·(LP[u](t) + LP[(ë + A·ė)/B](t + T_d) - u_model(t))`` with e the tracking error: the voltage of
-    this round, and what was missing of it. No model of friction is needed, and none of the controller.
+    this round, and its error. Neither a friction model nor a controller model is needed.
 
     t: Even sample instants [s].
     error, voltage: Reference less position as measured [m], and control voltage [V], of this round, each of shape (n,).
@@ -109,8 +109,8 @@ def learn_from(
     test: The circle test, with reference, position and voltage.
     machine: The machine, whose nominal plants are taken.
     how: How; by the feed where not given.
-    before: By axis, the feedforward against friction in this round [V], shape (n,); none where not given.
-    Raises FricError: When a channel is missing, or what was fed forward before is of another length.
+    before: By axis, the feedforward against friction in this round [V], shape (n,); none where not given. Raises
+    FricError: When a channel is missing, or the previous feedforward has a different length.
     """
     how = how or Learning.at(test.feed)
     time, wanted, voltage = {}, {}, {}
@@ -134,9 +134,9 @@ def learn_from(
 
 
 OTHERS = ((1.0, 0.5), (2 / 3, 1.0))
-"""Circles to which what was learned is carried over, where it does not serve: shares of radius and feed."""
+"""Circles on which the learned voltage is tried, where it does not fit: shares of radius and feed."""
 VOLT = 1e-6
-"""Step of the learned voltage [V], below that of any converter: filters' last bits do not enter the next circle."""
+"""Step of the learned voltage [V], below that of any converter: rounding errors of filters do not propagate."""
 GAINS = 0.9
 """Share of the first glitch above which learning has no effect."""
 
@@ -186,10 +186,10 @@ def learn(
 
     machine: The machine; its nominal plants are what is learned with.
     rounds: How often the circle is learned from.
-    how: How; by the feed where not given.
-    observer: Whether the disturbance observer is on, where all axes have one.
-    done: Called after each circle; there are `circles_to_learn`.
-    Raises FricError: When there are no rounds, or the machine cannot run the circle.
+    how: Settings; by default set by the feed. observer: Whether the disturbance observer is on, where all axes have
+    one.
+    done: Called after each of `circles_to_learn` circles. Raises FricError: When there are no rounds, or the machine
+    cannot run the circle.
     """
     if rounds < 1:
         raise FricError(f"{rounds} rounds are none to learn from", hint="Give 1 or more.")
@@ -280,14 +280,14 @@ def _run(axes: Mapping[str, Axis], scheme: Scheme, test: Circle, feedforward: Ma
 
 
 def _named(scheme: Scheme, n: int, modelled: bool) -> Scheme:
-    """Return a scheme as recorded for a round: what it feeds forward, and what it was learned from."""
+    """Return the scheme recorded for a round: its feedforward, and the rounds that it was learned from."""
     if n == 0:
         return replace(scheme, name="round-00", title="before", friction="gms" if modelled else None)
     return replace(scheme, name=f"round-{n:02d}", title=f"learned from {n} circle{'s' * (n > 1)}", friction=LEARNED)
 
 
 def _nominal_friction(axis: Axis, reference: Reference) -> Real:
-    """Return the voltage against friction that a controller feeds forward before anything is learned [V], (n,)."""
+    """Return the friction feedforward of a controller before learning [V], (n,)."""
     model = axis.nominal_friction.models.get("gms")
     if model is None:
         return np.zeros(len(reference))
@@ -306,7 +306,7 @@ def _learned(axis: Axis, reference: Reference, trace: Trace, before: Real, how: 
 def _carried(
     axes: Mapping[str, Axis], last: Round, references: Mapping[str, Reference], other: Circle, scheme: Scheme
 ) -> float:
-    """Return the glitch of another circle with what was learned, taken over by the angle [m]."""
+    """Return the glitch of another circle with the learned voltage, transferred by the angle [m]."""
     new = _references(other, axes)
     old_angle, new_angle = (
         np.unwrap(np.arctan2(y.position, x.position)) for x, y in (references.values(), new.values())

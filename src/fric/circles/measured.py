@@ -76,22 +76,22 @@ def even(time: Real, *channels: Real) -> tuple[Real, list[Real]]:
 
 
 Instrument = Literal["encoders", "grid", "ball-bar", ""]
-"""What measured the position: the encoders of the axes, a grid encoder, a ball bar; empty where not stated."""
+"""Instrument that measured the position: encoders of the axes, grid encoder or ball bar; empty if not stated."""
 LEAST = 16
-"""Samples that a circle test has at least."""
+"""Least number of samples of a circle test."""
 LARGEST_CIRCLE = 1e3
-"""Radius [m] and feed [m/s] of a circle test at most."""
+"""Largest radius [m] and feed [m/s] of a circle test."""
 CHANNELS = ("time", "reference", "position", "input", "force")
-"""What a trace of one axis of a circle test can hold."""
+"""Channels of an axis in a circle test."""
 STILL = 0.01
-"""Share of the radius by which each axis of a circle moves at least."""
+"""Least travel of each axis of a circle, as a share of the radius."""
 SLOWEST = 900.0
-"""Samples a second at least that show what happens at a reversal [Hz]."""
+"""Least sampling rate that resolves a reversal [Hz]."""
 
 
 @dataclass(frozen=True)
 class AxisTrace:
-    """What was recorded of one axis."""
+    """The recorded channels of an axis."""
 
     time: Real  # Sample instants [s], strictly increasing, shape (n,)
     position: Real  # Measured position [m], shape (n,)
@@ -110,7 +110,7 @@ class AxisTrace:
         return {name: values for name, values in found.items() if values is not None}
 
     def part(self, cut: slice) -> AxisTrace:
-        """Return some of the samples."""
+        """Return a part of the samples."""
         return AxisTrace(**{name: values[cut] for name, values in self.channels().items()})
 
 
@@ -201,7 +201,7 @@ class MeasuredCircle:
         return first, second
 
     def axis(self, name: str) -> AxisTrace:
-        """Return the trace of an axis; raise a `FricError` that names those there are."""
+        """Return the trace of an axis; raise a `FricError` that names the existing axes."""
         if name not in self.axes:
             text = ", ".join(self.axes) or "none: it is of a ball bar"
             raise FricError(f"there is no trace of axis '{name}'", where=self.where, hint=f"There are {text}.")
@@ -220,8 +220,8 @@ class MeasuredCircle:
     def driven(self, name: str, what: str) -> tuple[Real, Real, Real, Real, float]:
         """Return even instants [s], reference [m], position [m] and voltage [V] of an axis, and their rate [Hz].
 
-        name, what: The axis, and what needs them.
-        Raises FricError: When reference or voltage were not recorded, most samples are missing, or the rate is too low.
+        name, what: The axis, and what needs them. Raises FricError: When reference or voltage is missing, most samples
+        are missing, or the rate is too low.
         """
         t, (r, z, u) = even(*self.require(name, what))
         rate = 1.0 / float(t[1] - t[0])
@@ -233,7 +233,7 @@ class MeasuredCircle:
         return t, r, z, u, rate
 
     def together(self) -> tuple[AxisTrace, AxisTrace]:
-        """Return the traces of both axes at the instants of the first, between samples where the clocks differ."""
+        """Return the traces of both axes at the instants of the first, interpolated if their clocks differ."""
         first, second = (self.axis(name) for name in self.names)
         t = first.time
         if np.array_equal(t, second.time):
@@ -256,7 +256,7 @@ class MeasuredCircle:
         return replace(self, axes={**self.axes, **axes})
 
     def logs(self) -> list[Log]:
-        """Return the traces as records, for the warnings that any record may have."""
+        """Return the traces as records, for the warnings common to all records."""
         return [
             Log(trace.time, position=trace.position, name=f"{self.name}, axis {name}", kind="motion", axis=name)
             for name, trace in self.axes.items()
@@ -270,7 +270,7 @@ class MeasuredCircle:
 def measured_from_run(run: CircleRun, source: str = "") -> MeasuredCircle:
     """Return the record of a simulated circle as a circle test, as measured by the encoders.
 
-    Raises FricError: When one axis alone was simulated, or no traces are at hand.
+    Raises FricError: When a single axis was simulated, or there are no traces.
     """
     test = run.circle
     axes = {

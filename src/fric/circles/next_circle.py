@@ -1,8 +1,8 @@
-"""What another circle will show, by the circles that were measured, and whether to trust that.
+"""Prediction of further circles from measured circles, and whether to trust it.
 
 The difference of friction in a measured circle from a machine's model is part of every drawn machine (`LeftOver`); with
-a belief that was tuned the next circle is predicted (`next_circles`); and what speaks against an interval is collected
-(`distrusts`).
+a belief that was tuned the next circle is predicted (`next_circles`); `distrusts` collects the reasons against an
+interval.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from fric.simulate.machine import Axis, Machine
 from fric.simulate.spread import Spread, draw_machine
 
 SHARE = 0.2
-"""Share (95 %) by which the residual force may differ along another motion."""
+"""Relative difference (95 %) of the residual force along another motion."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ strokes and travels, and an axis that breaks away in a jump reduce the residual.
 friction all 70 next circles are within their intervals then; they left 2.9 times what the model alone predicts
 (median), 1.3 times what is predicted with it. A circle without compensation, whose reversals jump, needs 3.6."""
 DIFFERS, MORE = 1.5, 0.15e-6
-"""Ratio to, and difference from, the model's prediction [m], above which there is another law of friction."""
+"""Ratio to, and difference from, the model's prediction [m], above which friction follows another law."""
 
 
 @dataclass(frozen=True)
@@ -187,11 +187,11 @@ def next_circles(
 ) -> list[CircleForecast]:
     """Return the predictions of schemes (c) and (f) on the recorded circles, with the new nominal parameters.
 
-    The machine is assumed to be that of the tuning, and the residual of the recorded voltages to be part of its
-    friction, over the travel since the last reversal: where the law differs from the model, the next circle repeats it.
-    Each circle is run at several places between two counts, and the median counts. The interval is that of machines
-    drawn from the covariance of what was found, each at another place. Above, it is wider by `SMEARED` times the effect
-    of the residual, which the filter reduces.
+    The machine is assumed to be that of the tuning, and the residual of the recorded voltages to be a part of its
+    friction, over the travel since the last reversal: a difference from the model recurs on the next circle. Each
+    circle is run at several places between two counts, and the median counts. The interval is that of machines drawn
+    from the covariance of what was found, each at another place. Above, it is wider by `SMEARED` times the effect of
+    the residual, which the filter reduces.
 
     tests: The circle tests that were tuned with.
     tuned: The axes of the circle, by name.
@@ -225,7 +225,7 @@ def next_circles(
 
 
 def law_warnings(predicted: Sequence[CircleForecast]) -> list[Notice]:
-    """Return that friction differs from the model, where the residual makes a glitch larger than the model does."""
+    """Return a warning where the residual makes a glitch larger than the model predicts."""
     more = [circle for circle in predicted if circle.other_law]
     if not more:
         return []
@@ -246,8 +246,8 @@ def _of_the_encoder(
 ) -> Chance:
     """Return the residuals of the n-th circle, recorded again by machines whose friction is that of the model.
 
-    What the encoder does not show is in the residual, too, and is added to friction as the residual of another law is.
-    ``again`` gives the residual of an axis whose circles are recorded again, see `recorded_again`.
+    The residual also contains the error of the encoder, which is added to friction in the same way. ``again`` gives the
+    residual of an axis whose circles are recorded again, see `recorded_again`.
     """
     glitches = []
     for place in range(PLACES):
@@ -284,7 +284,7 @@ def recorded_once_more(
 
 
 def _true(tuned: TunedAxis) -> Axis:
-    """Return the axis as it truly is, if what was found holds."""
+    """Return the axis with the identified parameters as its true ones."""
     load = float(np.mean(tuned.after.plant[2:])) * tuned.nominal.K_f
     return replace(tuned.axis, plant=tuned.nominal, friction=as_filed(tuned.friction), load=as_filed(load))
 
@@ -326,7 +326,7 @@ def _glitch(test: MeasuredCircle, axes: Mapping[str, Axis], scheme: Scheme, plac
 
 
 def _completed(tuned: TunedAxis, n: int) -> Axis:
-    """Return the true axis if the residual of the n-th circle is part of its friction, by travel."""
+    """Return the axis whose friction includes the residual of the n-th circle, by travel."""
     true, after = _true(tuned), tuned.after
     left = tuned.nominal.K_f * after.parts()[n]
     return replace(true, friction=completed(true.friction, [(after.balance.records[n], left)]))
@@ -340,10 +340,10 @@ def worse_ahead(
     *,
     doubtful: bool = False,
 ) -> str:
-    """Return the text that the next circle should be worse than the recorded circle; empty where it should not.
+    """Return the reason to expect a worse next circle than the recorded one; empty if there is none.
 
-    The recorded circle is a single draw, and its repetition scatters as the identified machine does. A glitch below a
-    count need not be avoided.
+    The recorded circle is a single draw, and its repetition scatters as the identified machine does. A glitch below an
+    encoder count is acceptable.
 
     predicted: What the next circles should show, for each the better scheme counts.
     again: Gives the glitch of the n-th circle, recorded again with the former models of the controllers [m].
@@ -397,7 +397,7 @@ FARTHEST, TELLING, LATER = 4e-4, 2.0, 0.1
 """How far from the plant's another delay is looked for [s], how much better it must explain a circle's voltages, and by
 what share of the delay it must differ."""
 SOFTER, STIFFER = Spread(0.5, 0.5), Spread(2.0, 2.0)
-"""Friction whose stiffness is not that of the logs, which shifts a reversal as a delay does."""
+"""Factors of the stiffness of the logs, which shifts a reversal as a delay does."""
 OTHER_FEED = 2.0
 """Ratio of feeds, and of radii, beyond which a measured circle predicts little of another."""
 
@@ -409,7 +409,7 @@ def distrusts(
     records: Sequence[VoltageRecord],
     circle: Circle,
 ) -> tuple[Notice, ...]:
-    """Return why no interval of a prediction is valid; empty where all are.
+    """Return the reasons why no interval of a prediction is valid; empty if all are.
 
     machine: The machine at the estimates, completed by the tests where there are any.
     notices: What its files warn of.
@@ -425,7 +425,7 @@ def distrusts(
 
 
 def unknown_gains(notices: Iterable[Notice], tests: Sequence[MeasuredCircle]) -> Iterator[Notice]:
-    """Yield the axes whose gains were designed, and which a circle shows without voltage: it agrees with any gains."""
+    """Yield the axes with designed gains whose circle has no voltage: such a circle agrees with any gains."""
     for name in sorted({text.where.removeprefix("axis ") for text in notices if text.code == GAINS_DESIGNED.code}):
         if any(name in test.axes and test.axes[name].input is None for test in tests):
             yield flaws.GAINS_UNKNOWN.found(f"axis {name}")
@@ -451,7 +451,7 @@ def _of_circles(
 
 
 def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
-    """Yield what is wrong where even the machine that was completed by a circle does not show its glitches."""
+    """Yield the warnings where even the machine completed by a circle does not reproduce its glitches."""
     scheme = PAPER_SCHEMES.get(test.scheme or "a")
     if scheme is None:
         return
@@ -474,7 +474,7 @@ def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
 
 
 def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
-    """Yield what is wrong where another delay than that of the logs explains a circle's voltages far better.
+    """Yield the warnings where a delay other than that of the logs explains a circle's voltages far better.
 
     For each delay the voltage is balanced by inertia, damping, a constant and friction (nominal, softer, stiffer), each
     with a fitted factor: friction that has changed is no delay.
@@ -504,7 +504,7 @@ def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
 
 
 def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
-    """Yield the warnings where the recorded voltage is not that of the stated controller, without compensation.
+    """Yield the warnings where the recorded voltage is not that of the stated controller without compensation.
 
     Its inverse model may be of another plant than that identified since: that is no wrong gain.
     """
@@ -527,7 +527,7 @@ def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
 
 
 def observers_distrust(schemes: Sequence[Scheme], notices: Iterable[Notice]) -> Mapping[str, tuple[Notice, ...]]:
-    """Return by scheme with an observer why it must not be trusted: the response was not measured."""
+    """Return, for each scheme with an observer, the reason not to trust it: the response was not measured."""
     why = tuple(notice for notice in notices if flaw_of(notice).no_response)
     return {scheme.name: why for scheme in schemes if OBSERVER in scheme.blocks and why}
 
@@ -539,10 +539,10 @@ CLEARLY = 0.6
 
 
 def wrong_shape(circles: Iterable[tuple[Scheme, float]]) -> list[Notice]:
-    """Return that learning leaves clearly less of one circle than any model with pre-sliding, where it does.
+    """Return a warning if learning leaves clearly less of a circle than every model with pre-sliding.
 
-    What is learned needs no model of friction. Where it leaves `CLEARLY` less than what a model leaves that was tuned
-    to circles, the machine's friction has another shape than the model can take.
+    Learning needs no friction model. If it leaves `CLEARLY` less than a model tuned to circles, the shape of the model
+    does not fit the machine's friction.
 
     circles: Schemes, and the glitch of each on the circle [m].
     """
@@ -558,7 +558,7 @@ def wrong_shape(circles: Iterable[tuple[Scheme, float]]) -> list[Notice]:
 
 
 def wrong_shape_measured(tests: Iterable[MeasuredCircle]) -> list[Notice]:
-    """Return the same of measured circles, those of equal radius and feed together; they state the active scheme."""
+    """Return the same for measured circles, grouped by radius and feed; they state the active scheme."""
     known = {**PAPER_SCHEMES, LEARNED: Scheme(LEARNED, LEARNED, friction=LEARNED)}
     alike = defaultdict(list)
     for test in tests:

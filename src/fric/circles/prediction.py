@@ -74,7 +74,7 @@ class Prediction:
     distrust: tuple[Notice, ...] = ()
 
     def why_not(self, scheme: str) -> tuple[Notice, ...]:
-        """Return why the interval of a scheme is not valid; empty where it is."""
+        """Return the reasons why the interval of a scheme is not valid; empty if it is."""
         return self.schemes[scheme].why if scheme in self.schemes else self.distrust
 
     def trusted(self, scheme: str) -> bool:
@@ -83,9 +83,9 @@ class Prediction:
 
 
 ENDS = 0.1
-"""Share of the distance of two quantiles by which they lie too near, of so few machines as are drawn."""
+"""Relative error of the distance of two quantiles, for the small number of machines drawn."""
 UNSTABLE = 0.05
-"""Share of the machines on which a scheme's loop may be unstable before its interval is not trusted."""
+"""Largest share of machines with an unstable loop, for a trusted interval."""
 
 
 def predicted(
@@ -100,7 +100,7 @@ def predicted(
 
     many: The machines that were run.
     widened, measured, distrust: As in `Prediction`.
-    of_schemes: By scheme, why it alone must not be trusted.
+    of_schemes: Reasons not to trust a single scheme, by scheme.
     """
     study = many.study
     names = pair(study.machine)
@@ -138,7 +138,7 @@ def _step(study: Study, name: str) -> float:
 
 
 def _between(values: Real, step: float) -> Interval:
-    """Return the 95 % interval of what was drawn, a step of the encoder wide at least."""
+    """Return the 95 % interval of drawn values, at least an encoder step wide."""
     if not np.all(np.isfinite(values)):
         return inf, inf
     low, high = (_quantile(values, share) for share in (0.025, 0.975))

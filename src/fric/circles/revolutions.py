@@ -13,12 +13,12 @@ from fric.errors import FricError
 STEADY = 0.01
 """Relative deviation of the feed from its median up to which a motion is steady."""
 ROUND = 2e-3
-"""Relative distance within which a radius or a feed that was measured is taken for a round number."""
+"""Relative distance within which a measured radius or feed counts as a round number."""
 
 
 @dataclass(frozen=True)
 class FoundCircle:
-    """A circle that a motion runs through."""
+    """A circle within a motion."""
 
     samples: slice  # The samples from rest to rest
     centre: tuple[float, float]  # Its centre [m]
@@ -53,7 +53,7 @@ def find_circles(time: Real, x: Real, y: Real, least: float = 1.0) -> list[Found
 
     time: Sample instants [s], shape (n,).
     x, y: Reference or measured position [m], shape (n,).
-    least: Revolutions at steady feed that are needed.
+    least: Least number of revolutions at steady feed.
     """
     parts = (slice(*ends) for ends in _moving(time, x, y))
     circles = (_circle_in(part, time[part], x[part], y[part], least) for part in parts)

@@ -44,8 +44,9 @@ from fric.records.timing import timing
 from fric.simulate.machine import Axis, Machine, NominalFriction
 
 GROWS = 0.8
-"""Margin of the falling branch below which a loop is redesigned: with more, errors grow by less than e² as an axis
-passes at 10 mm/s, and stiffer gains would cost as much in encoder counts."""
+"""Margin of the falling branch below which a loop is redesigned: above it, errors grow by less than e² as an axis
+passes at 10 mm/s, and stiffer gains would cost as much by encoder noise.
+"""
 UNHELD, CAUTION, LEAST = 0.9, 0.09, 0.97
 """Margin below which less than the whole friction is fed forward, the reduction per missing margin, and the least share
 that is fed forward. An axis that is pushed ahead of its friction runs away from it, an axis that lags sticks: of 46
@@ -60,12 +61,12 @@ def _margin(one: TunedAxis) -> float:
 
 
 def holds(axis: TunedAxis) -> bool:
-    """Return whether the loop of a tuned axis holds its falling friction."""
+    """Return whether the loop of a tuned axis is stable against its falling friction."""
     return _margin(axis) >= GROWS
 
 
 def cautious(axis: TunedAxis) -> TunedAxis:
-    """Return a tuned axis that is fed forward less than its friction where that falls more than the loop holds."""
+    """Return a tuned axis with reduced feedforward if its friction falls more steeply than the loop can stabilise."""
     if not axis.improves or (missing := UNHELD - _margin(axis)) <= 0.0:
         return axis
     fed = replace(axis.axis.nominal_friction, gain=round(max(1.0 - CAUTION * missing, LEAST), 4))
@@ -73,7 +74,7 @@ def cautious(axis: TunedAxis) -> TunedAxis:
 
 
 def holding(axis: TunedAxis) -> TunedAxis:
-    """Return a tuned axis whose cascade and observer hold its falling friction; unchanged, where they do."""
+    """Return a tuned axis whose cascade and observer stabilise its falling friction; unchanged if they already do."""
     if not axis.improves or holds(axis):
         return axis
     cascade, observer = hold_falling(axis.nominal, axis.axis.cascade, gms_of(axis.friction), axis.axis.observer)
@@ -81,7 +82,7 @@ def holding(axis: TunedAxis) -> TunedAxis:
 
 
 def loop_warnings(axes: Mapping[str, TunedAxis]) -> Iterator[Notice]:
-    """Yield which axes' loops do not hold their falling friction, and which were redesigned for it."""
+    """Yield the warnings about loops that falling friction destabilises, and about their redesign."""
     for name, axis in axes.items():
         if not axis.improves:
             continue
@@ -96,29 +97,30 @@ def loop_warnings(axes: Mapping[str, TunedAxis]) -> Iterator[Notice]:
 
 
 GAIN = 0.97
-"""Share of what four parameters leave that the full shape must leave at most, to be taken."""
+"""Largest share of four parameters' residual that the full shape may leave, to be chosen."""
 DISPLACED = 0.5e-6
-"""Largest error of the position by a clock that jitters [m]: more exceeds what is to be compensated."""
+"""Largest error of the position by a jittering clock [m]: more exceeds the error to compensate."""
 AGAIN, RESTS = 3, 0.01
-"""How often the motion is refined and the fit repeated at most, and the move in the logarithm below which it rests."""
+"""Largest number of refinements of motion and fit, and the change of the logarithms at which they end."""
 
 FEWER = (
     ("level", "stiffness", "alpha", "k"), ("level", "C", "ratio", "v_s", "delta"), ("level",),
 )  # fmt: skip
-"""What is kept of the friction that was found, where all of it should make a circle worse: all but how it falls with
-speed, which shows where a circle is slow; all but the stiffness, which shows where it is fast; the level alone."""
+"""Parts of the identified friction to keep, if all of it should make a circle worse: all but its fall with speed, which
+matters where a circle is slow; all but the stiffness, which matters where it is fast; only the level.
+"""
 
-MISFIT = "what is left is not friction of this shape"
-GROWING = "errors grow by themselves in falling friction, which the loop does not hold (`loop=True` designs another)"
+MISFIT = "the residual is not friction of this shape"
+GROWING = "falling friction destabilises the loop (`loop=True` designs new gains)"
 
 
 def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], object] = lambda: None) -> TunedAxis:
     """Refit the nominal parameters of an axis' controller to recorded circles.
 
-    Per axis ``W[u(t - T_d)] = m·W[z̈] + a·W[ż] + o + W[F(z)]/K_f`` with W a low-pass of 70 Hz, zero phase; m, a and
-    an offset of each circle are linear. First the level of friction, its stiffness, C and T_d are searched; then, where
-    that leaves more than noise and encoder explain, F_s/F_c, v_s, delta, each alpha and each k, and a level for each
-    direction, each kept where it explains more. In each case the intervals are those of the whole shape.
+    Per axis ``W[u(t - T_d)] = m·W[z̈] + a·W[ż] + o + W[F(z)]/K_f`` with W a low-pass of 70 Hz, zero phase; m, a and an
+    offset of each circle are linear. First the level of friction, its stiffness, C and T_d are searched; then, if the
+    residual exceeds noise and encoder effects, F_s/F_c, v_s, delta, each alpha and each k, and a level for each
+    direction, each kept if it explains more. In each case the intervals are those of the whole shape.
 
     axis: The axis; its controller believes a GMS model.
     tests: Circle tests with reference, position and voltage.
@@ -193,18 +195,18 @@ def in_part(axis: TunedAxis, before: Axis, names: Sequence[str]) -> TunedAxis:
 
 
 def part_warning(why: str, names: Sequence[str]) -> Notice:
-    """Return that only a part of what was found is kept, and why."""
-    words = "of what was found of friction only the level is kept"
+    """Return the warning that only a part of the result is kept, and why."""
+    words = "only the level of the identified friction is kept"
     if len(names) > 1:
         left = "stiffnesses" if "C" in names else "how friction falls with speed, and C"
-        words = f"all that was found is kept but {left}"
+        words = f"all of the result is kept but {left}"
     return TUNED_IN_PART.found(why=why, kept=words)
 
 
 def _again(found: FittedBalance) -> FittedBalance:
     """Return the fit along the motion that the fit itself resolves more finely.
 
-    Each time the delay's error falls to a fifth: it is repeated until it rests.
+    Each time the delay's error falls to a fifth; this is repeated until it converges.
     """
     for _ in range(AGAIN):
         if not found.plant[0] > 0:
@@ -238,11 +240,11 @@ def tune(
 ) -> Tuned:
     """Refit the nominal parameters of a machine's controllers to recorded circles, axis by axis.
 
-    An axis whose result leaves more of the recorded voltages than the nominal parameters keeps these. So do all, where
-    the log's clock is wrong, or the next circle should be worse than the recorded circle.
+    An axis keeps its nominal parameters if they leave less of the recorded voltages than the result. All axes keep them
+    if the log's clock is wrong, or the next circle should be worse than the recorded one.
 
     tests: Circle tests with reference, position and voltage of the machine's axes; a fast and a slow circle are
-        needed. An axis that the machine does not have counts as one that follows its reference.
+        needed. An axis that the machine does not have is assumed to follow its reference.
     done: Called `steps_of_tuning` times.
     loop: Whether loops that do not hold their falling friction are redesigned (`fric.design.falling`).
     Raises FricError: When a test lacks a channel, or an axis that the machine has, or there is no nominal GMS model.
@@ -272,7 +274,7 @@ def tune(
     if any(clock.lost or clock.displaced > DISPLACED for clock in map(timing, logs)):
         why = "the log's clock is wrong (see above)"
     elif better and not predicted:
-        why = "with what was found no stable circle can be simulated"
+        why = "with the result no stable circle can be simulated"
     else:
         once_more = cache(lambda n: recorded_once_more(tests[n], n, before, found))
         count = max(axis.encoder.resolution for axis in before.values())

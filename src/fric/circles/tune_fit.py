@@ -1,7 +1,7 @@
-"""The belief that explains the voltages of recorded circles: least squares with the plant eliminated.
+"""The nominal model that explains the voltages of recorded circles: least squares with the plant eliminated.
 
-Also the effect of encoder counts: its error where the result is recorded again, a parametric bootstrap
-(`recorded_again`), and inertia and delay without what counts pull them by (`Instruments`).
+Also the effect of encoder counts: its error by a parametric bootstrap (`recorded_again`), and inertia and delay without
+their bias (`Instruments`).
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from fric.records.resolution import lattice_step
 from fric.simulate.machine import Axis
 
 FOUR = ("level", "stiffness", "C", "T_d")
-"""What is tuned first."""
+"""The parameters tuned first."""
 PRIORS = {"level": 0.5, "stiffness": 1.0, "C": 2.0, "T_d": 0.15, "ratio": 0.3, "v_s": 0.7, "delta": 0.3, "side": 0.2}
-"""How far a coordinate may be from the nominal value: one standard deviation of its logarithm."""
+"""Prior standard deviations of the coordinates' logarithms about their nominal values."""
 PRIOR_ALPHA, PRIOR_K = 0.4, 0.7
 
 
@@ -80,7 +80,7 @@ class BalanceCoordinates:
 
     @property
     def bounds(self) -> Real:
-        """How far a coordinate is searched at most, shape (p,)."""
+        """Bounds of the search for each coordinate, shape (p,)."""
         return np.minimum(6.0 * self.priors, 3.5)
 
     def delay(self, x: Real) -> float:
@@ -113,7 +113,7 @@ class BalanceCoordinates:
         return GMS(static=replace(static, F_c=F_c, F_s=F_s, v_s=v_s, delta=delta), alpha=shares, k=k, C=C)
 
     def moved(self, other: BalanceCoordinates, x: Real) -> Real:
-        """Return the point of these coordinates that is at a point of others about the same nominal model."""
+        """Return the point in these coordinates for a point in others about the same nominal model."""
         found = np.zeros(len(self.names))
         for n, name in enumerate(self.names):
             found[n] = other._value(x, name)
@@ -172,7 +172,7 @@ class Balance:
 
     @cached_property
     def samples(self) -> list[slice]:
-        """Which samples are of each circle, of all that are compared."""
+        """The samples of each circle, of all that are compared."""
         ends = np.cumsum([0, *(np.count_nonzero(record.used) for record in self.records)]).tolist()
         return [slice(*both) for both in pairwise(ends)]
 
@@ -184,7 +184,7 @@ class Balance:
 
     @property
     def alike(self) -> float:
-        """How many neighbouring samples behind the filter count as one independent value."""
+        """Number of neighbouring samples behind the filter per independent value."""
         return max(float(np.mean([record.rate for record in self.records])) / (2 * COMPARED), 1.0)
 
     def columns(self) -> Real:
@@ -207,7 +207,7 @@ class Balance:
 
 @dataclass(frozen=True)
 class FittedBalance:
-    """What a search found."""
+    """Result of a search."""
 
     balance: Balance  # What was balanced
     x: Real  # The point found, shape (p,)
@@ -225,12 +225,12 @@ class FittedBalance:
         return [self.residual[part] for part in self.balance.samples]
 
     def truth(self, n: int) -> tuple[FrictionModel, float, tuple[float, float, float], float]:
-        """Return friction, delay, (m, a, offset) and K_f by which the n-th circle balances, as `refined` takes them."""
+        """Return friction, delay, (m, a, offset) and K_f of the n-th circle's balance, as arguments of `refined`."""
         coordinates, (m, a, *offsets) = self.balance.coordinates, self.plant.tolist()
         return coordinates.directed(self.x), coordinates.delay(self.x), (m, a, offsets[n]), self.balance.K_f
 
     def noise(self) -> float | None:
-        """Return the root mean square of what does not repeat from turn to turn [V]; None where no circle shows it."""
+        """Return the rms of the part that does not repeat from turn to turn [V]; None if no circle shows it."""
         known = [
             repeating
             for record, part in zip(self.balance.records, self.parts(), strict=True)
@@ -240,7 +240,7 @@ class FittedBalance:
 
 
 class BalanceSearch:
-    """Residuals of a balance with its priors, in standard deviations, with what is linear projected out."""
+    """Residuals of a balance with its priors, in standard deviations, with linear parameters projected out."""
 
     def __init__(self, balance: Balance, sigma: float = NOISE) -> None:
         self.balance, self.priors, self.columns = balance, balance.coordinates.priors, balance.columns()
@@ -272,7 +272,7 @@ class BalanceSearch:
         return found
 
     def _free(self, values: Real) -> Real:
-        """Return values in standard deviations, without what is linear."""
+        """Return values in standard deviations, with linear parameters projected out."""
         return np.asarray(self.scale * (values - self.basis @ (self.basis.T @ values)))
 
     def residual(self, x: Real) -> Real:
@@ -295,8 +295,8 @@ class BalanceSearch:
 def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: int = 12) -> FittedBalance:
     """Return the least-squares point of a balance with its priors, from the best of some starts.
 
-    balance: What is balanced.
-    starts: Points to start from, each of shape (p,); all are searched coarsely, and the best to the end.
+    balance: The balance. starts: Points to start from, each of shape (p,); all are searched coarsely, and the best to
+    the end.
     sigma: Standard deviation of a sample relative to the priors [V].
     most: Steps at most.
     """
@@ -308,8 +308,7 @@ def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: in
 def at(balance: Balance, x: Real, plant: Real | None = None) -> FittedBalance:
     """Return the residual at a point, with the plant that fits best there, or with a given plant (its offsets fitted).
 
-    balance: What is balanced.
-    x: The point, shape (p,).
+    balance: The balance. x: The point, shape (p,).
     plant: m [V·s²/m] and a [V·s/m] that are kept.
     """
     search = BalanceSearch(balance)
@@ -325,16 +324,17 @@ def at(balance: Balance, x: Real, plant: Real | None = None) -> FittedBalance:
 
 
 DRAWS = 8
-"""How often each circle is recorded again."""
+"""Number of simulated repetitions of each circle."""
 FEW = 3
-"""The same, for the part of a residual that the encoder explains."""
+"""The same, for the part of a residual due to the encoder."""
 SHAPE = 1.6
-"""Times what noise and encoder explain that four parameters may leave; above it the full shape is fitted. Where the
-shape is right they leave 1.1 to 1.4 times as much, where it is not 4 to 16. Below it is a tie: four are simpler."""
+"""Residual of four parameters over noise and encoder effects, above which the full shape is fitted. Where the shape is
+right they leave 1.1 to 1.4 times as much, where it is not 4 to 16. Below it is a tie: four are simpler.
+"""
 
 
 def recorded_again(found: FittedBalance, draws: int = DRAWS) -> list[Real]:
-    """Return what circles that are recorded again leave at what was found, which is their truth [V], each (n,).
+    """Return the residuals of circles recorded again with the result as their truth [V], each (n,).
 
     The motion behind encoder counts is known to a part of a count, with the same error in every revolution: no scatter
     of residuals shows what repeats. So the motion, the friction and the plant that were found are recorded again, with
@@ -354,16 +354,17 @@ def recorded_again(found: FittedBalance, draws: int = DRAWS) -> list[Real]:
 
 
 def explained(found: FittedBalance) -> float:
-    """Return the root mean square that noise and encoder explain of a fit's residual [V]: the larger of both.
+    """Return the rms of a fit's residual due to noise or to the encoder [V], whichever is larger.
 
-    Noise is what does not repeat from turn to turn, and the encoder's share what circles leave that are recorded again.
+    Noise is the part that does not repeat from turn to turn; the encoder's part is the residual of circles recorded
+    again.
     """
     again = [replace(found, residual=left).rms for left in recorded_again(found, FEW)]
     return max(found.noise() or 0.0, float(np.sqrt(np.mean(np.square(again)))))
 
 
 def _once_more(found: FittedBalance, n: int, rng: np.random.Generator) -> MeasuredCircle:
-    """Return a circle test as the machine that was found records it along the motion that was found."""
+    """Return a circle test as the identified machine records it along the identified motion."""
     record: VoltageRecord = found.balance.records[n]
     model, T_d, (m, a, offset), K_f = found.truth(n)
     t, r, z_m, _ = record.raw
@@ -382,7 +383,7 @@ def _once_more(found: FittedBalance, n: int, rng: np.random.Generator) -> Measur
 SMOOTHED = 40.0
 """Corner of the filter over the instruments [Hz]: at 50 Hz 1 % of T_d are left, below 40 they show too little."""
 GROWN = 1.02
-"""Times what least squares leave that instruments may leave at most: with more they are too weak."""
+"""Largest residual of instruments over that of least squares: with more, they are too weak."""
 
 
 @dataclass(frozen=True)
@@ -417,7 +418,7 @@ class Instruments:
         return cls(Z, J, prior, power)
 
     def error(self, residual: Real) -> Real:
-        """Return how far coordinates and plant are found off where the truth leaves a residual, weighed, shape (n,)."""
+        """Return the errors of coordinates and plant for a weighted residual of the truth, shape (n,)."""
         return self.solved(self.Z.T @ residual)
 
     def solved(self, scores: Real) -> Real:
@@ -430,7 +431,7 @@ class Instruments:
 
 
 def instrumented(found: FittedBalance) -> FittedBalance:
-    """Return a fit moved to where its instruments see no residual; unchanged, where they show too little for that."""
+    """Return a fit moved to where its instruments leave no residual; unchanged if they are too weak."""
     p, search, weights = len(found.x), BalanceSearch(found.balance), found.balance.weights
     step = Instruments.of(found).error(weights * found.residual)
     x, plant = found.x + step[:p], found.plant + step[p:]
@@ -473,7 +474,7 @@ class TunedEstimates:
     coordinates: Real  # Covariance of the coordinates that were searched, shape (p, p)
 
     def at(self, friction: FrictionModel) -> TunedEstimates:
-        """Return the estimates with another nominal friction: what differs is fixed there."""
+        """Return the estimates with another nominal friction, in which differing values are marked as fixed."""
         negative, model = friction.negative if isinstance(friction, Directed) else None, gms_of(friction)
 
         def fixed(section: dict[str, Estimate], values: Mapping[str, Any]) -> dict[str, Estimate]:

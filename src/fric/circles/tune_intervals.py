@@ -1,4 +1,4 @@
-"""Intervals of friction and plant from circles, and warnings about what these do not determine."""
+"""Intervals of friction and plant from circles, and warnings about undetermined parameters."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -39,13 +39,13 @@ several minima there, whose alpha and k differ by up to 20 %."""
 HALF_WIDTH = 2.31
 """Half-width of a 95 % interval in standard deviations from a bootstrap of eight draws (Student's t)."""
 MISFIT = 3.0
-"""Times the noise that a result may leave."""
+"""Largest residual of a result over the noise."""
 
 
 def identifiability_warnings(
     axis: Axis, tests: Sequence[MeasuredCircle], before: FittedBalance, found: FittedBalance
 ) -> Iterator[Notice]:
-    """Yield the warnings about what the circles leave open, and what the fit shows of them.
+    """Yield the warnings about undetermined parameters and about the fit.
 
     axis: The axis as it was nominally.
     before, found: Residual of the voltages with nominal and tuned parameters.
@@ -77,7 +77,7 @@ def identifiability_warnings(
 
 
 def timing_warnings(axis: Axis, found: FittedBalance, T_d: Estimate) -> Iterator[Notice]:
-    """Yield that position and voltage are shifted against each other, where the interval of the delay shows it, too."""
+    """Yield the warning that position and voltage are shifted, if the interval of the delay shows it."""
     nominal = found.balance.coordinates.T_d
     low, high = (float(limit) for limit in np.ravel(T_d.ci95 or (T_d.value, T_d.value)))
     if abs(float(T_d) - nominal) > LATE * nominal and not low <= nominal <= high:
@@ -87,7 +87,7 @@ def timing_warnings(axis: Axis, found: FittedBalance, T_d: Estimate) -> Iterator
 
 
 def _drifts(axis: Axis, found: FittedBalance) -> Iterator[Notice]:
-    """Yield the circles in which the level of friction changes with time: by its line, the fit's parameters apart."""
+    """Yield the circles in which the level of friction drifts: by a line in time besides the fit's parameters."""
     balance = found.balance
     J, residual = balance.weights[:, None] * found.gradient, balance.weights * found.residual
     level = J[:, balance.coordinates.names.index("level")]
@@ -105,7 +105,7 @@ def _drifts(axis: Axis, found: FittedBalance) -> Iterator[Notice]:
 
 
 def groups_alike(found: FittedBalance) -> list[list[int]]:
-    """Return the blocks that slip at about the same displacement, group by group, counted from 0."""
+    """Return groups of blocks that slip at about the same displacement, counted from 0."""
     if not any(name.startswith("alpha") for name in found.balance.coordinates.names):
         return []
     model = found.balance.coordinates.friction(found.x)
@@ -161,14 +161,14 @@ def alike_warnings(axis: Axis, found: FittedBalance, estimates: TunedEstimates) 
 
 STEP = 1e-4
 SEEN = 0.08
-"""Share of an encoder's step to which the slip of a block is known."""
+"""Uncertainty of a block's slip, as a share of an encoder step."""
 OPEN = 20.0
 """Half of an interval of a logarithm above which the data set no limit."""
 UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "alpha": "1", "k": "N/m", "C": "N/s"}
 
 
 def tuned_estimates(found: FittedBalance, plant: Plant) -> TunedEstimates:
-    """Return the result with intervals: of the noise, correlated in any way, and of the encoder.
+    """Return the result with intervals due to noise, correlated in any way, and to the encoder.
 
     Where the shape was kept, an interval reaches from the value to the far end of that about a fit of the whole shape:
     a shape that is off by little moves F_c by several half-widths before it shows in the residual.
@@ -251,7 +251,7 @@ def _covariance(about: FittedBalance, left: list[Real]) -> Real:
     poor logs. The error from the encoder is added.
 
     about: The fit, or a point beside it, whose derivatives count.
-    left: What circles leave that are recorded again.
+    left: Residuals of circles recorded again.
     """
     instruments, weights, p = Instruments.of(about), about.balance.weights, len(about.x)
     rows, residuals = [], []
@@ -281,10 +281,9 @@ def _covariance(about: FittedBalance, left: list[Real]) -> Real:
 
 
 def _beyond(about: FittedBalance, left: list[Real]) -> float:
-    """Return how many times what repeats of the residual exceeds what circles leave that are recorded again.
+    """Return the ratio of the repeating part of the residual to that of circles recorded again.
 
-    Least 1. A larger factor is not due to this step: a ripple of the encoder, or friction of another shape, with a
-    larger error.
+    At least 1. A larger ratio is not due to the encoder step: the encoder ripples, or friction has another shape.
     """
     again = float(np.sqrt(np.mean([replace(about, residual=array).rms ** 2 for array in left])))
     repeats = max(about.rms**2 - (about.noise() or 0.0) ** 2, 0.0) ** 0.5
@@ -292,7 +291,7 @@ def _beyond(about: FittedBalance, left: list[Real]) -> float:
 
 
 def _of_the_encoder(found: FittedBalance) -> Real:
-    """Return variances of the stiffnesses' logarithms, shape (p,): as the encoder shows a slip."""
+    """Return variances of the stiffnesses' logarithms by the encoder's resolution of a slip, shape (p,)."""
     coordinates = found.balance.coordinates
     model = coordinates.friction(found.x)
     step = max(lattice_step(record.raw[2]) or 0.0 for record in found.balance.records)

@@ -31,7 +31,7 @@ from fric.records.timing import even_sampling
 Loop = Literal["closed", "open", "inverse"]
 
 LEAD = 0.05
-"""Time from which the velocity is taken that the record begins with [s]."""
+"""Time span for the initial velocity of the record [s]."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def validate_closed_loop(
 
     Velocity and inverse model are fed forward only where the recorded voltage shows that they were. A voltage that was
     added to the controller's output (channel ``added``, or pulses of the record beyond that output) is added again.
-    Where the stated controller does not give the recorded voltage there is a warning: friction is not the cause. The
+    There is a warning if the stated controller does not produce the recorded voltage: friction is not the cause. The
     axis begins where the record does, at its velocity; the controller's integral and the friction begin at rest.
 
     log: A record with position, reference, and force or input, sampled at the controller's rate.
@@ -103,8 +103,8 @@ def validate_inverse(
     and backwards, central differences, both forces decimated in the same way, as `fric identify plant` does.
 
     log: A record with force, or input.
-    plant, friction, load, cutoff: As in `validate_closed_loop`; with a T_d of 0 where nobody measured it.
-    Raises FricError: When a channel is missing, the sampling is uneven, or the record is too short for the filter.
+    plant, friction, load, cutoff: As in `validate_closed_loop`; with a T_d of 0 if it was not measured. Raises
+    FricError: When a channel is missing, the sampling is uneven, or the record is too short for the filter.
     """
     rate = even_sampling(log)
     settings = Conditioning.of(rate, cutoff)
@@ -130,7 +130,7 @@ def validate_open_loop(
 
 
 def _driven(log: Log, plant: Plant) -> Real:
-    """Return the drive's force at the instant of the voltage that makes it [N], shape (n,)."""
+    """Return the drive's force at the instant of its voltage [N], shape (n,)."""
     force, _, lag = drive_force(log, plant)
     return acting_force(log.time, force, -lag)
 
@@ -200,7 +200,9 @@ def _scored(
     loop: Loop, log: Log, friction: FrictionModel, pairs: Pairs, cutoff: float, rate: float,
     thinned_by: Conditioning | None = None,
 ) -> Validation:  # fmt: skip
-    """Return how far signals are apart, and the second in which the force is most, or else the velocity."""
+    """Return the differences of signals, and the second with the largest error of the force, or else of the
+    velocity.
+    """
     signals = {name: _difference(*pair) for name, pair in pairs.items()}
     decisive = signals["force" if "force" in signals else "velocity"]
     begin, every = (thinned_by.border, thinned_by.decimation) if thinned_by else (0, 1)
