@@ -1,4 +1,4 @@
-"""What a contour shows: the radial error of a circle with its quadrant glitches, the contour error of any path."""
+"""Contour errors: the radial error of a circle with its quadrant glitches, the error of any path."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ QUADRANTS = ("+x", "+y", "-x", "-y")
 
 
 def of_axes(names: Sequence[str], known: Collection[str]) -> tuple[str, ...]:
-    """Return the reversals of a circle, of `QUADRANTS`, that are of axes which are known; its axes are ``names``."""
+    """Return the reversals of a circle, of `QUADRANTS`, that belong to known axes; its axes are ``names``."""
     return tuple(text for n, text in enumerate(QUADRANTS) if names[n % len(names)] in known)
 
 
 def beside(name: str) -> tuple[str, str]:
-    """Return the names of both axes of a circle where only one is known: y is the second axis, any other the first."""
+    """Return the names of both axes of a circle if one is known: y is the second axis, any other name the first."""
     return ("x", "y") if name == "y" else (name, "y")
 
 
@@ -29,11 +29,11 @@ def beside(name: str) -> tuple[str, str]:
 WINDOW = pi / 6
 """Half the width of the window around a reversal in which its glitch is looked for [rad]."""
 SWINGS = 5
-"""Swings from one side to the other of a smooth error from which it oscillates."""
+"""Least number of swings about a smooth error that count as an oscillation."""
 
 
 class Figures(NamedTuple):
-    """The figures of a contour error, as numbers."""
+    """The characteristic values of a contour error."""
 
     glitches: tuple[float, ...]  # m, signed, one a reversal
     rms: float  # m
@@ -79,9 +79,9 @@ class Circularity:
     def oscillation(self) -> float:
         """Largest distance of the radial error from a smooth curve half way between reversals, where it swings [m].
 
-        There no axis reverses and friction is smooth: what swings is the encoder's steps, waves of the guideway, or a
-        limit cycle of the loop. The curve is a polynomial of fifth degree over 40°. What swings less than `SWINGS`
-        times from half the distance on one side to half on the other is the tail of a reversal, and is not counted.
+        There no axis reverses and friction is smooth: swings are due to encoder steps, waves of the guideway, or a
+        limit cycle of the loop. The curve is a polynomial of fifth degree over 40°. Fewer than `SWINGS` swings between
+        half the distance on either side are the tail of a reversal, and do not count.
         """
         found = 0.0
         for quarter in range(4):

@@ -1,4 +1,4 @@
-"""A number that leaves fric: its unit, and how sure it is."""
+"""A number in results: value, unit and 95 % interval."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, Literal, Self, TypeVar
 from fric.units import prefixed, significant
 
 STAYS = {"leaves": False}
-"""Metadata of a dataclass's field that no document holds."""
+"""Metadata of a dataclass's field that documents leave out."""
 
 Value = float | tuple[float, ...]
 Interval = tuple[float, float]
@@ -52,7 +52,7 @@ class Estimate:
 
     @property
     def half_width(self) -> float:
-        """Half the width of the 95 % interval of one number; 0 of a number without an interval."""
+        """Half the width of the 95 % interval of a number; 0 without an interval."""
         low, high = self.ci95 or (0.0, 0.0)
         return 0.5 * (float(high) - float(low))  # type: ignore[arg-type]
 
@@ -67,7 +67,7 @@ class Estimate:
 
     @classmethod
     def read(cls, entry: Mapping[str, Any]) -> Self:
-        """Return what `as_dict` gave."""
+        """Return the estimate of a mapping made by `as_dict`."""
         value, limits = entry["value"], entry.get("ci95")
         if isinstance(value, list):
             value, limits = tuple(value), limits and tuple(map(tuple, limits))
@@ -88,8 +88,8 @@ class Estimate:
 def as_filed(value: T) -> T:
     """Return numbers as a file of fric holds them, with six digits; also those in lists, mappings and dataclasses.
 
-    What is simulated begins from these, whether a file is between or not: the last bits of a fit are those of a
-    processor, and decide in a closed loop on which side of an encoder count a position falls.
+    Simulations start from these, with or without a file between: the last bits of a fit depend on the processor, and
+    decide in a closed loop on which side of an encoder count a position falls.
     """
     found: Any = value
     if isinstance(value, float):
@@ -113,7 +113,7 @@ Scale = Literal["linear", "log", "logit"]
 class Covariance:
     """Covariance of parameters that were identified together.
 
-    names: The parameters, ``k_2`` being that of the second block.
+    names: The parameters; ``k_2`` belongs to the second block.
     scales: The scale of the covariance, by parameter.
     matrix: The covariance, rows in the order of the names, in SI.
     """
@@ -124,7 +124,7 @@ class Covariance:
 
     @classmethod
     def of(cls, names: Iterable[str], matrix: Iterable[Iterable[float]], scale: Scale | Sequence[Scale]) -> Covariance:
-        """Return a covariance, with one scale for all parameters or one a parameter."""
+        """Return a covariance, with a common scale or a scale for each parameter."""
         names = tuple(names)
         scales = (scale,) * len(names) if isinstance(scale, str) else tuple(scale)
         return cls(names, scales, tuple(tuple(float(entry) for entry in row) for row in matrix))
@@ -175,7 +175,7 @@ def note_of(entry: Mapping[str, Any]) -> str:
 
 
 DIGITS = 8
-"""Digits of a value at most, however narrow its interval is."""
+"""Largest number of digits of a value."""
 
 
 def _size(value: float, interval: Any) -> float:
@@ -186,7 +186,9 @@ def _size(value: float, interval: Any) -> float:
 
 
 def in_digits(value: float, interval: Any, scale: float = 1.0) -> tuple[str, str]:
-    """Return a value and its interval as text, to two digits of the interval's width; None or infinite is open."""
+    """Return a value and its interval as text, to two digits of the interval's width; a limit of None or infinity is
+    open.
+    """
     limits = [limit for limit in interval or () if limit is not None and not isinf(limit)]
     width = scale * (max(limits) - min(limits)) if len(limits) == 2 else 0.0
     if not width > 0:

@@ -33,7 +33,7 @@ TOGETHER = 0.99
 
 
 def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding]:
-    """Yield the quantities of records with physical bounds: speed, rate, and whether their channels agree.
+    """Yield the quantities of records with physical bounds: speed, rate, and agreement of their channels.
 
     logs: Records of one axis.
     plant: The plant, with whose force constant the force is compared.
@@ -120,7 +120,7 @@ def of_amplitudes(logs: Sequence[Log]) -> Iterator[Finding]:
 
 
 def of_level(logs: Sequence[Log], F_s: float) -> Iterator[Finding]:
-    """Yield the force of records beside the break-away force [N] of a static map that they are replayed with."""
+    """Yield the force of records over the break-away force [N] of the static map for their replay."""
     swings = [0.5 * float(log.force.max() - log.force.min()) for log in logs if log.force is not None]
     if swings and F_s > 0.0:
         yield Finding("level", max(swings) / F_s, logs[0].motion, logs[0].where)
@@ -172,7 +172,7 @@ class Finding:
     usual: float = 0.0
 
     def beyond(self) -> bool:
-        """Return whether it is beyond what a drive can be; a value that is not known is not."""
+        """Return whether it is beyond the range of real drives; an unknown value is not."""
         bound = BOUNDS[self.name]
         low, high = bound.rotary if rotates(self.motion) else bound.linear
         return isfinite(self.value) and not low <= self.value <= high and not self._of_drive

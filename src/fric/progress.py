@@ -8,14 +8,14 @@ _LISTENER: ContextVar[Callable[[], object] | None] = ContextVar("listener", defa
 
 
 def tried() -> None:
-    """Report to the listener that a fit tried one more set of parameters."""
+    """Report to the listener that a fit tried a further set of parameters."""
     if (listener := _LISTENER.get()) is not None:
         listener()
 
 
 @contextmanager
 def heard(listener: Callable[[], object]) -> Iterator[None]:
-    """Have a function called whenever a fit in this block tries a set of parameters."""
+    """Call a function whenever a fit in this block tries a set of parameters."""
     before = _LISTENER.set(listener)
     try:
         yield

@@ -1,4 +1,4 @@
-"""Motions that are asked of a drive: constant-velocity strokes, sines, circles, multisines; all start at rest."""
+"""Reference motions: constant-velocity strokes, sines, circles, multisines; all start at rest."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from fric.kernels.elementary import cos_sin
 from fric.kernels.spline import Ends, spline_slopes
 
 MOST_SAMPLES = 20_000_000
-"""Samples that a motion has at most: 80 minutes at 4 kHz, a gigabyte or two of traces."""
+"""Largest number of samples of a motion: 80 minutes at 4 kHz, one to two gigabytes of traces."""
 
 
 MOST_LEAD = 1.0
-"""Lead at most [s]: four times the longest delay that a loop closes over."""
+"""Largest lead [s]: four times the longest delay of a loop."""
 
 
 def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
     """Return the instants of a motion [s] at a sampling rate [Hz], shape (n,).
 
-    Raises FricError: When the motion is longer than is simulated.
+    Raises FricError: When the motion is too long to simulate.
     """
     refuse_long(duration, sampling)
     return np.arange(ceil(duration * sampling) + more) / sampling
@@ -149,7 +149,7 @@ def strokes(speed: float, distance: float, sampling: float, *, ramp: float = 0.1
 
 
 def sine(amplitude: float, frequency: float, cycles: float, sampling: float, *, run_in: float = 1.0) -> Reference:
-    """Return a sine whose amplitude grows smoothly from rest over the ``run_in`` cycles that come before.
+    """Return a sine, preceded by ``run_in`` cycles in which its amplitude grows smoothly from rest.
 
     amplitude: Amplitude [m].
     frequency: Frequency [Hz].
@@ -177,10 +177,10 @@ def staircase(
     """Return small steps up, as many down, and so on, with a rest after each.
 
     step: Size of a step [m]; a negative one begins the other way.
-    steps, loops: Steps from one end to the other, and how many times there and back.
+    steps, loops: Steps from end to end, and number of round trips.
     sampling: Samples a second [Hz].
-    ramp, dwell: Time that a step takes, its speed rising and falling smoothly, and rest after it [s].
-    Raises FricError: When there is no step.
+    ramp, dwell: Time that a step takes, its speed rising and falling smoothly, and rest after it [s]. Raises FricError:
+    When there is no step.
     """
     if step == 0 or steps < 1 or loops < 1 or not (ramp > 0 and dwell >= 0):
         raise FricError("a staircase has no step", hint="Give a step, a number of steps and of loops.")
@@ -266,14 +266,14 @@ def circle(
 
 
 def multisine(frequencies: Real, peak: float, samples: int, sampling: float, rng: np.random.Generator) -> Reference:
-    """Return a motion that is a sum of sines of equal velocity amplitude and random phase.
+    """Return a motion that is a sum of sines with equal velocity amplitudes and random phases.
 
-    Of 64 draws of phases, that with the lowest peak velocity is taken.
+    Of 64 draws of phases, the one with the lowest peak velocity is used.
 
     frequencies: Frequencies [Hz], shape (m,).
     peak: Largest velocity of the sum [m/s].
     samples, sampling: Length, and samples a second [Hz].
-    rng: Where the phases come from.
+    rng: Generator of the phases.
     """
     every = np.append(sampling, frequencies) / np.min(frequencies)
     repeats = every[0] <= samples and bool(np.all(np.abs(every - np.rint(every)) < 1e-9))

@@ -1,4 +1,4 @@
-"""Series of numbers that came from outside: what their construction refuses, no consumer need look at again."""
+"""Checks of foreign series of numbers at construction, so that consumers need none."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ if TYPE_CHECKING:
     from fric.arrays import Real
 
 LARGEST: Mapping[str, float] = {"time": 1e10, "velocity": 1e6, "ratio": 1e12}
-"""Magnitude of a value in SI, by its dimension, that no machine reaches; `OTHERWISE` of others."""
+"""Magnitude of a value in SI that no machine reaches, by dimension; `OTHERWISE` of others."""
 LINEAR, OTHERWISE = 1e6, 1e9
-"""The same of the position of a linear axis [m], and of dimensions that `LARGEST` does not name."""
+"""The same for the position of a linear axis [m], and for dimensions that `LARGEST` does not name."""
 GAIN = 1e15
-"""Magnitude that no parameter of a plant or a controller has in SI: what is beyond is no number in a closed loop."""
+"""Magnitude in SI that no parameter of a plant or a controller reaches: beyond it closed loops overflow."""
 SMALLEST = 1e-20
-"""Magnitude in SI that a measured series reaches, if it is not 0 throughout."""
+"""Least magnitude in SI of a measured series that is not 0 throughout."""
 CLOSEST = 1e-9
-"""Mean time between samples at least [s]."""
+"""Least mean time between samples [s]."""
 
 
 def largest(dimension: str, motion: Motion = "linear") -> float:
@@ -68,7 +68,7 @@ def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Moti
 
 
 def require_plausible(name: str, values: Real, dimension: str, where: str, *, motion: Motion = "linear") -> None:
-    """Raise a `FricError` where a value is no number, or no machine reaches it, or all are too small (in SI units)."""
+    """Raise a `FricError` if a value is no number or beyond all machines, or all are too small (in SI units)."""
     import numpy as np
 
     most, unit = largest(dimension, motion), si_unit(dimension, motion)

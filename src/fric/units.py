@@ -22,7 +22,7 @@ Motion = Literal[
     "linear", "rotary", "linear/A", "rotary/A", "linear/%", "rotary/%", "linear/V", "rotary/V", "linear/count",
     "rotary/count", "linear/N*m",
 ]  # fmt: skip
-"""Motion of an axis, and behind a slash the unit of its forces where that is a unit of the drive or its motor."""
+"""Motion of an axis, followed by a slash and the unit of its forces if the drive logs them in its units."""
 MOTIONS: tuple[Motion, ...] = get_args(Motion)
 
 SI_UNITS: dict[str, tuple[str, str]] = {
@@ -53,16 +53,16 @@ PLAIN: tuple[Motion, ...] = ("linear", "rotary")
 """Motions with forces in SI."""
 OF_FORCE = {"force": "", "mass": "*s^2/{m}", "viscous": "*s/{m}", "stiffness": "/{m}", "force rate": "/s",
             "force per input": "/V"}  # fmt: skip
-"""Dimensions that a force is in: the suffix of its unit."""
+"""Dimensions that contain a force, with the suffix of their unit."""
 
 
 def rotates(motion: str) -> bool:
-    """Return whether an axis turns."""
+    """Return whether an axis is rotary."""
     return motion.startswith("rotary")
 
 
 def drive_unit(motion: str) -> str:
-    """Return the unit of the drive in which forces are; empty where they are in N or N·m."""
+    """Return the drive's unit of forces; empty if they are in N or N·m."""
     return motion.partition("/")[2]
 
 
@@ -119,7 +119,7 @@ _EVERYDAY: dict[tuple[str, str], float] = {
     ("N/um", "N/m"): 1e6,
     ("N/µm", "N/m"): 1e6,
 }
-"""Units of every day by their SI unit, so that most commands need not wait for Pint; a test holds them against it."""
+"""Common units by their SI unit, so that most commands need not load Pint; a test compares both."""
 
 
 @cache
@@ -183,7 +183,7 @@ def is_unit(text: str) -> bool:
 
 
 MOST_LETTERS = 60
-"""Letters of a unit at most."""
+"""Largest length of a unit."""
 _POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")
 """A small exponent that has no exponent itself."""
 _SIGNS = re.compile(r"[\w\s*/^().+\-·°%‰²³⁻¹⁺'\"]*")
@@ -267,11 +267,11 @@ _LIKELY: dict[tuple[str, Motion], tuple[tuple[str, float], ...]] = {
     ("acceleration", "linear"): (("m/s^2", 50.0), ("mm/s^2", inf)),
     ("time", "linear"): (("s", 0.1), ("ms", inf)),
 }
-"""Units that people type, with the number up to which each is likely on a machine."""
+"""Units that people type, with the largest likely number of each on a machine."""
 
 
 def likely(number: float | str, dimension: str, motion: Motion = "linear") -> str:
-    """Return a number with the unit that the size of machines makes likely: 100 of a velocity is ``100 mm/s``."""
+    """Return a number with its likely unit by the size of machines: 100 of a velocity is ``100 mm/s``."""
     units = _LIKELY.get((dimension, "rotary" if rotates(motion) else "linear"), ((si_unit(dimension, motion), inf),))
     return f"{number} {next(unit for unit, most in units if abs(float(number)) <= most)}"
 
@@ -318,7 +318,7 @@ _PREFIXED = {
     "A*s/rad",
     "A/V",
 }
-"""Units that people read with a prefix; of the others (rad, kg, N·s/m, …) they do not."""
+"""Units that people read with a prefix, unlike others (rad, kg, N·s/m, …)."""
 
 
 def prefixed(value: float, unit: str) -> tuple[float, str]:

@@ -1,4 +1,4 @@
-"""Which records to take of an axis: speeds, sines, a multisine and circles, from what is known of it beforehand."""
+"""Choice of the records to take of an axis: speeds, sines, a multisine and circles, from prior knowledge."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -28,7 +28,7 @@ from fric.units import readable, rotates, si_unit
 TYPICAL = "xy-table"
 """The bundled machine that is used where none is given."""
 REST = 10
-"""Samples over which the encoder does not move, at least, where a drive is at rest."""
+"""Least number of samples with an unchanged encoder position at rest."""
 
 
 def prior_axis(
@@ -43,8 +43,8 @@ def prior_axis(
     machine: The machine; a typical machine where not given.
     axis: Name of the axis; that of the friction where it is given.
     friction, plant: What is known of its friction and of its plant.
-    like: A typical log, for the force noise and the encoder step of others.
-    Raises FricError: When the machine has no such axis, or a file is of another motion.
+    like: A typical log, for force noise and encoder step. Raises FricError: When the machine has no such axis, or a
+    file is of another motion.
     """
     notices: list[Notice] = []
     name = axis if friction is None else friction.axis
@@ -104,13 +104,13 @@ def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
 
 
 MARGIN = 0.99
-"""Share of stroke, feed and acceleration that a plan uses: what rounding in a program may add stays inside."""
+"""Share of stroke, feed and acceleration that a plan uses, which leaves room for rounding in a program."""
 SLOPE = 1.875
 """Largest slope of `fric.reference.smooth_step`: the acceleration of a ramp is this times speed over time."""
 FALL = (0.05, 4.0)
 """Speeds in v_s between which the Stribeck fall is sampled: eq. (2) is 95 % and 2 % of its rise there."""
 COUNTS = 200.0
-"""Encoder counts a second above which a drive runs evenly, and does not hunt from count to count."""
+"""Encoder counts per second above which a drive runs evenly, without hunting between counts."""
 BETWEEN = 0.382
 """Shift of each period of an excitation against the period before, as a share of a count.
 
@@ -118,7 +118,7 @@ With whole counts an encoder would round each period in the same way, and the ro
 share, of the golden section, each period lies between those before it.
 """
 SLIPS = 8.0
-"""Times the largest slip displacement that a pre-sliding sine reaches (the paper's 450 µm over 54 µm)."""
+"""Amplitude of a pre-sliding sine over the largest slip displacement (the paper's 450 µm over 54 µm)."""
 STEPS = 30
 """Micro-steps from one end of a staircase to the other; together 2.5 times the largest slip displacement."""
 UNKNOWN_SLIP = 54e-6
@@ -132,9 +132,9 @@ def choose(
 
     axis: The axis as known beforehand: friction, plant, controller, encoder.
     limits: What it may do.
-    times: By kind of record, how many times as many strokes, cycles or periods to take.
-    micro_steps: A staircase in place of the sines before sliding.
-    Raises FricError: When the limits leave no room for one of them.
+    times: Factor of the number of strokes, cycles or periods, by kind of record.
+    micro_steps: A staircase in place of the sines before sliding. Raises FricError: When the limits leave no room for
+    one of them.
     """
     more, makers = times or {}, _RECORDS | ({"presliding-sine": _micro_steps} if micro_steps else {})
     records = (made(axis, limits, more.get(kind, 1)) for kind, made in makers.items())
@@ -154,7 +154,7 @@ _DIMENSIONS = {"stroke": "position", "feed": "velocity", "acceleration": "accele
 
 
 def durations(axis: Axis, planned: Sequence[Planned]) -> Iterator[float]:
-    """Yield how long each experiment lasts [s]."""
+    """Yield the duration of each experiment [s]."""
     for record in planned:
         if record.kind == "circle":
             s = {name: float(value) for name, value in record.settings.items() if not isinstance(value, tuple)}
@@ -164,7 +164,7 @@ def durations(axis: Axis, planned: Sequence[Planned]) -> Iterator[float]:
 
 
 def _known(axis: Axis) -> tuple[StaticMap, float]:
-    """Return the static map that is known, and the largest displacement at which a block slips [m]."""
+    """Return the known static map, and the largest displacement at which a block slips [m]."""
     model = axis.friction.model if isinstance(axis.friction, Directed) else axis.friction
     static = model.static if isinstance(model, OnStaticMap) else model
     if not isinstance(static, StaticMap):
@@ -178,7 +178,7 @@ def _ramp(speed: float, limits: Limits) -> float:
 
 
 def _rounded(value: float, *, up: bool = False) -> float:
-    """Return a value to three digits, never beyond itself (up: never below)."""
+    """Return a value rounded down to three digits (up: rounded up)."""
     size = 10.0 ** (floor(log10(value)) - 2)
     return float(f"{(floor(value / size + 1e-9) + (up and value % size > 1e-9 * size)) * size:.3g}")
 
@@ -225,7 +225,7 @@ def _micro_steps(axis: Axis, limits: Limits, times: int) -> Planned:
     settings: dict[str, Setting] = {
         "step": _rounded(step), "steps": STEPS, "loops": 1 + 3 * times, "ramp": _rounded(ramp, up=True), "dwell": 0.25,
     }  # fmt: skip
-    return Planned("micro-steps", settings, "alpha, k: small steps up and down, where a drive makes no slow sine")
+    return Planned("micro-steps", settings, "alpha, k: small steps up and down, for a drive without slow sines")
 
 
 def _sliding(axis: Axis, limits: Limits, times: int) -> Planned:
@@ -240,7 +240,7 @@ def _sliding(axis: Axis, limits: Limits, times: int) -> Planned:
     settings: dict[str, Setting] = {
         "mean": _rounded(mean), "swing": _rounded(0.75 * mean), "frequency": frequency, "cycles": cycles,
     }  # fmt: skip
-    return Planned("sliding-sine", settings, "C: friction lags behind a speed that swings about v_s")
+    return Planned("sliding-sine", settings, "C: friction lags a speed that swings about v_s")
 
 
 def _response(axis: Axis, limits: Limits, times: int) -> Planned:
@@ -260,14 +260,14 @@ def _response(axis: Axis, limits: Limits, times: int) -> Planned:
         "mean": mean, "peaks": (_rounded(peak),) * times, "lowest": lowest, "highest": highest, "lines": 60,
         "periods": periods, "ramp": ramp,
     }  # fmt: skip
-    why = "A, B, T_d, K_f, and what limits observer and loop: a multisine on the voltage, in sliding one way"
+    why = "A, B, T_d, K_f, and the limits of observer and loop: a multisine on the voltage, sliding in one direction"
     return Planned("frequency-response", settings, why)
 
 
 def _circles(limits: Limits) -> Iterator[Planned]:
     radius = _rounded(min(30e-3, 0.5 * MARGIN * limits.stroke))
     fast = _rounded(MARGIN * min(limits.feed, sqrt(0.9 * limits.acceleration * radius)))
-    for feed, why in ((fast, "the judge: what compensation leaves"), (_rounded(fast / 10), "the same, slowly")):
+    for feed, why in ((fast, "for validation: the error with compensation"), (_rounded(fast / 10), "the same, slowly")):
         settings: dict[str, Setting] = {"radius": radius, "feed": feed, "revolutions": 2}
         yield Planned("circle", settings, why)
 

@@ -1,9 +1,8 @@
 """The intervals that planned experiments will give: the identification itself, on records simulated at the prior.
 
-The information of the records is the Fisher information of the fits that will read them: the same records, residuals,
-weights and models. They are simulated several times on the axis as known beforehand, with noise of other seeds, each
-record from another place between two counts of the encoder, and identified each time; reported are the geometric mean
-and the range of the half-widths.
+The information of the records is the Fisher information of their fits: the same records, residuals, weights and models.
+They are simulated several times on the axis as known beforehand, with different noise and different places between two
+encoder counts, and identified each time; the results are the geometric mean and the range of the half-widths.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -32,13 +31,13 @@ from fric.simulate.plan import Expected, Limits, Planned
 DRAWS = 9
 """Runs of a plan that are identified: the range of nine includes the next in 80 % of cases."""
 PLACES = 64.0
-"""Counts of the encoder over which a record begins anywhere: a slow axis hunts between two by where they are."""
+"""Encoder counts over which the start of a record is spread: the hunting of a slow axis depends on it."""
 ACCURACY = 1e-10
 """Largest error of the position by the integration [m]: 0.01 N of a stiffness of 100 N/µm."""
 NOTABLE = 1.2
 """Widening by unmodelled friction above which it is reported."""
 MOST_TIMES = 16
-"""Times as many strokes, cycles or periods as usual that an accuracy may take."""
+"""Largest factor of the usual number of strokes, cycles or periods."""
 
 IDENTIFIED_BY = {
     "constant-velocity": (*STATIC_PARAMETERS, "offset"), "presliding-sine": ("alpha", "k"),
@@ -59,7 +58,7 @@ class Expectation:
 
 
 def identified(logs: Sequence[Log], blocks: int | None = None) -> Iterator[PlantDocument | FrictionDocument]:
-    """Yield plant, static map and GMS model of the records of one axis, each as far as there are records for it."""
+    """Yield plant, static map and GMS model of the records of an axis, each if there are records for it."""
     plant = static = None
     of_kind = {kind: [log for log in logs if log.kind == kind] for kind in {log.kind for log in logs}}
     if responses := of_kind.get("frequency-response"):
@@ -80,7 +79,7 @@ def identified(logs: Sequence[Log], blocks: int | None = None) -> Iterator[Plant
 
 
 def half_widths(documents: Sequence[PlantDocument | FrictionDocument]) -> dict[str, tuple[float, float, str]]:
-    """Return value, half the width of the 95 % interval (infinite where it is open) and unit by parameter, in SI."""
+    """Return value, half-width of the 95 % interval (infinite if open) and unit by parameter, in SI."""
     found = {}
     for document in documents:
         for name, value, (low, high), unit in (
@@ -92,7 +91,7 @@ def half_widths(documents: Sequence[PlantDocument | FrictionDocument]) -> dict[s
 
 
 def _sections(document: PlantDocument | FrictionDocument) -> Iterator[Mapping[str, Estimate]]:
-    """Yield what was identified, by section and name."""
+    """Yield the identified parameters, by section and name."""
     if isinstance(document, FrictionDocument):
         yield from (document.estimates(section) for section in document.sections())
         return
@@ -115,17 +114,17 @@ def _elements(section: Mapping[str, Estimate]) -> Iterator[tuple[str, float, tup
 
 
 def typical(halves: Sequence[float]) -> float:
-    """Return the geometric mean of half-widths, their median where any is open.
+    """Return the geometric mean of half-widths, or their median if any is open.
 
-    An interval may be of one of two sizes, depending on a test within the identification: a median of some runs
-    is that of one of them, by chance.
+    An interval may have one of two sizes, depending on a test within the identification: a median of few runs would
+    pick one by chance.
     """
     closed = bool(np.all(np.isfinite(halves))) and min(halves) > 0
     return float(np.exp(np.mean(np.log(halves))) if closed else np.median(halves))
 
 
 def anywhere(axis: Axis, trials: Sequence[Trial], seed: int) -> list[Trial]:
-    """Return trials that begin anywhere between the counts of the axis' encoder, each at a different place."""
+    """Return trials that begin at different places between the counts of the axis' encoder."""
     places = np.random.default_rng([seed, 1]).uniform(0.0, PLACES * axis.encoder.resolution, len(trials))
     return [
         replace(trial, reference=replace(trial.reference, position=trial.reference.position + place))
@@ -142,7 +141,7 @@ def left_over(known: FrictionDocument) -> dict[str, float]:
 
 
 def known_half_widths(known: FrictionDocument) -> dict[str, dict[str, float]]:
-    """Return half the width of each 95 % interval of a friction file, by section and parameter, in SI."""
+    """Return the half-width of each 95 % interval of a friction file, by section and parameter, in SI."""
     return {
         section: {name: 0.5 * (high - low) for name, _, (low, high), _ in _elements(known.estimates(section))}
         for section in ("static", "gms") if known.section(section)
@@ -155,8 +154,8 @@ def widening(
     """Return the factor that widens expected intervals for unmodelled friction of a drive, 1 or more.
 
     A fit of the drive has larger residuals than any fit of the simulated axis where its friction differs from the
-    model; they will recur, and do not average out: the half-width is then the known half-width. It is widened at most
-    by the ratio of the residuals, for a half-width from few strokes is wide by their number.
+    model; these recur and do not average out: the half-width is then the known half-width. The factor is at most the
+    ratio of the residuals, since a half-width from few strokes is wide because of their number.
     """
     left = [left_over(document) for document in simulated]
     found = {}
@@ -189,7 +188,9 @@ def scattering(known: PlantDocument, found: Sequence[PlantDocument]) -> dict[str
 
 
 def _sureness(document: PlantDocument) -> dict[str, float]:
-    """Return the half-widths of a plant by name, in SI, times size and root of the number of its responses' periods."""
+    """Return the half-widths of a plant by name, in SI, times size and root of the number of periods of its
+    responses.
+    """
     parts = (document.fit and document.fit.responses) or []
     size = sum(
         (part.averages or 1.0) * float(part.velocity_rms.si("velocity", document.motion)) ** 2
@@ -215,8 +216,7 @@ def expected(
 
     axis: The axis as known beforehand, with the noise and the encoder of its logs.
     planned: The experiments.
-    advance: Is called for each record that was simulated, and of each identification.
-    draws: Times that they are run and identified.
+    advance: Called after each simulated record and each identification. draws: Number of runs and identifications.
     known: The friction file of the axis, which holds the residuals of its models.
     plant: The plant file of the axis, which holds the scatter of its response.
     """
@@ -274,7 +274,7 @@ def planned_for(
     *,
     micro_steps: bool = False,
 ) -> tuple[tuple[Planned, ...], Expectation]:
-    """Return the experiments that give the requested half-widths, as far as any do, and the expected intervals.
+    """Return the experiments for the requested half-widths, as far as possible, and the expected intervals.
 
     axis, limits: The axis as known beforehand, and its limits.
     wanted: Requested half-width by parameter, and whether it is relative to the value.
@@ -292,7 +292,7 @@ def planned_for(
 
 
 def lacks(wanted: Wanted, found: Expectation) -> Iterator[tuple[str, float]]:
-    """Yield each requested parameter with the expected half-width over the requested; of blocks the worst."""
+    """Yield the ratio of expected to requested half-width of each requested parameter; of blocks the worst."""
     for name, (target, relative) in wanted.items():
         of = [parameter for key, parameter in found.parameters.items() if key == name or key.rpartition("_")[0] == name]
         yield (
@@ -305,7 +305,7 @@ def lacks(wanted: Wanted, found: Expectation) -> Iterator[tuple[str, float]]:
 
 
 def more_records(wanted: Wanted, found: Expectation, times: Mapping[str, int]) -> dict[str, int]:
-    """Return how many times as many strokes, cycles or periods to take: a half-width falls with their root."""
+    """Return the factor of the number of strokes, cycles or periods: a half-width falls with its root."""
     more = dict(times)
     for name, lack in lacks(wanted, found):
         kind = next(kind for kind, names in IDENTIFIED_BY.items() if name in names)

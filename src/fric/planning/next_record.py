@@ -38,7 +38,7 @@ NORMAL = 1.959963984540054
 ASSUMED = {"C": log(10.0) / NORMAL}
 """Standard deviation of the logarithm of an assumed parameter: C to a factor of ten."""
 SURE = 0.4
-"""Share to which the information of one more record is known: half-widths of simulated records are good to 20 %."""
+"""Relative uncertainty of a further record's information: half-widths of simulated records are good to 20 %."""
 LARGEST = 0.5
 """Largest step of a logarithm or logit in which a derivative is taken."""
 
@@ -52,7 +52,7 @@ def narrowing(
     scheme: Scheme,
     advance: Callable[[], object] = lambda: None,
 ) -> Narrowing:
-    """Return how one more record would narrow the predicted glitch of an axis.
+    """Return how a further record would narrow the predicted glitch of an axis.
 
     machine: The machine that runs the circle.
     axis: The axis at the last result: its friction is the GMS model that was identified.
@@ -66,7 +66,7 @@ def narrowing(
     model = axis.friction
     if not isinstance(model, GMS):
         raise FricError(
-            "what narrows the glitch is told of a GMS model with one map for both directions",
+            "planning needs a GMS model with a common map for both directions",
             hint="Identify one with `fric identify gms`; `fric plan --friction` says which records that takes.",
         )
     known = _known(covariances, model)
@@ -98,14 +98,14 @@ def narrowing(
 
 
 def by_what_they_leave(candidates: Sequence[CandidateRecord]) -> tuple[CandidateRecord, ...]:
-    """Return candidates, the best first; of those that differ by less than their scatter the shortest first."""
+    """Return candidates, the best first; among those that differ by less than their scatter, the shortest first."""
     ordered = sorted(candidates, key=lambda candidate: candidate.lasting)
     order = ranked([candidate.half_width for candidate in ordered], [candidate.scatter for candidate in ordered])
     return tuple(ordered[n] for n in order)
 
 
 def _parts(record: Planned) -> Iterator[Planned]:
-    """Yield an experiment as single candidates: slow and fast strokes, each sine alone; a circle is none."""
+    """Yield the candidates of an experiment: slow and fast strokes, each sine alone; a circle is no candidate."""
     if record.kind == "constant-velocity":
         speeds = record.settings["speeds"]
         assert isinstance(speeds, tuple)
@@ -164,7 +164,7 @@ def _slopes(
 ) -> Real:
     """Return the derivatives of this axis' two glitches over the parameters, shape (2, p), by central differences.
 
-    The encoder is left out: its counts would be in differences of nanometres.
+    The encoder is left out: differences of nanometres would show its counts.
     """
     place = list(machine.axes).index(axis.name)
     nominal = NominalFriction({"gms": model, "static": model.static}, 1.0, axis.nominal_friction.lead)

@@ -1,4 +1,4 @@
-"""Files of every kind, recognised by their content, brought together for a report."""
+"""Collection of files of every kind, recognised by their content, for a report."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -146,19 +146,19 @@ class ContourTest:
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """The axes that were run; x and y where the file does not name them."""
+        """The axes that were run; x and y if the file does not name them."""
         return tuple(map(str, self.provenance.get("axes", ("x", "y"))))
 
     @property
     def machine(self) -> Path | None:
-        """The machine file that it was run on, where it still exists; the name of a bundled machine counts."""
+        """The machine file that it was run on, if it still exists; or the name of a bundled machine."""
         path = str(self.provenance.get("origin", {}).get("path", ""))
         known = path in bundled("machine") or (path and Path(path).exists())
         return Path(path) if known else None
 
     @property
     def same(self) -> tuple[Any, ...]:
-        """What two tests share that can be compared."""
+        """The common properties of two comparable tests."""
         return (self.radius, self.feed, self.direction, self.labels)
 
 
@@ -168,7 +168,7 @@ def _alike(value: float, other: float) -> bool:
 
 @dataclass(frozen=True)
 class ReportInput:
-    """All that was given for a report, the newest of each, and the older data that it replaces."""
+    """Input of a report: the newest data on each subject, and the older data that they replace."""
 
     items: tuple[Item, ...] = ()  # The newest document of each kind and axis
     tests: tuple[ContourTest, ...] = ()  # The newest run of each contour
@@ -189,7 +189,7 @@ class ReportInput:
         return next((item for item in self.items if (item.kind, item.axis) == (kind, axis)), None)
 
     def verdict(self, test: ContourTest) -> Verdict:
-        """Return what to switch on, by one test and all measured circles."""
+        """Return the verdict by a test and all measured circles."""
         held = [circle for circle in self.circles if circle.result.held is not None]
         more: dict[str, Any] = {"machine": machine_name(self.machine)} if self.machine else {}
         file = self.machine or str(test.provenance.get("origin", {}).get("path", ""))
@@ -206,7 +206,7 @@ class ReportInput:
         return decide(given)
 
     def _measured(self, test: ContourTest) -> dict[str, float]:
-        """Return the largest glitch that was measured on the circle of a test [m], by the scheme that was on."""
+        """Return the largest glitch measured on the circle of a test [m], by active scheme."""
         found: dict[str, float] = {}
         for circle in self.circles:
             seen = circle.result.found.test
@@ -215,7 +215,9 @@ class ReportInput:
         return found
 
     def _notices(self, test: ContourTest) -> list[Notice]:
-        """Return the warnings of files, a run and the circles; a circle that is not as predicted is separate."""
+        """Return the warnings of files, a run and the circles, and separately circles that differ from their
+        prediction.
+        """
         notices = [notice for item in self.items for notice in item.warnings]
         circles = [notice for circle in self.circles for notice in circle.result.warnings]
         return notices + self.warned(test) + [circle for circle in circles if not flaw_of(circle).disagrees]
@@ -234,7 +236,7 @@ class ReportInput:
 T = TypeVar("T", Item, ContourTest)
 
 BINS = 720
-"""Parts of a contour; its least and its greatest error in each are kept, so that no spike is thinned away."""
+"""Number of parts of a contour; the least and greatest error of each are kept, so that no spike is lost."""
 
 
 def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: float | None = None) -> ReportInput:
@@ -246,9 +248,8 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
 
     paths: The files; the name of a bundled machine counts as its file.
     circles: Further measured circles.
-    tolerance: Glitch that is allowed [m].
-    Raises FricError: When a file cannot be read, is of a kind that a report has no place for, or nothing was given to
-        report.
+    tolerance: Glitch that is allowed [m]. Raises FricError: When a file cannot be read, a report does not show its
+    kind, or there is nothing to report.
     """
     items: list[Item] = []
     tests: list[ContourTest] = []
@@ -289,14 +290,14 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
                 tests += [contour_test(entry, f"{path.name}: ") for entry in earlier["tests"]]
         else:
             raise FricError(
-                f"holds {found}, which a report has no place for",
+                f"holds {found}, which a report does not show",
                 where=str(path),
                 hint="Give runs, circle tests, maps, logs, earlier reports, a machine file, and documents of friction, "
                 "plant, controller and observer.",
             )
     if not (items or tests or measured or maps):
         raise FricError(
-            "there is nothing to report but logs, or a machine",
+            "logs or a machine alone make no report",
             hint="Give a friction file of `fric identify`, a run file of `fric simulate circle`, or a circle test too.",
         )
     machine = machine or next((str(test.machine) for test in tests if test.machine), "")
@@ -339,12 +340,12 @@ def _sorted(items: Sequence[Item], tests: Sequence[ContourTest], records: Sequen
 
 
 def _by_date(things: list[T]) -> list[T]:
-    """Sort by date where each has a date; else the given order is that of time."""
+    """Sort by date if each has a date; else keep the given order."""
     return sorted(things, key=lambda thing: thing.created) if all(thing.created for thing in things) else things
 
 
 def _carried_over(earlier: Item, later: Item) -> bool:
-    """Return whether the later document contains all that the earlier identified: a static map, then its GMS."""
+    """Return whether the later document contains all results of the earlier: a static map, then its GMS."""
     about = {"fric", "axis", "motion", "fit", "warnings", "provenance"}
     return all(later.tree.get(key) == value for key, value in earlier.tree.items() if key not in about)
 

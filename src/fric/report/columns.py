@@ -1,4 +1,4 @@
-"""What the columns of foreign logs are, stated by hand: a page on this computer alone, and what follows from it."""
+"""A page, served to this computer only, to state the columns of foreign logs by hand; and the resulting mapping."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -22,9 +22,9 @@ from fric.report.served import LocalPage
 from fric.units import Motion, in_units_of, readable, rotates
 
 MOST_REQUEST = 262_144
-"""Bytes of a request at most."""
+"""Largest size of a request [bytes]."""
 MOST_WORD = 60
-"""Characters of a name or a unit at most."""
+"""Largest length of a name or a unit [characters]."""
 SKETCH = 160
 """Points of the sketch of a column."""
 TAKEN = ("time", "position", "velocity", "force", "input", "reference", "load_position")
@@ -40,9 +40,9 @@ UNITS: Mapping[str, tuple[str, ...]] = {
 
 
 class ColumnsPage(LocalPage):
-    """A page with the columns of files as sketches, their roles, units and rate, and what follows from them.
+    """A page with the columns of files as sketches, their roles, units and rate, and the resulting records.
 
-    guess: What is guessed of the files.
+    guess: The guess about the files.
     """
 
     def __init__(self, guess: Guessed) -> None:
@@ -54,14 +54,14 @@ class ColumnsPage(LocalPage):
         super().__init__(_rendered(self._found).encode(), MOST_REQUEST)
 
     def serve(self) -> Guessed:
-        """Serve the page until a mapping is saved; return what is stated."""
+        """Serve the page until a mapping is saved; return the statement."""
         self.wait()
         return self._saved
 
     def answer(self, word: str, asked: Any) -> dict[str, Any]:
-        """Return the mapping of what is stated, and what follows; ``save`` takes it.
+        """Return the stated mapping and the resulting records; ``save`` accepts it.
 
-        Raises FricError: When something stated is no name, no unit or no column, or leaves an axis without motion.
+        Raises FricError: When a stated name, unit or column is not valid, or an axis has no motion.
         """
         axes = asked.get("axes") if isinstance(asked, dict) else None
         if not isinstance(axes, list) or len(axes) != len(self._found):
@@ -86,18 +86,20 @@ def _word(value: Any, what: str) -> str:
 
 
 def _stated(guess: Guess, asked: Mapping[str, Any]) -> Guess:
-    """Return a guess with what the page states of its axis.
+    """Return a guess with the statements of the page about its axis.
 
-    Raises FricError: When a channel or a column is none, or a rate or a unit is missing.
+    Raises FricError: When a channel or a column does not exist, or a rate or a unit is missing.
     """
     roles: dict[str, Role] = {}
     for row in asked["roles"] if isinstance(asked.get("roles"), list) else []:
         channel, column = (row.get("channel"), row.get("column")) if isinstance(row, dict) else (None, None)
         if channel not in TAKEN or type(column) is not int or not 0 <= column < len(guess.table.columns):
-            raise FricError("that is no channel of a column")
+            raise FricError("a column has no valid channel")
         name = guess.table.columns[column].name
         if not (unit := _word(row.get("unit", ""), "unit")):
-            raise FricError(f"'{name}' ({channel}) has no unit", hint="Say it, or what one of these is: 0.0879 deg.")
+            raise FricError(
+                f"'{name}' ({channel}) has no unit", hint="Give the unit, or the size of a step: 0.0879 deg."
+            )
         known = guess.axis.roles.get(channel)
         turn = known.turn if known and known.column == column else 0.0
         sign = -1 if row.get("turned") else 1
@@ -105,8 +107,8 @@ def _stated(guess: Guess, asked: Mapping[str, Any]) -> Guess:
     if "time" not in roles:
         period = sampling_period(rate := _word(asked.get("rate", ""), "rate"))
         if period is None:
-            what = f"'{rate}' is no sampling rate" if rate else "no column is the time"
-            raise FricError(what, hint="Name its column, or say a rate, as in 1 kHz.")
+            what = f"'{rate}' is no sampling rate" if rate else "no column is marked as time"
+            raise FricError(what, hint="Mark its column, or give a rate, as in 1 kHz.")
         roles["time"] = Role("time", None, f"{period:.9g} s", 1.0, 1.0, "as stated")
     motion: Motion = "rotary" if asked.get("motion") == "rotary" else "linear"
     if "force" in roles:
@@ -119,7 +121,7 @@ def _stated(guess: Guess, asked: Mapping[str, Any]) -> Guess:
 
 
 def _followed(guess: Guess, document: MappingDocument) -> dict[str, Any]:
-    """Return what follows from a mapping of the first rows of a file: its channels in SI, and what they show."""
+    """Return the result of a mapping on the first rows of a file: channels in SI, and their inspection."""
     names = [column.name for column in guess.table.columns]
     mapping = document.of(guess.table.path, names, guess.axis.name)
     try:
@@ -172,7 +174,7 @@ def _rendered(found: list[Guess]) -> str:
 
 
 def _sketch(guess: Guess, n: int) -> dict[str, Any]:
-    """Return a column with its ends, and its first rows as the extremes of pieces, in thousandths of its range."""
+    """Return a column with its limits, and its first rows as extremes of pieces, in thousandths of its range."""
     blocks = [block.columns[0] for block in guess.table.read([n])]
     values: Real = np.concatenate(blocks) if blocks else np.empty(0)
     values = values[np.isfinite(values)]

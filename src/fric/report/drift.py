@@ -50,7 +50,7 @@ class Change:
 
     @property
     def verdict(self) -> Verdict:
-        """``moved`` where the interval of the difference does not hold 0; ``unknown`` where there is no interval."""
+        """``moved`` if the interval of the difference does not contain 0; ``unknown`` without an interval."""
         interval = self.difference_ci95
         if interval is None or interval == (-inf, inf):
             return "unknown"
@@ -60,7 +60,7 @@ class Change:
 def document_changes(before: Item, after: Item) -> list[Change]:
     """Return the change of each number that two documents of one kind and axis share.
 
-    What was set by hand or assumed is left out. Slip blocks are compared one by one where both have as many.
+    Values that were set by hand or assumed are left out. Slip blocks are compared one by one if their number is equal.
     """
     found: list[Change] = []
     earlier_sections = before.sections()
@@ -75,7 +75,7 @@ def document_changes(before: Item, after: Item) -> list[Change]:
 
 
 def block_counts(before: Item, after: Item) -> tuple[int, int] | None:
-    """Return how many slip blocks the GMS models of two friction documents have, where they differ."""
+    """Return the numbers of slip blocks in the GMS models of two friction documents, if they differ."""
     blocks = [item.sections().get("gms", {}).get("k") for item in (before, after)]
     counts = [len(k.value) if k is not None and isinstance(k.value, tuple) else 0 for k in blocks]
     return (counts[0], counts[1]) if all(counts) and counts[0] != counts[1] else None
@@ -121,7 +121,7 @@ def description(changes: list[Change]) -> str:
     if not any(change.difference for change in changes):
         return "No number changed." if changes else "The two share no identified number."
     if not known:
-        return "None of the numbers has an interval: that they differ is seen, and not whether they moved."
+        return "None of the numbers has an interval: whether a difference is a change is not known."
     if not moved:
         return f"None of the {len(known)} numbers with intervals moved beyond them."
     names = ", ".join(f"{change.name} ({_percent(change)})" for change in moved)

@@ -1,4 +1,4 @@
-"""Knots of the virgin curve, moved by hand: a page on this computer alone, and its requests."""
+"""A page, served to this computer only, to move the knots of the virgin curve by hand; and its requests."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -10,7 +10,7 @@ from fric.results.model import GMSResult
 from fric.units import prefixed, si_unit
 
 MOST_REQUEST = 16_384
-"""Bytes of a request at most."""
+"""Largest size of a request [bytes]."""
 MOST_KNOTS = 12
 
 Fit = Callable[[Sequence[float]], "GMSResult"]
@@ -35,9 +35,9 @@ class KnotPage(LocalPage):
         return self.knots
 
     def answer(self, word: str, asked: Any) -> dict[str, Any]:
-        """Return the answer to a request: ``try`` fits knots, ``save`` takes them.
+        """Return the answer to a request: ``try`` fits knots, ``save`` accepts them.
 
-        Raises FricError: When the knots are none, or do not suit the curve.
+        Raises FricError: When the knots are not valid, or do not suit the curve.
         """
         knots = asked.get("knots") if isinstance(asked, dict) else None
         if not (

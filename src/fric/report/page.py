@@ -1,4 +1,4 @@
-"""Pages are rendered here: the templates of this folder, and the filters that write numbers for people."""
+"""Rendering of pages: the templates of this folder, and filters that format numbers for people."""
 
 from base64 import b64encode
 from functools import cache

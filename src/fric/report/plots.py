@@ -1,4 +1,4 @@
-"""The figures of a page, with what is written above and below them: each is drawn by `fric.figures`.
+"""The figures of a page with headings and captions; `fric.figures` draws them.
 
 Curves and bands come from documents, points and cycles from logs.
 """
@@ -48,12 +48,12 @@ from fric.report.drift import Change
 from fric.units import readable, rotates, si_unit
 
 CYCLE_POINTS = 1500
-"""Points of a cycle that are drawn."""
+"""Number of points drawn of a cycle."""
 
 
 @dataclass(frozen=True, eq=False)
 class FrictionCurves:
-    """What can be drawn of the friction of one axis."""
+    """Curves of the friction of an axis."""
 
     maps: Mapping[str, Band]  # ``both``, or ``positive`` and ``negative``: force over speed in the direction of motion
     points: tuple[SpeedPoint, ...] = ()  # measured strokes, the offset of the force channel taken off
@@ -67,7 +67,7 @@ class FrictionCurves:
 
 
 def agreement(logs: Sequence[Log], plant: Plant | None = None) -> str:
-    """Return whether halves of strokes or motions, identified apart, agree, in a sentence; empty without logs."""
+    """Return a sentence on the agreement of halves of the logs; empty without logs."""
     if not logs:
         return ""
     try:
@@ -77,7 +77,7 @@ def agreement(logs: Sequence[Log], plant: Plant | None = None) -> str:
 
 
 def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
-    """Return what can be drawn of a friction document: alone, and with the logs of its axis."""
+    """Return the curves of a friction document, with the logs of its axis if given."""
     sections = item.sections()
     static = {name: content for name, content in sections.items() if name in {"static", "static_negative"}}
     logs = [
@@ -123,7 +123,7 @@ def _direction(name: str, static: Mapping[str, object]) -> str:
 
 
 def _plant(inputs: ReportInput, item: Item, fit: Fit) -> tuple[Plant | None, list[str]]:
-    """Return the plant whose part is taken off the logged force, as it was when the friction was identified."""
+    """Return the plant whose damping is subtracted from the logged force, as in the identification."""
     if not fit.taken_off:
         return None, []
     given = inputs.of("plant", item.axis)
@@ -153,8 +153,8 @@ def _speeds(static: Mapping[str, Estimate], points: Sequence[SpeedPoint]) -> Rea
 def map_band(static: Mapping[str, Estimate], speed: Real, covariance: Covariance | None = None) -> Band:
     """Return the static map, eq. (2), over speed [m/s], with a band of 95 %.
 
-    By the covariance of its parameters, where the file holds it. Else they are moved to the limits of their intervals
-    one by one, and the effects are added in quadrature: the parameters are correlated, so that band is too wide.
+    The band uses the covariance of the parameters if the file has it. Else each parameter moves to the limits of its
+    interval, and the effects add in quadrature; the parameters are correlated, so this band is too wide.
     """
     values = {name: float(static[name]) for name in STATIC_PARAMETERS if name in static}
 
@@ -176,7 +176,7 @@ def map_band(static: Mapping[str, Estimate], speed: Real, covariance: Covariance
 
 
 def _quantile(static: Mapping[str, Estimate], covariance: Covariance) -> float:
-    """Return how many deviations half an interval is wide, by that of the offset, or of F_c: 2 of many strokes."""
+    """Return half an interval in standard deviations, of the offset or of F_c: about 2 with many strokes."""
     name = "offset" if "offset" in covariance.names else "F_c"
     low, high = static[name].ci95 or (-inf, inf)
     deviation = covariance.matrix[covariance.names.index(name)][covariance.names.index(name)] ** 0.5
@@ -208,7 +208,7 @@ def virgin_band(sections: Mapping[str, Mapping[str, Estimate]], longest: float) 
 def _in_quadrature(
     force: Callable[[Mapping[str, float]], Real], parameters: Mapping[str, Estimate]
 ) -> tuple[Real, Real, Real]:
-    """Return a curve and its limits; a limit that the data do not set moves nothing."""
+    """Return a curve and its limits; an open limit has no effect."""
     middle = force({})
     below, above = np.zeros_like(middle), np.zeros_like(middle)
     for name, estimate in parameters.items():
@@ -221,7 +221,7 @@ def _in_quadrature(
 
 
 def model_cycles(model: GMS) -> tuple[ReplayedCycle, ...]:
-    """Return slow cycles of a GMS model: small cycles inside its pre-sliding, and a cycle that slides at its ends."""
+    """Return slow cycles of a GMS model: small cycles within pre-sliding, and a cycle that slides at its ends."""
     longest = float(model.slip_displacements.max())
     hysteresis = []
     for share in (0.25, 0.5, 1.5):
@@ -239,7 +239,7 @@ def model_cycles(model: GMS) -> tuple[ReplayedCycle, ...]:
 def _measured(
     waves: Sequence[Log], plant: Plant | None, model: GMS
 ) -> tuple[tuple[ReplayedCycle, ...], VirginCurve | None]:
-    """Return the cycles that were measured with the model replayed along them, and the virgin curve in them."""
+    """Return the measured cycles with the replayed model, and their virgin curve."""
     found: list[HysteresisCycles] = []
     hysteresis = []
     for log in waves:
@@ -256,7 +256,7 @@ def _measured(
 
 
 def presliding(inputs: ReportInput) -> float | None:
-    """Return the largest slip displacement of the GMS models that were given [m]; None where there is none."""
+    """Return the largest slip displacement of the given GMS models [m]; None without any."""
     displacements = []
     for item in inputs.items:
         sections = item.sections() if item.kind == "friction" else {}
@@ -265,11 +265,11 @@ def presliding(inputs: ReportInput) -> float | None:
     return max(displacements, default=None)
 
 
-BAND_CAPTION = "The band is from the intervals of the parameters one by one, as if they were independent."
+BAND_CAPTION = "The band treats the parameters' intervals as independent."
 ZOOMED = frozenset({"contour", "reversal", "diagnosis"})
 """Names of the figures that a page shows in a separate way."""
 POINTS = 1500
-"""Points of a motion, or of a response, that are drawn."""
+"""Number of points drawn of a motion or a response."""
 
 
 @dataclass(frozen=True)
@@ -288,7 +288,7 @@ class PageFigure:
 
 
 def pictures(part: Any, key: str) -> list[PageFigure]:
-    """Return the figures of an object, or of several of one type; a new figure is drawn without another edit."""
+    """Return the figures of an object, or of several of one type; new figures need no change here."""
     if not part:
         return []
     of = type(part[0] if isinstance(part, list | tuple) else part).__name__
@@ -435,7 +435,7 @@ def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> PageFi
 
 
 def magnification(test: ContourTest) -> float:
-    """Return the round magnification (1, 2 or 5 times a power of ten) that draws the largest error at most R/2 high."""
+    """Return the round magnification (1, 2 or 5 times a power of ten) that draws the largest error at up to R/2."""
     assert test.radius is not None
     largest = max(float(np.abs(contour.error).max()) for contour in test.contours)
     wanted = 0.5 * test.radius / max(largest, 1e-12)
@@ -455,7 +455,7 @@ def contour_figure(n: int, test: ContourTest, earlier: ContourTest | None) -> Pa
         return PageFigure(f"contour-{n}", title, "Dashed lines: with observer.", alt, along_figure(_contours(test)))
     before = _contours(earlier) if earlier else []
     text = (
-        "The error of the radius, magnified around the circle that was asked for (grey). Outwards is positive; dotted "
+        "The error of the radius, magnified around the reference circle (grey). Outwards is positive; dotted "
         "circles are labelled in µm; the arrow has the direction of the motion. Dashed lines: with observer."
     )
     figure = overlay_figure(_contours(test), test.radius, test.direction, magnification(test), before)
@@ -464,7 +464,7 @@ def contour_figure(n: int, test: ContourTest, earlier: ContourTest | None) -> Pa
 
 
 def decision_figure(n: int, test: ContourTest, chosen: Contour) -> PageFigure:
-    """Return the contour without and with the chosen compensation: the picture beside a decision."""
+    """Return the contour without and with the chosen compensation, the figure of a decision."""
     pair = dict([("now", contour) for contour in test.contours if contour.scheme.bare and contour is not chosen])
     pair[f"with {chosen.named}"] = chosen
     drawn = replace(test, contours=tuple(pair.values()))

@@ -1,4 +1,4 @@
-"""Pages that are served to this computer alone, and what they ask.
+"""Pages that are served to this computer only, and their requests.
 
 A page has a random address. A request is one of three words; no request names a file.
 """
@@ -18,10 +18,10 @@ HOST = "127.0.0.1"
 
 
 class LocalPage(ABC):
-    """A page on this computer alone: it asks to ``try`` and to ``save``.
+    """A page served to this computer only, with the requests ``try`` and ``save``.
 
     content: The page.
-    most: Bytes of a request at most.
+    most: Largest size of a request [bytes].
     """
 
     def __init__(self, content: bytes, most: int) -> None:
@@ -33,24 +33,24 @@ class LocalPage(ABC):
 
     @abstractmethod
     def answer(self, word: str, asked: Any) -> dict[str, Any]:
-        """Return the answer to a request, ``try`` or ``save``; raise a `FricError` where it is none."""
+        """Return the answer to a request, ``try`` or ``save``; raise a `FricError` for any other."""
 
     @property
     def port(self) -> int:
-        """The port that it is served on."""
+        """The port of the server."""
         return int(self._server.server_address[1])
 
     @property
     def address(self) -> str:
-        """Where the page is: on this computer alone."""
+        """Address of the page, for this computer only."""
         return f"http://{HOST}:{self.port}/{self.token}/"
 
     def end(self) -> None:
-        """End serving, once what is asked is answered."""
+        """Stop serving after pending requests are answered."""
         self._done.set()
 
     def wait(self) -> None:
-        """Serve the page until something is saved."""
+        """Serve the page until a result is saved."""
         try:
             self._server.timeout = 0.2
             while not self._done.is_set():
@@ -59,7 +59,7 @@ class LocalPage(ABC):
             self.close()
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Release the port."""
         self._server.server_close()
 
 
@@ -94,7 +94,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._send(200, json.dumps(found).encode(), "application/json")
 
     def _word(self) -> str | None:
-        """Return the request behind the token; None where the token or the host is another."""
+        """Return the request behind the token; None if the token or the host differs."""
         local = self.headers.get("Host", "") == f"{HOST}:{self._page.port}"  # else a name was bent to this computer
         head, token, word = self.path.split("/", 2) if self.path.count("/") > 1 else ("", "", "")
         right = compare_digest(token.encode(), self._page.token.encode())

@@ -1,4 +1,4 @@
-"""A report as a result: the few words of it that a command prints, and its page."""
+"""A report as a result: the summary that a command prints, and its page."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -36,18 +36,18 @@ from fric.units import readable
 from fric.verb import Kind, verb
 
 MOST_MACHINES, LEAST_MACHINES = 40, 20
-"""Machines that are drawn: two, or one, lie beyond what 95 % stay under."""
+"""Number of machines to draw: of these, two or one exceed the bound of 95 %."""
 SECONDS = 160.0
-"""Time of two revolutions of all machines together, from which fewer are drawn [s]: a page is not waited for long."""
+"""Total time of two revolutions of all machines above which fewer are drawn [s], so that a page is ready soon."""
 SAME = 1e-9
-"""By how much the glitch of the run made again may differ [m], before its machine file counts as changed."""
+"""Largest difference of the glitch of a repeated run [m], before its machine file counts as changed."""
 
 
 def with_machines(inputs: ReportInput, advance: Advance = silent) -> ReportInput:
-    """Return a report's input with machines drawn around each run that knows its machine exactly and has none.
+    """Return a report's input with machines drawn around each run that has none and knows its machine exactly.
 
-    Around the machine that the run was made with, as `fric simulate circle --monte-carlo` draws; nothing is drawn where
-    its file is gone or has changed since.
+    They are drawn around the machine of the run, as by `fric simulate circle --monte-carlo`, unless its file is gone or
+    has changed.
     """
     wanted = [test for test in inputs.tests if _wanted(test)]
     advance(0, total=sum(map(_machines, wanted)))
@@ -60,7 +60,7 @@ def _wanted(test: ContourTest) -> bool:
 
 
 def _machines(test: ContourTest) -> int:
-    """Return how many machines are drawn: as many as a page can wait for, by the time that the circle takes."""
+    """Return the number of machines to draw, limited by the duration of the circle."""
     assert test.radius is not None
     return int(np.clip(SECONDS / (2 * 2 * pi * test.radius / test.feed), LEAST_MACHINES, MOST_MACHINES))
 
@@ -96,10 +96,10 @@ def _drawn(test: ContourTest, advance: Callable[..., None]) -> ContourTest:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Report(Result):
-    """A report: what was identified, what a circle shows, what to use, and what drifted."""
+    """A report: identified parameters, measured circles, the verdict, and drift."""
 
     inputs: ReportInput
-    """What it is made of."""
+    """The data that it is made of."""
     title: str = ""
     """Heading of its page."""
 
@@ -109,14 +109,14 @@ class Report(Result):
         return report_document(self.inputs)
 
     def report(self) -> Sequence[str]:
-        """Return the verdict, what a measured circle says, and what drifted."""
+        """Return the verdict, the result of a measured circle, and drift."""
         verdicts = [line for test in self.inputs.tests for line in self.inputs.verdict(test).lines()]
         drifts = (f"{drift['of']}: {drift['told']}" for drift in self.document["drift"])
         return [*verdicts, *drifts]
 
     @property
     def warnings(self) -> Sequence[Notice]:
-        """What the files warn of, and the measured circles."""
+        """Warnings of the files and of measured circles."""
         return [
             *self.document["warnings"],
             *(text for circle in self.inputs.circles for text in circle.result.warnings),
@@ -139,32 +139,32 @@ def make_report(
     failed: Annotated[Sequence[str], Kind(list[str], "TEXT")] = (),
     advance: Advance = silent,
 ) -> Report:
-    """Make one self-contained HTML page: what to use, what a circle shows, what was identified, and what drifted.
+    """Make a self-contained HTML page: the verdict, measured circles, identified parameters, and drift.
 
-    Where the controllers of a run know exactly what is true of its machine, machines are drawn around it first. A
-    measured circle that is not as predicted is told, and no scheme is recommended until that is explained.
+    If the controllers of a run know its machine exactly, varied machines are simulated first. If a measured circle
+    differs from its prediction, the page says so and recommends no scheme until that is explained.
 
     Parameters
     ----------
     files
-        Results, or files: runs, measured circles, the machine (file, or bundled name) to hold them against, documents
-        of friction, plant, controller and observer, logs to draw points from, or earlier reports: each is recognised
-        by its content; of two of one kind the earlier is compared with the later.
+        Results, or files: runs, measured circles, the machine (file, or bundled name) to compare them with, documents
+        of friction, plant, controller and observer, logs to draw points from, or earlier reports: each is recognised by
+        its content; of two of one kind the earlier is compared with the later.
     circles
-        A measured circle, or a run that stands for one; repeatable.
+        A measured circle, or a run used as one; repeatable.
     title
         Heading of the page. By the machine and its axes where not given.
     tolerance
-        Glitch that is allowed, as "5 um": pass or not.
+        Allowed glitch, as "5 um": pass or not.
     failed
-        A step that failed, and why, to be said on the page; repeatable.
+        A step that failed, with its reason, to show on the page; repeatable.
     advance
-        Is called for each machine that is drawn where a run's controllers know exactly what is true of theirs.
+        Called for each varied machine.
 
     Raises
     ------
     FricError
-        When a file is none of fric's.
+        When a file is not of fric.
     """
     allowed = None if tolerance is None else bounded("tolerance", tolerance)
     with TemporaryDirectory() as folder:

@@ -1,4 +1,4 @@
-"""From the collected data to the content of the page: rows of tables, figures, words."""
+"""The content of the page from the collected data: rows of tables, figures, words."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -44,12 +44,12 @@ TITLES = {
 }
 FIT = (("rmse", "rms of the residual"), ("r2", "R²"), ("points", "points"), ("method", "method"))
 MATTERS = 0.9
-"""Size of a correlation above which it is reported: one of the two numbers can replace the other."""
+"""Correlation above which a pair is reported: a change of either number can replace the other's."""
 
 
 @dataclass(frozen=True)
 class NumberRow:
-    """One number: symbol, plain name, value, unit, and its interval or what else is known of it."""
+    """A number: symbol, plain name, value, unit, and its interval or a remark."""
 
     symbol: str
     name: str
@@ -70,7 +70,7 @@ class Group:
 
 
 def groups_of(item: Item) -> Iterator[Group]:
-    """Yield the content of a document: its sections, and the rigid axis that a motion gave."""
+    """Yield the content of a document: its sections, and the rigid axis identified from a motion."""
     document = item.document
     for section, estimates in item.sections().items():
         fit = document.fit_of(section) if isinstance(document, FrictionDocument) else getattr(document, "fit", None)
@@ -83,7 +83,7 @@ def groups_of(item: Item) -> Iterator[Group]:
     if isinstance(document, PlantDocument) and fit.get("parameters"):
         words = [("points", str(fit["points"]))] if fit.get("points") else []
         if fit.get("relative_error"):
-            words.append(("left of the force", f"{100 * fit['relative_error']['value']:.2f} %"))
+            words.append(("residual of the force", f"{100 * fit['relative_error']['value']:.2f} %"))
         block = document.fit.covariance if document.fit else None
         related = correlations(block.covariance()) if block is not None else ()
         yield Group(TITLES["motion"], item.source, _rows(fit["parameters"]), words, related)
@@ -134,7 +134,7 @@ def measured_view(measured: Measured, key: str) -> MeasuredView:
     result = measured.result
     test, held = result.found.test, result.held
     alt = "The radial deviation as a polar plot, and over time at each reversal"
-    alt += f"{', measured and predicted' if held else ''}; the numbers stand in the tables."
+    alt += f"{', measured and predicted' if held else ''}; the tables have the numbers."
     caption = "Left the deviation of the radius around its centre, right the glitch over the time after each reversal"
     caption += f"{': measured whole, predicted dashed' if held else ''}."
     return MeasuredView(
@@ -147,12 +147,12 @@ def measured_view(measured: Measured, key: str) -> MeasuredView:
 
 
 ORDER = ("fail", "not decided", "pass", "")
-"""Results of verdicts: of several the first is that of the page."""
+"""Results of verdicts, the page shows the first that occurs."""
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What is printed on one sheet."""
+    """The summary that is printed on a sheet."""
 
     facts: Sequence[tuple[str, str]]  # Machine, date, files, tolerance, as pairs for people
     stamp: str  # stamp, meaning: of the verdict that passes least (`Verdict.result`)
@@ -208,13 +208,13 @@ def _sentence(measured: MeasuredView, tolerance: float | None) -> str:
 
 
 SAME_SIGN_LEFT = 0.1
-"""Share of the glitch that a feedforward of the whole friction may leave before it is called too weak."""
+"""Largest share of the glitch that a sufficient feedforward leaves."""
 UNEVEN = 1.3
-"""Ratio of the glitches of two axes, or of the two ends of an axis, above which they are called different."""
+"""Ratio of the glitches of two axes, or of the two ends of an axis, above which they count as different."""
 
 
 def observations(test: ContourTest, presliding: float | None = None) -> list[str]:
-    """Return what the contours of one test show in addition to the verdict, of relevant differences.
+    """Return the relevant differences between contours of a test, in addition to the verdict.
 
     test: Result of each scheme on one contour.
     presliding: Displacement over which friction builds up after a reversal [m], where a friction file holds it.
@@ -227,9 +227,9 @@ def observations(test: ContourTest, presliding: float | None = None) -> list[str
 
 
 def least(test: ContourTest) -> float:
-    """Return the least difference of two glitches that is spoken of [m]: of what is worth effort, encoder, and chance.
+    """Return the least relevant difference of two glitches [m], by effort, encoder, and chance.
 
-    The share of the largest glitch where the bare loop was not run.
+    If the bare loop was not run, it is a share of the largest glitch.
     """
     without = bare(test.contours)
     size = max(contour.glitch for contour in test.contours) if without is None else without.glitch
@@ -277,7 +277,7 @@ def overcompensation(test: ContourTest) -> list[str]:
 
 
 def too_weak(contours: Sequence[Contour]) -> list[str]:
-    """Describe a feedforward with pre-sliding that leaves a part of the glitch, with the same sign at every reversal.
+    """Describe a feedforward with pre-sliding that leaves a part of the glitch with the same sign at every reversal.
 
     The glitch of a linear loop is proportional to the friction that is not fed forward, so the share that is left
     is the share that the feedforward lacks.
@@ -299,7 +299,7 @@ def too_weak(contours: Sequence[Contour]) -> list[str]:
 
 
 def learned_says(contours: Sequence[Contour]) -> list[str]:
-    """Describe a friction model whose shape is wrong: a circle that was learned leaves clearly less."""
+    """Describe a friction model of wrong shape: a learned circle leaves clearly less."""
     texts = wrong_shape((contour.scheme, contour.glitch) for contour in contours)
     return [f"{text[0].upper()}{text[1:]}." for text in texts]
 
@@ -313,7 +313,7 @@ def _pairs(contours: Sequence[Contour]) -> list[tuple[Contour, Contour]]:
 
 
 def observer_share(test: ContourTest) -> list[str]:
-    """Describe how much the observer takes off each feedforward."""
+    """Describe how much the observer reduces the glitch of each feedforward."""
     parts = [
         f"{1 - with_it.glitch / alone.glitch:.0%} off "
         + ("the bare loop" if alone.scheme.friction is None else alone.named)
@@ -335,7 +335,7 @@ def observer_spoils(test: ContourTest) -> list[str]:
 
 
 def uneven(test: ContourTest) -> list[str]:
-    """Name the axis, and which of its two reversals, the glitch of the bare loop is from."""
+    """Name the axis, and its reversal, with the largest glitch of the bare loop."""
     without = bare(test.contours)
     if without is None or test.radius is None:
         return []
@@ -362,7 +362,7 @@ def uneven(test: ContourTest) -> list[str]:
 
 
 def build_up(presliding: float, radius: float, feed: float) -> str:
-    """Describe how long after a reversal friction builds up.
+    """Describe the time after a reversal in which friction builds up.
 
     Near a reversal of a circle the axis moves as z = v²t²/(2R) = R·φ²/2, so a displacement z is reached at the angle
     φ = √(2z/R), after the time √(2zR)/v.
@@ -419,7 +419,7 @@ class TestView:
 
 @dataclass(frozen=True)
 class DriftView:
-    """What changed between two files."""
+    """Changes between two files."""
 
     title: str
     before: str
@@ -487,7 +487,7 @@ def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[st
 
 
 def _settled(text: Notice) -> Notice:
-    return text.at("settled, for the machines that were drawn show the measured circle", severity="note")
+    return text.at("settled: the drawn machines reproduce the measured circle", severity="note")
 
 
 def _axis(inputs: ReportInput, axis: str) -> AxisView:
@@ -518,7 +518,7 @@ def _is_motion(log: Record, axis: str) -> TypeGuard[Log]:
 
 
 def perturbation(inputs: ReportInput, item: Item) -> Perturbation | None:
-    """Return Delta of an axis: measured where a frequency response and the plant were given, else the delay alone."""
+    """Return Delta of an axis: measured if a frequency response and the plant were given, else of the delay alone."""
     given = inputs.of("plant", item.axis)
     if given is None or not isinstance(given.document, PlantDocument):
         return None
@@ -599,31 +599,28 @@ def _dated(thing: Item | ContourTest) -> str:
 
 
 def _next_step(inputs: ReportInput) -> str:
-    """Name what is missing for an advice, where there is no run."""
+    """Name what is missing for advice, if there is no run."""
     if inputs.tests:
         return ""
     has_gms = any("gms" in item.sections() for item in inputs.items if item.kind == "friction")
     frictions = [item for item in inputs.items if item.kind == "friction"]
     if not frictions and any((item.tree.get("fit") or {}).get("parameters") for item in inputs.items):
         return (
-            "The motion gave mass, viscous and Coulomb friction. What happens at a reversal takes strokes at constant "
-            "velocity (`fric identify static`) and slow sines (`fric identify gms`)."
+            "The motion gave mass, viscous and Coulomb friction. The behaviour at a reversal needs strokes at "
+            "constant velocity (`fric identify static`) and slow sines (`fric identify gms`)."
         )
     if not frictions:
         return "No friction and no run was given. Begin with `fric identify static` on strokes at constant velocity."
     step = "" if has_gms else "The friction has no pre-sliding part yet; `fric identify gms` finds it from slow sines. "
     if all(rotates(item.motion) for item in frictions):
-        return step + "What a compensation leaves is told by a circle of two linear axes, and this axis is rotary."
+        return step + "Compensations are compared on a circle of two linear axes, and this axis is rotary."
     if not inputs.machine:
         return (
-            step
-            + "Which compensation leaves how large a glitch is not known yet: a circle takes plant and controller of "
-            f"axis {frictions[0].axis}, too. `fric auto LOGS -o found` says which record is missing, and `fric "
+            step + "The glitch under each compensation is not known yet: a circle needs plant and controller of axis "
+            "{frictions[0].axis}, too. `fric auto LOGS -o found` says which record is missing, and `fric "
             "plan` plans it."
         )
     command = (
         f"fric simulate circle {machine_name(inputs.machine)} --friction {frictions[0].axis}={frictions[0].source}"
     )
-    return (
-        step + f"To see which compensation leaves how large a glitch, run `{command} -o run.h5`, and report run.h5 too."
-    )
+    return step + f"To compare the glitch under each compensation, run `{command} -o run.h5`, and report run.h5 too."
