@@ -36,7 +36,7 @@ def test_content_counts_and_not_the_name(files: SimpleNamespace, tmp_path: Path)
     [
         ("a: 1\n", "no file of fric's"),
         ("<!doctype html><p>hello", "no file of fric's"),
-        ("fric: scheme/1", "no place"),
+        ("fric: scheme/1", "does not show"),
     ],
 )
 def test_what_is_no_part_of_a_report_is_refused(tmp_path: Path, content: str, what: str) -> None:

@@ -30,7 +30,7 @@ class TuneResult(Result, schema=TuningDocument):
     found: Tuned
     """The result of the fit."""
     source: str
-    """The machine file that it was tuned from; empty for a machine of no file: save its `machine`."""
+    """The machine file that it was tuned from; empty for a machine without a file: save its `machine`."""
     files: list[Path] = field(default_factory=list)
     """The files written; empty until it is saved."""
 
@@ -95,7 +95,7 @@ class TuneResult(Result, schema=TuningDocument):
         from fric.figures.tuned import draw_tuned
 
         if not self.source:
-            raise FricError("the tuned machine is of no file", hint='`result.machine.save("machine.yaml")` writes it.')
+            raise FricError("the tuned machine has no file", hint='`result.machine.save("machine.yaml")` writes it.')
         folder = Path(path)
         figures = {folder / f"{name}.png": axis for name, axis in self.found.axes.items()}
         if folder.is_dir():
