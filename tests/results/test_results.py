@@ -307,5 +307,5 @@ def test_results_take_the_place_of_their_files(gms, tmp_path):
     run = fric.circle(machine, "a")
     assert fric.diagnose(run, machine=machine).brief() == fric.diagnose(run, machine="xy-table").brief()
     assert fric.make_report(run, machine).inputs.machine == "machine.yaml"
-    with pytest.raises(fric.FricError, match="of no file"):
+    with pytest.raises(fric.FricError, match="has no file"):
         fric.TuneResult(None, "").save(tmp_path / "tuned")
