@@ -53,7 +53,7 @@ def test_what_is_stated_becomes_the_mapping_and_what_follows_is_shown(log: Path,
         for wrong, why in (
             ({"rate": ""}, "no column is marked as time"), ({"rate": "fast"}, "no sampling rate"),
             ({"roles": []}, "neither position"),
-            ({"taken": False}, "no axis"), ({"roles": [{"channel": "time", "column": 9, "unit": "s"}]}, "valid channel"),
+            ({"taken": False}, "no axis"), ({"roles": [{"channel": "time", "column": 9, "unit": "s"}]}, "channel"),
             ({"name": "\n" * 3}, "no name"), ({"roles": [{"channel": "position", "column": 0, "unit": ""}]}, "no unit"),
         ):  # fmt: skip
             with pytest.raises(FricError, match=why):
