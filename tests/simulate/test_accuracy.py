@@ -51,7 +51,7 @@ def drawn(number: int) -> list[Machine]:
 
 
 def test_without_encoder_no_glitch_differs_by_more_than_the_accuracy() -> None:
-    machines = [ideal(machine) for machine in drawn(25)]
+    machines = [ideal(machine) for machine in drawn(10)]
     exact = glitches(machines, "abcdef", 0.0)
     change = [np.abs(glitches(machines, "abcdef", accuracy) - exact) for accuracy in (ACCURACY, 50 * ACCURACY)]
     assert exact.min() > 100 * ACCURACY

@@ -96,7 +96,10 @@ def _levels(x: Real, within: float) -> tuple[float, Indices] | None:
     """Return step and reversals of a staircase whose levels are samples within a bound of each other, or None."""
     runs, start, low, high = list[tuple[int, int]](), 0, np.inf, -np.inf
     for n, at in enumerate([*x.tolist(), np.inf]):
-        low, high = min(low, at), max(high, at)
+        if at < low:  # rather than min and max, which take three times as long
+            low = at
+        if at > high:
+            high = at
         if high - low > within:
             runs.append((start, n))
             start, low, high = n, at, at
