@@ -1,5 +1,6 @@
 """What a fuzzer found that knows only the documentation: a sentence each, or what can be believed."""
 
+import warnings
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,14 +9,17 @@ from typing import Any, cast
 import h5py
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from fric.documents.mapping import MappingDocument
 from fric.errors import FricError
+from fric.figures.style import new_figure, save_figure
 from fric.identify.static_map.map_fit import aged
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.io.circle import FEEDFORWARD, read_feedforward
 from fric.io.ingest import ingest
 from fric.io.ingest_circle import StatedCircle, ingest_circles
+from fric.io.readers import matlab
 from fric.log import Log
 from fric.records.kicks import _around_reversals
 from fric.records.recognition import force_rises
@@ -74,3 +78,23 @@ def test_a_report_has_one_result_of_a_scheme() -> None:
     contour = cast("Any", SimpleNamespace(scheme=SimpleNamespace(name="a")))
     with pytest.raises(FricError, match="two results of one scheme"):
         ContourTest("a.html", {}, 0.05, 0.03, 1, (), (contour, contour))
+
+
+def test_no_name_is_a_formula_or_a_control_character_of_a_figure(tmp_path: Path) -> None:
+    with warnings.catch_warnings(), new_figure() as figure:
+        warnings.simplefilter("error")
+        axes = figure.subplots()
+        axes.loglog([1, 10, 100], label="$\\frac{ \x1b[2J \N{GRINNING FACE}")
+        axes.set_title("$x_1$\u202e")
+        axes.legend()
+        save_figure(figure, tmp_path / "a.svg")
+    assert set("\x1b\u202e").isdisjoint((tmp_path / "a.svg").read_text(encoding="utf-8"))
+
+
+def test_a_matlab_file_that_unpacks_to_what_no_memory_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As 3.5 MB that took 3.5 GB of memory."""
+    monkeypatch.setattr(matlab, "MOST_UNPACKED", 1 << 20)
+    for packed in (False, True):
+        savemat(tmp_path / "a.mat", {"time": np.zeros(100_000), "position": np.zeros(100_000)}, do_compression=packed)
+        with pytest.raises(FricError, match="unpacks to 2 MB"):
+            ingest(tmp_path / "a.mat", tmp_path / "a.h5")

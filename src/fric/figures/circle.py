@@ -170,7 +170,7 @@ def reversal_figure(runs: Sequence[CircleRun]) -> Figure:
             if run.scheme.feeds_forward:
                 below.plot(t[near], trace.feedforward[near], "--", color=VERMILION, label="friction feedforward")
             if run.scheme.observer:
-                below.plot(t[near], -trace.disturbance[near], "-.", color=GREEN, label=r"observer, $-\hat{d}$")
+                below.plot(t[near], -trace.disturbance[near], "-.", color=GREEN, label="observer, −d̂")
             for axes in (above, below):
                 axes.axvline(0, color=GREY, linewidth=0.6)
             below.set_xlabel("time [ms]")

@@ -69,7 +69,7 @@ def nyquist_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
         axes.plot(-1, 0, "+", color=BLACK, markersize=10, markeredgewidth=1.6)
         for n, loop in enumerate(loops):
             L, found, color = loop.response(f), loop.margins, look(n)["color"]
-            text = f"{loop.title}: M_s {decibel(found.peak_sensitivity):.1f} dB".replace("M_s", "$M_s$")
+            text = f"{loop.title}: M_s {decibel(found.peak_sensitivity):.1f} dB".replace("M_s", "Mₛ")
             axes.plot(L.real, L.imag, **look(n), label=text)
             radius = 1 / found.peak_sensitivity
             axes.plot(-1 + radius * np.cos(arc), radius * np.sin(arc), ":", color=color, linewidth=1.0)

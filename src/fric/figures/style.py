@@ -6,6 +6,7 @@ Each is a function in a file of this room, entered by `view`: a new figure is on
 from __future__ import annotations
 
 import io
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ from cycler import cycler
 
 import fric.figures
 from fric.arrays import Real
-from fric.errors import FricError
+from fric.errors import FricError, clean
 from fric.output import staged
 
 if TYPE_CHECKING:
@@ -132,13 +133,23 @@ DRAWING = 72.0
 
 @contextmanager
 def laid_out(figure: Figure, dpi: float) -> Iterator[None]:
-    """Lay a figure out once, for so many dots an inch: savefig lays it out and draws it twice."""
+    """Lay a figure out once, for so many dots an inch: savefig lays it out and draws it twice.
+
+    Its texts, which may name what a file names, are cleaned; but for the labels of logarithmic ticks none is a formula.
+    """
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        text.set_text(said := clean(text.get_text()))
+        text.set_parse_math(said.startswith("$\\mathdefault") or not said)
     layout, before = figure.get_layout_engine(), figure.dpi
-    if layout is not None:
-        figure.dpi = dpi
-        layout.execute(figure)
-        figure.set_layout_engine(None)
-    yield
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph ")  # of a letter that the font lacks
+        if layout is not None:
+            figure.dpi = dpi
+            layout.execute(figure)
+            figure.set_layout_engine(None)
+        yield
     figure.dpi = before
     figure.set_layout_engine(layout)
 

@@ -3,8 +3,11 @@
 import io
 import pickle
 import re
+import struct
+import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -38,6 +41,8 @@ pickle.dump(found, out, protocol=5)
 """
 
 FORMAT = Format("MATLAB", (".mat",))
+MOST_UNPACKED, PACKED = 512 << 20, 15
+"""Bytes that a MATLAB 5 file, which is read whole, unpacks to at most; type of an element that is packed."""
 MOST_COLUMNS = 200
 """Columns that a matrix has at most, where it is longer than wide."""
 SHORT = 30
@@ -56,12 +61,35 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     with path.open("rb") as file:
         new = file.read(len(_V73)) == _V73
     if not new:
+        _refuse_large(path)
         about = path.stat()
         yield from _tables(path, _load(path, about.st_mtime_ns, about.st_size))
         return
     with open_file(path, "is no whole MATLAB file (cut short?)", "Save it again.") as source:
         found = {name: _tree(node, source) for name, node in source.items() if not name.startswith("#")}
         yield from _tables(path, found)
+
+
+def _refuse_large(path: Path) -> None:
+    """Raise where the variables of a MATLAB 5 file say that they unpack to more than `MOST_UNPACKED`."""
+    with path.open("rb") as file:
+        order = "<" if (head := file.read(128))[126:] == b"IM" else ">"
+        declared = 0
+        while head[124:126] in {b"\0\1", b"\1\0"} and len(tag := file.read(8)) == 8:
+            kind, stored = struct.unpack(f"{order}II", tag)
+            first = file.read(min(stored, 64))
+            if kind != PACKED:
+                declared += stored
+            else:
+                with suppress(zlib.error):  # which SciPy reports
+                    first = zlib.decompressobj().decompress(first, 8)
+                declared += int.from_bytes(first[4:8], "little" if order == "<" else "big")
+            file.seek(max(stored - 64, 0), io.SEEK_CUR)
+    if declared > MOST_UNPACKED:
+        raise FricError(
+            f"unpacks to {declared / 1e6:.0f} MB, and {MOST_UNPACKED / 1e6:.0f} MB are read at most", where=str(path),
+            hint="Save it with -v7.3, or only what is needed of it.",
+        )  # fmt: skip
 
 
 @lru_cache(maxsize=2)

@@ -10,6 +10,7 @@ signal. The address names the signal and its axis in every language; ``unitsType
 import re
 from array import array
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 from xml.parsers import expat
@@ -211,7 +212,9 @@ class _Trace:
                     row[self._at[key]] = value
         except (KeyError, ValueError):
             raise FricError(
-                f"has a rec that does not read: {about}", where=str(self.path), hint="Save the trace again."
+                f"has a rec that does not read: {dict(islice(about.items(), 9))}",
+                where=str(self.path),
+                hint="Save the trace again.",
             ) from None
         self.time.append(time)
         self.values.extend(row)
