@@ -73,6 +73,7 @@ docs: $(STAMP)
 	$(BIN)/typer fric.cli.main utils docs --name fric --title "Commands" --output docs/commands.md
 	$(BIN)/python -c 'import fric.flaws; print(fric.flaws.page(), end="")' > docs/codes.md
 	$(BIN)/python docs/examples.py
+	$(BIN)/python -m pip install --quiet --group docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo 'Open $(CURDIR)/site/index.html'
 

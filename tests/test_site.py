@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -26,7 +27,7 @@ def site(tmp_path_factory):
     done = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(folder)],
         cwd=ROOT,
-        env=os.environ | nowhere | {"NO_MKDOCS_2_WARNING": "1"},
+        env=os.environ | nowhere | {"NO_MKDOCS_2_WARNING": "1", "FRIC_NOTEBOOK": "as-it-is"},
         capture_output=True,
         text=True,
         check=False,
@@ -89,3 +90,29 @@ def test_the_search_works_from_a_file(site, tmp_path):
         assert not [line for line in page.get_log("browser") if line["level"] == "SEVERE"]
     finally:
         page.quit()
+
+
+def cells(kind):
+    notebook = json.loads((ROOT / "docs/session.ipynb").read_text(encoding="utf-8"))
+    return [cell for cell in notebook["cells"] if cell["cell_type"] == kind]
+
+
+def test_formulas_are_drawn_by_the_browser_itself(site):
+    pages = {name: (site / f"{name}.html").read_text() for name in ("theory", "session")}
+    assert pages["theory"].count('<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">') == 8
+    assert all("<math" in page and "arithmatex" not in page for page in pages.values())
+
+
+def test_the_notebook_is_kept_without_outputs_and_shown_on_its_page(site):
+    page = (site / "session.html").read_text()
+    assert page.count('class="highlight"') == len(cells("code"))
+    assert not any(cell["outputs"] or cell["execution_count"] for cell in cells("code"))
+
+
+@pytest.mark.long(15)
+def test_the_notebook_runs(monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    names = {}
+    for cell in cells("code"):
+        exec("".join(line for line in cell["source"] if not line.startswith("%")), names)
+    assert "report.html" in capsys.readouterr().out

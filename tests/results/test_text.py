@@ -9,7 +9,7 @@ from rich.console import Console
 from fric.estimate import Estimate
 from fric.flaws.blocks import C_WITHOUT_PLANT, LEVEL_DIFFERS
 from fric.flaws.static_map import SIGMA_IN_A
-from fric.results.text import Table, parameters, plain_names, told_alone
+from fric.results.text import Table, parameters, plain, plain_names, told_alone
 
 
 def printed(table: Table, width: int) -> list[str]:
@@ -43,3 +43,8 @@ def test_what_every_session_shows_is_a_word_in_the_table_and_what_a_file_said_is
     level = LEVEL_DIFFERS.found(level=0.98)
     before = [one.at("friction.yaml", carried=True) for one in (own, level, C_WITHOUT_PLANT.found())]
     assert told_alone([own, *before, level]) == [level, "2 doubts carried over: level-differs, C-without-plant"]
+
+
+def test_a_text_is_a_text_in_a_notebook_too(monkeypatch):
+    monkeypatch.setattr("rich.console._is_jupyter", lambda: True)  # Rich would show what it prints, beside the result
+    assert plain(["F_c"]) == "F_c"

@@ -152,7 +152,15 @@ def plain(pieces: Iterable[Piece]) -> str:
     from rich.console import Console
 
     out = StringIO()
-    console = Console(file=out, width=WIDTH, highlight=False, soft_wrap=True, color_system=None, legacy_windows=False)
+    console = Console(
+        file=out,
+        width=WIDTH,
+        highlight=False,
+        soft_wrap=True,
+        color_system=None,
+        legacy_windows=False,
+        force_jupyter=False,
+    )  # in a notebook, too, it is a text, and not shown beside the result
     for piece in pieces:
         console.print(piece, markup=False)
     return "\n".join(line.rstrip() for line in out.getvalue().splitlines())
