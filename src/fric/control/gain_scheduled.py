@@ -31,7 +31,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
-from fric.drive.sensing import low_pass_pole
+from fric.control.cascade import Cascade
 from fric.errors import FricError
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
@@ -123,19 +123,10 @@ class GainScheduled(ControlBlock):
 
     def packed(self, setting: Setting) -> Real:
         """Return the cascade's gains, what is added to them, and the schedule."""
-        cascade = setting.cascade
-        pole = low_pass_pole(cascade.velocity_filter, cascade.sampling)
-        head = [
-            cascade.K_v,
-            cascade.K_p,
-            cascade.K_i * cascade.T_s,
-            pole,
-            cascade.T_s,
-            self.proportional,
-            self.integral,
-            self.carried,
-        ]
-        return np.concatenate([head, self.schedule(setting).ravel()])
+        cascade = Cascade.designed(setting).packed(setting)
+        return np.concatenate(
+            [cascade, [self.proportional, self.integral, self.carried], self.schedule(setting).ravel()]
+        )
 
     def initial_state(self, setting: Setting) -> Real:
         """Return the cascade's state, and a reference that reverses where it begins."""

@@ -66,10 +66,7 @@ class TwoDegrees(ControlBlock):
     def packed(self, setting: Setting) -> Real:
         """Return the coefficients of both difference equations, and the share of a sample of the delay."""
         observer = DisturbanceObserver(QFilter("umeno-hori", self.cutoff), setting.plant.A, setting.plant.B)
-        both = observer.discrete(setting.sampling)
-        return np.concatenate(
-            [both.inverse.b, both.inverse.a, both.low_pass.b, both.low_pass.a, [self.late(setting)[1]]]
-        )
+        return np.append(observer.packed(setting), self.late(setting)[1])
 
     def initial_state(self, setting: Setting) -> Real:
         """Return where the axis begins, both memories, and the voltages on their way."""
