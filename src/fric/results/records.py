@@ -135,11 +135,9 @@ def _briefly(found: Sequence[Inspected]) -> list[Piece]:
     rows: list[tuple[str, ...]] = []
     for inspection in found:
         good = " ".join(use.purpose for use in inspection.uses if use.good)
-        if isinstance(inspection, ResponseInspection):
-            rows.append((inspection.name, inspection.kind, "", "", f"{inspection.points} frequencies", "", good))
-            continue
-        if isinstance(inspection, TableInspection):
-            rows.append((inspection.name, inspection.kind, "", "", f"{inspection.points} means", "", good))
+        if not isinstance(inspection, Inspection):
+            of = "frequencies" if isinstance(inspection, ResponseInspection) else "means"
+            rows.append((inspection.name, inspection.kind, "", "", f"{inspection.points} {of}", "", good))
             continue
         speed = si_unit("velocity", inspection.motion)
         flaws = [f"{len(inspection.gaps)} gaps"] if inspection.gaps else []
