@@ -51,16 +51,23 @@ def started(folder: Path, *switches: str) -> Any:
 
 
 @pytest.fixture(scope="module")
-def page(files: SimpleNamespace, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+def browser(files: SimpleNamespace, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, Path]]:
+    """A browser, and a page for it."""
     folder = tmp_path_factory.mktemp("browser")
     given = [files.march, files.september, files.observer, files.plant, files.run, files.later_run]
     write_report(folder / "report.html", render_report(collect([*given, LOGS / "presliding-sine.h5"])))
     driver = started(folder)
     try:
         driver.set_script_timeout(600)
-        yield opened(driver, folder / "report.html")
+        yield driver, folder / "report.html"
     finally:
         driver.quit()
+
+
+@pytest.fixture
+def page(browser: tuple[Any, Path]) -> Any:
+    """The page as it opens, whatever a test before did to it."""
+    return opened(*browser)
 
 
 def opened(driver: Any, path: Path) -> Any:
@@ -314,10 +321,12 @@ def test_symbols_have_their_plain_names_beside_them(page: Any) -> None:
     assert (told["k_1"], told["k_2"]) == ("stiffness of the block", "")
 
 
-def test_the_decision_is_first_and_prints_on_one_sheet(page: Any, judged: tuple[dict[str, Report], Path]) -> None:
+def test_the_decision_is_first_and_prints_on_one_sheet(
+    browser: tuple[Any, Path], judged: tuple[dict[str, Report], Path]
+) -> None:
     """What is read first is what --json says; its section fits an A4 sheet and ends it."""
     made, folder = judged
-    opened(page, folder / "same.html")
+    page = opened(browser[0], folder / "same.html")
     first = page.find_element("css selector", "main section")
     told = made["same"].document["advice"][0]
     assert told["passes"] is True
@@ -346,10 +355,12 @@ def test_the_decision_is_first_and_prints_on_one_sheet(page: Any, judged: tuple[
     assert breaks == "page"
 
 
-def test_against_a_measured_circle_nothing_is_recommended(page: Any, judged: tuple[dict[str, Report], Path]) -> None:
+def test_against_a_measured_circle_nothing_is_recommended(
+    browser: tuple[Any, Path], judged: tuple[dict[str, Report], Path]
+) -> None:
     reports, folder = judged
     made = reports["other"]
-    opened(page, folder / "other.html")
+    page = opened(browser[0], folder / "other.html")
     first = page.find_element("css selector", "main section").text
     assert "No scheme is recommended" in first
     assert "NOT DECIDED" in first
