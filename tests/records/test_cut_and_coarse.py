@@ -27,7 +27,7 @@ def sines() -> list[Log]:
 def test_no_stiffness_is_claimed_of_a_clipped_force(verb) -> None:
     """It gave 16 to 22 N/µm for 38, with narrow intervals and without a word."""
     cut = [replace(log, force=np.clip(log.force, -60.0, 60.0)) for log in sines()]
-    with pytest.raises(FricError, match=r"the force is clipped in 1777 samples .* no stiffness is told"):
+    with pytest.raises(FricError, match=r"the force is clipped in 1777 samples .* stiffness are not known"):
         verb(cut)
 
 

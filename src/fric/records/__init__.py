@@ -1,1 +1,1 @@
-"""How a record is read: its resolution, reversals, steady segments, and its uses."""
+"""Analysis of records: resolution, reversals, steady segments, and uses."""

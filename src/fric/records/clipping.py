@@ -1,4 +1,4 @@
-"""A channel that is cut off at the end of its range."""
+"""Channels that are clipped at the end of their range."""
 
 from collections.abc import Sequence
 
@@ -12,25 +12,25 @@ from fric.notice import Notice
 from fric.records.resolution import lattice_step
 
 STUCK = 5
-"""Consecutive samples at its very extreme after which a force or input counts as clipped."""
+"""Number of consecutive samples at its extreme from which a force or input counts as clipped."""
 OFF = 0.05
-"""Time without motion and with a force of exactly 0 after which the drive is off [s]."""
+"""Time without motion and with a force of exactly 0 from which the drive counts as off [s]."""
 LEVELS = 40
 """Least number of steps in a channel's range for a flat end to be clipping."""
 
 
 def counts(values: Real) -> float | None:
-    """Return the step in which a force or voltage was logged; none where that is the last digit of a number."""
+    """Return the step in which a force or voltage was logged; 0 if that is only the last digit."""
     step = lattice_step(values)
     return None if step is None or step < 1e-6 * float(np.ptp(values)) else step
 
 
 def clipped(values: Real) -> Mask:
-    """Say at which samples a channel is flat at its extreme, more than coarse counts alone bring about, shape (n,).
+    """Return where a channel is flat at its extreme for longer than coarse steps explain, shape (n,).
 
-    A channel with few levels is not judged: sliding friction stays within a level, as a clipped force does. In a
-    channel that holds each value for several samples, since its rate is lower than that of the log, values count and
-    not samples.
+    A channel with few levels is not judged: sliding friction stays within a level, as a clipped force does. If a
+    channel holds each value for several samples, since its rate is lower than that of the log, values are counted
+    instead of samples.
     """
     found = np.zeros(len(values), bool)
     span, step = float(np.ptp(values)) if len(values) else 0.0, counts(values) if len(values) else None
@@ -53,9 +53,9 @@ def clipped(values: Real) -> Mask:
 
 
 def drive_off(log: Log) -> Mask:
-    """Say at which samples the drive is off, shape (n,): no force at all while the axis rests is no friction.
+    """Return where the drive is off, shape (n,): at rest without any force, which is not friction.
 
-    A force that is mostly 0 at rest, as a coarse force is, is not judged: other levels are missing beside it.
+    A coarse force that is mostly 0 at rest is not judged: its other levels are missing.
     """
     if log.force is None or log.position is None:
         return np.zeros(len(log), bool)
@@ -79,8 +79,8 @@ def clipped_samples(values: Real) -> int:
 def clipped_among(records: Sequence[Real]) -> list[int]:
     """Count the samples of each record at which a channel is clipped, judged from all its records.
 
-    A record that stays at the very extreme of all is flat for its range, or for coarse counts; it is clipped where the
-    others show that the channel is finer than that, and none exceeds it.
+    A record that is flat at the common extreme is clipped if other records show that the channel is finer, and none
+    exceeds it.
     """
     found = [clipped_samples(record) for record in records]
     if any(_fine(record) for record in records):
@@ -93,7 +93,7 @@ def clipped_among(records: Sequence[Real]) -> list[int]:
 
 
 def _fine(values: Real) -> bool:
-    """Return whether a record shows that its channel is finer than its range."""
+    """Return whether a record shows values finer than its range."""
     span, step = float(np.ptp(values)), counts(values)
     return span > 0.0 and (step is None or span > LEVELS * step)
 
@@ -102,8 +102,8 @@ def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[N
     """Return the records whose force is not cut off, and the warnings about the others.
 
     logs: The records.
-    most: Share of a record's samples that may be clipped: none where the force at reversals is what others start from.
-    Raises FricError: When no record is left.
+    most: Largest share of clipped samples: 0 where the force at reversals is the start of a branch. Raises FricError:
+    When no record is left.
     """
     counts = [0 if log.force is None else clipped_samples(log.force) for log in logs]
     kept = [log for log, count in zip(logs, counts, strict=True) if count <= most * len(log)]
@@ -112,7 +112,7 @@ def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[N
         return kept, []
     if not kept:
         raise FricError(
-            f"the force is clipped in {counted}: it is not known where friction is largest, and no stiffness is told",
+            f"the force is clipped in {counted}: the largest friction and the stiffness are not known",
             where=logs[0].source, hint="Log with a larger range of the force's trace, or a smaller amplitude.",
         )  # fmt: skip
     return kept, [CLIPPED_UNUSED.found(counted=counted, left_out=len(kept) < len(logs))]

@@ -1,4 +1,4 @@
-"""Two encoders of an axis, at the motor and at the load: what the transmission between them loses and yields."""
+"""Two encoders of an axis, at the motor and at the load: lost motion and stiffness of the transmission."""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -20,21 +20,22 @@ from fric.units import si_unit
 Encoder = Literal["motor", "load"]
 """The encoder whose position is that of the axis."""
 AFTER = 0.1
-"""Share of a stroke behind a reversal in which the transmission takes up its play, which is left out."""
+"""Share of a stroke after a reversal that is left out, in which the transmission takes up its backlash."""
 STROKES = 3
-"""Strokes that take part at least."""
+"""Least number of strokes."""
 BESIDE = 3
-"""Samples from one whose force has other noise."""
+"""Distance in samples at which the force has independent noise."""
 
 
 @dataclass(frozen=True)
 class Transmission:
-    """What the difference of two encoders shows: ``z_m - z_l = c + e·z_m + s·h/2``, and with force ``… + F/K``.
+    """Properties of a transmission from the difference of two encoders: ``z_m - z_l = c + e·z_m + s·h/2``, and with
+    force ``… + F/K``.
 
-    Here s is the direction. The stiffness is that of the whole force: what accelerates the motor itself or rubs there
-    does not pass through the transmission, which is softer than this by that share of the force.
+    Here s is the direction. The stiffness uses the whole force: inertia and friction of the motor do not pass through
+    the transmission, which is softer by their share of the force.
 
-    lost_motion: width h of the hysteresis between both encoders, play and wind-up together [m]
+    lost_motion: width h of the hysteresis between both encoders, backlash and wind-up together [m]
     stiffness: force over wind-up, at most; null where force and direction do not separate [N/m]
     wind_up: difference over the range of the force (1 % to 99 %), at least; null likewise [m]
     """
@@ -45,7 +46,7 @@ class Transmission:
 
 
 def transmission_of(log: Log) -> Transmission | None:
-    """Return what two encoders of a record show; None without both, or without strokes in both directions."""
+    """Return the transmission by two encoders of a record; None without both, or without strokes in both directions."""
     if log.position is None or log.load_position is None:
         return None
     z, turns = log.position, find_reversals(log.position)
@@ -85,9 +86,9 @@ def transmission_of(log: Log) -> Transmission | None:
 
 
 def _fitted(basis: Real, instruments: Real, values: Real, label: Indices) -> tuple[Real, Real]:
-    """Return coefficients by two-stage least squares, and half their 95 % intervals by leaving out each stroke.
+    """Return coefficients by two-stage least squares, and half their 95 % intervals by the jackknife over strokes.
 
-    Noise of the force would make its coefficient small: what goes with the force beside each sample is taken.
+    Noise of the force would bias its coefficient towards 0: the force at neighbouring samples is the instrument.
     """
     stage = instruments @ np.linalg.lstsq(instruments, basis, rcond=1e-12)[0]
     found = np.asarray(np.linalg.lstsq(stage, values, rcond=1e-12)[0])
@@ -95,7 +96,7 @@ def _fitted(basis: Real, instruments: Real, values: Real, label: Indices) -> tup
 
 
 def two_encoders(log: Log) -> Notice | None:
-    """Return what two encoders of a record show, and on which friction is identified."""
+    """Return the notice on two encoders of a record, and on the encoder used for friction."""
     if log.load_position is None:
         return None
     found = transmission_of(log)
@@ -103,9 +104,9 @@ def two_encoders(log: Log) -> Notice | None:
 
 
 def by_encoder(log: Log, encoder: Encoder) -> Log:
-    """Return a record with the position of one encoder: the motor's as it is, or the load's in its place.
+    """Return a record with the position of the motor's encoder, unchanged, or with that of the load's.
 
-    Raises FricError: When the load's is wanted, and the record has none.
+    Raises FricError: When the load's is requested, and the record has none.
     """
     if encoder == "motor":
         return log

@@ -32,19 +32,19 @@ from fric.records.timing import timing
 from fric.units import rotates
 
 SAMPLES = 256
-"""Samples that a segment has at least."""
+"""Least number of samples in a segment."""
 PERIODS = 12
-"""Periods that lie in a segment at least."""
+"""Least number of periods in a segment."""
 HEIGHT = 8.0
 """Amplitude of a line over the median of those around it."""
 AROUND = 40
-"""Lines to each side that it is compared with."""
+"""Number of lines on each side for comparison."""
 PEAKS = 3
 """Number of lines of a segment that are used: its highest."""
 SEGMENTS = 3
 """Least number of segments that show a pitch."""
 SPREAD = 1.4
-"""Ratio of the greatest to the least of their speeds, at least."""
+"""Least ratio of their greatest to their least speed."""
 LONGEST = (0.5e-3, 0.02)
 """Largest pitch of a scale [m, rad]; a ripple of a longer pitch is a screw or a motor, and real motion."""
 SMALLEST = 0.5
@@ -140,7 +140,7 @@ Purpose = Literal["static", "gms", "plant", "inspect"]
 Strokes = Sequence[tuple["Log", "Segment"]]
 
 FASTER = 1.2
-"""Ratio of speeds above which a record shows the jitter that a slower record does."""
+"""Ratio of speeds above which a faster record also shows the jitter of a slower record."""
 COARSE = 12
 """Number of steps in the force's range up to which the steps affect means over strokes and hysteresis cycles."""
 
@@ -149,7 +149,7 @@ def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     """Return the warnings of records with any motion: forces and inputs that are clipped, and their clock.
 
     logs: The records.
-    purpose: What they are wanted for, as in `clock_flaws`.
+    purpose: Their purpose, as in `clock_flaws`.
     """
     channels = ("input", "force") if purpose == "plant" else ("force",)
     found = []
@@ -166,7 +166,7 @@ def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
 
 
 def _coarse_force(logs: Sequence[Log]) -> list[Notice]:
-    """Return that the force comes in steps which are no small part of it."""
+    """Return a warning if the steps of the force are a large part of it."""
     levels = [np.unique(log.force) for log in logs if log.force is not None]
     if not levels or sum(map(len, levels)) > COARSE * len(levels):  # noise of the channel itself is finer
         return []
@@ -176,7 +176,7 @@ def _coarse_force(logs: Sequence[Log]) -> list[Notice]:
 
 
 def coarse_force(step: float, log: Log) -> list[Notice]:
-    """Return the warning where the force of a record is in such steps [N]."""
+    """Return the warning if the force of a record has such steps [N]."""
     return [FORCE_COARSE.found(step=Estimate(step, log.unit("force")))]
 
 
@@ -214,10 +214,9 @@ def stroke_flaws(
     """Return the warnings from strokes at constant velocity about the encoder, and about the force over place and time.
 
     strokes: Constant-velocity segments, each with its record.
-    place: What `over_place` gives of them.
-    force, half_width: Friction that was identified from them, and half of the tighter of the intervals of Coulomb
-        friction and offset [N]; these set how much is too much.
-    taken_off: Whether what recurs at the same places was subtracted from the map.
+    place: Result of `over_place`. force, half_width: The identified friction, and the smaller half-width of Coulomb
+    friction and offset [N], the scale of severity. taken_off: Whether the force over position was subtracted from the
+    map.
     """
     if not strokes:
         return []
@@ -244,6 +243,6 @@ def stroke_flaws(
 
 
 def _records(logs: Iterable[Log]) -> str:
-    """Return the names of records, or how many they are."""
+    """Return the names of records, or their number."""
     names = [log.name for log in logs]
     return f"record '{names[0]}'" if len(names) == 1 else f"{len(names)} records (as '{names[0]}')"

@@ -1,4 +1,4 @@
-"""Holding maps: the force that holds an axis at places, there and back, one row a place and no even clock."""
+"""Holding maps: the force that holds an axis at places, forwards and backwards, with a row for each place."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -16,20 +16,20 @@ from fric.records.reversals import find_reversals
 from fric.statistics import hac_covariance
 
 PLACES = 8
-"""Places that a pass one way has at least."""
+"""Least number of places in a pass."""
 MOST = 20_000
-"""Rows that are looked at: a map has fewer."""
+"""Largest number of rows of a map."""
 SAME = 0.1
-"""Share of the distance of neighbouring places by which those of the way back are off at most."""
+"""Largest difference of places between both passes, as a share of their distance."""
 COUNTS = 5.0
-"""Counts of the encoder between neighbouring places, below which all motions come to the same places."""
+"""Encoder counts between neighbouring places below which all motions reach the same places."""
 UNEVEN = 0.5
-"""Range of the intervals of an event-driven clock (10 % to 90 %), over their median, at least."""
+"""Least range of the intervals of an event-driven clock (10 % to 90 %), over their median."""
 
 
 @dataclass(frozen=True)
 class HoldingMap:
-    """What holding forces show; ``F = load(z) ± level(z)``, by the way in which the axis came.
+    """Friction and load from holding forces, ``F = load(z) ± level(z)`` by the direction of approach.
 
     level: half the difference of there and back, the mean over places: friction at rest, of Coulomb's to the static [N]
     load: half their sum, the mean over places: gravity, an offset [N]
@@ -46,16 +46,16 @@ class HoldingMap:
 
 
 def passes_of(position: Real) -> list[slice]:
-    """Return the passes one way of a list of places."""
+    """Return the passes of a list of places, each in one direction."""
     step = float(np.median(np.abs(np.diff(position))))
     edges = [0, *find_reversals(position, threshold=0.5 * step), len(position) - 1]
     return [slice(a, b + 1) for a, b in pairwise(map(int, edges))]
 
 
 def is_holding_map(log: Log) -> bool:
-    """Return whether a record without an even clock comes to the same places there and back.
+    """Return whether a record without an even clock reaches the same places forwards and backwards.
 
-    A motion that is sampled on its way does not, unless its encoder is so coarse that it knows no others.
+    A sampled motion does not, unless its encoder is very coarse.
     """
     z, force = log.position, log.force
     if z is None or force is None or not 2 * PLACES <= len(z) <= MOST:
@@ -81,7 +81,7 @@ def is_holding_map(log: Log) -> bool:
 
 
 def holding_map(log: Log) -> HoldingMap | None:
-    """Return friction and load of holding forces; None of fewer than two passes over the same places."""
+    """Return friction and load of holding forces; None without two passes over the same places."""
     if log.position is None or log.force is None:
         return None
     ways: dict[bool, list[tuple[Real, Real]]] = {True: [], False: []}
@@ -105,14 +105,14 @@ def holding_map(log: Log) -> HoldingMap | None:
 
 
 def _mean(values: Real, unit: str) -> Estimate:
-    """Return the mean over places, whose neighbours are alike, with its 95 % interval."""
+    """Return the mean over places, whose neighbours are correlated, with its 95 % interval."""
     mean = float(values.mean())
     variance = float(hac_covariance(np.ones((len(values), 1)), values - mean)[0, 0])
     return Estimate.around(mean, unit, float(stdtrit(len(values) - 1, 0.975)) * variance**0.5)
 
 
 def holds(log: Log) -> Notice | None:
-    """Return what a holding map shows; None of another record."""
+    """Return the notice on a holding map; None for other records."""
     if log.kind not in {None, "holding-map"} or (log.kind is None and not is_holding_map(log)):
         return None
     if (found := holding_map(log)) is None:

@@ -48,7 +48,7 @@ class Use:
 
 @dataclass(frozen=True)
 class Channel:
-    """What a channel holds, in its SI unit.
+    """Content of a channel, in its SI unit.
 
     unit: its SI unit
     low, high: least and greatest value
@@ -77,7 +77,7 @@ class Gap:
 
 @dataclass(frozen=True, kw_only=True)
 class InspectedRecord:
-    """What every record shows.
+    """Content common to all records.
 
     kind: the experiment that it is
     stated: whether the record states it, else it is recognised
@@ -96,7 +96,7 @@ class InspectedRecord:
 
     @classmethod
     def of(cls, record: Record, **found: Any) -> Self:
-        """Return what was found in a record, of that name, source and axis."""
+        """Return the content of a record with its name, source and axis."""
         return cls(name=record.name, source=record.source, axis=record.axis, motion=record.motion, **found)
 
 
@@ -148,7 +148,7 @@ class Inspection(InspectedRecord):
 
 @dataclass(frozen=True, kw_only=True)
 class ResponseInspection(InspectedRecord):
-    """What a measured frequency response holds.
+    """Content of a measured frequency response.
 
     points: frequencies
     low: [Hz]
@@ -164,7 +164,7 @@ class ResponseInspection(InspectedRecord):
 
 @dataclass(frozen=True, kw_only=True)
 class TableInspection(InspectedRecord):
-    """What a table of mean forces at velocities holds.
+    """Content of a table of mean forces at velocities.
 
     points: rows that move
     directions: of motion that there are
@@ -219,18 +219,18 @@ def inspect_table(record: ForceVelocity) -> TableInspection:
 GAP = 1.5
 """Sampling intervals above which samples are missing."""
 ONE_SPEED = 0.03
-"""Relative difference up to which two segments have one speed."""
+"""Relative difference up to which two segments have the same speed."""
 
 
 Inspected = Inspection | ResponseInspection | TableInspection
 
 
 LONGEST = (0.5e-3, 0.1)
-"""Travel in which pre-sliding ends at most [m, rad]: it takes tens of micrometres on guideways, a degree in gears."""
+"""Largest travel of pre-sliding [m, rad]: tens of micrometres on guideways, a degree in gears."""
 FINE = 12.0
-"""Counts of the encoder in a micro-step at least: of fewer the virgin curve is off by more than 2 % of the loop."""
+"""Least encoder counts in a micro-step: with fewer, the virgin curve is off by more than 2 % of the loop."""
 BRANCH = 20
-"""Samples that a branch between reversals has at least."""
+"""Least number of samples in a branch between reversals."""
 
 
 def inspect(record: Record, *, flaws: bool = True) -> Inspected:
@@ -297,7 +297,7 @@ def inspect(record: Record, *, flaws: bool = True) -> Inspected:
 
 
 def distinct_speeds(segments: list[Segment]) -> tuple[float, ...]:
-    """Return the velocities of segments in ascending order, those of one speed as their mean, by length."""
+    """Return the velocities of segments in ascending order; equal speeds are replaced by their mean, by length."""
     speeds: list[list[Segment]] = []
     for segment in sorted(segments, key=lambda s: s.velocity):
         if speeds and abs(segment.velocity - speeds[-1][0].velocity) <= max(
@@ -340,7 +340,7 @@ def _static_use(found: Inspection) -> Use:
         return Use(purpose, False, f"the force is clipped in {found.channels['force'].clipped} samples")
     settled = [s for s in found.stretches if s.settled]
     if not settled:
-        return Use(purpose, False, "the force settles nowhere: longer strokes are needed")
+        return Use(purpose, False, "the force never settles: longer strokes are needed")
     unsettled = len(found.stretches) - len(settled)
     text = f"{len(found.speeds)} speeds" if len(found.speeds) > 1 else "one speed: a map takes records at others too"
     text += f", {unsettled} of {len(found.stretches)} segments not settled" if unsettled else ""
@@ -348,7 +348,7 @@ def _static_use(found: Inspection) -> Use:
 
 
 def _gms_use(found: Inspection, seen: float, stairs: Staircase | None) -> Use:
-    """Return whether pre-sliding is seen; ``seen`` is the share of a stroke within `SAMPLES` behind a reversal."""
+    """Return whether pre-sliding is visible; ``seen`` is the share of a stroke within `SAMPLES` after a reversal."""
     purpose = "gms"
     if missing := [name for name in ("position", "force") if name not in found.channels]:
         return Use(purpose, False, f"no {' and no '.join(missing)} was logged")
@@ -384,7 +384,7 @@ def _gms_use(found: Inspection, seen: float, stairs: Staircase | None) -> Use:
 
 
 def _too_slow(log: Log, rises: list[tuple[float, int, float]]) -> Use | None:
-    """Return why a log whose force rises between its samples, or over no pre-sliding, shows none; else None."""
+    """Return why a log shows no pre-sliding, if its force rises between samples or over a long travel; else None."""
     samples, travel = (float(np.median([rise[n] for rise in rises])) if rises else np.inf for n in (1, 2))
     usual = float(np.median(np.abs(np.diff(travelled(log)))))
     if samples < 2 * SAMPLES or travel < 2 * SAMPLES * usual < np.inf:

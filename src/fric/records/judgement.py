@@ -1,4 +1,4 @@
-"""What a record can show of friction: a common judgement for `inspect`, every `identify` and `compare`."""
+"""Information of a record on friction, judged in common for `inspect`, every `identify` and `compare`."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ if TYPE_CHECKING:
     from fric.records.prepared import Prepared
 
 STEPS = 3.0
-"""Steps of the encoder that an amplitude has at least, to show pre-sliding."""
+"""Least amplitude in encoder steps to show pre-sliding."""
 RESOLVED = 4.0
-"""Steps of the encoder that a knot should be away from the reversal, and from the knot before."""
+"""Least distance in encoder steps of a knot from the reversal, and from the previous knot."""
 SAMPLES = 3
-"""Samples after a reversal that a stiffness is seen in at least."""
+"""Least number of samples after a reversal that show a stiffness."""
 SATURATED = 0.05
 """Least slope of a branch, relative to its mean slope, under which it has reached its plateau."""
 RISES = 0.2
-"""The same for the logged branches, above which they surely have no plateau: the viscous part is included."""
+"""The same for logged branches, which include viscous friction: above it they surely have no plateau."""
 CONDITION = 1e3
 """Condition number up to which a motion separates mass, viscous and Coulomb friction."""
 
 
 @dataclass(frozen=True)
 class Identifiability:
-    """What records can show of friction, all taken together."""
+    """Information of several records on friction, together."""
 
     slides: bool  # False where the force rises up to every reversal, so that no branch ever slides
     slope: float  # Least slope of the branches that come nearest to a plateau, relative to their mean slope
@@ -45,7 +45,7 @@ class Identifiability:
 
 
 def identifiability_of(records: Sequence[Prepared]) -> Identifiability:
-    """Return what prepared records can show of friction."""
+    """Return the information of prepared records on friction."""
     slopes, peaks, resolved = [], [], []
     for record in records:
         reversals = record.reversals[record.reversals < len(record.force)]
@@ -61,10 +61,10 @@ def identifiability_of(records: Sequence[Prepared]) -> Identifiability:
 
 
 def _inertia(record: Prepared) -> Real | float:
-    """Return the inertia [N], shape (n,), of a record whose mass is a term of it: it rises as a stiffness does.
+    """Return the inertia [N], shape (n,), of a record with a fitted mass: it rises like a stiffness.
 
-    By least squares of the force on acceleration, sign of the velocity, velocity and an offset. A stiffness would have
-    a negative mass, and is none.
+    By least squares of the force on acceleration, sign of the velocity, velocity and an offset. A stiffness would give
+    a negative mass, and is excluded.
     """
     m = record.motion
     if "mass" not in record.done.own:
@@ -111,8 +111,8 @@ def branch_slope(position: Real, force: Real, reversals: Indices) -> float:
 def least_slope(displacement: Real, force: Real) -> float:
     """Return the least slope of any fifth of a curve's outer half, relative to its mean slope [1].
 
-    A concave curve is flattest at its end. Where the Stribeck effect is not divided out, the force rises again as the
-    motion slows down: that is no stiffness.
+    A concave curve is flattest at its end. If the Stribeck effect is not divided out, the force rises again as the
+    motion slows down, which is not a stiffness.
     """
     slopes = []
     for start in np.linspace(0.5, 0.8, 7):
@@ -131,7 +131,7 @@ def resolved_travel(position: Real, reversals: Indices) -> float:
 def excites(time: Real, position: Real) -> bool:
     """Return whether a motion separates mass, viscous and Coulomb friction and an offset.
 
-    Position is averaged over pieces of 10 ms or five samples, so that the encoder's steps make no acceleration.
+    Position is averaged over pieces of 10 ms or five samples, so that encoder steps do not count as acceleration.
     """
     dt = float(np.median(np.diff(time)))
     width = max(round(0.01 / dt), 5)
@@ -158,7 +158,7 @@ def cycle_energies(position: Real, force: Real, reversals: Indices) -> Real:
 
 
 def energy_per_cycle(energies: Real) -> Estimate | None:
-    """Return the mean energy of cycles with its 95 % interval by Student's t; None of fewer than two cycles."""
+    """Return the mean energy of cycles with its 95 % interval by Student's t; None for fewer than two cycles."""
     if len(energies) < 2:
         return None
     mean, n = float(energies.mean()), len(energies)
@@ -167,7 +167,7 @@ def energy_per_cycle(energies: Real) -> Estimate | None:
 
 
 def drift(values: Real) -> tuple[float, float]:
-    """Return the change of values from the first to the last along their line, and half its 95 % interval.
+    """Return the change of values along their regression line from first to last, and half its 95 % interval.
 
     values: One value a cycle, shape (cycles,), three or more.
     """

@@ -1,4 +1,4 @@
-"""Kicks at reversals: what a friction compensation of the control leaves in a record."""
+"""Kicks at reversals, which a friction compensation of the control leaves in a record."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,11 +17,12 @@ from fric.records.reversals import find_reversals
 from fric.units import readable
 
 SAMPLES = 256
-"""Samples that a record has at least."""
+"""Least number of samples in a record."""
 KICKED, KICK_COUNTS, BEFORE, BEHIND, WITHIN = 0.3, 6.0, 1.5, 0.33, 0.5
-"""Lead about a reversal that is a kick: over the deviations elsewhere (99 % of them), in counts, over what deviates
-before it, and over the lag behind it; and for how long it is looked for [s]. Without a compensation the first is 0.13
-at most, of strokes, and the fourth 0.3, where friction rises as the speed falls."""
+"""Least lead about a reversal of a kick: over 99 % of the deviations elsewhere, in counts, over the deviation before
+it, and over the lag after it; and the duration of the search [s]. Without a compensation the first is 0.13 at most, of
+strokes, and the fourth 0.3, where friction rises as the speed falls.
+"""
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class _Kick:
 
 @dataclass(frozen=True)
 class Tracking:
-    """How a record follows its reference.
+    """The tracking error of a record.
 
     reference: that was logged, or the sine that the motion follows between its reversals [m]
     position: of the encoder that the loop is closed on: of two, the one that deviates less from the reference [m]
@@ -54,7 +55,7 @@ class Tracking:
 
 
 def tracking(log: Log) -> Tracking | None:
-    """Return how a record follows its reference; None where it has no reference, no reversal, or nothing between."""
+    """Return the tracking of a record; None without a reference, reversals, or samples between them."""
     if log.position is None or log.added is not None or len(log) < SAMPLES:
         return None
     reference = _sine_of(log.time, log.position) if log.reference is None else log.reference
@@ -79,7 +80,7 @@ def tracking(log: Log) -> Tracking | None:
 
 
 def _sine_of(t: Real, position: Real) -> Real | None:
-    """Return the sine that a motion to and fro follows away from its reversals [m], shape (n,); None of another."""
+    """Return the sine that a motion to and fro follows away from its reversals [m], shape (n,); None for others."""
     sine = fitted_sine(t, position)
     if sine is None or not sine.reversals:
         return None
@@ -94,11 +95,11 @@ def _sine_of(t: Real, position: Real) -> Real | None:
 
 
 def foreign_compensation(log: Log) -> Notice | None:
-    """Return that the control kicks the axis at reversals, as a friction compensation does that was left on.
+    """Return the warning that a friction compensation of the control kicks the axis at reversals.
 
-    Friction holds an axis behind its reference. What puts it ahead after most reversals, by counts of the encoder and
-    by a share of all deviations elsewhere, is a pulse or a step of the control. Deviations that go with the velocity
-    and the acceleration are those of the loop.
+    Friction holds an axis behind its reference. If the axis is ahead after most reversals, by encoder counts and by a
+    share of all deviations elsewhere, the cause is a pulse or a step of the control. Deviations proportional to
+    velocity and acceleration are due to the loop.
     """
     if (followed := tracking(log)) is None:
         return None
@@ -121,7 +122,7 @@ def foreign_compensation(log: Log) -> Notice | None:
 
 
 def _around_reversals(t: Real, reference: Real, at: Indices) -> list[tuple[int, int, int]]:
-    """Return of each reversal where the look at it begins, its sample, and where the look ends."""
+    """Return the window around each reversal: its first sample, the reversal, its last sample."""
     spans = []
     for n, first in enumerate(at):
         stop = int(at[n + 1]) if n + 1 < len(at) else len(t)
@@ -135,7 +136,7 @@ def _around_reversals(t: Real, reference: Real, at: Indices) -> list[tuple[int, 
 
 
 def _kick(t: Real, reference: Real, rest: Real, begin: int, first: int, end: int) -> _Kick:
-    """Return how far the axis gets ahead of its reference about a reversal."""
+    """Return the largest lead of the axis over its reference around a reversal."""
     before = rest[max(2 * begin - end, 0) : begin + 1]
     sense = float(np.sign(reference[end - 1] - reference[first])) or 1.0
     ahead = sense * (rest[begin:end] - float(np.median(before[-10:])))
@@ -150,7 +151,7 @@ def _kick(t: Real, reference: Real, rest: Real, begin: int, first: int, end: int
 
 
 def without_kicked(logs: Sequence[Log]) -> tuple[list[Log], list[Notice]]:
-    """Return the records that no compensation of the control kicks, and what there is to say of the others.
+    """Return the records without kicks of a compensation, and the warnings about the others.
 
     Raises FricError: When no record is left.
     """

@@ -1,4 +1,4 @@
-"""Modes of the control that switch inside a record: by a channel of its state, else by the error at reversals."""
+"""Modes of the control that switch within a record: found from a state channel, else from the error at reversals."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -18,17 +18,17 @@ from fric.records.segments import SHORTEST, travelled
 from fric.units import readable
 
 MOST_PARTS = 64
-"""Parts of a record at most: a state that changes more often is no mode of the control."""
+"""Largest number of parts of a record: a state that changes more often is no mode of the control."""
 STROKES_ALIKE = 0.02
-"""Share by which length and speed of strokes of one motion differ at most."""
+"""Largest relative difference in length and speed of strokes of the same motion."""
 ERRORS_APART = 1.15
-"""Ratio of errors at reversals of one motion, above which the control is in two modes."""
+"""Ratio of errors at reversals of the same motion above which the control has two modes."""
 COUNTS = 3.0
-"""Counts of the encoder by which these errors differ at least."""
+"""Least difference of these errors in encoder counts."""
 SCATTER = 0.1
-"""Scatter of either size at most, over the distance of both on a scale of logarithms."""
+"""Largest scatter of either size over their distance, on a logarithmic scale."""
 STROKES = 3
-"""Strokes one after the other that a mode lasts at least, where no channel shows it."""
+"""Least number of consecutive strokes in a mode that no channel shows."""
 
 
 @dataclass(frozen=True)
@@ -51,13 +51,13 @@ class _ModeStroke:
 
 
 def modes_of(log: Log) -> list[ModePart]:
-    """Return the parts of a record in which the control is in one mode; none where the mode does not switch."""
+    """Return the parts of a record, each in one mode of the control; empty if the mode does not switch."""
     found = _logged(log) if log.mode is not None else _seen(log)
     return found if len({part.mode for part in found}) > 1 else []
 
 
 def parts_of(log: Log) -> list[Log]:
-    """Return the parts of a record, each in one mode and named with it; the record alone where no mode switches."""
+    """Return the parts of a record, each named by its mode; the whole record if no mode switches."""
     found, count = list[Log](), dict[str, int]()
     for part in modes_of(log):
         count[part.mode] = n = count.get(part.mode, 0) + 1
@@ -67,7 +67,7 @@ def parts_of(log: Log) -> list[Log]:
 
 
 def switched(log: Log) -> Notice | None:
-    """Return where the mode of a record switches, and the tracking error of each in motions that all modes have."""
+    """Return the notice on the modes of a record, with the tracking error of each in their common motions."""
     if not (parts := modes_of(log)):
         return None
     names = list(dict.fromkeys(part.mode for part in parts))
@@ -85,7 +85,7 @@ def switched(log: Log) -> Notice | None:
 
 
 def _logged(log: Log) -> list[ModePart]:
-    """Return the runs of a mode's channel; none where it is a state of the motion: moving, its direction, in place."""
+    """Return the runs of a mode's channel; empty if it is a state of the motion: moving, its direction, in place."""
     assert log.mode is not None
     edges = np.concatenate([[0], np.flatnonzero(np.diff(log.mode)) + 1, [len(log)]])
     if not 2 < len(edges) <= MOST_PARTS + 1:
@@ -137,7 +137,7 @@ def _motions(strokes: Iterable[_ModeStroke]) -> Iterator[list[_ModeStroke]]:
 
 
 def _compared(log: Log, parts: list[ModePart], names: list[str]) -> tuple[list[float], list[float]]:
-    """Return tracking error and error at reversals of each mode [m], over the motions that all of them have."""
+    """Return tracking error and error at reversals of each mode [m], over their common motions."""
     if log.reference is None or (followed := tracking(log)) is None:
         return [], []
     rows = list[list[tuple[float, float]]]()
@@ -158,11 +158,11 @@ def _compared(log: Log, parts: list[ModePart], names: list[str]) -> tuple[list[f
 
 
 def _seen(log: Log) -> list[ModePart]:
-    """Return the parts of a record in which errors at reversals of one motion are of one of two sizes.
+    """Return the parts of a record in which errors at reversals of the same motion have one of two sizes.
 
     The sizes differ by `ERRORS_APART` and by far more than either scatters, in every motion that recurs, and each lasts
-    for `STROKES` strokes or more: directions that differ take turns, a drift is gradual, and noise does neither. A
-    stroke between both is that of a switch.
+    for `STROKES` strokes or more: differing directions alternate, a drift is gradual, and noise is neither. A stroke of
+    a size between both contains the switch.
     """
     if log.reference is None or log.position is None or (followed := tracking(log)) is None:
         return []
@@ -185,7 +185,7 @@ def _seen(log: Log) -> list[ModePart]:
 
 
 def _of_two(glitches: Real, least: float) -> list[bool | None] | None:
-    """Return whether errors of one motion are of the larger of two sizes, None of those between; None of one size."""
+    """Return whether each error of a motion has the larger of two sizes, None if between; None for a single size."""
     sizes = np.log(np.maximum(glitches, 1e-300))
     order = np.sort(sizes)
     splits = [n for n in range(2, len(order) - 1)]

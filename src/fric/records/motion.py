@@ -1,4 +1,4 @@
-"""The motion behind a quantised position, what moved between the encoder's counts, and zero-phase filters for it."""
+"""The motion behind a quantised position, between encoder counts; and zero-phase filters."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from fric.log import Log
 from fric.records.resolution import encoder_step, noise_level
 
 DEGREE = 5
-"""Degree of the spline: its acceleration is still smooth, and a reversal inside one count is still a parabola."""
+"""Degree of the spline, with a smooth acceleration and a parabola at a reversal within a count."""
 MOST_KNOTS = 20_000
-"""Knots that a record may have; between them the motion cannot reverse."""
+"""Largest number of knots of a record; between knots the motion cannot reverse."""
 REST = 4
-"""Samples without a count after which the level itself is read, again and again."""
+"""Number of samples without a count after which the level itself is used, repeatedly."""
 REFINED = 8
 """Largest number of solutions of a spline: the rounding error of a stiff spline exceeds its spread until refined."""
 CONVERGED = 1e-3
@@ -45,12 +45,12 @@ class Motion:
 def smooth_motion(time: Real, position: Real) -> Motion:
     """Return the smoothest motion that an encoder would have logged as this position.
 
-    At the instant of a count the position is known far better than the count itself: it is half way between two
-    levels, to within ``v·dt/√12``. The spline that minimises its jerk while it meets these crossings as closely as
-    they are known (the discrepancy principle of Morozov: reduced chi² of 1) has no phase lag and no bias towards the
-    levels. Friction needs it: with k_1 = 1e8 N/m one count of 0.25 µm is a step of 25 N.
+    At the instant of a count the position is known far better than the count itself: it is half way between two levels,
+    to within ``v·dt/√12``. The spline that minimises its jerk while it meets these crossings as closely as they are
+    known (the discrepancy principle of Morozov: reduced chi² of 1) has no phase lag and no bias towards the levels.
+    Friction needs this: with k_1 = 1e8 N/m a count of 0.25 µm is a step of 25 N.
 
-    A position without a lattice is smoothed to its noise instead, and a position without noise is not changed.
+    A position without a lattice is smoothed by its noise instead, and a position without noise is not changed.
 
     time, position: The record [s], [m], each of shape (n,).
     Raises FricError: When the position moves by fewer than eight counts.
@@ -89,10 +89,10 @@ def smooth_motion(time: Real, position: Real) -> Motion:
 
 
 def slope(t: Real, z: Real) -> Real:
-    """Return the derivative of exact samples: that of the parabola of fourth degree through the five around each.
+    """Return the derivative of exact samples, by the polynomial of fourth degree through five samples around each.
 
-    Second order is too little for friction: a velocity that is off by a thousandth moves the instant at which a motion
-    turns. Where a sample equals both of its neighbours, the motion rests, and the derivative is zero.
+    Second order is not enough for friction: a velocity error of a thousandth shifts the instant of a reversal. Where a
+    sample equals both neighbours, the motion rests and the derivative is zero.
 
     t, z: Instants, increasing, and samples, each of shape (n,).
     """
@@ -113,7 +113,7 @@ def slope(t: Real, z: Real) -> Real:
 
 
 def _flickers(counts: Real) -> Mask:
-    """Return which counts belong to a flicker: a count against the direction of both neighbours, and these."""
+    """Return the counts of a flicker: a count against the direction of both neighbours, and these neighbours."""
     turned = np.diff(np.sign(counts)) != 0
     alone = np.zeros(len(counts), dtype=bool)
     alone[1:-1] = turned[1:] & turned[:-1]
@@ -123,9 +123,9 @@ def _flickers(counts: Real) -> Mask:
 
 
 def _rests(t: Real, z: Real, counted: Indices, step: float) -> tuple[Real, Real, Real]:
-    """Return instants, levels and spreads where no count falls: the position is on its level, to within ±step/2.
+    """Return instants, levels and spreads without counts: the position is on its level, within ±step/2.
 
-    These readings hold the spline to its level through a dwell.
+    These readings keep the spline on its level during a dwell.
     """
     bounds = np.concatenate([[0], counted + 1, [len(z)]])
     starts, lengths = bounds[:-1], np.diff(bounds)
@@ -183,7 +183,7 @@ def _smoothest(t: Real, instant: Real, value: Real, spread: Real, knot: float) -
 
 
 def _upper(matrix: Any) -> Real:
-    """Return the upper bands of a symmetric matrix as `scipy.linalg.solveh_banded` takes them."""
+    """Return the upper bands of a symmetric matrix for `scipy.linalg.solveh_banded`."""
     bands = np.zeros((DEGREE + 1, matrix.shape[0]))
     for offset in range(DEGREE + 1):
         bands[DEGREE - offset, offset:] = matrix.diagonal(offset)
@@ -191,12 +191,12 @@ def _upper(matrix: Any) -> Real:
 
 
 BANDWIDTH = 20.0
-"""What a position loop makes of a motion [Hz]; the filters leave room above it."""
+"""Bandwidth of a motion under a position loop [Hz]; the filters leave room above it."""
 
 
 @dataclass(frozen=True)
 class Conditioning:
-    """How a record is filtered and thinned out before the fit."""
+    """Filter and decimation of a record before the fit."""
 
     cutoff: float  # Corner of the fourth-order Butterworth filter, run forwards and backwards over the position [Hz]
     decimation: int  # Every n-th sample is kept, after a zero-phase Chebyshev filter over each column of the fit
@@ -206,7 +206,7 @@ class Conditioning:
     def of(
         cls, sampling: float, cutoff: float | None = None, decimation: int | None = None, border: int | None = None
     ) -> Conditioning:
-        """Return the settings for a sampling rate [Hz], where not given.
+        """Return the settings, with defaults for a sampling rate [Hz].
 
         The corner is five times the bandwidth of the motion, so that the filter leaves its acceleration alone; the
         decimated signals reach to twice that bandwidth, and 4.9 periods of the corner are left out at the start.
@@ -256,7 +256,7 @@ def butterworth(corner: float, sampling: float) -> Real:
 
 
 def thinned(values: Real, decimation: int) -> Real:
-    """Return every n-th sample, the last among them, after a zero-phase Chebyshev filter.
+    """Return every n-th sample, including the last, after a zero-phase Chebyshev filter.
 
     Eighth order, 0.05 dB, 0.8 of the new half rate, as in MATLAB's ``decimate``, from which the published figures
     come; `scipy.signal.decimate` counts from the first sample and extends the edges otherwise.
@@ -271,7 +271,7 @@ def thinned(values: Real, decimation: int) -> Real:
 
 
 def kept(n: int, decimation: int) -> slice:
-    """Return which of n samples `thinned` keeps."""
+    """Return the indices of the n samples that `thinned` keeps."""
     return slice((n - 1) % decimation, None, decimation)
 
 

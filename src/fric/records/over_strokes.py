@@ -1,9 +1,8 @@
-"""The force within strokes at constant velocity, where a map has a single number: it varies over place and time.
+"""Variation of the force over place and time within strokes at constant velocity.
 
-Along the stroke, what the force shows in both directions with one sign is a force over position (cogging, a cable, a
-balance); what changes its sign with the direction is friction over position. Both recur at every speed, which noise
-does not. Over time, the size of the force rises or falls by a rate that is the same at all speeds, as a drive or a
-guideway warms up.
+A variation along the stroke with the same sign in both directions is a force over position (cogging, a cable, a
+balance); a variation whose sign changes with the direction is friction over position. Both recur at every speed, unlike
+noise. As a drive or a guideway warms up, the magnitude of the force changes at the same rate at all speeds.
 """
 
 from collections.abc import Sequence
@@ -19,9 +18,9 @@ from fric.log import Log
 from fric.records.segments import Segment
 
 PLACES = 64
-"""Places along the longest stroke at which strokes are compared."""
+"""Number of places along the longest stroke for comparison."""
 SHORTEST = 12
-"""Places that a stroke spans at least, to be compared."""
+"""Least number of places in a stroke that is compared."""
 SURE = 4.0
 """Standard errors above which strokes agree about the place."""
 STROKES_AGREE = 0.5
@@ -29,22 +28,24 @@ STROKES_AGREE = 0.5
 MINOR = 0.1
 """Share of the variance below which one of two causes is not reported."""
 LASTING = 0.7
-"""Least duration of a stroke that shows a rate [s]."""
+"""Least duration of a stroke for a rate [s]."""
 FASTEST = 0.02
-"""Rate [1/s] beyond which no drive warms up: there the force still settles."""
+"""Rate [1/s] above which the force is settling, not warming up."""
 SETTLING = 3.0
-"""Ratio of the rates in whole strokes and in their later halves within which it is no settling."""
+"""Largest ratio of the rates in whole strokes and in their later halves without settling."""
 STUCK = 1e-9
-"""Share of the force by which its slope over a stroke is unsure at least, where the force is not stuck at a bound."""
+"""Least uncertainty of the slope over a stroke, as a share of the force, unless the force is at a bound."""
 REPEATED, FEWEST = 0.05, 4
-"""Ratio of speeds, less one, up to which strokes repeat each other, and speeds beyond which each is left out."""
+"""Relative difference of speeds up to which strokes repeat each other, and number of speeds above which each is left
+out.
+"""
 LIKELY_RATE, SURE_RATE = 0.99, 0.999
 """Probabilities above which a rate is likely, and surely, not zero."""
 
 
 @dataclass(frozen=True)
 class OverPlace:
-    """What recurs at the same place in stroke after stroke."""
+    """Forces that recur at the same place in all strokes."""
 
     cogging: float  # Root mean square of the force over position [N]
     friction: float  # Root mean square of the friction over position [N]
@@ -54,7 +55,7 @@ class OverPlace:
 
 @dataclass(frozen=True)
 class OverTime:
-    """Change of the size of the force in time, at all speeds."""
+    """Change of the magnitude of the force in time, at all speeds."""
 
     rate: float  # rate, half: relative rate and half of its 95 % interval [1/s]
     half: float
@@ -65,15 +66,15 @@ class OverTime:
 
     @property
     def change(self) -> float:
-        """What the rate comes to over all records [1]."""
+        """The change over all records [1]."""
         return self.rate * self.duration
 
 
 def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
-    """Return what strokes of different speed show at the same places; None where they do not agree, or are too few.
+    """Return the common variation of strokes over place; None if they do not agree, or are too few.
 
-    Two strokes are compared where both came, each without its mean and slope there. Noise differs between strokes,
-    so their covariance is the variance of what they have in common.
+    Two strokes are compared over their common places, each without its mean and slope there. Noise differs between
+    strokes, so their covariance is the variance of their common part.
 
     strokes: Constant-velocity segments, each with its record.
     """
@@ -100,7 +101,7 @@ def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
 
 @dataclass(frozen=True)
 class _Common:
-    """What pairs of strokes have in common: covariance [N²], median correlation, whether it is sure, in how many."""
+    """The common part of pairs of strokes: covariance [N²], median correlation, whether it is sure, number of pairs."""
 
     covariance: float
     correlation: float
@@ -116,7 +117,7 @@ def _cut(log: Log, segment: Segment) -> tuple[Real, Real, float, float]:
 
 
 def _profile(z: Real, F: Real, edges: Real) -> Real:
-    """Return the mean force at each place; nan where the stroke did not come."""
+    """Return the mean force at each place; nan outside the stroke."""
     place = np.clip(np.digitize(z, edges) - 1, 0, len(edges) - 2)
     count = np.bincount(place, minlength=len(edges) - 1)
     return np.where(count > 0, np.bincount(place, F, minlength=len(count)) / np.maximum(count, 1), np.nan)
@@ -148,11 +149,11 @@ def _common(pairs: Sequence[tuple[Real, Real]]) -> _Common | None:
 
 
 def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
-    """Return the rate at which the size of the force changes, where it is not zero; None where it is, or is not known.
+    """Return the rate at which the magnitude of the force changes; None if it is zero or not known.
 
     The slope of the force in each stroke is regressed on the size of the force (the rate), on the speed (a force over
-    position) and on the velocity (friction over position), so that neither place is taken for time. The rate is
-    accepted where the strokes of each direction alone show it; it is sure where slow and fast strokes do.
+    position) and on the velocity (friction over position), so that effects of place do not count as time. The rate is
+    accepted if the strokes of each direction alone show it; it is sure if slow and fast strokes do.
 
     strokes: Constant-velocity segments, each with its record.
     """
@@ -179,7 +180,7 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
 
 
 def along_axis(strokes: Sequence[tuple[Log, Segment]]) -> tuple[float, float] | None:
-    """Return the slope of the force along the axis [N/m], and half its 95 % interval; None where it is 0.
+    """Return the slope of the force along the axis [N/m], and half its 95 % interval; None if it is 0.
 
     It is estimated from the later halves of strokes, settled or not: a rise along a stroke looks like settling.
 
@@ -193,18 +194,18 @@ def along_axis(strokes: Sequence[tuple[Log, Segment]]) -> tuple[float, float] | 
 
 
 class _Trends(NamedTuple):
-    """What the slopes of strokes in time are made of."""
+    """The terms of the slopes of strokes in time."""
 
     values: list[float]
     """Relative rate [1/s], force over position and friction over position [N/m]."""
     errors: list[float]
     """Their standard errors."""
     freedom: int
-    """Of all."""
+    """Degrees of freedom of the errors."""
     apart: list[float]
-    """The relative rate of strokes forwards and backwards, of the slower and the faster half alone [1/s]."""
+    """Relative rate of forward and backward strokes, and of the slower and the faster half [1/s]."""
     logged: list[float]
-    """Median slope of the force over the force, as it was logged, of strokes forwards and backwards [1/s]."""
+    """Median slope of the logged force over the force, of forward and backward strokes [1/s]."""
 
 
 def _trends(strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bool = True) -> _Trends | None:
@@ -253,7 +254,7 @@ def _trends(strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bo
 
 
 def _slope(t: Real, F: Real) -> tuple[float, float, float]:
-    """Return the slope of a force in time [N/s] by the means of eight parts, and its standard error twice.
+    """Return the slope of a force in time [N/s] by the means of eight parts, and two standard errors.
 
     The error includes the deviation of the parts from a line, and the noise of independent samples.
     """

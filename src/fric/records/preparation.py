@@ -1,4 +1,4 @@
-"""How a record was prepared for a replay, as files hold it: files are read without the module that prepares."""
+"""Data on how a record was prepared for a replay, as in files, which are read without the preparing module."""
 
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
@@ -7,14 +7,14 @@ from fric.drive.plant import Plant
 from fric.estimate import STAYS
 
 Own = Literal["offset", "damping", "mass"]
-"""Terms of a record: a constant force, a force over the velocity, and a force over the acceleration."""
+"""Fitted terms of a single record: a constant force, and forces proportional to velocity and acceleration."""
 DIMENSIONS: dict[Own, str] = {"offset": "force", "damping": "viscous", "mass": "mass"}
 """The dimension of the coefficient of each (see `fric.units`)."""
 
 
 @dataclass(frozen=True)
 class Preparation:
-    """How a record was prepared for the replay, as data.
+    """Data on how a record was prepared for the replay.
 
     source: the channel that the force is from; input times the force constant
     delay: delay of the action of the force after its log [s]; negative where it is logged late

@@ -1,7 +1,7 @@
-"""One record, made ready for a replay: the motion behind the encoder's counts, and the friction force along it.
+"""A record prepared for a replay: the motion behind the encoder counts, and the friction force along it.
 
-All replays of a friction model – `identify gms`, the replay fits, `compare`, `validate`, the report – take their
-records from here, and so does the fit of a rigid axis to its motion: all use the same force at the same instant.
+All replays of a friction model (`identify gms`, replay fits, `compare`, `validate`, the report) and the fit of a rigid
+axis use these records, so the same force at the same instant.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
 
 def acting_force(time: Real, force: Real, delay: float) -> Real:
-    """Return the force that acts at each sample, where what is logged acts later by a delay.
+    """Return the force that acts at each sample, for a logged force that acts later by a delay.
 
-    Between samples it is interpolated, at the ends it is held. Only here is a lag of the force undone.
+    It is interpolated between samples, and constant beyond the ends. A lag of the force is only corrected here.
 
     time, force: Instants [s] and logged force [N], each of shape (n,).
     delay: Delay of the action of the logged force [s], ``T_d - force_lag`` of a plant; negative where it is logged
@@ -46,10 +46,10 @@ def acting_force(time: Real, force: Real, delay: float) -> Real:
 
 
 class Drive(NamedTuple):
-    """Force constant and delay of a record, where no plant is known.
+    """Force constant and delay of a record without a known plant.
 
     K_f: Force constant [N/V]; None where it is not known.
-    T_d: Delay of the force behind the voltage that makes it [s].
+    T_d: Delay of the force after its voltage [s].
     force_lag: Lag of the logged force behind that voltage [s].
     """
 
@@ -59,11 +59,11 @@ class Drive(NamedTuple):
 
 
 def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", "input"], float]:
-    """Return the force of the drive as it was logged [N], shape (n,), the channel it is from, and its lag [s].
+    """Return the logged force of the drive [N], shape (n,), its channel, and its lag [s].
 
     log: A record with a force, or with an input where the force constant is known.
-    drive: The plant, or what is known of it: a logged force lags the voltage that makes it.
-    Raises FricError: When there is neither.
+    drive: The plant, or its known part: a logged force lags its voltage. Raises FricError: When there is neither a
+    force nor an input.
     """
     if log.force is None and drive.K_f is not None and log.input is not None:
         return drive.K_f * log.input, "input", 0.0
@@ -71,24 +71,24 @@ def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", 
 
 
 MOST_REPLAYED = 400_000
-"""Largest number of samples of all records that a fit replays; of more, every n-th is taken."""
+"""Largest number of samples of all records in a fit; of more, every n-th is used."""
 PARTS = 16
 """Parts of a stroke, in either direction, within which the error of a model counts as common."""
 CYCLES = 3
-"""Number of whole cycles above which cycles are resampled; with fewer, pieces of equal length are."""
+"""Least number of whole cycles for resampling cycles; with fewer, pieces of equal length are resampled."""
 UNLIKE, LOADED = 3.0, 0.002
 """Bounds on the difference of the first stroke from the next where a record begins loaded: ratio to the difference of
 later strokes, and share of the range of the force."""
 PIECES = 10
-"""Pieces of equal length that are resampled where there are no cycles."""
+"""Number of pieces of equal length for resampling without cycles."""
 
 ONE_WAY = 0.01
-"""Fastest speed in one direction over that in the other, below which a motion has one direction."""
+"""Ratio of the fastest speeds in both directions below which a motion has only one direction."""
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """One record to replay a model along."""
+    """A record to replay a model along."""
 
     log: Log  # The record
     motion: Motion  # Its motion, without the encoder's steps
@@ -109,12 +109,12 @@ class Prepared:
 
     @property
     def slides(self) -> bool:
-        """True for a record in sliding, which shows only the frictional lag; see `in_sliding`."""
+        """True for a record in sliding, which only shows the frictional lag; see `in_sliding`."""
         return "damping" in self.done.own
 
     @property
     def drive(self) -> Real:
-        """The drive's force as it acts [N], shape (n,): friction, and the inertia and damping that were subtracted."""
+        """The acting force of the drive [N], shape (n,): friction plus the subtracted inertia and damping."""
         return self.force + self.taken_off
 
     @property
@@ -124,7 +124,7 @@ class Prepared:
 
     @cached_property
     def own(self) -> Real:
-        """Terms of the record, a column each, shape (n, m)."""
+        """Fitted terms of this record, a column each, shape (n, m)."""
         m = self.motion
         columns = {"offset": np.ones_like(m.time), "damping": m.velocity, "mass": m.acceleration}
         return np.column_stack([columns[name] for name in self.done.own])
@@ -134,7 +134,7 @@ class Prepared:
         return model.replay(self.motion.time, self.motion.position, self.motion.velocity)
 
     def record_part(self, rest: Real) -> Real:
-        """Return the coefficients of ``own`` that explain most of a force (n,), by least squares, shape (m,)."""
+        """Return the least-squares coefficients of ``own`` for a force (n,), shape (m,)."""
         size = np.abs(self.own[self.used]).max(axis=0, initial=1e-300)
         return np.asarray(np.linalg.lstsq(self.own[self.used] / size, rest[self.used], rcond=None)[0] / size)
 
@@ -153,7 +153,7 @@ class Prepared:
 
     @cached_property
     def cycle(self) -> Indices:
-        """Number of the cycle that each sample belongs to, shape (n,): cycles are what is resampled."""
+        """Number of the cycle of each sample, shape (n,), for resampling."""
         n, whole = np.arange(len(self.force)), (len(self.reversals) - 1) // 2
         if whole >= CYCLES:
             return np.asarray(np.minimum(np.searchsorted(self.reversals[::2], n, side="right"), whole))
@@ -161,9 +161,10 @@ class Prepared:
 
     @cached_property
     def phase(self) -> Indices:
-        """Number of the part of a cycle that each sample belongs to, shape (n,): the error of a model recurs there.
+        """Number of the part of a cycle of each sample, shape (n,): errors of a model recur in a part.
 
-        Sixteenths of the samples by the travel since the reversal (where there is none: by velocity), in either sense.
+        The parts are sixteenths of the samples by travel since the reversal (without reversals by velocity), in each
+        direction.
         """
         m = self.motion
         along = self.slides or not len(self.reversals)
@@ -172,7 +173,7 @@ class Prepared:
         return np.asarray(np.searchsorted(limits, progress) + PARTS * (sense > 0))
 
     def later(self, late: float) -> Prepared:
-        """Return the record with its force as it acted, where it was logged so much later than its position [s]."""
+        """Return the record with its acting force, if the force was logged later than the position by a time [s]."""
         force = acting_force(self.motion.time, self.force, -late)
         return replace(self, force=force, done=replace(self.done, delay=self.done.delay - late))
 
@@ -185,7 +186,7 @@ class Prepared:
         return self._cut(slice(None, int(np.flatnonzero(self.used)[-1]) + 1))
 
     def thinned(self, every: int) -> Prepared:
-        """Return the record with every n-th sample: increments of position add up, so none is lost."""
+        """Return the record with every n-th sample; the increments of position are summed."""
         return self if every <= 1 else self._cut(slice(None, None, every))
 
     def _cut(self, cut: slice) -> Prepared:
@@ -200,8 +201,8 @@ class Prepared:
     def in_sliding(self) -> Prepared:
         """Return a record in sliding with the terms for the frictional lag, where the static map is known.
 
-        The lag is out of phase with the velocity. The error of the map, and damping that no plant removed, is in phase:
-        the record gets a slope over velocity, and without a plant the inertia, too. Its cycles are those of the
+        The lag is out of phase with the velocity. Errors of the map and damping that was not subtracted are in phase:
+        the record gets a term in velocity, and without a plant a term in acceleration. Its cycles are those of the
         velocity.
 
         Raises FricError: When the velocity changes over fewer than two cycles, or the motion reverses.
@@ -217,7 +218,7 @@ class Prepared:
         used[reversals[0] : reversals[-1]] = True
         if (v[used] > 0).any() and (v[used] < 0).any():
             raise FricError(
-                "the motion reverses, and C is told by sliding in one direction", where=self.log.where,
+                "the motion reverses, and C needs sliding in one direction", where=self.log.where,
                 hint="Raise the mean speed above the amplitude of the velocity.",
             )  # fmt: skip
         beside: tuple[Own, ...] = ("offset", "damping") if self.done.mass is not None else ("offset", "damping", "mass")
@@ -230,11 +231,10 @@ def prepared(
     """Return records ready for replay: ``F = F_drive(t - delay) - M·z̈ - M·A·ż``.
 
     logs: Records of one axis with a force, or with an input where the force constant is known.
-    plant: The plant, after whose delay the force acts, and whose inertia and linear damping are subtracted.
-    drive: Force constant and delays, where a plant is yet to be found.
-    filters: The published filter for each record, behind which the motion is taken; its border is not used. Without it
-        the motion is that behind the encoder's counts (`smooth_motion`).
-    Raises FricError: When a record has no force, or does not move.
+    plant: The plant, whose delay shifts the force, and whose inertia and linear damping are subtracted.
+    drive: Force constant and delays, before the plant is identified.
+    filters: The published filter of the motion for each record; its border is not used. By default the motion is that
+    of `smooth_motion`. Raises FricError: When a record has no force, or does not move.
     """
     if not logs:
         raise FricError("there is no record", hint="Name a log with a force.")
@@ -292,16 +292,16 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
 
 
 def strokes_of(record: Prepared) -> Indices:
-    """Return the reversals between the long strokes of a record: smaller ones, as of a drive that hunts, are none."""
+    """Return the reversals between the long strokes of a record, without smaller ones, as of a hunting drive."""
     span = float(np.ptp(record.motion.position))
     return find_reversals(record.motion.position, threshold=0.3 * span) if span > 0 else np.zeros(0, np.intp)
 
 
 def begins_loaded(record: Prepared, reversals: Indices) -> bool:
-    """Return whether the first stroke of a record differs from the next in its direction, where later strokes repeat.
+    """Return whether the first stroke of a record differs from the next in its direction, while later strokes repeat.
 
-    A contact that comes to rest loaded is so where a record begins. Until each block has slipped, or has not along a
-    whole stroke, the force depends on that; from the second reversal on it shows as a constant at most.
+    The contact may be loaded at the beginning of a record. The force depends on this until each block has slipped, or
+    has stuck along a whole stroke; from the second reversal on the effect is at most a constant.
     """
     if len(reversals) < 5:
         return False
@@ -310,7 +310,7 @@ def begins_loaded(record: Prepared, reversals: Indices) -> bool:
     edges = np.linspace(0.0, travel * (1.0 + 1e-9), PARTS + 1)
 
     def unlike(n: int) -> float:
-        """Return the difference of two strokes of one direction, but for a constant [N]."""
+        """Return the difference of two strokes of the same direction, apart from a constant [N]."""
         along = []
         for begin, end in ((reversals[m], reversals[m + 1]) for m in (n, n + 2)):
             part = np.clip(np.digitize(np.abs(z[begin:end] - z[begin]), edges) - 1, 0, PARTS - 1)
@@ -323,7 +323,7 @@ def begins_loaded(record: Prepared, reversals: Indices) -> bool:
 
 
 def without_loaded(records: Sequence[Prepared]) -> tuple[list[Prepared], list[Notice]]:
-    """Return records whose first strokes are not compared where the contact is loaded there, and a note of these."""
+    """Return records without the first strokes in comparison if the contact begins loaded, and a notice of these."""
     kept, loaded = [], []
     for record in records:
         at = strokes_of(record) if kind_of(record.log) in PRESLIDING else np.zeros(0, np.intp)

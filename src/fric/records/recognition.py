@@ -1,4 +1,4 @@
-"""The experiment of a record that does not name it: recognised from the motion, and from the force if logged."""
+"""Recognition of a record's experiment from the motion, and from the force if logged."""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -14,11 +14,11 @@ from fric.records.reversals import find_reversals
 from fric.records.segments import Segment, segments_and_rests, travelled
 
 STEADY_SHARE = 0.75
-"""Share of the time in motion above which a record is of constant velocity."""
+"""Share of the time in motion above which a record counts as strokes at constant velocity."""
 STROKE_SHARE = 0.3
-"""The same where the axis reverses or stops between any two speeds: then there are strokes, and their ramps."""
+"""The same if the axis reverses or stops between any two speeds, as between strokes with ramps."""
 SINE_FIT = 0.99
-"""Share of the variance that one sine explains in a record of a sine; a triangle has 0.986."""
+"""Share of the variance that a sine explains in a record of a sine; a triangle has 0.986."""
 AROUND = 0.9
 """Share of a motion's spectrum about its strongest line, above which a sine is fitted to it."""
 SINE_SAMPLES = 1 << 17
@@ -26,15 +26,17 @@ SINE_SAMPLES = 1 << 17
 SWINGS = 0.25
 """Swing of the velocity over its mean above which a sine in sliding is no ripple of a stroke."""
 REPEATS = 1.5
-"""Cycles, but for those at the ends, that it has at least."""
+"""Least number of cycles of a sine in sliding, without those at the ends."""
 PIECES, QUIET, PAUSES = 400, 0.02, 0.05
-"""Pieces of a record, travel in a piece over that of a fast piece in a pause at most, and share of pauses of moves."""
+"""Number of pieces of a record, largest travel in a pause over that of a fast piece, and share of pauses between
+moves.
+"""
 LINES = 9.0
-"""Spectral lines among which the power of a broad-band excitation is spread at least; strokes have five at most."""
+"""Least number of spectral lines with the power of a broad-band excitation; strokes have at most five."""
 RISING_SHARE = 0.01
 """Share of the stroke in which the force rises after a reversal, above which a sine is in pre-sliding."""
 LOOP_SHARE = 0.03
-"""The same for a motion of any other shape: a motion by hand, or bent by friction, is no sine."""
+"""The same for a motion of any other shape, as by hand or distorted by friction."""
 LOOP_OF_STROKES = 0.1
 """The same for a motion back and forth at constant velocity: such short strokes show pre-sliding rather than a map."""
 SWAY = 0.1
@@ -42,22 +44,22 @@ SWAY = 0.1
 RIGID = 0.98
 """Share of the force that mass and viscous and Coulomb friction explain, above which these make it rise."""
 LEAST_REVERSALS = 4
-"""Reversals that such a motion has at least."""
+"""Least number of reversals of such a motion."""
 
 
 STAIRS = 12
-"""Steps that a staircase has at least, three or more of them in one direction on the average."""
+"""Least number of steps of a staircase, on average three or more in the same direction."""
 STEPS_ALIKE = 0.3
-"""Share of the size of a step by which four of five steps of a staircase differ at most."""
+"""Largest relative difference of four out of five steps of a staircase."""
 STAIRCASE_SAMPLES = 4096
-"""Samples in which a staircase is sought."""
+"""Number of samples searched for a staircase."""
 RESTS = 0.3
-"""Share of the time that a staircase rests between its steps at least."""
+"""Least share of time at rest between the steps of a staircase."""
 
 
 @dataclass(frozen=True)
 class Staircase:
-    """Small steps of one size up and down, with a rest after each.
+    """Small equal steps up and down, with a rest after each.
 
     step: size of a step [m]
     count: of the encoder, or three standard deviations of the noise [m]
@@ -70,10 +72,10 @@ class Staircase:
 
 
 def fitted_staircase(position: Real) -> Staircase | None:
-    """Return the staircase that a motion is, or None where it is none: levels at rest, one step from each other.
+    """Return the staircase of a motion, or None: levels at rest with equal distances.
 
-    A level is a run of samples, which settle or creep. How far is tried, from two counts of the encoder or its noise
-    to a tenth of the motion: a steady motion has levels that are no further apart than that.
+    A level is a run of samples, which may settle or creep. Bounds on this are tried from two encoder counts or the
+    noise up to a tenth of the motion: in a steady motion the levels would not be further apart.
     """
     every = -(-len(position) // STAIRCASE_SAMPLES)
     x = position[::every]
@@ -88,7 +90,7 @@ def fitted_staircase(position: Real) -> Staircase | None:
 
 
 def visible_step(position: Real) -> float:
-    """Return a count of the encoder, or three standard deviations of the noise, by which levels surely differ [m]."""
+    """Return an encoder count, or three standard deviations of the noise, by which levels surely differ [m]."""
     return max(lattice_step(position) or 0.0, 3.0 * noise_level(position))
 
 
@@ -144,21 +146,21 @@ class Sine:
 
     @property
     def reversals(self) -> bool:
-        """Whether the motion reverses, rather than sliding on."""
+        """Whether the motion reverses, instead of sliding on."""
         return 2.0 * np.pi * self.frequency * self.amplitude > abs(self.mean_velocity)
 
     @property
     def in_sliding(self) -> bool:
-        """Whether it swings about a steady speed again and again, by more than a stroke does."""
+        """Whether it swings periodically about a steady speed, by more than a stroke does."""
         swing = 2.0 * np.pi * self.frequency * self.amplitude
         return not self.reversals and self.cycles >= REPEATS and swing > SWINGS * abs(self.mean_velocity)
 
 
 def fitted_sine(time: Real, position: Real) -> Sine | None:
-    """Return the sine that a motion follows at full amplitude, or None where it is none.
+    """Return the sine that a motion follows at full amplitude, or None.
 
-    The run-in and the end are left out: before the second reversal and after the last; of a motion that never turns, a
-    quarter at each end.
+    Run-in and end are left out: before the second reversal and after the last; of a motion without reversals, a quarter
+    at each end.
     """
     reversals = find_reversals(position)
     n = len(position)
@@ -270,16 +272,16 @@ def turns_of(log: Log) -> tuple[Sine | None, Indices, Staircase | None]:
 
 
 def force_rise(log: Log, reversals: Indices) -> float | None:
-    """Return the share of the stroke that the force takes to come up, the median over `force_rises`; None of none."""
+    """Return the share of the stroke in which the force rises, the median of `force_rises`; None if there is none."""
     shares = [share for share, *_ in force_rises(log, reversals)]
     return float(np.median(shares)) if shares else None
 
 
 def force_rises(log: Log, reversals: Indices) -> list[tuple[float, int, float]]:
-    """Return after what share of each stroke, samples and travel [m] the force has come up by nine tenths.
+    """Return the share of each stroke, the samples and the travel [m] after which the force has risen by nine tenths.
 
-    The force of the later half of a branch between reversals counts as come up. Where it goes against the motion, as
-    the inertia of a fast one does, it does not rise. There is none without a force, a position or a branch.
+    The full rise is the force of the later half of a branch between reversals. A force against the motion, as the
+    inertia of a fast motion, does not rise. The result is empty without a force, a position or a branch.
     """
     if log.force is None or log.position is None or len(reversals) < 2:
         return []
@@ -312,9 +314,9 @@ def _is_rigid(log: Log) -> bool:
 
 
 def _is_broad_band(log: Log) -> bool:
-    """Return whether input and velocity are spread over many lines, and the motion exceeds noise of the encoder.
+    """Return whether input and velocity have many spectral lines, and the motion exceeds the encoder's noise.
 
-    Moves of many lengths are spread, too; but these pause.
+    So do moves of many lengths, but these have pauses.
     """
     if log.input is None or log.position is None or len(log) < 256:
         return False
@@ -329,7 +331,7 @@ def _is_broad_band(log: Log) -> bool:
 
 
 def spectral_lines(signal: Real) -> float:
-    """Return among how many spectral lines the power of a signal is spread, ``1/Σp²`` with p their shares of it."""
+    """Return the effective number of spectral lines of a signal, ``1/Σp²`` with p their shares of the power."""
     n = len(signal)
     slope, level = np.polyfit(np.arange(n), signal, 1)
     power = np.abs(np.fft.rfft((signal - slope * np.arange(n) - level) * np.hanning(n))) ** 2

@@ -1,4 +1,4 @@
-"""How finely a channel was logged: the step of its lattice, and the level of its noise."""
+"""Resolution of a channel: the step of its lattice, and the level of its noise."""
 
 from hashlib import blake2b
 from math import comb
@@ -10,22 +10,24 @@ from fric.arrays import Real
 _EVIDENCE = 16
 """Least number of neighbouring values on a lattice, unless each value occurs often."""
 FINEST = 1e-3
-"""Step, as a share of the usual gap between neighbouring values, below which any gap is near a multiple of it."""
+"""Smallest step as a share of the usual gap between neighbouring values; any gap is near a multiple of a smaller
+one.
+"""
 _GAPS = 400
 """Largest number of gaps that are used."""
 _ORDER = 6
-"""Highest order of the differences that noise is estimated from."""
+"""Highest order of differences for the estimate of noise."""
 _FALLS = 0.64
-"""Ratio of the variances from two orders of differences below which the lower order still held the motion."""
+"""Ratio of the variances from two orders of differences below which the lower order still includes the motion."""
 
 
 _KEPT = 4096
-"""Channels whose lattice is cached, by their digest: every judgement of a record needs that of its position."""
+"""Number of cached lattices, by digest of the channel: every judgement of a record needs that of its position."""
 _known: dict[bytes, float | None] = {}
 
 
 def lattice_step(values: Real) -> float | None:
-    """Return the step of the lattice that logged values lie on (an encoder's count), or None where there is none.
+    """Return the step of the lattice of logged values (an encoder count), or None without a lattice.
 
     The gaps between neighbouring values that occur are whole multiples of the step. They may be off by a fifth of it:
     a log written with few decimals rounds the counts of its encoder. Scaling and offset do not matter.
@@ -61,7 +63,7 @@ def _lattice_step(values: Real) -> float | None:
 
 
 def encoder_step(position: Real) -> float:
-    """Return the step of a position's lattice, also of one of too few levels to prove it regular; 0 for none."""
+    """Return the step of a position's lattice, even if it has few levels; 0 for none."""
     if (step := lattice_step(position)) is not None:
         return step
     levels = np.unique(position)
@@ -84,7 +86,7 @@ def _common_divisor(gaps: Real, error: float) -> float | None:
 def _rounded_step(gaps: Real, needed: int, rounding: float, *, often: bool) -> float | None:
     """Return the step of a lattice whose points were rounded to few decimals.
 
-    A motion at constant velocity passes equal gaps too: either points came up often, or gaps differ.
+    Samples at constant velocity have equal gaps too: so either points must recur, or gaps must differ.
     """
     first = float(np.median(gaps[gaps < 1.75 * float(gaps[0])]))
     for divisor in (1, 2, 3, 4, 5):

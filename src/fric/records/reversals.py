@@ -1,4 +1,4 @@
-"""Where a motion reverses."""
+"""The reversals of a motion."""
 
 import numpy as np
 
@@ -7,10 +7,10 @@ from fric.records.resolution import lattice_step, noise_level
 
 
 def find_reversals(position: Real, threshold: float | None = None) -> Indices:
-    """Return the samples at which a motion reverses, in the order of time.
+    """Return the samples at which a motion reverses, in order of time.
 
-    A reversal is an extreme from which the motion comes back by more than the threshold: the flicker of an encoder is
-    none. Where the extreme lasts (a dwell, a flat crest of counts), its middle is given.
+    A reversal is an extreme from which the motion returns by more than the threshold, which excludes the flicker of an
+    encoder. If the extreme lasts (a dwell, a flat crest of counts), its middle is returned.
 
     position: Position [m], shape (n,).
     threshold: Travel back [m] that makes a reversal; where it is not given, two counts of the encoder, or the swing of

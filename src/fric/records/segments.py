@@ -1,6 +1,6 @@
 """Steady segments of a record: where the drive moves at a constant velocity and its friction has settled.
 
-A record may be one speed, or an hour of strokes at many. On position z(t), constant velocity is a straight line, and
+A record may have one speed, or an hour of strokes at many. In position z(t), constant velocity is a straight line, and
 the distance of z from the chord between two samples is the CUSUM of the velocity. The search is in four steps:
 
 1. *split* a piece at its greatest distance from the chord, as long as that is more than the encoder, the noise or one
@@ -30,14 +30,14 @@ RELATIVE = 0.01
 GRAIN = 2.0**-20
 """Share of the resolution that distances are rounded to."""
 SHORTEST = 16
-"""Samples, and counts of the encoder, that a segment has at least."""
+"""Least number of samples, and of encoder counts, in a segment."""
 
 
 @dataclass(frozen=True)
 class Path:
     """Position over time, and its tolerance about a chord from resolution and noise alone.
 
-    `explained` takes the number of samples of a piece (for a random walk, the distance grows with it).
+    The argument of `explained` is the number of samples of a piece (for a random walk, the distance grows with it).
     """
 
     time: Real
@@ -54,12 +54,12 @@ class Path:
         return self.rounded(np.abs(z - (z[0] + slope * (t - t[0]))))
 
     def rounded(self, distance: Real) -> Real:
-        """Return distances [m] without their last bits: of whole counts, many are equal, and equal to a tolerance."""
+        """Return distances [m] without their last bits: of whole counts, many equal each other or a tolerance."""
         grain = GRAIN * self.resolution
         return np.round(distance / grain) * grain if grain else distance
 
     def tolerance(self, start: int, stop: int) -> float:
-        """Return the distance from the chord [m] above which a piece has no constant velocity."""
+        """Return the distance from the chord [m] above which the velocity of a piece is not constant."""
         return max(self.explained(stop - start), RELATIVE * abs(self.travel(start, stop)))
 
     def travel(self, start: int, stop: int) -> float:
@@ -73,7 +73,7 @@ class Path:
 
 
 def travelled(log: Log) -> Real:
-    """Return the position of a record [m]; where it was not logged, the integral of the velocity from 0; shape (n,)."""
+    """Return the position of a record [m], or the integral of the velocity from 0 without a position, shape (n,)."""
     if log.position is not None:
         return log.position
     v = log.require("velocity", "a motion")
@@ -81,7 +81,7 @@ def travelled(log: Log) -> Real:
 
 
 def path_of(log: Log) -> Path:
-    """Return the position of a record over time, from its velocity where no position was logged."""
+    """Return the path of a record, from its velocity if no position was logged."""
     time = log.time
     if log.position is not None:
         count = lattice_step(log.position) or 0.0
@@ -98,7 +98,7 @@ def path_of(log: Log) -> Path:
 
 
 def straight_pieces(path: Path) -> list[tuple[int, int]]:
-    """Return first sample, and one past the last, of the pieces that each keep to a chord."""
+    """Return the first sample, and one past the last, of pieces that each follow a chord."""
     return [piece for piece in _joined(path, _split(path)) if piece[1] - piece[0] >= SHORTEST]
 
 
@@ -118,7 +118,7 @@ def _split(path: Path) -> list[tuple[int, int]]:
 
 
 def _joined(path: Path, pieces: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Join neighbours that one chord explains."""
+    """Join neighbours that a common chord explains."""
     joined = [pieces[0]]
     for start, stop in pieces[1:]:
         first, last = joined[-1]
@@ -163,7 +163,7 @@ def trimmed(path: Path, start: int, stop: int) -> tuple[int, int]:
 
 
 def _kept(outward: Real, allowed: float, blind: int, most: int, edge: int) -> int:
-    """Count the samples, from the middle of a piece on, that keep to its line; no more than the ``most`` it has."""
+    """Count the samples from the middle of a piece that follow its line, up to ``most``."""
     off = np.abs(outward) > allowed
     off[: most - edge] = False
     lasting = np.append(off, [True] * 3)
@@ -180,11 +180,11 @@ def _kept(outward: Real, allowed: float, blind: int, most: int, edge: int) -> in
 MOMENT = 0.1
 """Share of the neighbouring segment, in time and travel, below which a segment is no stroke."""
 TREND = 0.01
-"""Change of velocity over a segment, as a share of it, that is not taken for an acceleration."""
+"""Largest relative change of velocity over a segment that is no acceleration."""
 SETTLING = 0.5
-"""Largest share of the samples that is dropped until the force has settled."""
+"""Largest share of the samples to drop until the force has settled."""
 BATCHES = 64
-"""Batches that the settling is looked for in."""
+"""Number of batches for the search of settling."""
 
 
 @dataclass(frozen=True)
@@ -211,18 +211,18 @@ class Segment:
 
 
 def steady_segments(log: Log) -> list[Segment]:
-    """Return the constant-velocity segments of a record, in the order of time; standing still is none.
+    """Return the constant-velocity segments of a record, in order of time, without rests.
 
-    log: A record with position or, failing that, velocity. Where it holds the force, its settling is cut off. A record
-        that says it is a sine or a frequency response has no segment.
-    Raises FricError: When position, velocity or time is not a number somewhere.
+    log: A record with position or, failing that, velocity. If it has a force, its settling is cut off. A record stated
+    to be a sine or a frequency response has no segment. Raises FricError: When position, velocity or time is not a
+    number somewhere.
     """
     return segments_and_rests(log)[0]
 
 
 @one_blas_thread()
 def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
-    """Return the segments as `steady_segments` does, and where the axis is at rest: first sample, one past last."""
+    """Return the segments of `steady_segments`, and the rests: first sample, one past the last."""
     if len(log) < SHORTEST or log.kind in {*PRESLIDING, "sliding-sine", "frequency-response", "holding-map"}:
         return [], []
     path = path_of(log)
@@ -277,10 +277,10 @@ def _accepted(path: Path, start: int, stop: int) -> Segment | None:
 
 
 def _count_error(count: float, velocity: float, duration: float, samples: int) -> float:
-    """Return the error of a slope [m/s] that whole counts leave in a perfectly regular motion.
+    """Return the error of a slope [m/s] due to whole counts in a perfectly uniform motion.
 
-    Position in whole counts is off by a sawtooth, seen under its alias where a sample is not far from p/q counts: then
-    its height is 1/q count. N teeth leave up to 1.75·height/(N·duration), half of which is given.
+    The error of whole counts is a sawtooth, aliased if the motion in a sample is close to p/q counts: its height is
+    then 1/q count. N teeth leave up to 1.75·height/(N·duration), half of which is given.
     """
     q = np.arange(1.0, 65.0)
     each = q * abs(velocity) * duration / (samples - 1) / count if count else np.zeros_like(q)
@@ -306,7 +306,7 @@ def _regressed(x: Real, y: Real) -> tuple[float, float]:
 def _lasts(
     segment: Segment, found: list[Segment], pieces: list[tuple[int, int, float, float, float]], samples: int
 ) -> bool:
-    """Return whether a segment is no mere moment between longer accelerations, such as the crest of a sine.
+    """Return whether a segment is more than a moment between longer accelerations, such as the crest of a sine.
 
     An acceleration reaches up to the next segment, or the next piece at rest (or slower by far).
     """
@@ -329,9 +329,9 @@ def _lasts(
 
 
 def _leads_into(path: Path, force: Real, segment: Segment, after: list[Segment]) -> bool:
-    """Return whether a segment continues at its speed in a longer one, where its force has yet to settle.
+    """Return whether a segment continues at its speed in a longer one while its force is settling.
 
-    Friction that builds up along a slow stroke makes the axis lag by part of a count, which parts the stroke in two.
+    Friction that builds up along a slow stroke makes the axis lag by a part of a count, which splits the stroke.
     """
     for later in after:
         same = abs(segment.velocity - later.velocity) <= TREND * abs(later.velocity) + 5.0 * segment.velocity_se
@@ -354,7 +354,7 @@ def _settled(path: Path, force: Real, segment: Segment) -> Segment:
 
 
 def settled_from(force: Real) -> tuple[int, bool]:
-    """Return the sample after which a force has settled, and False where half of it is not enough.
+    """Return the sample after which a force has settled, and whether half of the force is enough for that.
 
     The cut minimises the marginal standard error of what is left, ``S(k)/(n - k)²`` with S the sum of squares about
     the mean of the batches k to n (White, Simulation 69(6), 1997: MSER), and is made only where what it takes off is a
@@ -388,9 +388,9 @@ def settled_from(force: Real) -> tuple[int, bool]:
 
 
 def _is_transient(head: Real, tail: Real) -> bool:
-    """Return whether the head settles into the tail, rather than being part of how the force wanders.
+    """Return whether the head settles into the tail, instead of being a part of a wandering force.
 
-    It differs from the tail by more than four standard errors, and begins outside the range that the tail keeps to.
+    It must differ from the tail by more than four standard errors, and begin outside the range of the tail.
     """
     difference = float(head.mean() - tail.mean())
     if abs(difference) <= 4.0 * _mean_se(tail) * np.sqrt(1.0 + len(tail) / len(head)):

@@ -1,8 +1,7 @@
-"""Whether the samples of a record were taken at its instants: jitter and lost samples, seen in the position.
+"""Errors of a record's clock: jitter and lost samples, found in the position.
 
 A position that is sampled ``τ`` too late is off by ``v·τ``. So jitter is noise of the position that grows with the
-speed, which no encoder makes; and a sample that is lost, with the time counted on, is one step of the position as long
-as two.
+speed, unlike noise of an encoder; and a lost sample without a gap in time is a step of the position as long as two.
 """
 
 from dataclasses import dataclass, replace
@@ -24,32 +23,32 @@ from fric.statistics import robust_deviation
 ORDERS = (6, 8)
 """Orders of the differences that noise is estimated from: motion of f Hz scales with that power of f over rate."""
 WHITE = 0.8
-"""Power by the higher order over that by the lower order, of white noise 1; a motion has less."""
+"""Ratio of the powers by the higher and the lower order: 1 for white noise, less for a motion."""
 GAP = 1.5
 """Sampling intervals above which samples are missing, as the time shows."""
 WINDOW = 32
-"""Samples over which noise is compared with speed."""
+"""Number of samples in a window for comparison of noise with speed."""
 ABOVE = 7.0
-"""Noise by jitter, over that of the encoder's step, above which there is a warning: encoder errors make less."""
+"""Noise by jitter over that of the encoder step above which there is a warning: encoder errors cause less."""
 SMALL = 1e-3
-"""Jitter in sampling intervals that spoils nothing: the digits that a position was printed with do as much."""
+"""Harmless jitter in sampling intervals: the printed digits of a position have the same effect."""
 SURE = 5.0
 """Standard errors above which noise grows with speed."""
 SHARE, ERRORS = 1.0 / 3.0, 3.0
-"""Share of the noise at speed that grows with it where it is jitter, and by how many standard errors."""
+"""Least share of the noise that grows with speed under jitter, and its least number of standard errors."""
 COUNTS = 8.0
-"""Steps of the encoder in a sample, above which a step of twice that size is seen."""
+"""Encoder steps per sample above which a double step is visible."""
 LOST = 3
 """Least number of double steps for a warning; one may be a jerk of the drive."""
 MISSING = 0.05
-"""Share of the samples that may be missing in an uneven record that is made even."""
+"""Largest share of missing samples in an uneven record that is resampled."""
 JITTER = 0.1
 """Share of a sample by which an interval may differ from the mean interval."""
 
 
 @dataclass(frozen=True)
 class Timing:
-    """What is amiss with the clock of a record."""
+    """Errors of a record's clock."""
 
     jitter: float = 0.0  # Standard deviation of the sampling instants [s]; 0 where none is seen
     displaced: float = 0.0  # What that does to the position: root mean square [m]
@@ -58,9 +57,9 @@ class Timing:
 
 
 def timing(log: Log) -> Timing:
-    """Return what the position of a record shows of its clock.
+    """Return the errors of a record's clock from its position.
 
-    log: A record; without a position, or with fewer than 256 samples, it shows nothing.
+    log: A record; without a position, or with fewer than 256 samples, no errors are found.
     """
     z, t = log.position, log.time
     if z is None or len(z) < 8 * WINDOW:
@@ -75,7 +74,7 @@ def timing(log: Log) -> Timing:
 
 
 def _lost(steps: Real, encoder: float) -> float:
-    """Return the share of steps that are as long as two and lie between two of the usual length."""
+    """Return the share of steps of double length between two of the usual length."""
     n = len(steps)
     usual = median_filter(steps, 9, mode="nearest")
     steady = np.abs(usual) > max(COUNTS * encoder, 1e-12 * float(np.abs(steps).max()))
@@ -124,7 +123,7 @@ def _jitter(z: Real, t: Real, encoder: float) -> Timing:
 
 
 def _grows(v2: Real, power: Real, whole: Mask, floor: float) -> bool:
-    """Return whether noise (n,) grows with the square of the speed: an encoder makes it in slow windows, too."""
+    """Return whether noise (n,) grows with the square of the speed; that of an encoder is in slow windows, too."""
     order = np.flatnonzero(whole)[np.argsort(v2[whole])]
     if (third := len(order) // 3) < 3:
         return False
@@ -143,7 +142,7 @@ def _grows(v2: Real, power: Real, whole: Mask, floor: float) -> bool:
 def _power(z: Real, order: int, count: int) -> Real:
     """Return the noise power in each window but the first and the last [m²], by differences of an order.
 
-    It is the median over the window (0.4549 of χ² with one degree of freedom): a corner of the motion does not count.
+    It is the median over the window (0.4549 of χ² with one degree of freedom), insensitive to a corner of the motion.
     """
     weights = np.array([(-1.0) ** k * comb(order, k) for k in range(order + 1)])
     high = np.convolve(z - z[0], weights, mode="same")[: count * WINDOW]
@@ -152,9 +151,9 @@ def _power(z: Real, order: int, count: int) -> Real:
 
 
 def even_sampling(log: Log) -> float:
-    """Return the sampling rate [Hz] of an evenly sampled record: the samples over the time that they took.
+    """Return the sampling rate [Hz] of an evenly sampled record: its samples over its duration.
 
-    Raises FricError: When the record has fewer than 16 samples, or an interval between samples is not the mean.
+    Raises FricError: When the record has fewer than 16 samples, or an interval differs from the mean.
     """
     if len(log) < 16:
         raise FricError(f"the record has {len(log)} samples", where=log.where, hint="Log a longer motion.")
@@ -166,7 +165,7 @@ def even_sampling(log: Log) -> float:
         raise FricError(
             f"the sampling is uneven: {step:.4g} s after t = {log.time[worst]:.6g} s, and {period:.4g} s on average",
             where=log.where,
-            hint="Ingest a record without gaps, or cut it at the gap into records of their own.",
+            hint="Ingest a record without gaps, or split it at the gap.",
         )
     return 1 / period
 
