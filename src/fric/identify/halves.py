@@ -1,4 +1,4 @@
-"""Halves of what was logged, identified apart: whether intervals are as wide as repeated measurements are apart."""
+"""Halves of the records, identified separately: whether intervals cover the differences of repeated measurements."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ from fric.log import ForceVelocity, Log
 from fric.records.recognition import kind_of
 
 SPEEDS_ALIKE = 6.0
-"""Ratio of the slowest, and of the fastest strokes of two halves, up to which the halves determine the same map."""
+"""Ratio of the slowest, and of the fastest, strokes of two halves up to which both determine the same map."""
 LEAST = 200
-"""Samples of half a motion at least."""
+"""Least number of samples of half a motion."""
 
 
 @dataclass(frozen=True)
@@ -33,13 +33,13 @@ class Halved:
 
     @property
     def half_widths(self) -> float:
-        """Their difference in half-widths of the 95 % interval of a difference [1]: 95 of 100 are below 1."""
+        """Their difference over the half-width of its 95 % interval [1]: 95 of 100 are below 1."""
         return abs(float(self.first) - float(self.second)) / hypot(self.first.half_width, self.second.half_width)
 
 
 @dataclass(frozen=True)
 class Halves:
-    """How far halves of the records of an axis are apart."""
+    """Differences between halves of the records of an axis."""
 
     axis: str  # Name of the axis
     found: tuple[Halved, ...]  # Each parameter of each halving
@@ -52,7 +52,7 @@ class Halves:
 
     @property
     def conclusion(self) -> str:
-        """How many halves agree, and which are farthest apart, in a sentence for a page or a terminal."""
+        """A sentence on how many halves agree, and which differ most."""
         count = len(self.found)
         text = f"{round(self.within * count)} of {count} differ by less than the half-width of their difference"
         far = max(self.found, key=lambda halved: halved.half_widths)
@@ -62,7 +62,7 @@ class Halves:
 
 
 def halves(logs: Sequence[Log], plant: Plant | None = None) -> Halves:
-    """Identify halves of the records apart, by time, in turns, by record, direction and place.
+    """Identify halves of the records separately, split by time, alternately, by record, direction and place.
 
     Of strokes it is the static map, each stroke with the error of its mean; of motions mass and friction of the rigid
     axis.

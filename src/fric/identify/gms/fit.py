@@ -48,7 +48,7 @@ class Replay:
 
     @property
     def measured(self) -> Real:
-        """Friction force: the rest of the logged force [N], shape (n,)."""
+        """Friction force: the logged force less inertia and damping [N], shape (n,)."""
         return self.record.force
 
     @property
@@ -58,7 +58,7 @@ class Replay:
 
     @property
     def energy(self) -> Estimate | None:
-        """Energy lost per cycle [J], of all whole cycles from the first that the fit used; None in sliding."""
+        """Energy lost per cycle [J], over all whole cycles from the first one in the fit; None in sliding."""
         if self.record.slides:
             return None
         reversals = self.record.reversals[self.record.reversals >= int(np.argmax(self.used))]
@@ -71,7 +71,7 @@ class Replay:
 
     @property
     def rmse_held_out(self) -> float | None:
-        """Residual over the samples that the fit did not see [N]; None where there are none."""
+        """Residual over held-out samples [N]; None without any."""
         return self._rms(self.held_out) if self.held_out.any() else None
 
     def _rms(self, chosen: Mask) -> float:
@@ -127,7 +127,7 @@ class GMSFit:
 
     @property
     def reason(self) -> str:
-        """Why there are as many blocks as there are, in one sentence."""
+        """Reason for the number of blocks, in a sentence."""
         count = len(self.blocks)
         if self.choice is not None:
             return self.choice.reason
@@ -137,7 +137,7 @@ class GMSFit:
 
     @property
     def method(self) -> str:
-        """How it was found, in one line."""
+        """Method of identification, in a line."""
         start = (
             "concave piecewise-linear virgin curve" if self.choice or not self.knots_given else "eq. (6) at given knots"
         )

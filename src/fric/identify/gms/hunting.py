@@ -1,15 +1,15 @@
-"""Error of a GMS model where the axis hunts from one encoder count to the next, from simulated records.
+"""Error of a GMS model due to hunting between encoder counts, from simulated records.
 
 A slow sine in closed loop goes from count to count: at each the drive is pushed back, and creeps on. The friction goes
-through minor cycles, below the virgin curve, that a log shows neither between its samples nor between two counts. They
-recur in every cycle, so that no scatter of the residuals shows them. But the motion, the friction and the plant that
-were found can be simulated in closed loop, with other offsets of the encoder between two counts: the intervals must
-cover the errors of a fit to those records, whose truth is known.
+through minor cycles below the virgin curve, which a log does not resolve in time or position. They recur in every
+cycle, so the scatter of the residuals does not show them. But the identified motion, friction and plant can be
+simulated in closed loop, with other offsets of the encoder: the intervals must cover the errors of a fit to those
+records, whose truth is known.
 
 The log does not show the controller. So the records are simulated once with a soft and once with a stiff cascade, both
-with usual margins for this plant. Where their residuals exceed those of the measured records, which then hunt less,
-their error is scaled down by the ratio. Where no plant is known, a usual plant with a heavy mass drives the axis, and
-the error is scaled up as well.
+with usual margins for this plant. If their residuals exceed those of the measured records, which then hunt less, their
+error is scaled down by the ratio. Without a known plant, a usual plant with a heavy mass is simulated, and the error is
+scaled up as well.
 """
 
 from collections.abc import Sequence
@@ -34,13 +34,13 @@ from fric.simulate.machine import Axis
 from fric.simulate.reality.trace import logged
 
 CYCLES = 2
-"""Whole cycles of a record that are made again."""
+"""Number of whole cycles of a record to simulate."""
 RATE, FILTER = 4000.0, 500.0
-"""Sampling of the controller, at least, and corner of the low-pass on its velocity [Hz]."""
+"""Least sampling rate of the controller, and corner of the low-pass on its velocity [Hz]."""
 PLACES = 3
-"""Places between two counts at which the records are made again, with each cascade: each draws where it hunts."""
+"""Number of places between two counts for the simulations with each cascade."""
 FINEST = 1 / 4096
-"""Part of a count in which the reference is given: the last bits of a smoothed record are those of a processor."""
+"""Resolution of the reference as a part of a count: the last bits of a smoothed record depend on the processor."""
 LAGS = (20.0, 12.0)
 """Period of the velocity loop's crossover over all lags in it, of the soft and of the stiff cascade.
 
@@ -49,11 +49,11 @@ Their phase margins are 66° and 54°, their gain margins 14 and 10 dB.
 ACCURACY = 1e-10
 """Largest error of the position by the integration [m]."""
 RESONANCE = 50.0
-"""Frequency at which a heavy mass swings on its contact before it slides, where no plant gives the mass [Hz]."""
+"""Frequency of a heavy mass on its contact before sliding, if the mass is not known [Hz]."""
 DELAY = 2 / RATE
-"""Delay of a drive where no plant gives it [s]."""
+"""Assumed delay of a drive without a known plant [s]."""
 MOST_SIMULATED = 1_000_000
-"""Samples of the controller that a record is made again for at most."""
+"""Largest number of controller samples in a simulated record."""
 
 
 def usual_cascade(plant: Plant, sampling: float, lags: float) -> Cascade:
@@ -77,7 +77,7 @@ def usual_plant(stiffness: float) -> Plant:
 
 @dataclass(frozen=True)
 class Hunting:
-    """What hunting between two counts adds to the covariance of a fit by replay."""
+    """Contribution of hunting between two counts to the covariance of a fit by replay."""
 
     plant: Plant | None  # The plant that drives the axis; None where it is not known, and a usual one does
     places: int = PLACES  # Places between two counts with each cascade
@@ -88,8 +88,7 @@ class Hunting:
 
         The same blocks of the same records hunt in the same way, and are simulated once.
 
-        x: Where it ended, shape (p,).
-        seen: The directions that the records see, shape (p, s).
+        x: Solution of the fit, shape (p,). seen: The determined directions, shape (p, s).
         """
         size = seen.shape[1]
         if not any(map(_counts, search.records)):
@@ -101,7 +100,7 @@ class Hunting:
         return self._known[size]
 
     def _error(self, search: Search, x: Real, seen: Real, lags: float, rng: np.random.Generator) -> Real:
-        """Return the error of the fit in simulated records, in the directions that are seen, shape (s,).
+        """Return the error of the fit to simulated records in the determined directions, shape (s,).
 
         It is one Gauss–Newton step from the truth. The scatter of these few records would be taken for a common
         error: the step is shrunk by James and Stein's rule, to 0 where it is within its covariance.
@@ -129,7 +128,7 @@ class Hunting:
     def _made_again(
         self, record: Prepared, model: FrictionModel, plant: Plant, lags: float, rng: np.random.Generator
     ) -> Prepared:
-        """Return some cycles of a record as the axis that was found makes them again, in closed loop."""
+        """Return some cycles of a record as the identified axis repeats them in closed loop."""
         m, first = record.motion, int(np.argmax(record.used))
         before = record.reversals[record.reversals < first]
         begin = int(before[-1]) if len(before) else 0
@@ -151,7 +150,7 @@ class Hunting:
 
 
 def _counts(record: Prepared) -> bool:
-    """Return whether a record goes back and forth on an encoder whose counts are seen."""
+    """Return whether a record moves back and forth on an encoder with visible counts."""
     return not record.slides and record.motion.step > 0 and len(record.reversals) > 2
 
 

@@ -46,7 +46,7 @@ from fric.units import Motion, si_unit
 T = TypeVar("T")
 
 ASSUMED_C = 1e4
-"""Attraction parameter [N/s] where no record in sliding determines it: a lag s/C of 10 to 16 ms for Table 1."""
+"""Attraction parameter [N/s] without a record in sliding: a lag s/C of 10 to 16 ms for Table 1."""
 UNDETERMINED = float(np.log(10.0))
 """Half width of the interval of log C above which the sliding record does not determine it: a factor of ten."""
 
@@ -67,8 +67,8 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
 ) -> GMSFit:
     """Identify alpha, k and C of the GMS model.
 
-    The virgin curve is taken from the pre-sliding records, its knots give the blocks by eq. (6), and a replay of the
-    GMS step along the measured motion refines them. C is fitted where a ``sliding-sine`` record is among the logs.
+    The knots of the virgin curve of pre-sliding records give the blocks by eq. (6), and a replay of the GMS step along
+    the measured motion refines them. C is fitted where a ``sliding-sine`` record is among the logs.
 
     The arguments are those of `fric.identify_gms`, in SI; ``negative`` is the static map of the negative direction,
     where each direction has a map; ``places`` are those of `Hunting`. Without a log of kind ``presliding-sine`` or
@@ -118,7 +118,7 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
 def _suited(
     records: Sequence[Prepared], cycles: tuple[int, int] | None
 ) -> tuple[list[Prepared], list[Notice]]:  # fmt: skip
-    """Return the records that hold whole cycles, and the warnings about the others; all where none does."""
+    """Return the records with whole cycles, and the warnings about the others; all records if none has any."""
     kept, left_out = [], []
     for record in records:
         try:
@@ -136,7 +136,7 @@ def _is_slow(record: Prepared) -> bool:
 def _without_one(
     records: Sequence[Prepared], identified: Callable[[Sequence[Prepared]], T]
 ) -> tuple[T, Prepared] | None:
-    """Return what is identified without one of at least three pre-sliding records, and that record; else None."""
+    """Return the result without one of at least three pre-sliding records, and that record; else None."""
     slow = [*filter(_is_slow, records)]
     for record in slow if len(slow) > 2 else ():
         try:
@@ -149,10 +149,10 @@ def _without_one(
 def _on_time(
     ready: Sequence[Prepared], identified: Callable[[Sequence[Prepared]], tuple[GMSFit, Mapping[str, Estimate]]]
 ) -> tuple[GMSFit, list[Notice]]:
-    """Return the fit, with the common lag of the force corrected where that is better, and the warnings.
+    """Return the fit, with the common lag of the force corrected if that is better, and the warnings.
 
     A lag is one step from a fit (`lateness`), and is estimated again with the force moved by the first estimate: a step
-    from records that are 3.5 samples late finds 2.4 of them, and one more 3.6.
+    from records that are 3.5 samples late finds 2.4 of them, and a second step 3.6.
     """
     fit, late = identified(ready)
     if not suspected(ready, late):
@@ -254,7 +254,7 @@ def _at_level(static: StaticMap, blocks: Blocks, C: float, with_level: bool) -> 
 
 
 def _lag_of(slides: Sequence[Prepared], model: GMS, negative: StaticMap | None) -> GMS:
-    """Return a model with the C of a grid that leaves least in sliding: beside a damping the misfit has two minima."""
+    """Return a model with the best C of a grid in sliding: with a damping the misfit has two minima."""
     if not slides:
         return model
 
@@ -296,7 +296,7 @@ def _refined(
 def _blocks(
     curve: VirginCurve, count: int | None, most: int, knots: Sequence[float] | None, refined: bool, unit: str
 ) -> tuple[Choice | None, Blocks, list[Blocks]]:
-    """Return how the number of blocks was chosen, the blocks, and, for `_by_leaving_out`, those without each cycle."""
+    """Return the choice of the number of blocks, the blocks, and, for `_by_leaving_out`, those without each cycle."""
     if knots is not None:
         at = np.asarray(knots, float)
         if at[-1] > curve.displacement[-1]:

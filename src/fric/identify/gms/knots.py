@@ -18,13 +18,13 @@ from fric.identify.static_map.stribeck_fit import nonnegative
 from fric.search import minimised
 
 MOST_BLOCKS = 6
-"""Blocks that the information criterion may choose where the user sets no limit."""
+"""Largest number of blocks that the information criterion may choose by default."""
 REPEATABLE = 0.005
 """Friction repeats along a drive to half a per cent at best: a block must change the curve by more than that."""
 BARE = 2.0
 """Difference of Schwarz's criterion that is "not worth more than a bare mention" (Kass, Raftery, JASA 90, 1995)."""
 LEAST_SHARE = 1e-5
-"""Least share of the friction of a block; less is no more than a step of a 16-bit force channel."""
+"""Least share of a block in the friction, a few steps of a 16-bit force channel."""
 
 
 @dataclass(frozen=True)
@@ -75,14 +75,14 @@ def blocks_from_knots(knots: Real, force: Real) -> Blocks:
 def fit_blocks(curve: VirginCurve, count: int, seed: int = 0, begun: list[Real] | None = None) -> Blocks:
     """Fit a concave piecewise-linear curve of ``count`` blocks by weighted least squares.
 
-    The knots are placed by NLopt: one after the other where each helps most, all moved by Sbplx, and again after
-    CRS2 has roamed all of the curve; the better is taken. For given knots the
-    stiffnesses are a non-negative least-squares problem, which makes the curve concave. A block that would not
-    slip within the curve keeps its stiffness; its slip displacement is then where the curve reaches ``curve.level``.
+    NLopt places the knots: one after the other where each helps most, all refined by Sbplx, and again after a global
+    search by CRS2; the better result is used. For given knots the stiffnesses are a non-negative least-squares problem,
+    which makes the curve concave. A block that would not slip within the curve keeps its stiffness; its slip
+    displacement is then where the curve reaches ``curve.level``.
 
     count: Number of blocks.
     seed: Seed of CRS2.
-    begun: Knots placed one after the other, of 1, 2 … knots, from fits of other numbers of blocks; more are added.
+    begun: Knots placed one after the other, by number of knots, shared with fits of other numbers of blocks.
     """
     z, force, weight = curve.displacement, curve.force, weights(curve)
     extent = float(z[-1])
@@ -125,17 +125,17 @@ class Choice:
 
     @property
     def chosen(self) -> int:
-        """Index of the fit that is chosen."""
+        """Index of the chosen fit."""
         return simplest(self.criterion, BARE)
 
     @property
     def blocks(self) -> Blocks:
-        """The fit that is chosen."""
+        """The chosen fit."""
         return self.candidates[self.chosen]
 
     @property
     def reason(self) -> str:
-        """Why there are not more, in one sentence."""
+        """Reason against more blocks, in a sentence."""
         chosen, count = self.chosen, self.chosen + 1
         if count == len(self.candidates):
             return f"{count} blocks fit best (information criterion), the most that were tried"
@@ -239,8 +239,8 @@ def _optimized(algorithm: int, cost: Callable[[Real], float], start: Real, low: 
 def weights(curve: VirginCurve) -> Real:
     """Return a weight for each point of a virgin curve, the inverse of its spread [1/N], shape (n,).
 
-    Where the cycles agree by chance a point must not rule the fit: the spread has a floor at the median spread, and
-    at 0.02 % of the level; and it holds the blur of the encoder.
+    So that points at which the cycles agree by chance do not dominate the fit, the spread is at least the median spread
+    and 0.02 % of the level; it includes the blur of the encoder.
     """
     spread = np.nan_to_num(curve.band, nan=0.0)
     floor = max(float(np.median(spread)), 2e-4 * abs(curve.level))

@@ -1,4 +1,4 @@
-"""Warnings about what pre-sliding data do not determine."""
+"""Warnings about parameters that pre-sliding data do not determine."""
 
 from collections.abc import Iterator
 
@@ -106,7 +106,7 @@ def pair_gaps(pairs: Blocks) -> Real:
 
 
 def changes(fit: GMSFit) -> Iterator[Notice]:
-    """Yield what changed while a record of a fit was logged, by the energy of its cycles over that of the model's."""
+    """Yield the warnings about changes during a record, by the ratio of its cycles' energy to the model's."""
     for replay in fit.records:
         if replay.kind == "presliding":
             reversals, seen = replay.record.reversals, replay.used | replay.held_out

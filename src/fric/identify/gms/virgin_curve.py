@@ -47,12 +47,12 @@ class HysteresisCycles:
 
     @property
     def motion(self) -> Motion:
-        """What moved between the encoder's counts."""
+        """The motion without encoder steps."""
         return self.record.motion
 
     @property
     def force(self) -> Real:
-        """Friction force [N], without inertia and linear damping where a plant is known, shape (n,)."""
+        """Friction force [N], without inertia and linear damping if a plant is known, shape (n,)."""
         return self.record.force
 
     @property
@@ -61,7 +61,7 @@ class HysteresisCycles:
         return 0.5 * float(np.median(np.abs(np.diff(self.motion.position[self.reversals]))))
 
     def chosen(self) -> list[tuple[int, int, int]]:
-        """Return start, reversal and end of the cycles that are used, as samples."""
+        """Return the samples of start, reversal and end of the used cycles."""
         whole = [
             (self.reversals[n], self.reversals[n + 1], self.reversals[n + 2])
             for n in range(0, len(self.reversals) - 2, 2)
@@ -80,8 +80,8 @@ class HysteresisCycles:
 def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> HysteresisCycles:
     """Find the cycles of a record, each of two half cycles between reversals.
 
-    cycles: The first and the last cycle to use, counted from 1; all where not given.
-    Raises FricError: When there is no whole cycle, the chosen cycles do not exist, or the amplitude is under three
+    cycles: The first and the last cycle to use, counted from 1; by default all. Raises FricError: When there is no
+    whole cycle, the chosen cycles do not exist, or the amplitude is under three
         encoder steps.
     """
     motion, where = record.motion, record.log.where
@@ -114,11 +114,11 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
 
 
 CLOSING = 0.03
-"""Share of a branch, at its end, that the force at the reversal is read from."""
+"""Share of a branch at its end that gives the force at the reversal."""
 SLIDING = 0.85
-"""Share of the highest force above which a dip is the Stribeck fall along a fast stroke, and no play."""
+"""Share of the highest force above which a dip is the Stribeck fall along a fast stroke, and not backlash."""
 NEIGHBOURS, SCATTERING = 5, 21
-"""Neighbouring places half of which show a play, and over which the scatter of the curve is averaged."""
+"""Numbers of neighbouring places: half of the first must show backlash; the second averages the scatter."""
 SAME_AMPLITUDE = 1.15
 """Records whose amplitudes are within this ratio are averaged; beyond it the larger continues the smaller."""
 
@@ -150,7 +150,7 @@ class VirginCurve:
 
     @property
     def blur(self) -> Real:
-        """What the encoder leaves uncertain of the force [N], shape (n,).
+        """Uncertainty of the force due to the encoder [N], shape (n,).
 
         A position is known to ±step/2, evenly spread, at the reversal and after it. Magnified by the slope of the curve
         (its chord over one step to either side), the half of their difference is ``step/√24·dV/dz``.
@@ -164,16 +164,16 @@ class VirginCurve:
 
     @property
     def saturates(self) -> bool:
-        """True where the curve ends in a plateau."""
+        """True if the curve ends in a plateau."""
         return self.final_slope < SATURATED
 
     @property
     def hollow(self) -> tuple[float, float]:
         """Where the curve is furthest below its least concave majorant [m], and by how much, beyond its error [N].
 
-        Friction that slips block by block is concave; a play between motor and table is flat, and rises again. No play
-        is: a step between two records (friction that grew with the time of rest in the slower record, or that is not of
-        blocks in parallel, whose branches are all alike); and a fall with speed once all blocks slide.
+        Friction that slips block by block is concave; backlash between motor and table is flat, and rises again. Not
+        backlash are a step between two records (friction that grew with the time of rest in the slower record, or that
+        is not of blocks in parallel, whose branches are all equal) and a fall with speed once all blocks slide.
         """
         z, F = np.append(0.0, self.displacement), np.append(0.0, self.force)
         for (_, end), step in zip(self.record, self.steps, strict=False):  # a larger record may be all higher or lower

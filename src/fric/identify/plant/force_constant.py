@@ -1,7 +1,7 @@
-"""The force constant (force per volt) and the lag of the logged force, from the response line by line.
+"""The force constant (force per volt) and the lag of the logged force, from the lines of the response.
 
 A force that is logged late is not proportional to the voltage of the same sample, and a regression of one on the other
-gives too small a K_f with a narrow interval. In frequency the two come apart:
+gives too small a K_f with a narrow interval. In the frequency domain both separate:
 
     F/U = K_f·e^(-jωτ)/(1 + jω·T_f)
 
@@ -35,9 +35,9 @@ from fric.statistics import smoother_than_noise
 from fric.units import Motion, si_unit
 
 LEAST_FILTER = 0.2
-"""T_f [samples] above which the lag is taken for a filter."""
+"""T_f [samples] above which the lag counts as a filter."""
 FORM = 0.01
-"""Error of the lag of a filter [samples] where the filter is taken for continuous."""
+"""Error of the lag of a filter [samples] that is treated as continuous."""
 DESCRIBED = 0.1
 """Lag [samples] above which there is a warning."""
 DEAD = 0.01
@@ -50,7 +50,7 @@ DIFFERS = 0.05
 
 @dataclass(frozen=True)
 class ForceScale:
-    """K_f, and how late the logged force is."""
+    """K_f, and the lag of the logged force."""
 
     K_f: Estimate | None  # Force constant [N/V]; None where it is not known
     # Lag of the logged force behind the logged input at low frequency, filter included [s]; None where no
@@ -63,11 +63,11 @@ class ForceScale:
 
     @property
     def shift(self) -> float:
-        """Return the lag where it exceeds its error and `DESCRIBED` samples, else 0 [s]."""
+        """Return the lag if it exceeds its error and `DESCRIBED` samples, else 0 [s]."""
         return float(self.lag) if self.lag is not None and _matters(self.lag, self.sampling) else 0.0
 
     def estimates(self) -> dict[str, Estimate]:
-        """Return what is known, under the names of the plant file."""
+        """Return the known values by their names in the plant file."""
         found = {"K_f": self.K_f, "force_lag": self.lag, "force_filter": self.filter}
         return {name: estimate for name, estimate in found.items() if estimate is not None}
 
@@ -81,9 +81,9 @@ def force_constant(
     segment: float | None = None,
     strokes: Sequence[Log] = (),
 ) -> ForceScale:
-    """Return K_f [N/V] and the lag of the force, from the response of force to input where records have both.
+    """Return K_f [N/V] and the lag of the force, from the response of force to input if records have both.
 
-    Where no record has both, and K_f is not given, strokes determine it, and not the lag.
+    Otherwise, and if K_f is not given, strokes determine K_f, but not the lag.
 
     logs: Records of one axis.
     given: K_f [N/V], where the user knows it; the records then determine the lag, and check K_f.
@@ -134,7 +134,7 @@ def force_constant(
 
 
 def _measured(log: Log, period: float | None, segment: float | None) -> MeasuredResponse:
-    """Return F/U, over segments where there is no usable period, as in a sweep."""
+    """Return F/U, over segments if there is no usable period, as in a sweep."""
     try:
         return measure_response(log, period=period, segment=segment, output="force")
     except FricError:
@@ -205,11 +205,11 @@ def _lag_described(lag: Estimate, corner: Estimate | None, sampling: float) -> l
 
 
 FLOOR = 1e-5
-"""Relative deviation that a line has at least: the rounding of a logged force."""
+"""Least relative deviation of a line: the rounding of a logged force."""
 LONGEST = 25e-3
-"""Longest delay that is looked for [s], and four times the longest lead."""
+"""Longest delay in the search [s], and four times the longest lead."""
 FEWEST = 8
-"""Lines that the lag is fitted to at least, where the record has them."""
+"""Least number of lines for the fit of the lag, if the record has them."""
 
 
 class ForceLines(NamedTuple):
@@ -243,7 +243,7 @@ def force_lines(measured: MeasuredResponse) -> ForceLines:
 
 
 def lag_in_band(lines: ForceLines, filtered: bool = True) -> FittedLag:
-    """Fit the widest band from the lowest line on in which what is left is noise, not a pattern."""
+    """Fit the widest band from the lowest line on whose residual is noise, not a pattern."""
     top = float(lines.frequency.max())
     while True:
         used = lines.frequency <= top
@@ -315,17 +315,16 @@ def pooled_lags(fits: Sequence[FittedLag]) -> tuple[Real, Real, float]:
 
 
 MEANS = 4
-"""Steady segments that a line through their means takes at least."""
+"""Least number of steady segments for a line through their means."""
 BENT = 0.02
-"""Share of the range of the means by which they may lie off their line."""
+"""Largest deviation of the means from their line, as a share of their range."""
 
 
 def steady_force_constant(logs: Sequence[Log], motion: Motion) -> tuple[Estimate | None, tuple[Notice, ...]]:
     """Return K_f [N/V] as the slope of mean force over mean input of steady segments, and warnings.
 
     logs: Strokes at constant velocity; those without force or input have no part in it.
-    motion: Motion of the axis.
-    Returns none where fewer than `MEANS` segments are steady, or all have one voltage.
+    motion: Motion of the axis. Returns none if fewer than `MEANS` segments are steady, or all have the same voltage.
     """
     means = [
         (float(np.mean(log.input[part.start : part.stop])), float(np.mean(log.force[part.start : part.stop])))

@@ -1,4 +1,4 @@
-"""The empirical frequency response of an excited axis, and how sure it is."""
+"""The empirical frequency response of an excited axis, and its uncertainty."""
 
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -40,12 +40,12 @@ COHERENT = 0.5
 
 
 UNKNOWN = 1e9
-"""Relative deviation of a line whose noise could not be estimated: it weighs nothing."""
+"""Relative deviation of a line without an estimate of its noise: its weight is practically 0."""
 
 
 @dataclass(frozen=True)
 class MeasuredResponse:
-    """A frequency response Z/U, measured, with what is known of the experiment."""
+    """A measured frequency response Z/U, with data on the experiment."""
 
     table: FrequencyResponse  # Frequency, magnitude, unwrapped phase, coherence and deviation
     # Averaged over ``periods`` or ``segments``, or given as a ``table``
@@ -124,14 +124,14 @@ def _table(record: FrequencyResponse) -> MeasuredResponse:
 
 
 def _period(record: Log, u: Real) -> int | None:
-    """Return the period of what drives the axis in samples: of the reference, if periodic, or of the input."""
+    """Return the period of the excitation in samples: of the reference, if periodic, or of the input."""
     r = record.reference
     found = find_period(np.diff(r)) if r is not None and _accelerates(r) else None
     return find_period(u) if found is None else found
 
 
 def _accelerates(reference: Real) -> bool:
-    """Return whether a reference does more than move evenly, apart from its rounding."""
+    """Return whether a reference is more than a uniform motion, apart from its rounding."""
     return bool(np.ptp(np.diff(reference, 2)) > 1e-9 * np.max(np.abs(reference)))
 
 

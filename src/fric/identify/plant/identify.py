@@ -1,4 +1,4 @@
-"""The plant of eq. (1) from frequency responses, and what friction has to do with it; which records serve."""
+"""The plant of eq. (1) from frequency responses, the influence of friction on it, and the choice of records."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -65,9 +65,9 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
 ) -> PlantFit:
     """Fit A, B and T_d of eq. (1) to one or more frequency responses of one axis.
 
-    A record in time is behind the hold of a controller that puts out one voltage a sample; a table is continuous. Where
-    two records differ in amplitude, A is what is left without the describing function of Coulomb friction; where
-    friction is in A and cannot be separated from it, A is assumed to be 0.
+    A record in time includes the zero-order hold of the controller; a table is continuous. If two records differ in
+    amplitude, the describing function of Coulomb friction is removed from A; if friction cannot be separated from A, A
+    is assumed to be 0.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     Raises
     ------
     FricError
-        When a record does not give a response, too few lines are sure, or the sign of input or position is turned.
+        When a record gives no response, too few lines are certain, or the sign of input or position is wrong.
     """
     # of the records as they were logged: what is made up for along a cubic looks like jitter
     clocks = [record_flaws([given], "plant") if isinstance(given, Log) else [] for given in records]
@@ -141,7 +141,7 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
 
 @contextmanager
 def _blamed_on(clock: Sequence[str]) -> Iterator[None]:
-    """Name what is wrong with a record's clock as the cause of an error, where anything is."""
+    """Name an error of a record's clock as the cause of an exception, if there is one."""
     try:
         yield
     except FricError as error:
@@ -154,7 +154,7 @@ def _measured(
     records: Sequence[Log | FrequencyResponse], clocks: Sequence[Sequence[str]], period: float | None,
     segment: float | None,
 ) -> list[MeasuredResponse]:  # fmt: skip
-    """Return the responses of records, at lines that are driven by what all of them show."""
+    """Return the responses of records, at lines that are driven according to all of them."""
     measured = []
     for record, clock in zip(records, clocks, strict=True):
         with _blamed_on(clock):
@@ -214,10 +214,10 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[PlantSo
 
 
 def _alike(solution: PlantSolution, lines: Lines, misfit: float) -> float:
-    """Return how many neighbouring lines equal one independent line, where neighbouring residuals are correlated.
+    """Return the number of neighbouring lines per independent line, by the correlation of residuals.
 
-    Friction around rest is more than its describing function: the rest is no noise, and is similar from line to line.
-    The number is the sum of the residuals' correlation over the lines, as of a correlated series.
+    Friction around rest is more than its describing function: the remainder is not noise, and is similar from line to
+    line. The number is the sum of the residuals' correlation over the lines, as of a correlated series.
     """
     model = solution.form.response(solution.values, lines.frequency, lines.hold, lines.reversing)
     off = np.log(lines.response / model) / np.hypot(lines.deviation, misfit)
@@ -230,11 +230,11 @@ def _alike(solution: PlantSolution, lines: Lines, misfit: float) -> float:
 def plant_records(
     records: Sequence[Record], method: Method | None = None
 ) -> tuple[Method, list[Log | FrequencyResponse]]:
-    """Return the method, and the records that serve it: frequency responses where there are any, or motions.
+    """Return the method and its records: frequency responses if there are any, else motions.
 
     records: Records of one axis.
-    method: The method, where the user chooses it; a record of any kind is then used.
-    Raises FricError: When no record serves, or the records are of different axes.
+    method: The method, where the user chooses it; a record of any kind is then used. Raises FricError: When no record
+    is usable, or the records are of different axes.
     """
     refuse_several_axes(records)
     dynamic = [r for r in records if not isinstance(r, ForceVelocity)]
@@ -263,17 +263,17 @@ OFF = 6.0
 VISIBLE = 0.01
 """Least relative residual of an outlying line."""
 MOST_OUTLIERS = 0.35
-"""Share of the lines that may be outliers: where more are, the model is wrong."""
+"""Largest share of outlying lines: with more, the model is wrong."""
 ROUGH = 0.03
-"""Misfit that is allowed for while the best start is looked for [1]."""
+"""Misfit assumed in the search for the best start [1]."""
 GAIN = 40.0
-"""How much less the sum of bounded squared residuals is with a second mass that is taken."""
+"""Least relative reduction of the sum of bounded squared residuals by an accepted second mass."""
 BELOW = 3.0
-"""A second mass's frequency over that of the lowest line, at least: below it, lines show the rigid axis."""
+"""Least ratio of a second mass's frequency to the lowest line: below it, lines show the rigid axis."""
 
 
 class Found(NamedTuple):
-    """A fit and the lines that it was made of."""
+    """A fit and its lines."""
 
     solution: PlantSolution
     kept: Mask  # Which lines belong to the fit, shape (n,)
@@ -282,9 +282,9 @@ class Found(NamedTuple):
 def solve_with_modes(lines: Lines) -> Found:
     """Fit eq. (1), with a second mass where the response shows it, without outlying lines.
 
-    A line that is not driven, but moved by friction's harmonics, shows the inverse of the controller, and is an
-    outlier. Such lines are left out one form at a time; a second mass is taken where it explains the lines better by
-    far, each residual counted up to a bound.
+    A line that is not driven, but moved by friction's harmonics, shows the inverse of the controller and is an outlier.
+    Such lines are left out for each form; a second mass is accepted if it explains the lines far better, with bounded
+    residuals.
 
     lines: Lines of one response.
     Raises FricError: When the sign of input or position is turned.
@@ -303,7 +303,7 @@ def solve_with_modes(lines: Lines) -> Found:
 def _is_determined(solution: PlantSolution, lines: Lines) -> bool:
     """Return whether the lines determine frequency and ratio of a second mass, and the rigid axis below it as well.
 
-    Friction around rest is a spring, too: in a small motion it makes a resonance at or below the lowest lines. A
+    Friction around rest is a spring, too: in a small motion it causes a resonance at or below the lowest lines. A
     resonance above all lines was not measured: a filter, or a delay of a fraction of a sample, has the same effect.
     """
     half, values = solution.half_widths()[3:], solution.values[3:]
@@ -314,7 +314,7 @@ def _is_determined(solution: PlantSolution, lines: Lines) -> bool:
 
 
 def _best_mode(lines: Lines) -> Found | None:
-    """Return the best fit with a second mass, of motor and table encoder; None where there are too few lines."""
+    """Return the best fit with a second mass, for a motor or a table encoder; None with too few lines."""
     if len(lines.frequency) < 10:
         return None
     low, high = float(lines.frequency.min()), float(lines.frequency.max())
@@ -373,16 +373,16 @@ def _off(lines: Lines, solution: PlantSolution) -> Complex:
 
 
 def at(lines: Lines, kept: Mask) -> Lines:
-    """Return some of the lines."""
+    """Return a part of the lines."""
     return lines._replace(
         frequency=lines.frequency[kept], response=lines.response[kept], deviation=lines.deviation[kept]
     )
 
 
 SMALL = 0.03
-"""Share of A that friction may be before A is wrong."""
+"""Largest share of friction in a correct A."""
 QUIET = 20.0
-"""Frequency up to which friction's harmonics are looked for [Hz]; above, an encoder's steps take more voltage."""
+"""Largest frequency in the search for friction's harmonics [Hz]; above it encoder steps cause more voltage."""
 
 
 def described(
@@ -393,8 +393,7 @@ def described(
 
     fits: Each response with its separate fit.
     solution: The fit of all.
-    friction: What friction does to A.
-    estimates: A, B, T_d, and K_f where it is known.
+    friction: Influence of friction on A. estimates: A, B, T_d, and K_f where it is known.
     hold: Sampling rate of the hold [Hz].
     """
     for fit in fits:
@@ -461,7 +460,7 @@ def _of_friction(
 
 
 def _friction_seen(fit: ResponseFit) -> float | None:
-    """Return the share of A that is Coulomb friction, at most, by the lines that are not driven; None without these.
+    """Return an upper bound of Coulomb friction's share of A, by the lines that are not driven; None without these.
 
     Along a motion that is about normally distributed, sign(v) is 2/π in power like v, which is in A; the rest of
     1 - 2/π is at all lines, and what it takes in voltage at those that are not driven, ``Z/G - U``, shows its level.

@@ -21,7 +21,7 @@ from fric.statistics import jackknife, widened
 from fric.units import Motion, si_unit
 
 COARSEST = 0.3
-"""Relative deviation up to which the logarithm of a response is as good as unbiased."""
+"""Relative deviation up to which the logarithm of a response is practically unbiased."""
 
 
 class Lines(NamedTuple):
@@ -40,7 +40,7 @@ class Lines(NamedTuple):
 def select(
     measured: MeasuredResponse, *, hold: float | None, coherence: float, band: tuple[float, float] = (0.0, np.inf)
 ) -> tuple[Lines, Mask]:
-    """Return the lines of a response that are sure enough, and which they are, shape (n,).
+    """Return the lines of a response that are certain enough, and their selection, shape (n,).
 
     hold: Sampling rate of the hold [Hz], or None.
     coherence: Least coherence.
@@ -74,11 +74,11 @@ def select(
 def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float]:
     """Return A, ln B, T_d near the best, and the residual sum of squares.
 
-    They are from a grid: the phase is wrapped, so that no unwrapping can go wrong.
+    They are from a grid with a wrapped phase, so that no error of unwrapping is possible.
 
     dampings: Values of A that are tried.
-    most: Largest number of lines that are used.
-    Raises FricError: When the response is that of eq. (1) with the sign turned.
+    most: Largest number of lines that are used. Raises FricError: When the response is that of eq. (1) with the wrong
+    sign.
     """
     thin = slice(None, None, -(-len(lines.frequency) // most))
     f, response, deviation = lines.frequency[thin], lines.response[thin], lines.deviation[thin]
@@ -105,21 +105,21 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float
 
 
 UNDETERMINED = 0.5
-"""Share of the table in the moving mass, where it is not determined."""
+"""Assumed share of the table in the moving mass, if it is not determined."""
 BLOCKS, FEWEST = 10, 5
-"""Blocks of neighbouring lines that are left out in turn, and how many there are at least."""
+"""Number of blocks of neighbouring lines for the jackknife, and the least number."""
 SCATTER_BY_CHANCE = float(chdtri(BLOCKS - 1, 0.1)) / (BLOCKS - 1)
-"""Ratio of the variance by blocks to that by the scatter up to which chance makes it, nine times of ten."""
+"""Ratio of the variances by blocks and by scatter that chance exceeds in one of ten cases."""
 OTHER_RATIOS = (0.2, 0.8)
-"""Other possible shares of the table, where it is not determined."""
+"""Other possible shares of the table, if it is not determined."""
 MISFIT = 0.99
-"""Quantile of chi-squared above which the residuals are more than noise."""
+"""Quantile of chi-squared above which the residuals exceed noise."""
 
 
 class ResponseForm(NamedTuple):
-    """Which parameters there are: A, ln B, T_d; F_c/M of Coulomb friction; ln f, ln ζ and the ratio of a second mass.
+    """The set of parameters: A, ln B, T_d; F_c/M of Coulomb friction; ln f, ln ζ and the ratio of a second mass.
 
-    Where the encoder is at the table the ratio is not fitted: the response depends on it by A/ω alone.
+    With an encoder at the table the ratio is not fitted: the response depends on it only by A/ω.
     """
 
     friction: bool = False
@@ -220,9 +220,9 @@ def solve(
 
     sets: Lines of each response.
     friction: Fit F_c/M, too.
-    misfits: Relative deviation to be added for each response; found where not given.
-    resonance: Where the search for a second mass begins; eq. (1) alone where there is none.
-    start: A, ln B, T_d, and F_c/M where it is fitted, where the search begins; from a grid and 0 where not given.
+    misfits: Relative deviation to be added for each response; by default estimated.
+    resonance: Start of the search for a second mass; by default eq. (1) alone. start: Start of the search for A, ln B,
+    T_d, and F_c/M if fitted; by default from a grid and 0.
     """
     form = ResponseForm(friction, resonance.encoder if resonance else None)
     start = near(sets[0])[0] if start is None else np.array(start, float)
@@ -274,7 +274,7 @@ def solve(
 
 
 def _left_out(found: optimize.OptimizeResult, sets: Sequence[Lines], covariance: Real) -> Real:
-    """Return the squared half widths (p, p) that leaving out blocks of neighbouring lines gives, 0 of few lines.
+    """Return the squared half-widths (p, p) by leaving out blocks of neighbouring lines, 0 with few lines.
 
     The errors of a model, of friction and of an encoder's steps are similar from line to line, and no scatter over
     periods shows them. Where blocks differ by no more than chance, that scatter is sufficient.
@@ -302,7 +302,7 @@ def _residual(form: ResponseForm, x: Real, lines: Lines, misfit: float, share: f
 
 
 def _misfit(form: ResponseForm, x: Real, lines: Lines) -> float:
-    """Return the relative deviation that makes chi-squared of one response its freedom."""
+    """Return the relative deviation at which chi-squared of a response equals its degrees of freedom."""
     squares = _residual(form, x, lines, 0.0).reshape(2, -1) ** 2 * lines.deviation**2
     n = max(squares.size - len(x), 1)
 
@@ -337,7 +337,7 @@ class ResponseFit:
 
 @dataclass(frozen=True)
 class FrictionInfluence:
-    """What Coulomb friction adds to A: ``A_seen = A + F_c/M·gain``, its describing function along each motion."""
+    """Contribution of Coulomb friction to A: ``A_seen = A + F_c/M·gain``, its describing function along each motion."""
 
     # Equivalent gain of a unit Coulomb friction along each motion [s/m], shape (r,); 0 where it never reverses
     gains: Real
@@ -366,5 +366,5 @@ class PlantFit:
 
     @property
     def plant(self) -> LinearPlant:
-        """Eq. (1) without what friction adds to A."""
+        """Eq. (1) without the contribution of friction to A."""
         return self.solution.plant()

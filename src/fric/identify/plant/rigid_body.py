@@ -82,14 +82,14 @@ def identify_motion(
     observation matrix is decimated like the force.
 
     logs: Records of one axis, each with a force or an input, evenly sampled.
-    direction: One F_v and F_c and an offset, or F_v and F_c of either direction (an offset is then half their
-        difference).
-    force_constant: K_f [N/V]; with it an input serves as force.
-    delay: T_d [s], which a motion does not show; half a sample where it is not given. Where it is given, the force acts
-        by so much later than the voltage that makes it.
+    direction: Common F_v, F_c and an offset, or F_v and F_c for each direction (an offset is then half their
+    difference).
+    force_constant: K_f [N/V]; with it an input is used as force.
+    delay: T_d [s], which a motion does not show; by default half a sample. If given, it is the delay of the force after
+    its voltage.
     cutoff, decimation, border: See `Conditioning`; chosen from the sampling rate where not given.
-    mass: Moving mass [kg], where the user knows it; the identified mass is checked against it.
-    Raises FricError: When neither force nor input was logged, the sampling is uneven, or the motion does not separate
+    mass: Moving mass [kg], where the user knows it; the identified mass is checked against it. Raises FricError: When
+    neither force nor input was logged, the sampling is uneven, or the motion does not separate
         the terms.
     """
     motion = logs[0].motion
@@ -169,7 +169,7 @@ def _refuse_rank(X: Real, names: Sequence[str], log: Log) -> None:
         )
     if np.linalg.cond(X / size) > CONDITION:
         raise FricError(
-            "the motion does not tell mass, viscous and Coulomb friction apart",
+            "the motion does not separate mass, viscous and Coulomb friction",
             where=log.where,
             hint="Log a motion in both directions, with changing speed and acceleration.",
         )
@@ -231,7 +231,7 @@ def _directions(X: Real, y: Real, lengths: Sequence[int], estimates: Mapping[str
 
 
 def _varies(between: Between | None, estimates: Mapping[str, Estimate]) -> Iterator[Notice]:
-    """Warn about the difference of records, where chance does not explain it."""
+    """Warn about differences of records that chance does not explain."""
     if between is not None and between.chance < DIFFERENT:
         units = [estimate.unit for estimate in estimates.values()]
         by = [

@@ -13,7 +13,7 @@ from fric.arrays import Complex, Mask, Real
 from fric.errors import FricError
 
 SHORTEST = 8
-"""Samples of a period at least."""
+"""Least number of samples in a period."""
 PERIODIC = 0.5
 """Autocorrelation above which a signal counts as periodic; noise in the loop reduces it."""
 ALONE = 0.9
@@ -45,12 +45,12 @@ def coherence_of(X: Complex, Y: Complex) -> Real:
 
 
 def find_period(values: Real) -> int | None:
-    """Return the period of a signal in samples, None where there are not two equal periods.
+    """Return the period of a signal in samples, None without two equal periods.
 
-    The smallest lag at which the autocorrelation has a peak about as high as the highest, once it has been
-    below zero, and the signal differs from itself about as little as at any: sparse lines almost repeat at a lag at
-    which the highest of them do. Where only the part between the lines differs, as the rounding of an encoder, which
-    may repeat after some periods, the period is the shorter lag.
+    It is the smallest lag, after the autocorrelation was below zero, with a peak about as high as the highest and a
+    difference of the signal from itself about as small as the smallest: sparse lines almost repeat at a lag at which
+    the highest of them do. If only the part between the lines differs, such as the rounding of an encoder, which may
+    repeat after some periods, the period is the shorter lag.
     """
     n = len(values)
     along = np.arange(n) - 0.5 * (n - 1)
@@ -141,11 +141,11 @@ def _swings_in(U: Complex, Z: Complex) -> bool:
 def segment_spectra(input: Real, position: Real, driver: Real, segment: int, sampling: float) -> Spectra:
     """Return the spectra of segments under Hann's window that overlap by half (Welch 1967).
 
-    The position is differenced first and the lines divided by what that does to them: an integrating plant's
-    position wanders, and would leak into every line.
+    The position is differenced first and the lines are corrected for that: an integrating plant's position wanders, and
+    would leak into every line.
 
-    input, position, driver: Control voltage [V], position [m], and what drives both: the reference, or the input
-        itself, each shape (n,).
+    input, position, driver: Control voltage [V], position [m], and their driver: the reference or the input itself,
+    each shape (n,).
     segment: Samples a segment.
     sampling: Samples a second [Hz].
     """
@@ -164,11 +164,11 @@ def segment_spectra(input: Real, position: Real, driver: Real, segment: int, sam
 
 
 def neighbour_spectra(input: Real, position: Real, driver: Real, sampling: float, count: int = 16) -> Spectra:
-    """Return the lines of a whole record, ``count`` neighbours each as the rows of one frequency.
+    """Return the lines of a whole record, with ``count`` neighbours as the rows of a frequency.
 
-    For a single sweep, which is at each frequency only once: single segments of it would dominate there. The position
-    is differenced twice, after which an integrating plant is smooth over neighbouring lines, and the result divided by
-    what that does to it. The first and last fortieth of the record are faded in and out.
+    This is for a single sweep, which passes each frequency only once, so that single segments would dominate. The
+    position is differenced twice, after which an integrating plant is smooth over neighbouring lines, and the result is
+    corrected for that. The first and last fortieth of the record are faded in and out.
 
     input, position, driver: As in `segment_spectra`, each shape (n,).
     sampling: Samples a second [Hz].
@@ -193,7 +193,7 @@ def swept(spectra: Spectra, share: float = 0.4) -> bool:
 
 
 def moved_at(spectra: Spectra, *, is_input: bool) -> Mask:
-    """Return the lines at which the driver has power, apart from what the window leaks from lower lines.
+    """Return the lines at which the driver has power, apart from leakage of the window from lower lines.
 
     spectra: Spectra of segments or neighbouring lines.
     is_input: Whether the driver is the input; a reference, which falls with frequency, is evaluated by its speed.
@@ -207,8 +207,8 @@ def estimate(spectra: Spectra) -> tuple[Complex, Real, Real]:
     """Return Z/U [m/V], its relative deviation, and its coherence, each of shape (n,).
 
     Input and position are each regressed on the driver, and the response is the quotient of both (joint input-output;
-    Pintelon and Schoukens, System Identification, 2nd ed., section 2.5). What noise the loop feeds back is in
-    both regressions and averages out; with the input itself as driver this is the ordinary quotient of spectra.
+    Pintelon and Schoukens, System Identification, 2nd ed., section 2.5). Noise that the loop feeds back is in both
+    regressions and averages out; with the input itself as driver this is the ordinary quotient of spectra.
 
     The deviation is that of real and imaginary part over |Z/U|, smoothed over neighbouring lines; the coherence is that
     at which an ordinary response of as many averages has that deviation.
@@ -230,7 +230,7 @@ def estimate(spectra: Spectra) -> tuple[Complex, Real, Real]:
 
 
 def _smoothed(variance: Real, freedom: int, half_width: int = 4) -> Real:
-    """Return geometric means over neighbouring lines, symmetric, made true for chi-squared values."""
+    """Return symmetric geometric means over neighbouring lines, unbiased for chi-squared values."""
     n = len(variance)
     log = np.log(np.maximum(variance, 1e-300))
     total = np.concatenate([[0.0], np.cumsum(np.where(np.isfinite(log), log, 0.0))])
@@ -246,7 +246,7 @@ def _smoothed(variance: Real, freedom: int, half_width: int = 4) -> Real:
 DRIVEN_APART = 1.5
 """Ratio of two amplitudes above which they separate driven lines from the others."""
 LESS = 0.75
-"""Power of that ratio by which a driven line grows at least."""
+"""Least power of that ratio by which a driven line grows."""
 
 
 class MeanLines(NamedTuple):
@@ -263,12 +263,12 @@ class MeanLines(NamedTuple):
 
 
 def excited(spectra: Spectra, driven: Mask | None = None, tall: float = 0.05, surely: float = 0.3) -> Mask:
-    """Return which lines of a periodic excitation are driven.
+    """Return the driven lines of a periodic excitation.
 
-    At a line that is not driven a closed loop shows the controller, the encoder's steps or friction's harmonics, and
-    these may repeat themselves as exactly as the excitation. A driven line is tall among its neighbours in input and
-    position together, not small against the input at any lower frequency, and above the noise. A line that is less than
-    surely tall must take power from the voltage, ``Re(u*·jωz) > 0``: friction's harmonics bring it.
+    At a line that is not driven a closed loop shows the controller, encoder steps or friction's harmonics, which may
+    repeat as exactly as the excitation. A driven line is tall among its neighbours in input and position together, not
+    small against the input at any lower frequency, and above the noise. A line that is less than surely tall must take
+    power from the voltage, ``Re(u*·jωz) > 0``: friction's harmonics bring it.
 
     spectra: Spectra of whole periods.
     driven: The lines that the reference drives, shape (n,), where it is known: it settles the question.
@@ -289,7 +289,7 @@ def excited(spectra: Spectra, driven: Mask | None = None, tall: float = 0.05, su
 
 
 def driven_alike(records: Sequence[MeanLines | None]) -> list[Mask | None]:
-    """Return which lines of each record are driven by what two amplitudes of one excitation show, None where nothing.
+    """Return the driven lines of each record by comparing two amplitudes of an excitation, None if not possible.
 
     What is driven grows with the excitation, in input or in position (a loop that holds one leaves the other to
     friction); friction's harmonics do not. So a line is driven where one of two records shows it as driven, and where
@@ -319,12 +319,12 @@ def _ratio(over: Complex, under: Complex) -> Real:
 
 
 def distortion(spectra: Spectra, driven: Mask, neighbours: int = 12) -> Real:
-    """Return the relative deviation that what repeats itself without being driven brings to each driven line.
+    """Return the relative deviation of each driven line due to periodic components that are not driven.
 
-    Friction's harmonics and an encoder's steps repeat themselves from period to period, and no scatter over periods
-    shows them. The lines between the driven lines do (Pintelon and Schoukens, System Identification, 2nd ed., section
-    4.3): they show the voltage ``|Z_j/G - U_j|``, with G between the driven lines; its median over the nearest lines j
-    that are not driven, over U_k, is the error of line k.
+    Friction's harmonics and encoder steps repeat from period to period, and the scatter over periods does not show
+    them. The lines between the driven lines do (Pintelon and Schoukens, System Identification, 2nd ed., section 4.3):
+    they show the voltage ``|Z_j/G - U_j|``, with G between the driven lines; its median over the nearest lines j that
+    are not driven, over U_k, is the error of line k.
 
     spectra: Spectra of whole periods.
     driven: Which lines are driven, shape (n,).

@@ -1,4 +1,4 @@
-"""Friction models compared on samples that none of them was fitted to."""
+"""Friction models compared on held-out samples."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -25,16 +25,16 @@ Masks = tuple[Mask, ...]
 
 @dataclass(frozen=True)
 class Split:
-    """Which samples are fitted and which are scored; one mask a record each."""
+    """The samples to fit and to score, as a mask for each record."""
 
     fitted: Masks  # fitted, scored: masks of the records' samples, each of shape (n,)
     scored: Masks
 
 
 def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple[Split, ...]:
-    """Return one split: fit the records of these names, score the others.
+    """Return a split: fit the records of these names, score the others.
 
-    Raises FricError: When there is no record of a name, or none is left to score.
+    Raises FricError: When a name has no record, or no record is left to score.
     """
     names = [record.log.name for record in records]
     for name in fitted:
@@ -49,7 +49,7 @@ def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple
 
 
 def split_by_cycles(records: Sequence[Prepared], cycles: int) -> tuple[Split, ...]:
-    """Return one split: fit the first cycles of every record after its first reversal, score the rest of the record.
+    """Return a split: fit the first cycles of every record after its first reversal, score the rest.
 
     Raises FricError: When a record has no more cycles than that.
     """
@@ -90,9 +90,9 @@ LENGTHS = 10.0
 
 
 def presliding_length(record: Prepared) -> float:
-    """Return the travel after a reversal [m] on which the force has made nine tenths of its change, the median of all.
+    """Return the median travel after a reversal [m] in which the force makes nine tenths of its change.
 
-    Where a record has no two reversals, a hundredth of its travel.
+    For a record without two reversals it is a hundredth of its travel.
     """
     z, found = record.motion.position, []
     for begin, end in zip(record.reversals[:-1], record.reversals[1:], strict=True):
@@ -108,7 +108,7 @@ def presliding_length(record: Prepared) -> float:
 
 
 def near_reversals(record: Prepared, presliding: float) -> Mask:
-    """Return which samples come within 0.3 s or ten pre-sliding lengths [m] after a reversal, shape (n,)."""
+    """Return the samples within 0.3 s or ten pre-sliding lengths [m] after a reversal, shape (n,)."""
     near = np.zeros(len(record.force), bool)
     t, z = record.motion.time, record.motion.position
     for begin, end in zip(record.reversals, [*record.reversals, len(t)][1:], strict=True):
@@ -119,7 +119,7 @@ def near_reversals(record: Prepared, presliding: float) -> Mask:
 
 @dataclass(frozen=True)
 class Score:
-    """How one model did."""
+    """Score of a model."""
 
     name: str  # The model
     fits: tuple[ReplayFit, ...]  # Its fit in each split
@@ -138,13 +138,13 @@ class Score:
 
     @property
     def model(self) -> FrictionModel:
-        """The model as the first split found it."""
+        """The model fitted by the first split."""
         return self.fits[0].model
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """What is left without a dynamic model: a model is of use where it leaves less."""
+    """Residual without a dynamic model: a useful model leaves less."""
 
     name: str  # What is subtracted
     parameters: int  # Number of parameters that were fitted
@@ -186,16 +186,15 @@ def compare_models(
 ) -> Comparison:
     """Fit every model on some samples and score it on others, by replay through whole records.
 
-    An offset (and an inertia) of a record is that of its fitted samples; where it has none, of those scored. The best
-    is named the winner only if its mean squared residual is lower than every other's by more than the 95 % error of
-    that difference, taken over the strokes between reversals.
+    Offset (and inertia) of a record are those of its fitted samples or, without any, of the scored samples. The best is
+    named the winner only if its mean squared residual is lower than every other's by more than the 95 % error of that
+    difference, taken over the strokes between reversals.
 
     names: Models to compare.
     records: See `fric.records.prepared.prepared`.
-    splits: What is fitted and scored.
+    splits: The samples to fit and to score.
     static, negative, blocks, seed: As in `identify_by_replay`.
-    advance: Called after each model.
-    Raises FricError: When there is no such model, or nothing to score.
+    advance: Called after each model. Raises FricError: When there is no such model, or nothing to score.
     """
     lengths = tuple(presliding_length(record) for record in records)
     near = tuple(near_reversals(record, length) for record, length in zip(records, lengths, strict=True))
@@ -283,7 +282,7 @@ def _static_map(static: Mapping[str, Estimate], negative: StaticMap | None, reco
 def _baseline(
     name: str, columns: Callable[[Prepared], Real], records: Sequence[Prepared], splits: Sequence[Split], near: Masks
 ) -> Baseline:
-    """Return what columns leave that are fitted by least squares to what models are; a map has the factor 1."""
+    """Return the residual of columns fitted by least squares to the models' samples; a map has the factor 1."""
     of_records, known = [columns(record) for record in records], name == "static map"
     count = of_records[0].shape[1]
     residual = [np.full(len(record.force), np.nan) for record in records]

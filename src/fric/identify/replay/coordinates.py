@@ -26,17 +26,17 @@ from fric.records.prepared import Prepared
 from fric.records.resolution import noise_level
 
 Ranges = Mapping[str, tuple[float, float]]
-"""By dimension (see `fric.units`), the least and the largest value in SI that the records could show."""
+"""Least and largest value in SI that the records can show, by dimension (see `fric.units`)."""
 
 Scale = Literal["log", "linear", "ratio", "share"]
 
 LEVEL = Parameter("level", "ratio", doc="friction level of the records relative to the static map", typical=1.0)
-"""Scale of F_c and F_s of a static map that is held, where each record has a level of friction."""
+"""Scale of F_c and F_s of a fixed static map, if each record has a level of friction."""
 
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One direction of the search."""
+    """A direction of the search."""
 
     section: str  # section, parameter: the section of a friction file, and the parameter in it
     parameter: Parameter
@@ -55,7 +55,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Coordinates:
-    """The free coordinates of a model, and the values of what is not free."""
+    """The free coordinates of a model, and its fixed values."""
 
     model: type[FrictionModel]  # The model
     free: tuple[Coordinate, ...]  # What is searched
@@ -76,9 +76,9 @@ class Coordinates:
         level: bool = False,
         negative: StaticMap | None = None,
     ) -> Coordinates:
-        """Return the coordinates of a model with all free that is not held, and the level where requested.
+        """Return the coordinates of a model with all parameters free that are not fixed, and the level if requested.
 
-        Raises FricError: When there is nothing left to fit.
+        Raises FricError: When no parameter is left to fit.
         """
         free: list[Coordinate] = []
         for section, parameters in model.declared().items():
@@ -179,7 +179,7 @@ class Coordinates:
 
     @property
     def coarse(self) -> int:
-        """How many numbers `spread_start` takes."""
+        """Number of arguments of `spread_start`."""
         vectors = {(c.section, c.parameter.name) for c in self.free if c.block is not None}
         return sum(c.block is None for c in self.free) + 2 * len(vectors)
 
@@ -204,7 +204,7 @@ def coordinates_of(coordinates: Coordinates, model: FrictionModel) -> Real:
 
 
 def _searched(p: Parameter, ranges: Ranges) -> tuple[Scale, float, float]:
-    """Return how a parameter is searched, and between which bounds of its coordinate."""
+    """Return the scale of a parameter's coordinate and its bounds."""
     if p.shares:
         return "share", -log(1e3), log(1e3)
     if p.at_least:
@@ -222,11 +222,11 @@ def _searched(p: Parameter, ranges: Ranges) -> tuple[Scale, float, float]:
 
 
 def search_ranges(records: Sequence[Prepared]) -> Ranges:
-    """Return, by dimension, between which values the records could show a parameter at all.
+    """Return the range in which the records can show a parameter, by dimension.
 
-    Forces up to twice that logged (where no branch slides, from the largest that was seen to twenty times that),
+    Forces reach up to twice the logged force (if no branch slides, from the largest logged to twenty times that),
     velocities up to three times the fastest, lengths from the encoder's step or noise (but at least 1e-4 of the stroke)
-    to the stroke, and what is made of these.
+    to the stroke, and other dimensions follow.
     """
     force = max(float(np.quantile(np.abs(r.force[r.used] - np.median(r.force[r.used])), 0.99)) for r in records)
     speeds = np.concatenate([np.abs(r.motion.velocity[r.used]) for r in records])

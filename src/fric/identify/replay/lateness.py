@@ -1,8 +1,8 @@
 """Lag of the logged force behind the logged position, estimated by a replay; and its least uncertainty.
 
-A force that is logged τ late is ``F(t - τ)``, to first order ``F - τ·dF/dt``. After a reversal that turns the corner of
-the hysteresis cycle round, which blocks of a model cannot: so a model that can follow a virgin curve of any shape
-separates the lag from stiffness. Another model would take its misfit for a lag.
+A force that is logged τ late is ``F(t - τ)``, to first order ``F - τ·dF/dt``. After a reversal this rounds the corner
+of the hysteresis cycle, which blocks of a model cannot do: so a model that can follow a virgin curve of any shape
+separates the lag from stiffness. With another model its misfit would look like a lag.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -23,21 +23,20 @@ from fric.units import readable, si_unit
 SUSPECTED = 0.6
 """Lag [samples] above which the lag is estimated again, with the force moved by it."""
 CLEAR = 2.0
-"""Half-widths of its mean above which a lag is reported: hunting between two counts looks like a smaller lag."""
+"""Ratio of mean lag to half-width above which a lag is reported: hunting between counts looks like a smaller lag."""
 MOST_SAMPLES, MOST_SECONDS = 4.0, 10e-3
-"""Lags that a log may have, by its samples or by a filter [s]: friction without corners looks like a longer lag."""
+"""Largest lag of a log, in samples or by a filter [s]: friction without corners looks like a longer lag."""
 BLOCKS = 3
-"""Number of blocks with which a model follows a virgin curve of any shape."""
+"""Number of blocks for a virgin curve of any shape."""
 
 
 def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate]:
-    """Return the lag of the logged force behind the position [s], by record; of cycles alone.
+    """Return the lag of the logged force behind the position [s], by record, for cycles only.
 
     It is one Gauss–Newton step from the solution, in the lag of each record and all parameters together, and its
     interval includes the error of the model that recurs in each cycle, and alignment of the channels to half a sample.
 
-    search, best: The search, and where it ended.
-    quantile: Half widths are this many standard deviations.
+    search, best: The search, and its solution. quantile: Half-widths in standard deviations.
     """
     records, seen = search.records, search.seen(best)
     cycled = [n for n, record in enumerate(records) if not record.slides and len(record.reversals) > 4]
@@ -57,7 +56,7 @@ def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate
 
 
 def suspected(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
-    """Return whether the lag of any record is worth a second look."""
+    """Return whether the lag of any record needs a second estimate."""
     intervals = _intervals(records)
     return any(abs(float(by)) > SUSPECTED * intervals[name] for name, by in late.items())
 
@@ -73,7 +72,7 @@ def _intervals(records: Sequence[Prepared]) -> dict[str, float]:
 
 
 def mean_lag(late: Iterable[Estimate]) -> Estimate:
-    """Return the mean of lags [s], each weighed by its interval: a drive logs all records in the same way."""
+    """Return the mean of lags [s], weighted by their intervals: a drive logs all records in the same way."""
     every = list(late)
     weights = np.array([estimate.half_width for estimate in every]) ** -2.0
     lags = np.array([float(estimate) for estimate in every])
@@ -81,15 +80,15 @@ def mean_lag(late: Iterable[Estimate]) -> Estimate:
 
 
 def moved_back(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> tuple[tuple[Prepared, ...], float]:
-    """Return the records whose lags are given with the force moved back by the mean of these, others as they are."""
+    """Return the records with given lags with the force moved back by their mean, and the others unchanged."""
     by = float(mean_lag(late.values()))
     return tuple(record.later(by) if record.name in late else record for record in records), by
 
 
 def one_lag(late: Mapping[str, Estimate], clear: float) -> bool:
-    """Return whether lags [s] are the same to within their intervals, and their mean over so many half-widths of it.
+    """Return whether lags [s] agree within their intervals, and their mean exceeds a number of its half-widths.
 
-    What differs between records is no lag.
+    A difference between records is not a lag.
     """
     every = list(late.values())
     if not every:
@@ -102,7 +101,7 @@ def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *
     """Return the warning about the lag of the force of records, and whether its mean was corrected.
 
     late: The lag of each [s].
-    sure: Whether the fit is better with it, and a log may have it.
+    sure: Whether the fit is better with it, and it is credible.
     """
     motion = records[0].log.motion
     dt = _intervals(records)
@@ -115,9 +114,9 @@ def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *
 
 
 def of_timing(search: Search, x: Real, slopes: Real) -> Real:
-    """Return the increase of the covariance (p, p) since force and position belong to one instant to within a sample.
+    """Return the increase of the covariance (p, p) due to the alignment of force and position within a sample.
 
-    The channels of a log are aligned to ±dt/2, which no number of cycles shows: all records are moved by one standard
+    The channels of a log are aligned to ±dt/2, which no number of cycles shows: all records are shifted by a standard
     deviation of that, to first order.
     """
     rates = _rates(search.coordinates.build(x), search.records)

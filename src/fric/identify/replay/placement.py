@@ -1,13 +1,12 @@
-"""Where the blocks of a GMS model are best placed, among all the places that are each a least-squares point.
+"""Best placement of the blocks of a GMS model among all local least-squares solutions.
 
-Where a model has fewer blocks than the machine, its knots can be placed in several ways, as those of any spline of free
-knots: which of them a start leads to is chance, and its interval does not include the others. But the force is linear
-    in the shares of blocks whose k/alpha is given (`fric.identify.replay.replay_search`). So one replay with a row of
-    blocks gives the residual of any few blocks: all places on a grid are tried, and the best of them refined, with no
-    further replay. The same with noise added to the force shows how far noise alone moves them.
+If a model has fewer blocks than the machine, its knots can be placed in several ways, like those of any spline with
+free knots: the start decides by chance, and the interval of a solution does not include the others. But the force is
+linear in the shares of blocks with given k/alpha (`fric.identify.replay.replay_search`). So a replay with a row of
+blocks gives the residual of any few blocks: all places on a grid are tried and the best refined, without further
+replay. The same with noise added to the force shows how far noise moves them.
 
-A knot is separable from the reversal, and from the knot before, where it is `RESOLVED` steps of the encoder away: two
-nearer knots are one, and the block is of more use elsewhere.
+A knot is separable from the reversal, and from the previous knot, at a distance of `RESOLVED` encoder steps.
 """
 
 from dataclasses import dataclass, replace
@@ -25,22 +24,22 @@ from fric.identify.replay.replay_search import Search, side_by_side, times
 from fric.records.judgement import RESOLVED, identifiability_of
 
 ROW, MOST_SAMPLES = 160, 40_000
-"""Blocks of the row, and samples that it is replayed along."""
+"""Number of blocks in the row, and of samples in its replay."""
 BEYOND = 1.5
-"""Excess width of the row over the blocks, to either side, in the logarithm of k/alpha."""
+"""Excess width of the row over the blocks on either side, in the logarithm of k/alpha."""
 WORSE = 1.02
 """Ratio of squared residuals above which a place is rejected: the force is interpolated between blocks of the row."""
 TRIED, SETTLED, STEPS = 20_000, 40, 24
-"""Places on the grid that are tried at most, those that are settled, and steps of least squares from each."""
+"""Largest number of places tried on the grid, number of places refined, and least-squares steps from each."""
 RIVALS, PLACES_APART = 3, 0.05
 """Points kept beside the best, and their least difference in the logarithm of k/alpha of some block."""
 DRAWS, LEAST = 96, 1e-4
-"""How often noise is drawn, and the share of a step over which its effect is linear."""
+"""Number of noise draws, and the share of a step over which their effect is linear."""
 
 
 @dataclass(frozen=True)
 class Placement:
-    """Where blocks are well placed."""
+    """Good placements of blocks."""
 
     search: Search  # The search
     model: GMS  # The model whose static map and C are taken
@@ -64,14 +63,14 @@ class Placement:
         return coordinates_of(self.search.coordinates, found)
 
     def better(self, x: Real) -> Real:
-        """Return the best point of the search (p,); x where the row of blocks gives no better place."""
+        """Return the best point of the search (p,); x if the row of blocks gives no better place."""
         if not len(self.places):
             return x
         best = self.point(self.places[0], self.shares[0])
         return best if self.search.cost(best) < WORSE * self.search.cost(x) else x
 
     def unsettled(self, size: float) -> Real:
-        """Return the increase of a covariance (p, p) since noise moves blocks otherwise than to first order.
+        """Return the increase of a covariance (p, p) due to the nonlinear effect of noise on blocks.
 
         White noise is added to the force and the blocks are placed anew, from each known point: so an interval includes
         the curvature of the misfit over a knot, and other places as often as noise makes them better. The outer 5 % of
@@ -107,7 +106,7 @@ def _spread(moved: Real) -> Real:
 
 
 def placed(search: Search, x: Real) -> Placement:
-    """Return where the blocks of a GMS model are best placed.
+    """Return the best placement of the blocks of a GMS model.
 
     search: The search, of a GMS model of two blocks or more.
     x: Point of the search, shape (p,): the static map, its level and C are taken from it, but no block.
@@ -142,7 +141,7 @@ def placed(search: Search, x: Real) -> Placement:
 
 
 def on_a_grid(blocks: CubicSpline, target: Real, count: int, apart: float) -> Real:
-    """Return the best places (m, count) on a grid as fine as all of them can be tried; arguments as `settled`."""
+    """Return the best places (m, count) on the finest grid that can be searched completely; arguments as `settled`."""
     size = count + 1
     while size < ROW and comb(size + 1, count) <= TRIED:
         size += 1
@@ -193,7 +192,7 @@ def settled(blocks: CubicSpline, target: Real, places: Real, steps: int, apart: 
 
 
 def _told_apart(places: Real, apart: float) -> Mask:
-    """Return which blocks (m, N) have knots that are all so far apart, over F_s [m/N]."""
+    """Return the sets of blocks (m, N) whose knots are all separable, over F_s [m/N]."""
     knots = np.sort(np.exp(-places), axis=1)
     return np.asarray((np.diff(knots, axis=1) >= apart).all(axis=1))
 

@@ -92,24 +92,24 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
 ) -> ReplayFit:
     """Fit a friction model to records by replay: a coarse global search (NLopt's CRS2), then least squares.
 
-    The blocks of a GMS model are placed first where there is no start, and where they leave more than noise (`placed`).
-    The terms of each record (`Preparation.own`) enter linearly and are projected out. After a first fit each sample is
+    The blocks of a GMS model are placed first if there is no start, and if they leave more than noise (`placed`). The
+    terms of each record (`Preparation.own`) enter linearly and are projected out. After a first fit each sample is
     weighed by its spread (`fric.identify.replay.replay_search.spread`). The intervals are valid for residuals that are
     correlated in time (see `replay_covariance`), and include a lag between force and position. A parameter without
     effect on these records is found by its flat gradient, left at its typical value, and named in a warning.
 
     name: Name of the model.
     records: See `fric.records.prepared.prepared`.
-    static: Static map to keep, for a model with a static map; it is fitted, too, where it is not given.
-    negative: That of the negative direction, where each direction has a map.
+    static: Static map to keep, for a model with a static map; by default it is fitted, too. negative: Map of the
+    negative direction, if each direction has a map.
     blocks: Number of blocks, for a model of slip blocks.
     fix: Values in SI of parameters that are not fitted.
     free: Names of parameters to fit that are held by default (`delta`).
     seed: Seed of the coarse search.
     start: A model to start from; there is no coarse search then.
-    with_level: Whether each record has a level of friction, which then scales F_c and F_s of the kept static map.
-    beyond: Increase of the covariance that the residuals do not show.
-    Raises FricError: When there is no such model, or no such parameter, or no sample to compare.
+    with_level: Whether each record has a level of friction, which scales F_c and F_s of the kept static map. beyond:
+    Increase of the covariance that the residuals do not show. Raises FricError: When there is no such model, or no such
+    parameter, or no sample to compare.
     """
     model = fitted_model(name)
     records = [record.trimmed() for record in records if record.used.any()]
@@ -156,7 +156,7 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
 
 
 def _falls(search: Search, best: Point, coordinate: Coordinate) -> bool:
-    """Return whether a record reaches the velocity at which F_s has fallen to F_c: below it they are one force."""
+    """Return whether a record reaches the velocity at which F_s has fallen to F_c; below it both are inseparable."""
     if coordinate.parameter.name != "F_s" or not coordinate.parameter.at_least:
         return True
     v_s = search.coordinates.values(best.x)["static"].get("v_s", 0.0)
@@ -176,7 +176,7 @@ def _as_it_tells_the_lag(record: Prepared) -> Prepared:
 
 
 def fitted_model(name: str) -> type[FrictionModel]:
-    """Return the friction model of a name; raise a `FricError` where there is none that is fitted to records."""
+    """Return the friction model of a name; raise a `FricError` if there is none that can be fitted."""
     known = {key: model for key, model in models().items() if model.identified}
     if name not in known:
         hint = f"{near(name, known)}There are {', '.join(sorted(known))}."
@@ -187,7 +187,7 @@ def fitted_model(name: str) -> type[FrictionModel]:
 def _held(
     model: type[FrictionModel], fix: Mapping[str, float], free: Sequence[str], static: Mapping[str, Estimate] | None
 ) -> dict[tuple[str, str], float]:
-    """Return the values that are not searched: those given, those held by default, and a static map that is kept."""
+    """Return the fixed values: given, fixed by default, or of a static map that is kept."""
     declared = {p.name: (section, p) for section, parameters in model.declared().items() for p in parameters}
     for name in (*fix, *free):
         if name not in declared:
@@ -281,7 +281,7 @@ def _described(
 def _scatter(
     records: Sequence[Prepared], variance: Sequence[Sequence[float]], levels: Levels | None
 ) -> dict[str, Estimate]:
-    """Return the standard deviation of the differences between records: their level, and the terms of each."""
+    """Return the standard deviation of the differences between records, in level and fitted terms."""
     found = {} if levels is None else {"level": Estimate(levels.deviation, "1")}
     for n, name in enumerate(records[0].done.own):
         values = [one[n] for one, record in zip(variance, records, strict=True) if record.done.own[n:][:1] == (name,)]
@@ -300,7 +300,7 @@ def opened(
     within: Limits,
     records: Sequence[Prepared],
 ) -> tuple[Limits, list[Notice]]:
-    """Return intervals that are open where the records set no upper limit, and the warnings about them.
+    """Return intervals, open if the records set no upper limit, and the warnings about them.
 
     Where no branch slides, the largest force seen is only a lower bound of F_c and F_s, and v_s is not determined. A
     stiffness whose spring gives way before the encoder shows motion after a reversal is at least the value found;
