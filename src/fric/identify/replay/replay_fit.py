@@ -303,11 +303,10 @@ def opened(
     """Return intervals, open if the records set no upper limit, and the warnings about them.
 
     Where no branch slides, the largest force seen is only a lower bound of F_c and F_s, and v_s is not determined. A
-    stiffness whose spring gives way before the encoder shows motion after a reversal is at least the value found;
-    records that are all a few steps of the encoder large do not determine it.
+    stiffness whose spring yields before the encoder shows motion after a reversal is a lower bound; records of a few
+    encoder steps do not determine it.
 
-    coordinates: What was searched.
-    values, within: Values and intervals by section and name.
+    coordinates: The searched coordinates. values, within: Values and intervals by section and name.
     """
     seen, motion, notices, found = identifiability_of(records), records[0].log.motion, [], dict(within)
     declared = {(s, p.name): p for s, parameters in coordinates.model.declared().items() for p in parameters}
@@ -350,7 +349,7 @@ def _level(
 
 
 BLIND = 1e-6
-"""Share of the best seen direction's effect below which records are blind for a direction."""
+"""Share of the largest effect of a direction below which records do not determine a direction."""
 
 
 def replay_information(
@@ -363,7 +362,7 @@ def replay_information(
     the others), k and C by their logarithms, as in a friction file's covariance.
 
     records: Records with the friction of this model, ready for replay.
-    ranges: Between which values the records could show it.
+    ranges: Ranges of the values that the records can show.
     beyond: Increase of the covariance that the residuals do not show. Returns the parameters, and a matrix (p, p).
     """
     held = {("static", name): float(getattr(model.static, name)) for name in STATIC_PARAMETERS}

@@ -38,8 +38,8 @@ def white(residual: Real, lengths: Sequence[int]) -> bool:
 def covariance_of(gradient: Real, residual: Real, lengths: Sequence[int], most: float = 12.0) -> Real:
     """Return the covariance (p, p) of a least-squares fit.
 
-    Where the residuals are `white`, it is that of ordinary least squares; else that of `hac_covariance`, which is
-    right for any residuals but itself less sure.
+    If the residuals are `white`, it is that of ordinary least squares; else that of `hac_covariance`, which is valid
+    for any residuals but less precise.
 
     gradient, residual: Derivatives (n, p) and residuals (n,) of all records one after the other.
     lengths: Samples of each record.
@@ -59,12 +59,11 @@ def replay_covariance(
 
     It is that of `covariance_of`, and where the residuals are not white, widened where one of two resamplings gives
     more for a parameter: leaving out cycles shows how the drive repeats (`jackknife`), and weighing the parts of a
-    cycle shows the error of the model that recurs at the same place (`sandwich`). So where a model has fewer blocks
-    than the machine, the interval is of the block that replaces several.
+    cycle shows the error of the model that recurs at the same place (`sandwich`). So if a model has fewer blocks than
+    the machine, the interval is of the block that replaces several.
 
     gradient, residual: As in `covariance_of`.
-    quantile: Half widths are this many standard deviations.
-    most: As in `hac_covariance`.
+    quantile: Half-widths in standard deviations. most: As in `hac_covariance`.
     """
     lengths = [int(record.used.sum()) for record in records]
     covariance = covariance_of(gradient, residual, lengths, most)
@@ -81,7 +80,7 @@ def replay_covariance(
 
 
 class Levels(NamedTuple):
-    """How the level of friction differs from record to record."""
+    """Variation of the level of friction between records."""
 
     deviation: float  # Standard deviation of the records' levels [1]
     each: Real  # Level of each record less the mean [1], shape (R,)
@@ -90,15 +89,14 @@ class Levels(NamedTuple):
 
 
 def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Levels | None:
-    """Return how the level of friction differs between records; None where they do not show it.
+    """Return the variation of the level of friction between records; None if they do not show it.
 
     Record r shows ``(1 + u_r)·F``. The contrasts of u are estimated beside all parameters, by one Gauss-Newton step,
     with the covariance V of `replay_covariance`; by moments ``τ² = (Σu² - tr V)/(R - 1)`` (Hedges 1983). The parameters
-    gain ``H·τ²·Hᵀ``, H being how they move with each u, with Student's t of R - 1. Two records are compared where they
-    make one motion alone: the error of a model along another motion would be taken for a level.
+    gain ``H·τ²·Hᵀ``, H being how they move with each u, with Student's t of R - 1. Two records are only compared if
+    they have the same motion: the error of a model along another motion would look like a level.
 
-    search, best: The search, and where it ended.
-    shown: Derivatives of the residual by what is seen, shape (n, s).
+    search, best: The search, and its solution. shown: Derivatives of the residual by what is seen, shape (n, s).
     quantile: Half widths are this many standard deviations.
     """
     records, model = search.records, search.coordinates.build(best.x)
@@ -127,7 +125,7 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
 
 
 class Slopes(NamedTuple):
-    """How one parameter, a value a block, moves with the search coordinates, on the scale that its interval is on."""
+    """Derivatives of a parameter (a value for each block) by the search coordinates, on the scale of its interval."""
 
     parameter: Parameter
     scale: Scale
@@ -136,7 +134,7 @@ class Slopes(NamedTuple):
 
 
 def slopes(coordinates: Coordinates, x: Real) -> dict[tuple[str, str], Slopes]:
-    """Return the `Slopes` of what was fitted, by section and name."""
+    """Return the `Slopes` of the fitted parameters, by section and name."""
     scales: dict[tuple[str, str], tuple[Parameter, Scale]] = {
         (c.section, c.parameter.name): (c.parameter, {"linear": "linear", "share": "logit"}.get(c.scale, "log"))  # type: ignore[misc]
         for c in coordinates.free
@@ -183,7 +181,7 @@ def joint(coordinates: Coordinates, x: Real, covariance: Real, seen: Mask, block
 def limits(
     coordinates: Coordinates, x: Real, covariance: Real, seen: Mask, quantile: float
 ) -> dict[tuple[str, str], tuple[tuple[float, float], ...]]:
-    """Return the 95 % intervals of what was fitted: symmetric in the logarithm, the logit of a share, or linearly."""
+    """Return the 95 % intervals of fitted parameters: symmetric in the logarithm, the logit of a share, or linearly."""
     known = np.where(seen[:, None] & seen, covariance, 0.0)
     limits = {}
     for key, (p, scale, centre, slope) in slopes(coordinates, x).items():
@@ -203,9 +201,9 @@ def limits(
 def _within_search(
     coordinates: Coordinates, key: tuple[str, str], x: Real, covariance: Real, centre: Real, low: Real, high: Real
 ) -> tuple[Real, Real]:
-    """Return limits that are open where they leave what was searched, or the value sits on its edge.
+    """Return limits that are open beyond the search range, or if the value is at its edge.
 
-    The records were not evaluated there. A parameter with another as its lower bound has no open limit downwards.
+    The records were not evaluated there. A parameter whose lower bound is another parameter has no open lower limit.
     """
     of = [n for n, c in enumerate(coordinates.free) if (c.section, c.parameter.name) == key]
     scale, near = coordinates.free[of[0]].scale, _near(coordinates, covariance)[of]
@@ -219,7 +217,7 @@ def _within_search(
 
 
 def _near(coordinates: Coordinates, covariance: Real) -> Real:
-    """Return how close to its bound each coordinate is as good as on it: a tenth of its standard error."""
+    """Return the distance at which each coordinate counts as at its bound: a tenth of its standard error."""
     error = np.sqrt(np.nan_to_num(np.diag(covariance)))
     return np.asarray(np.maximum(0.1 * error, 1e-6 * (coordinates.upper - coordinates.lower)))
 
@@ -235,7 +233,7 @@ def order(coordinates: Coordinates, values: Mapping[str, Mapping[str, float | tu
 
 
 def edges(coordinates: Coordinates, x: Real, seen: Mask, covariance: Real) -> Iterator[Notice]:
-    """Warn about parameters at the edge of their search range, and blocks that are not seen."""
+    """Warn about parameters at the edge of their search range, and about undetermined blocks."""
     for c, at, is_seen, near in zip(coordinates.free, x, seen, _near(coordinates, covariance), strict=True):
         if not is_seen:
             yield PARAMETER_UNSEEN.found(parameter=c.label, left="")

@@ -22,11 +22,11 @@ from fric.records.prepared import Prepared
 from fric.search import minimised
 
 COARSE = 4_000
-"""Samples that the coarse search replays."""
+"""Number of samples in the coarse search."""
 EVALUATIONS = 150
-"""Replays of the coarse search per unknown (and one)."""
+"""Replays of the coarse search, over the number of unknowns plus one."""
 HOP, HOPS = 12, 4
-"""Steps of least squares after a hop of a block, and hops of each block."""
+"""Least-squares steps after a hop of a block, and hops of each block."""
 GOLDEN = 0.6180339887498949
 STEP = 1e-5
 """Step of the difference quotients, as a share of the search range."""
@@ -63,7 +63,7 @@ class Search:
     def projected(self, forces: Sequence[Real]) -> Real:
         """Return a force of each record, shape (n,), weighted, at the samples used, less the terms of the record.
 
-        What enters linearly is so projected out (variable projection: Golub, Pereyra 1973). Several forces are columns.
+        Linear parameters are projected out (variable projection: Golub, Pereyra 1973). Several forces are columns.
         """
         parts = []
         for record, force, (weight, basis) in zip(self.records, forces, self._weighted, strict=True):
@@ -78,7 +78,7 @@ class Search:
         return self.projected([record.force - record.replay(model) for record in self.records])
 
     def weighed(self, x: Real) -> Search:
-        """Return the search with each sample weighed by its spread at a point, see `spread`."""
+        """Return the search with each sample weighted by its spread at a point, see `spread`."""
         model = self.coordinates.build(x)
         weights = [1.0 / spread(record, model) for record in self.records]
         size = float(np.sqrt(np.mean(np.concatenate(weights) ** 2)))
@@ -112,11 +112,11 @@ class Search:
         return found
 
     def at(self, x: Real) -> Point:
-        """Return what is known at a point, shape (p,)."""
+        """Return the state at a point, shape (p,)."""
         return Point(x, self.residual(x), self.gradient(x))
 
     def seen(self, point: Point) -> Mask:
-        """Return which coordinates change the residual, over their whole range, by more than its standard error."""
+        """Return the coordinates that change the residual, over their whole range, by more than its standard error."""
         force = np.linalg.norm(self.projected([record.force for record in self.records]))
         effect = np.linalg.norm(point.gradient, axis=0) * (self.coordinates.upper - self.coordinates.lower)
         error = float(np.linalg.norm(point.residual)) / np.sqrt(len(point.residual))
@@ -140,7 +140,7 @@ class Search:
         """Return a point in the right basin, over few samples.
 
         A controlled random search (Kaelo and Ali's CRS2) places the scalars and a geometric row of blocks. Then blocks
-        hop, the weakest first: a block is redrawn and the fit repeated, and the result is kept where it is better.
+        hop, the weakest first: a block is redrawn and the fit repeated, and a better result is kept.
         """
         every = -(-sum(len(r.force) for r in self.records) // COARSE)
         few = Search(self.coordinates, [record.thinned(every) for record in self.records])
@@ -184,9 +184,9 @@ class Search:
 def spread(record: Prepared, model: FrictionModel) -> Real:
     """Return the standard deviation of each residual [N] at the samples used: ``σ² = σ_F² + (σ_z·dF/dz)²``.
 
-    The rest of the encoder's steps in the motion is magnified by the stiffness of the contact (effective variance:
-    Orear, Am. J. Phys. 50 (1982) 912). σ_F and σ_z are fitted to the squared residuals, and σ_z is no more than
-    ``step/√12``, that of a bare count: an error of the model near a reversal is not taken for that of the encoder.
+    The stiffness of the contact magnifies the remaining encoder steps in the motion (effective variance: Orear, Am. J.
+    Phys. 50 (1982) 912). σ_F and σ_z are fitted to the squared residuals, with σ_z up to ``step/√12`` of a plain count,
+    so that errors of the model near a reversal do not count as those of the encoder.
     """
     replayed = record.replay(model)
     residual = (record.force - replayed - record.own @ record.record_part(record.force - replayed))[record.used]
@@ -217,10 +217,10 @@ BLOCK_STEP = 1e-4
 def block_slopes(coordinates: Coordinates, x: Real, record: Prepared, *, both: bool) -> dict[int, Real]:
     """Return the derivatives of a replayed force [N], shape (n,), over the coordinates of blocks, by their number.
 
-    GMS blocks lie side by side, and none feels another. The load F_i of a block depends on its alpha_i and k_i, on C
-    and on the level s(v), and is homogeneous twice (Euler): ``F_i = alpha_i·∂F_i/∂alpha_i + k_i·∂F_i/∂k_i`` and
-    ``s·∂F_i/∂s = alpha_i·∂F_i/∂alpha_i - C·∂F_i/∂C``. So two replays, with each block put in again a little softer and
-    with another C, give the derivatives over all.
+    GMS blocks are in parallel and independent. The load F_i of a block depends on its alpha_i and k_i, on C and on the
+    level s(v), and is homogeneous twice (Euler): ``F_i = alpha_i·∂F_i/∂alpha_i + k_i·∂F_i/∂k_i`` and ``s·∂F_i/∂s =
+    alpha_i·∂F_i/∂alpha_i - C·∂F_i/∂C``. So two replays, with a slightly softer copy of each block and with another C,
+    give all derivatives.
 
     coordinates: The coordinates; only the GMS model has slopes, any other gives an empty mapping.
     x: Values of the coordinates, shape (p,).
@@ -262,10 +262,11 @@ def block_slopes(coordinates: Coordinates, x: Real, record: Prepared, *, both: b
 
 
 def side_by_side(model: FrictionModel, alpha: Real, k: Real, C: float, record: Prepared) -> Real:
-    """Return the loads [N], shape (n, m, blocks), of blocks at the level of a GMS model, of any shares and stiffnesses.
+    """Return the loads [N], shape (n, m, blocks), of blocks with any shares and stiffnesses at the level of a GMS
+    model.
 
-    All of them lie side by side in one model. Its shares sum to 1: they are divided by their sum, and the level and C
-    multiplied by it.
+    All of them are in parallel in a single model. Its shares must sum to 1: they are divided by their sum, and level
+    and C multiplied by it.
 
     model: The GMS model, on a guideway or not.
     alpha, k: Shares [1] and stiffnesses [N/m], shape (m, blocks).
@@ -287,5 +288,5 @@ def side_by_side(model: FrictionModel, alpha: Real, k: Real, C: float, record: P
 
 
 def times(static: StaticMap, factor: float) -> StaticMap:
-    """Return a static map with its level multiplied by a factor; viscous friction enters no block."""
+    """Return a static map with its level multiplied by a factor, except viscous friction, which blocks do not have."""
     return replace(static, F_c=factor * static.F_c, F_s=factor * static.F_s)

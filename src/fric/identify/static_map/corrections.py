@@ -1,7 +1,7 @@
-"""Corrections of errors in the forces of strokes: one function a correction, in the order of their use.
+"""Corrections of errors in the forces of strokes, a function each, in the order of their use.
 
-Each looks for what it corrects, and returns what it subtracts from the strokes, its error, and warnings; or
-None where the strokes do not show it. A correction that is not in the table is not made.
+Each looks for its effect and returns the force to subtract from the strokes, its error, and warnings; or None if the
+strokes do not show the effect. Only corrections in the table are made.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -29,18 +29,18 @@ from fric.records.over_strokes import PLACES, along_axis, over_place
 from fric.statistics import DIFFERENT, OF_TWO, mixed_model, sandwich
 
 RECORDS = 8
-"""Records of one speed each from which on their levels are seen beside the map."""
+"""Least number of records of a single speed each whose levels are separable from the map."""
 FEW_STROKES = 3
-"""Least strokes of a record, at two speeds or more, with which its level is separable from the map."""
+"""Least number of strokes of a record, at two speeds or more, to separate its level from the map."""
 
 
 def between_records(strokes: Strokes) -> Correction | None:
     """Remove the predicted level and offset of each record, and allow for their variation.
 
     The force of stroke i of record r is ``F_i = F̂(v_i) + u_r·f(v_i) + o_r + e_i``, F̂ being the map with offset and
-    damping and f its friction; the record's level u and offset o are normal about zero. By Henderson's equations (1950)
-    weighted least squares on the forces without what is predicted of their record, together with how that prediction
-    errs, is generalised least squares: the map is that of the mean over records, and intervals depend on their number.
+    damping and f its friction; the record's level u and offset o are normal about zero. By Henderson's equations
+    (1950), weighted least squares of the forces less the prediction of their record, with its error, is generalised
+    least squares: the map is that of the mean over records, and intervals depend on their number.
     """
     names, one_speed = _told(strokes.points)
     if len(names) < 2:
@@ -70,10 +70,10 @@ def between_records(strokes: Strokes) -> Correction | None:
 
 
 def _told(points: Sequence[SpeedPoint]) -> tuple[list[str], bool]:
-    """Return the records, in the order of time, whose level is seen beside the map, and whether each holds one speed.
+    """Return the records in order of time whose level is separable from the map, and whether each holds one speed.
 
-    A record of one speed shows its level where all do, and they are more than a map has parameters: by how much several
-    strokes in it are alike, beside a curve.
+    Records of a single speed show their level if all are such and exceed the number of the map's parameters: by the
+    common deviation of their strokes from a curve.
     """
     speeds: dict[str, list[float]] = {}
     for point in points:
@@ -94,14 +94,14 @@ def _friction(problem: StribeckProblem, solution: MapSolution, v: Real) -> Real:
 
 
 FINER = 4
-"""Number of cells of the travel in which places are evaluated."""
+"""Number of cells of the travel for the evaluation of places."""
 
 
 def place(strokes: Strokes) -> Correction | None:
-    """Remove what recurs at the places of strokes, where held-out strokes are then predicted better.
+    """Remove forces that recur over position, if held-out strokes are then predicted better.
 
-    For that all strokes have equal weights. A slow stroke covers a short piece of the axis, so friction that varies
-    over the position makes it deviate; a smaller weight by this deviation would hide the cause.
+    All strokes have equal weights here. A slow stroke covers a short piece of the axis and deviates if friction varies
+    over position; a smaller weight due to this deviation would hide the cause.
     """
     asked = strokes.asked.over_position
     few = len(strokes.stretches.with_position) < FEWEST
@@ -124,11 +124,11 @@ def place(strokes: Strokes) -> Correction | None:
 
 
 class Profile:
-    """Forces over position, as the strokes show them.
+    """Forces over position from the strokes.
 
     Along stroke i the force is ``F_i(z) = m_i + c(z) + w(z)·m_i/|m|``, |m| being the median of all: c is a force over
-    position, w friction over position, both zero in the mean over the travel that strokes cover. A slow stroke is at
-    a single place, and the values of c and w there are an error of its mean; the long strokes determine them.
+    position, w friction over position, both zero in the mean over the travel that strokes cover. A slow stroke is at a
+    single place, where c and w are an error of its mean; the long strokes determine them.
     """
 
     def __init__(self, strokes: Strokes) -> None:
@@ -199,13 +199,13 @@ class Profile:
 BATCHES, SAMPLES = 96, 24
 """Number of batches of a stroke, and its least number of samples."""
 UNLIKE = 2.0
-"""Chi-squared over its freedom above which the strokes do not settle like this."""
+"""Chi-squared per degree of freedom above which the strokes do not settle by eq. (5)."""
 GAIN = 20.0
-"""How much more than its parameters a settling takes from chi-squared, at least."""
+"""Least reduction of chi-squared by a settling, beyond its parameters."""
 VISIBLE = 0.5
 """Error in standard errors of a stroke's mean above which it is corrected."""
 RISING = 0.1
-"""Share of the correction by which forces may rise: from break-away on they fall."""
+"""Largest rise of a force as a share of the correction: after break-away forces fall."""
 
 
 class _Stroke(NamedTuple):
@@ -217,7 +217,7 @@ class _Stroke(NamedTuple):
     late: Real  # Time of the samples of which the point is the mean [s]
 
     def shape(self, log_C: float) -> Real:
-        """Return the fall along those samples, from 1."""
+        """Return the fall along these samples, starting from 1."""
         return np.asarray(np.exp(-self.late * np.exp(log_C) / self.level))
 
     def off(self, log_C: float) -> float:
@@ -240,12 +240,12 @@ class _Shared(NamedTuple):
 
 
 def settling(strokes: Strokes) -> Correction | None:
-    """Remove the rest of the settling from the means of strokes, with one C for all.
+    """Remove the remaining settling from the means of strokes, with a common C.
 
     After a change of velocity friction follows eq. (5): while all blocks slip, ``F - s(v)`` falls by
     ``exp(-t·C/s(v))``. Each stroke is fitted by a separate level and fall. The error of the correction is that of C,
-    and the difference to one settling time for all strokes. Where the strokes do not settle like eq. (5), or have
-    settled, nothing is changed.
+    and the difference to one settling time for all strokes. If the strokes do not settle by eq. (5), or have settled,
+    nothing is changed.
     """
     points, known = strokes.points, _batched(strokes)
     shared = _shared(known) if known else None
@@ -277,7 +277,7 @@ def _errors(known: list[_Stroke], taken: Real, shared: _Shared) -> Real:
 
 
 def _settled(strokes: Strokes, stroke: _Stroke, shared: _Shared) -> SpeedPoint:
-    """Return the point of a stroke without the rest of its settling."""
+    """Return the point of a stroke without its remaining settling."""
     point, (log, segment) = strokes.points[stroke.number], strokes.stretches.by_number[stroke.number]
     force = log.require("force", "the friction map")[segment.start : segment.stop]
     fall, error = stroke.fall(shared.log_C)
@@ -289,7 +289,7 @@ def _settled(strokes: Strokes, stroke: _Stroke, shared: _Shared) -> SpeedPoint:
 
 
 def _shared(known: list[_Stroke]) -> _Shared | None:
-    """Return C of all strokes; None where they do not settle so, or have settled."""
+    """Return the C of all strokes; None if they do not settle by eq. (5), or have settled."""
     longest = float(np.log(max(stroke.time[-1] / stroke.level for stroke in known)))
     counts = np.array([len(stroke.time) for stroke in known])
     begins = np.append(0, np.cumsum(counts[:-1]))
@@ -359,8 +359,8 @@ def _notice(strokes: Strokes, taken: Real, speeds: list[float], shared: _Shared)
 def slope(strokes: Strokes) -> Correction | None:
     """Remove a force that rises along the axis from the records.
 
-    Slow strokes stay at one end of the travel of fast strokes: the rise would be taken for a dependence of friction on
-    speed. Where more than a slope recurs at the same places, `place` corrects it.
+    Slow strokes stay at one end of the travel of fast strokes, so the rise would look like a dependence of friction on
+    speed. `place` corrects further variation over position.
     """
     stretches = list(strokes.stretches.with_position.values())
     if strokes.asked.over_position == "off" or (found := along_axis(stretches)) is None:
@@ -418,7 +418,7 @@ def rounding(strokes: Strokes) -> Correction | None:
 
 
 def damping(strokes: Strokes) -> Correction | None:
-    """Fit the forces with the plant's damping in them: a sigma below 0 then costs nothing, where it was too much."""
+    """Fit the forces including the plant's damping, so that sigma may be below 0 if that was too large."""
     by = strokes.asked.damping
 
     def into(problem: StribeckProblem, points: Sequence[SpeedPoint]) -> StribeckProblem:
@@ -430,16 +430,16 @@ def damping(strokes: Strokes) -> Correction | None:
 Look = Callable[[Strokes], Correction | None]
 
 AT_ANY_SPEED: Mapping[str, Look] = {"slope": slope, "swing": swing, "rounding": rounding}
-"""What is corrected where a single speed was logged, too."""
+"""Corrections for any number of speeds."""
 
 OF_A_MAP: Mapping[str, Look] = {
     "damping": damping, "settling": settling, "place": place, "between records": between_records,
 }  # fmt: skip
-"""What is corrected before a map is fitted."""
+"""Further corrections before a map is fitted."""
 
 
 def corrected(strokes: Strokes, corrections: Mapping[str, Look]) -> Strokes:
-    """Return the strokes with each correction made that they show."""
+    """Return the strokes with all corrections that they show."""
     for look in corrections.values():
         if (found := look(strokes)) is not None:
             strokes = strokes.without(found)

@@ -1,6 +1,6 @@
 """Identification of the static friction map, eq. (2), from records at constant velocity (Section 3.1.1).
 
-The way of the data: records → points, one a stroke → corrections of these → fit → directions → notices.
+The data pass from records to points (one per stroke), corrections of these, the fit, directions and notices.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,7 +33,7 @@ from fric.units import Motion, si_unit
 
 @dataclass(frozen=True)
 class StaticFit:
-    """What `identify_static` found."""
+    """Result of `identify_static`."""
 
     axis: str
     motion: Motion
@@ -45,7 +45,7 @@ class StaticFit:
     method: str  # How the fit was made, in words
     plant: Plant | None = None  # The plant whose damping was subtracted; None where none was
     between_records: Mapping[str, Estimate] = field(default_factory=dict)
-    """Standard deviation of the ``level`` [1] and the ``offset`` [N] of records, where these are seen."""
+    """Standard deviation of the ``level`` [1] and the ``offset`` [N] of records, if determined."""
 
 
 @one_blas_thread()
@@ -130,7 +130,7 @@ def _refuse_stuck_force(strokes: Strokes) -> None:
 
 
 def _directions_predict(fit: MapFit) -> tuple[MapFit, bool]:
-    """Return the map with the prediction errors of a map for each direction, and whether each direction gets a map."""
+    """Return the map with the prediction errors of a map for each direction, and whether to use such maps."""
     asked = fit.asked
     errors = None if asked.direction == "both" else each_direction(fit.problem, fit.solution, asked.damping)
     if errors is not None:
@@ -175,7 +175,7 @@ def _known(load: float, motion: Motion) -> Estimate:
 
 
 def _at_one_speed(strokes: Strokes, amiss: Sequence[Notice]) -> StaticFit:
-    """Return the friction at the one speed that was logged."""
+    """Return the friction at the only logged speed."""
     asked, sign = strokes.asked, np.sign(strokes.velocity)
     F = strokes.force * sign
     error: Real = np.array([point.standard_error for point in strokes.points])
@@ -198,17 +198,17 @@ def _at_one_speed(strokes: Strokes, amiss: Sequence[Notice]) -> StaticFit:
 
 
 TAKEN = 0.05
-"""Share of the drive's damping that its plant may be off by, before the strokes contradict it."""
+"""Tolerance of the plant's damping, as a share, before the strokes contradict it."""
 DIFFERENT = 1e-3
-"""Probability under which equal directions are not taken for different."""
+"""Probability by chance below which directions count as different."""
 MISSED = 0.005
-"""Common error of a map in both directions at one speed (rms) over the force, above which there is a warning."""
+"""Common error of a map in both directions at a speed (rms) over the force above which there is a warning."""
 SEEN = 0.5
 """Least share of the fall from F_s to F_c above the slowest stroke for strokes to determine F_s."""
 
 
 def map_notices(fit: MapFit) -> Iterator[Notice]:
-    """Return the warnings about what the data do not determine of a fitted map."""
+    """Return the warnings about undetermined parameters of a fitted map."""
     for look in (_fall, _ageing, _strokes, _scatter, directions_differ, _misfit):
         yield from look(fit)
 
@@ -218,7 +218,7 @@ def _slowest(fit: MapFit) -> Estimate:
 
 
 def _fall(fit: MapFit) -> Iterator[Notice]:
-    """Warn where strokes do not show how friction falls with speed."""
+    """Warn if the strokes do not show the fall of friction with speed."""
     of, slowest, theta = fit.asked.of, _slowest(fit), fit.solution.theta
     speed, flat = float(slowest), theta["F_s"] <= theta["F_c"] * (1 + 1e-9)
     ends = [limit for name in ("F_s", "v_s") for limit in fit.estimates[name].ci95 or (0.0,)]
@@ -265,7 +265,7 @@ def _scatter(fit: MapFit) -> Iterator[Notice]:
 
 
 def _misfit(fit: MapFit) -> Iterator[Notice]:
-    """Warn where the residuals are no noise."""
+    """Warn if the residuals are not noise."""
     problem = fit.problem
     smooth = smoother_than_noise((fit.residual / problem.standard_error)[np.argsort(problem.v)], -2.33)
     missed = 0.0 if smooth else _missed_both_ways(fit)
@@ -274,12 +274,12 @@ def _misfit(fit: MapFit) -> Iterator[Notice]:
 
 
 def _missed_both_ways(fit: MapFit) -> float:
-    """Return the deviation from the map that strokes of one speed have in common in both directions (rms) [N].
+    """Return the common deviation from the map of strokes of a speed in both directions (rms) [N].
 
-    It is 0 where that is little, or where they differ between the directions by as much.
+    It is 0 if it is small, or if the directions differ by as much.
 
-    Half the sum of their residuals is the error of the map, half the difference does not repeat. Few speeds show so
-    what no test of neighbours does: of ten, a wave of the residuals has two or three.
+    Half the sum of their residuals is the error of the map, half the difference does not repeat. This works with few
+    speeds, where tests of neighbours fail: of ten speeds, a wave of the residuals has two or three.
     """
     problem = fit.problem
     r, forward = np.sign(problem.v) * fit.residual, problem.v > 0
@@ -297,7 +297,7 @@ def _missed_both_ways(fit: MapFit) -> float:
 
 
 def directions_differ(fit: MapFit) -> Sequence[Notice]:
-    """Warn where the directions differ by more than an offset: half their sum then changes with speed."""
+    """Warn if the directions differ by more than an offset: half their sum then changes with speed."""
     problem, v = fit.problem, np.abs(fit.problem.v)
     n = len(v) - len(problem.free) - 2
     if n < 4 or len(np.unique(np.sign(problem.v))) < 2:
@@ -321,9 +321,9 @@ def directions_differ(fit: MapFit) -> Sequence[Notice]:
 
 
 def damping_notices(fit: MapFit) -> Sequence[Notice]:
-    """Return a warning when a plant removed more than the damping of the drive, or all viscous friction with it.
+    """Return a warning if a plant removed more than the damping of the drive, or all viscous friction with it.
 
-    A response shows the sum of both in A; sigma is then the rest of it, and 0 within its error and the plant's.
+    A response shows the sum of both in A; sigma is then the remainder, which is 0 within its error and the plant's.
     """
     problem, theta, asked = fit.problem, fit.solution.theta, fit.asked
     if asked.plant is None or theta["sigma"] > 0 or "sigma" not in problem.free:

@@ -28,13 +28,13 @@ from fric.identify.static_map.strokes import Asked, Strokes
 from fric.units import si_unit
 
 CLEARLY = 0.8
-"""Ratio of errors under which a free shape factor is taken: it trades with F_s at slow strokes that stick and slip."""
+"""Ratio of errors below which a free shape factor is used: it is correlated with F_s at stick-slip strokes."""
 LEAST_RISE = 1e-6
-"""Rise of F_s with age, as a share of F_s, under which F_s does not age."""
+"""Least rise of F_s with age, as a share of F_s."""
 DIFFERENT = 1e-3
-"""Probability of such a gain by an F_s that ages where it does not, under which it does."""
+"""Probability of such a gain by chance below which F_s ages."""
 FEWEST = 8
-"""Least strokes with which a richer form is tried."""
+"""Least number of strokes for a richer form."""
 DESCRIPTIONS = {
     "stribeck": "by eq. (2)",
     "coulomb": "without its fall",
@@ -61,22 +61,22 @@ def predicts_better(weight: Real, plain: Real, rich: Real) -> bool:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """How well forms predict strokes that are held out, each stroke weighed as the fit weighs it."""
+    """Errors of forms at held-out strokes, weighted as in the fit."""
 
     weight: Real  # Of each stroke [1/N²], shape (n,)
     form: str  # The form that the map has
     errors: Mapping[str, Real]  # By form, the error at each stroke while it is held out [N], shape (n,)
     ages: float | None = None
-    """What F_s grows by with each factor e of the age of the contact [N], where that predicts best."""
+    """Growth of F_s for each factor e of the age of the contact [N], if that predicts best."""
     also: Mapping[str, float] = field(default_factory=dict)
-    """Errors of what was tried beside the forms [N], by name."""
+    """Errors of further forms [N], by name."""
 
     def __getitem__(self, form: str) -> float:
         """Return the weighted root mean square error of a form [N]."""
         return weighted_rms(self.weight, self.errors[form])
 
     def entered(self, form: str, errors: Real) -> Self:
-        """Return it with the errors of another form [N]."""
+        """Return the errors with those of another form [N]."""
         return replace(self, errors={**self.errors, form: errors})
 
     def better(self, rich: str) -> bool:
@@ -84,12 +84,12 @@ class HeldOut:
         return predicts_better(self.weight, self.errors[self.form], self.errors[rich])
 
     def as_dict(self) -> dict[str, float]:
-        """Return the errors of all that was tried [N], by name."""
+        """Return the errors of all forms [N], by name."""
         return {text: self[form] for form, text in DESCRIPTIONS.items() if form in self.errors} | dict(self.also)
 
 
 def left_out_errors(problem: StribeckProblem, solution: MapSolution) -> Real:
-    """Return the error at each stroke while it is held out [N], shape (n,)."""
+    """Return the error at each stroke when it is held out [N], shape (n,)."""
     return by_leverage(problem, *_misfit(problem, solution))
 
 
@@ -98,13 +98,13 @@ def _misfit(problem: StribeckProblem, solution: MapSolution) -> tuple[Real, Real
 
 
 def by_leverage(problem: StribeckProblem, residual: Real, jacobian: Real) -> Real:
-    """Return what residuals [N] are while their stroke is held out, by its leverage (Allen 1974: PRESS), shape (n,)."""
+    """Return residuals [N] of held-out strokes by their leverage (Allen 1974: PRESS), shape (n,)."""
     leverage = np.sum(_directions(problem, jacobian) ** 2, axis=1)
     return np.asarray(residual / np.maximum(1 - leverage, 1e-3))
 
 
 def at_other_speeds(problem: StribeckProblem, plain: tuple[Real, Real], rich: tuple[Real, Real]) -> bool:
-    """Return whether a richer form predicts clearly better where all strokes of a speed are held out together.
+    """Return whether a richer form predicts clearly better when all strokes of a speed are held out together.
 
     A deviation of both directions at one speed may be due to the place, or to steps of the force, so that a stroke
     predicts the other. Residuals [N] and Jacobian of both forms are given, shapes (n,) and (n, p).
@@ -126,7 +126,7 @@ def at_other_speeds(problem: StribeckProblem, plain: tuple[Real, Real], rich: tu
 
 
 def _directions(problem: StribeckProblem, jacobian: Real) -> Real:
-    """Return the directions in which a fit can move its weighed points, orthonormal, shape (n, p)."""
+    """Return an orthonormal basis of the changes of weighted points by a fit, shape (n, p)."""
     J = jacobian / problem.standard_error[:, None]
     size = np.linalg.norm(J, axis=0)
     Q = np.linalg.svd(J[:, size > 0] / size[size > 0], full_matrices=False)
@@ -134,7 +134,7 @@ def _directions(problem: StribeckProblem, jacobian: Real) -> Real:
 
 
 def at_bound(problem: StribeckProblem, solution: MapSolution) -> tuple[str, ...]:
-    """Return the parameters of the fall that end at a bound: it is then not seen."""
+    """Return the parameters of the fall that end at a bound, so that the fall is not determined."""
     theta, (low, high) = solution.theta, problem.v_s_range()
     if theta["F_s"] <= theta["F_c"] * (1 + 1e-9):
         return ("F_s", "v_s")
@@ -144,10 +144,10 @@ def at_bound(problem: StribeckProblem, solution: MapSolution) -> tuple[str, ...]
 
 
 def chosen(fitted: FittedMap, *, fall: bool, shape: bool, fixed: bool) -> tuple[FittedMap, HeldOut]:
-    """Return a fit of eq. (2) in the form that predicts held-out strokes best, and how well each does.
+    """Return a fit of eq. (2) in the form that predicts held-out strokes best, and the errors of all forms.
 
-    Without its ``fall`` where that may be and predicts no worse, or the fall ends at a bound; with its ``shape`` factor
-    free where that may be and predicts better, and nothing ends at a bound. All strokes have equal weights where
+    It has no ``fall`` if that is allowed and predicts no worse, or the fall ends at a bound; its ``shape`` factor is
+    free if that is allowed and predicts better, and nothing ends at a bound. All strokes have equal weights if
     ``fixed``.
     """
     plain, solution = fitted.problem, fitted.solution
@@ -168,7 +168,7 @@ def chosen(fitted: FittedMap, *, fall: bool, shape: bool, fixed: bool) -> tuple[
 
 
 def _with_ageing(plain: StribeckProblem, solution: MapSolution, held_out: HeldOut) -> HeldOut:
-    """Return how well eq. (2) predicts with an F_s that ages, and the ageing where that is clearly better."""
+    """Return the errors of eq. (2) with an F_s that ages, and the ageing if that is clearly better."""
     ageing = aged(plain, solution)
     tried = held_out.entered("ages", by_leverage(plain, ageing.residual, ageing.jacobian))
     without, within = (
@@ -184,7 +184,7 @@ def _with_ageing(plain: StribeckProblem, solution: MapSolution, held_out: HeldOu
 
 
 def _with_shape(fitted: FittedMap, held_out: HeldOut, *, shape: bool, fixed: bool) -> tuple[FittedMap, HeldOut]:
-    """Return the fit with its shape factor free where that may be and predicts clearly better, and how well it does."""
+    """Return the fit, with its shape factor free if allowed and clearly better, and its errors."""
     plain, solution = fitted.problem, fitted.solution
     freed = _solved(fitted, replace(plain, delta=None), solution, fixed=fixed)
     tried = held_out.entered("delta", left_out_errors(freed.problem, freed.solution))
@@ -281,7 +281,7 @@ class MapFit:
     problem: StribeckProblem  # What was minimised; the standard errors include ``between``
     solution: MapSolution  # Where the minimum is
     estimates: Mapping[str, Estimate]
-    """Each parameter with unit and 95 % interval; the data do not determine an infinite limit."""
+    """Each parameter with unit and 95 % interval; an infinite limit is not determined."""
     covariance: Real  # Linearised covariance of the free parameters, in the order of ``problem.free``
     between: float  # Standard deviation of the strokes beyond their noise [N]
     held_out: HeldOut  # How well forms predict strokes that are held out
@@ -328,7 +328,7 @@ class MapFit:
 
 
 def solved(strokes: Strokes, offset: float | None, *, alike: bool = False) -> tuple[FittedMap, HeldOut]:
-    """Return the map of `fit_map` without intervals, and how well its forms predict strokes that are held out."""
+    """Return the map of `fit_map` without intervals, and the errors of its forms at held-out strokes."""
     asked, F = strokes.asked, strokes.force
     errors = np.array([point.standard_error for point in strokes.points])
     fixed = asked.weights == "equal"
@@ -344,14 +344,14 @@ def solved(strokes: Strokes, offset: float | None, *, alike: bool = False) -> tu
 
 
 def fit_map(strokes: Strokes, offset: float | None = None) -> MapFit:
-    """Fit eq. (2) to strokes; each weighs by its error and the scatter of all beyond their errors.
+    """Fit eq. (2) to strokes, weighted by their errors and their scatter beyond these.
 
-    Strokes that deviate from all others have their deviation in their weight.
+    The weight of a stroke that deviates from all others includes its deviation.
 
-    Where Coulomb plus viscous friction predicts held-out strokes no worse, or a parameter of eq. (2) ends at its bound,
-    that is taken: F_s = F_c and v_s are then assumed.
+    If Coulomb plus viscous friction predicts held-out strokes no worse, or a parameter of eq. (2) ends at its bound,
+    that form is used: F_s = F_c and v_s are then assumed.
 
-    The offset [N] is given where it is not fitted.
+    The offset [N] is fixed if given.
 
     Raises FricError: When there are too few strokes for the parameters.
     """
@@ -413,7 +413,7 @@ def _less_damping(
 
 
 def _with_common_errors(estimates: dict[str, Estimate], fitted: FittedMap, together: Real) -> dict[str, Estimate]:
-    """Widen the intervals by the change of the map where the forces of all strokes shift by half widths [N]."""
+    """Widen the intervals by the change of the map when the forces of all strokes shift by half-widths [N]."""
     problem, solution = fitted.problem, fitted.solution
     thetas = [replace(problem, F=problem.F + shift).solve(start=solution).theta for shift in together if shift.any()]
     if not thetas:

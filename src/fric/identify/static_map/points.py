@@ -1,4 +1,4 @@
-"""One point of the map from each stroke, or row of a table: velocity and force with their errors; or why none."""
+"""Points of the map from strokes or rows of a table: velocity and force with their errors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -20,23 +20,24 @@ from fric.units import readable, si_unit
 
 Average = Literal["robust", "median"]
 ROW = ", row "
-"""Between the name of a table and the number of its row."""
+"""Separator of the name of a table and the number of a row."""
 SWINGS = 0.03
 """Root mean square of the velocity about its mean, over that mean, above which a stroke counts as swinging."""
 UNEVEN = 0.25
-"""Share by which the halves of a stroke that ripples may differ in speed."""
+"""Largest relative difference in speed of the halves of a stroke with ripple."""
 ENOUGH = 4096
-"""Samples that a swing is looked for in; of more, means are taken."""
+"""Number of samples searched for a swing; of more, means are used."""
 RISES, SPEED_ALIKE = 0.02, 0.05
-"""Share of the force by which it rises at least in the second half of a stroke that ends in pre-sliding, and by which
-two strokes may differ in speed."""
+"""Least rise of the force in the second half of a stroke that ends in pre-sliding, as a share, and largest relative
+difference in speed of two strokes.
+"""
 ENDS = 0.15
-"""Share of the travel that is left out at either end of a stroke that ripples: its ramps."""
+"""Share of the travel left out at either end of a stroke with ripple, for its ramps."""
 
 
 @dataclass(frozen=True)
 class SpeedPoint:
-    """The friction force at one constant velocity, from one stroke or one row of a table."""
+    """The friction force at a constant velocity, from a stroke or a row of a table."""
 
     velocity: float  # Signed [m/s]
     force: float  # Robust mean [N], signed, without the linear damping of the drive where the plant is known
@@ -50,7 +51,7 @@ class SpeedPoint:
     over_position: float = 0.0  # Force subtracted since it recurs at the places of this stroke [N]
     rounding: float = 0.0  # What steps in which the force was logged have of the standard error [N]
     stretch: tuple[Log, Segment] | None = field(default=None, repr=False, compare=False)
-    """The record and the samples; None of a row of a table."""
+    """The record and the samples; None for a row of a table."""
 
     @property
     def of_record(self) -> str:
@@ -65,10 +66,10 @@ class SpeedPoint:
 def stroke_points(
     records: Sequence[Log | ForceVelocity], *, average: Average = "robust", plant: Plant | None = None
 ) -> tuple[list[SpeedPoint], list[Notice]]:
-    """Return one point for each stroke of the records, by velocity, and the warnings about the others.
+    """Return a point for each stroke of the records, by velocity, and the warnings about the others.
 
-    A table of forces and velocities gives a point a row. A record that says it is of constant velocity, and ripples too
-    much for a steady segment, gives its inner part.
+    Each row of a table of forces and velocities gives a point. A record stated to be of constant velocity, but with too
+    much ripple for a steady segment, gives its inner part.
 
     Raises FricError: When a record logged no force, or none holds a stroke.
     """
@@ -99,9 +100,9 @@ def stroke_points(
 def slid(points: Sequence[SpeedPoint]) -> tuple[list[SpeedPoint], list[SpeedPoint]]:
     """Return the points of strokes that slid, and of those that ended in pre-sliding.
 
-    In pre-sliding the force rises along the stroke, in both directions where both were logged: a place where friction
-    is higher raises it in one direction, and lowers it in the other. Only the slowest strokes end so, and they are
-    left out where no more than half of all do.
+    In pre-sliding the force rises along the stroke in all logged directions; a place of higher friction raises it in
+    one direction and lowers it in the other. Only the slowest strokes can end in pre-sliding, and are left out if they
+    are at most half of all.
     """
     rising = [point for point in points if _rises(point)]
     speeds = np.array([abs(point.velocity) for point in points])
@@ -121,7 +122,7 @@ def slid(points: Sequence[SpeedPoint]) -> tuple[list[SpeedPoint], list[SpeedPoin
 
 
 def _rises(point: SpeedPoint) -> bool:
-    """Return whether the size of the force still rises in the second half of a stroke that had not settled."""
+    """Return whether the magnitude of the force still rises in the second half of an unsettled stroke."""
     if point.settled or point.stretch is None or point.swing:
         return False
     log, segment = point.stretch
@@ -134,7 +135,7 @@ def _rises(point: SpeedPoint) -> bool:
 
 
 def logs_of_strokes(records: Sequence[Log | ForceVelocity]) -> list[Log]:
-    """Return the records in time that are searched for strokes: those that state to hold some, or else all."""
+    """Return the records in time to search for strokes: those stated to hold strokes, or else all."""
     logs = [record for record in records if isinstance(record, Log)]
     return [log for log in logs if log.kind == "constant-velocity"] or logs
 
@@ -148,7 +149,7 @@ def rounded_by(points: Sequence[SpeedPoint]) -> float:
 
 
 def force_step(logs: Sequence[Log]) -> float:
-    """Return the step of the forces of records [N], of any size; 0 where there is none."""
+    """Return the step of the forces of records [N], of any size; 0 without a step."""
     forces = [log.force[:: max(len(log) // ENOUGH, 1)] for log in logs if log.force is not None]
     return (lattice_step(np.concatenate(forces)) or 0.0) if forces else 0.0
 
@@ -179,7 +180,7 @@ def _points_of(log: Log, method: Average, plant: Plant | None, step: float) -> t
 
 
 def _inner_part(log: Log) -> Segment | str:
-    """Return the inner part of a stroke whose velocity ripples, or why it is none."""
+    """Return the inner part of a stroke with ripple of the velocity, or the reason why there is none."""
     if len(log) < 2 * SHORTEST:
         return f"{len(log)} samples"
     z, unit = travelled(log), si_unit("velocity", log.motion)
@@ -205,10 +206,10 @@ def _inner_part(log: Log) -> Segment | str:
 
 
 def velocity_swing(log: Log, segment: Segment) -> float:
-    """Return the root mean square of the velocity about its mean over that mean; 0 where it is under `SWINGS`.
+    """Return the root mean square of the velocity about its mean over that mean; 0 if below `SWINGS`.
 
-    Of a logged position it is the sum of ``(2πf·Z)²`` over the lines that stand out of its noise, below the frequency
-    above which the sawtooth of whole counts would look like a swing.
+    For a logged position it is the sum of ``(2πf·Z)²`` over the lines above its noise, below the frequency at which the
+    sawtooth of whole counts would look like a swing.
     """
     part, n = slice(segment.start, segment.stop), len(segment)
     if n < 4 * SHORTEST:
@@ -240,7 +241,7 @@ def velocity_swing(log: Log, segment: Segment) -> float:
 
 
 def _power(z: Real) -> Real:
-    """Return what each line under Hann's window has of the variance."""
+    """Return the share of the variance of each line under Hann's window."""
     window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(len(z)) / len(z))
     power: Real = 2 * np.abs(np.fft.rfft(z * window)) ** 2 / (len(z) * float(window @ window))
     return power
@@ -249,8 +250,8 @@ def _power(z: Real) -> Real:
 def standard_errors(table: ForceVelocity) -> Real:
     """Return the standard error of each mean [N], shape (n,).
 
-    As in the table; else the deviation over √n; else the deviation itself, which is the most that it can be; 0 where
-    nothing is known, and the scatter of the means about the map is then all their error.
+    It is that of the table; else the deviation over √n; else the deviation itself, an upper bound; or 0 if nothing is
+    known, so that the scatter of the means about the map is their only error.
     """
     if table.error is not None:
         return table.error
@@ -281,23 +282,23 @@ def _error_notices(table: ForceVelocity) -> list[Notice]:
     if table.error is not None:
         return []
     if table.deviation is None:
-        why = "it has no errors: the scatter of its means about the map is taken for them"
+        why = "it has no errors: the scatter of its means about the map is used instead"
     elif table.n is None:
-        why = "it has deviations and no n: each is taken for the error of its mean, the most it can be"
+        why = "it has deviations but no n: each is used as the error of its mean, an upper bound"
     else:
         most = readable(float(standard_errors(table).max()), table.unit("force"), 2)
-        why = f"the errors of its means are deviation/√n, {most} at most; what scatters beyond is allowed for"
+        why = f"the errors of its means are deviation/√n, {most} at most; further scatter is allowed for"
     return [ERRORS_OF_MEANS.found(f"'{table.name}'", why=why)]
 
 
 HUBER = 1.345
 """Huber's tuning constant: 95 % efficiency on Gaussian noise (Huber 1964)."""
 GLITCH = 8.0
-"""Deviations from the median beyond which a sample is a glitch, where few are."""
+"""Deviations from the median beyond which a sample is a glitch, if few are."""
 LEVELS = 16
-"""Levels of a segment's force up to which its steps are coarse."""
+"""Number of levels of a segment's force up to which its steps are coarse."""
 GLITCHES = 0.01
-"""Largest share of glitches in the samples: more of them are real motion."""
+"""Largest share of glitches in the samples: more are real motion."""
 
 
 @dataclass(frozen=True)
@@ -311,16 +312,16 @@ class Mean:
 
 
 def average(samples: Real, method: Average = "robust", step: float = 0.0) -> Mean:
-    """Return the robust mean (Huber) or the median of a segment of samples, shape (n,), that come in steps."""
+    """Return the robust mean (Huber) or the median of a segment of samples in steps, shape (n,)."""
     return huber_mean(samples, step) if method == "robust" else median(samples, step)
 
 
 def huber_mean(samples: Real, step: float = 0.0) -> Mean:
     """Return Huber's M-estimate of location, with the scale from the median absolute deviation, or the mean.
 
-    At constant velocity the mean force is that of friction, and Huber's is not where an encoder's counts make the drive
-    push to one side (2.5 % off, thirty standard errors): where they differ by more than its standard error, which noise
-    makes of one segment in ten thousand, the mean of what is no glitch is given.
+    At constant velocity the mean force equals friction, but Huber's mean does not if encoder counts make the drive push
+    to one side (2.5 %, thirty standard errors). If both differ by more than its standard error, which noise causes in
+    one of ten thousand segments, the mean without glitches is returned.
 
     The standard error is that of an M-estimate from correlated samples, ``se² = s²·tau·E[psi²] / (n·E[psi']²)``, with
     tau from the winsorised samples, so that glitches lengthen neither the mean nor the memory.
@@ -352,7 +353,7 @@ def huber_mean(samples: Real, step: float = 0.0) -> Mean:
 
 
 def _rounding_error(x: Real, step: float) -> float:
-    """Return what rounding to coarse steps q may do to a mean, where noise σ moves it over few of them.
+    """Return the error of a mean by rounding to coarse steps q, if noise σ covers only a few of them.
 
     The samples determine the step where they have two levels or more, and none was given.
 
@@ -385,7 +386,7 @@ def median(samples: Real, step: float = 0.0) -> Mean:
 
 
 SHORT = 32
-"""Lags that are summed one by one before all are transformed."""
+"""Number of lags summed one by one before a Fourier transform of all."""
 
 
 def autocorrelation_time(x: Real, window: float = 5.0) -> float:
