@@ -9,6 +9,7 @@ from typing import Any, cast
 import h5py
 import numpy as np
 import pytest
+from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
 from fric.documents.mapping import MappingDocument
@@ -19,7 +20,7 @@ from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.io.circle import FEEDFORWARD, read_feedforward
 from fric.io.ingest import ingest
 from fric.io.ingest_circle import StatedCircle, ingest_circles
-from fric.io.readers import matlab
+from fric.io.readers import matlab, tdms
 from fric.log import Log
 from fric.records.kicks import _around_reversals
 from fric.records.recognition import force_rises
@@ -89,6 +90,15 @@ def test_no_name_is_a_formula_or_a_control_character_of_a_figure(tmp_path: Path)
         axes.legend()
         save_figure(figure, tmp_path / "a.svg")
     assert set("\x1b\u202e").isdisjoint((tmp_path / "a.svg").read_text(encoding="utf-8"))
+
+
+def test_a_measurement_of_more_channels_than_any_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As 1.1 MB of 20,000 channels that took over a minute."""
+    monkeypatch.setattr(tdms, "MOST_CHANNELS", 8)
+    with TdmsWriter(tmp_path / "a.tdms") as file:
+        file.write_segment([ChannelObject("g", f"c{n}", np.zeros(2)) for n in range(9)])
+    with pytest.raises(FricError, match="9 channels"):
+        ingest(tmp_path / "a.tdms", tmp_path / "a.h5")
 
 
 def test_a_matlab_file_that_unpacks_to_what_no_memory_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
