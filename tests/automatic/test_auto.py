@@ -7,6 +7,7 @@ import shlex
 import shutil
 import subprocess
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -232,6 +233,30 @@ def test_a_motion_is_a_record_of_what_it_tells(driven, tmp_path):
     plant, friction = (plain(read_tree(tmp_path / "out" / f"{part}.yaml")) for part in ("plant", "friction"))
     assert plant["fit"]["parameters"]["M"]["value"] == pytest.approx(8.0, rel=0.05)
     assert friction["static"]["F_c"]["value"] == pytest.approx(12.0, rel=0.1)
+
+
+@pytest.mark.long(15)
+def test_a_production_move_in_closed_loop_shows_the_gains_too(tmp_path):
+    K_v, K_p, K_i, dt, rng = 60.0, 250.0, 6000.0, 2.5e-4, np.random.default_rng(8)
+    ends, share = np.append(0.0, rng.uniform(-0.1, 0.1, 12)), np.clip(np.linspace(0.0, 1.2, 4000), 0.0, 1.0)
+    steps = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    reference = np.concatenate([a + (b - a) * steps for a, b in pairwise(ends)])
+    z, u = np.zeros(len(reference)), np.zeros(len(reference))
+    x = v = integral = before = 0.0
+    for k, wanted in enumerate(reference):
+        z[k] = round(x / 1e-7) * 1e-7
+        error = K_v * (wanted - z[k]) - (z[k] - before) / dt
+        before, integral = z[k], integral + K_i * error * dt
+        u[k] = K_p * error + integral
+        v += dt * (35.0 * u[k] - 30.0 * np.tanh(v / 2e-3) - 150.0 * v) / 50.0
+        x += dt * v
+    time = dt * np.arange(len(z))
+    write_logs(tmp_path / "log.h5", [Log(time=time, reference=reference, position=z, input=u, force=35.0 * u)])
+    found = fric.auto(tmp_path / "log.h5", output=tmp_path / "out").axes["x"]
+    tree = plain(read_tree(found.files["controller"]))
+    for name, gain in (("K_v", K_v), ("K_p", K_p), ("K_i", K_i)):
+        assert tree[name]["value"] == pytest.approx(gain, rel=0.1)
+    assert any(text.startswith("observer: ") for text in found.missing)
 
 
 def test_what_is_recognised_as_a_motion_keeps_its_inertia():

@@ -9,7 +9,7 @@ import pytest
 from scipy.io import savemat
 
 import fric
-from fric.automatic.sources import find_sources
+from fric.automatic.sources import NO_FORCE, find_sources
 from fric.automatic.steps import ingest_steps
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
@@ -412,6 +412,16 @@ def test_a_current_in_whole_numbers_is_in_milliamperes_by_likelihood() -> None:
     current = Spoken("force", told="current")
     assert usual_units("force", current, "linear", np.array([245.0, -30.0]))[0] == "mA"
     assert usual_units("force", current, "linear", np.array([245.123, -30.2]))[0] == "A"
+
+
+def test_what_lies_beside_logs_and_has_no_force_is_not_asked_about(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    write(tmp_path / "run.csv", "time;x;F", a["t"], a["position"], a["current"])
+    minutes = np.arange(60.0)
+    write(tmp_path / "temperatures.csv", "minute;T1;T2", minutes, 20 + 0.1 * minutes, 21 + 0.05 * minutes)
+    found = find_sources([tmp_path], None, tmp_path.parent / "made")
+    assert [path.name for guess in found.open.found for path in guess.files] == ["run.csv"]
+    assert [path.name for path in found.refused[NO_FORCE]] == ["temperatures.csv"]
 
 
 def test_what_an_oscilloscope_logs_lacks_a_position(tmp_path: Path) -> None:

@@ -86,7 +86,7 @@ def find_gains(
             if session.take(step(f"{axis}: gains", "identify controller", [path], {"axis": axis}, output=made)):
                 return made
     driven = [log.path for log in logs if log.driven]
-    if needed and driven:
+    if driven and (needed or any("motion" in log.kinds for log in logs)):
         closed = step(f"{axis}: gains", "identify controller", driven, {"axis": axis}, output=made)
         if session.take(closed, tried=True):
             return made

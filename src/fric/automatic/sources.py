@@ -165,6 +165,11 @@ def _guessed(
     """Guess the meaning of files from their values; files that need no question leave the open ones."""
     with ExitStack() as opened:
         guess = guessed([path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None)
+        pushed = tuple(one for one in guess.found if one.kind or {"force", "input"} & one.axis.roles.keys())
+        if pushed:  # what lies beside logs of friction, and has no force, needs no question
+            rest = {path for one in guess.found for path in one.files} - {path for one in pushed for path in one.files}
+            asking |= dict.fromkeys(rest, NO_FORCE)
+            guess = replace(guess, found=pushed)
         file, guess = answered(guess, ask, *places) if ask and not assume else (None, guess)
         assume = assume or file is not None
         wanted = guess.usable if assume else tuple(guess for guess in guess.usable if is_sure(guess))

@@ -430,7 +430,8 @@ def axis_steps(
             )
         )  # fmt: skip
     else:
-        missing.append("controller and observer: a frequency response from voltage to position")
+        lacks = "observer" if controller else "controller and observer"
+        missing.append(f"{lacks}: a frequency response from voltage to position")
     return AxisSteps(tuple(steps), tuple(missing))
 
 
