@@ -38,7 +38,7 @@ from fric.report.summary import Report, make_report
 from fric.results.base import Result
 from fric.results.given import bounded
 from fric.results.given_models import machine_of
-from fric.results.kinds import Address, CircleFiles, Count, MachineFile, Quantity
+from fric.results.kinds import Address, CircleFiles, Count, EncoderName, MachineFile, Quantity
 from fric.results.text import Piece, Table, named
 from fric.units import rotates
 from fric.verb import Kind, verb
@@ -139,6 +139,7 @@ def auto(
     tolerance: Annotated[Quantity | None, "position"] = None,
     mapping: Annotated[str | None, Kind(metavar="MAP.yaml")] = None,
     assume: bool = False,
+    encoder: EncoderName = "motor",
     workers: Count | None = None,
     scheduler: Address | None = None,
     run: Callable[[Step], Result | None] = run_step,
@@ -174,6 +175,8 @@ def auto(
         What the columns of foreign logs mean. By default a bundled mapping that fits, where the header does not say it.
     assume
         Assume the likeliest meaning where headers and values of foreign logs leave it open, and report it.
+    encoder
+        Of two encoders, the one whose position friction is identified on.
     workers
         Of a fleet: parallel processes; by default one per core.
     scheduler
@@ -210,6 +213,8 @@ def auto(
         raise found.open.error()
     if nothing:
         raise _none_found(found)
+    if encoder == "load" and not any(log.loaded for log in found.logs):
+        raise FricError("no log has the position of the load", hint="Name its column load_position in a mapping.")
     advance(0, total=_steps(found))
     session = Session(folder, run, say, advance)
     for trace in found.traces:
@@ -220,7 +225,7 @@ def auto(
         responses = any("frequency-response" in log.kinds for log in of_axis)
         return find_gains(session, found, of_axis, stated, ask, needed=responses and machine is None)
 
-    axes = identify_axes(session, found, gains)
+    axes = identify_axes(session, found, gains, encoder)
     given = located(Path(machine), "machine") if machine else None
     subject = _machine(session, axes, given)
     _circles(session, found, axes, subject, given is not None)

@@ -74,6 +74,7 @@ class Source:
     strokes: int = 0  # How many segments at constant velocity, or means of such, its records have
     wide: bool = False  # Whether its mapping has parts, of which this axis is chosen by name
     assumed: bool = False  # Whether samples that cannot be used are dropped
+    loaded: bool = False  # Whether a record has the position of the load, by a second encoder
     pushed: bool = True  # Whether a record has a force or an input, or is a response or a table
 
 
@@ -257,8 +258,9 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     )  # fmt: skip
     driven = all(isinstance(record, Log) and record.input is not None for record in records)
     pushed = any(not isinstance(record, Log) or record.force is not None for record in records) or driven
+    loaded = any(isinstance(record, Log) and record.load_position is not None for record in records)
     axis, motion = records[0].axis, records[0].motion
-    return Source(path, axis, motion, kinds, uses, mapping, both, driven=driven, strokes=strokes, pushed=pushed)
+    return Source(path, axis, motion, kinds, uses, mapping, both, driven, strokes, loaded=loaded, pushed=pushed)
 
 
 def _excites(record: Record) -> bool:

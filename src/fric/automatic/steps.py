@@ -29,6 +29,7 @@ from fric.results.controller import design_controller, identify_controller
 from fric.results.diagnose import diagnose
 from fric.results.given import Advance, silent
 from fric.results.ingest import ingest, ingest_circles
+from fric.results.kinds import EncoderName
 from fric.results.model import identify_gms, identify_model
 from fric.results.observer import design_observer
 from fric.results.plant import identify_plant
@@ -272,7 +273,10 @@ class Session:
 
 
 def identify_axes(
-    session: Session, found: Sources, gains: Callable[[Sequence[Source]], Path | None] | None = None
+    session: Session,
+    found: Sources,
+    gains: Callable[[Sequence[Source]], Path | None] | None = None,
+    encoder: EncoderName = "motor",
 ) -> dict[str, AxisOutcome]:
     """Ingest and identify; return the results for each axis.
 
@@ -280,6 +284,7 @@ def identify_axes(
     found: The logs.
     gains: Returns the file of the controller's gains of an axis from its logs; None where they are to be designed.
         Without it only friction and plant are identified: no figures, no controller, no observer.
+    encoder: Of axes with two encoders, the one whose position friction is identified on.
     """
     lean = gains is None
     logs = [log for log in found.logs if log.mapping is None]
@@ -293,7 +298,7 @@ def identify_axes(
         of_axis = [log for log in logs if log.axis == name]
         folder = session.folder / name
         controller = gains(of_axis) if gains else None
-        plan = axis_steps(of_axis, folder, lean=lean, controller=controller)
+        plan = axis_steps(of_axis, folder, lean=lean, controller=controller, encoder=encoder)
         read = {path for step in plan.steps for path in step.reads}
         for unused in (log for log in of_axis if log.path not in read):
             found.description.append(FILE_UNUSED.found(str(unused.path), kinds=sorted(unused.kinds), axis=name))
@@ -340,8 +345,8 @@ def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, S
         options |= {"axis": axis if wide else None, "bad_cells": "drop" if assumed else None}
         uses, both = frozenset().union(*(m.uses for m in members)), all(m.both for m in members)
         strokes = sum(m.strokes for m in members)
-        driven = all(m.driven for m in members)
-        left = Source(log, axis, members[0].motion, members[0].kinds, uses, both=both, driven=driven, strokes=strokes)
+        driven, loaded = all(m.driven for m in members), any(m.loaded for m in members)
+        left = Source(log, axis, members[0].motion, members[0].kinds, uses, None, both, driven, strokes, loaded=loaded)
         reads = [*files, *([Path(mapping)] if mapping.endswith(".yaml") else [])]
         yield step(f"{axis}: ingest {kind}", "ingest", files, options, reads, output=log), left
 
@@ -361,7 +366,12 @@ class AxisSteps:
 
 
 def axis_steps(
-    logs: Sequence[Source], folder: Path, *, lean: bool = False, controller: Path | None = None
+    logs: Sequence[Source],
+    folder: Path,
+    *,
+    lean: bool = False,
+    controller: Path | None = None,
+    encoder: EncoderName = "motor",
 ) -> AxisSteps:
     """Return the steps of one axis: plant, static map, GMS, controller, observer.
 
@@ -369,8 +379,10 @@ def axis_steps(
     folder: Where its files go.
     lean: Only identify: no figures, controller or observer; the static map has one form, so that dates compare.
     controller: The file of the controller's gains; designed where there is none.
+    encoder: Of two encoders, the one whose position friction is identified on.
     """
     axis = logs[0].axis
+    which = {"encoder": encoder} if encoder != "motor" and any(log.loaded for log in logs) else {}
     steps, missing = [], []
     plant, static, friction = (folder / name for name in ("plant.yaml", "static.yaml", "friction.yaml"))
     observer = folder / "observer.yaml"
@@ -380,7 +392,7 @@ def axis_steps(
 
     def identify(what: str, files: list[Path], output: Path, reads: Iterable[Path], options: Mapping[str, Any]) -> None:
         figure = None if lean else output.with_suffix(".png")
-        given = (f"{axis}: {what}", f"identify {what}", files, options, [*files, *reads])
+        given = (f"{axis}: {what}", f"identify {what}", files, {**options, **which}, [*files, *reads])
         steps.append(step(*given, output=output, plot=figure))
 
     responses, mapped = of("frequency-response"), of("constant-velocity", FORCE_VELOCITY, use="static")
