@@ -235,6 +235,17 @@ def test_a_motion_is_a_record_of_what_it_tells(driven, tmp_path):
     assert friction["static"]["F_c"]["value"] == pytest.approx(12.0, rel=0.1)
 
 
+def test_friction_is_identified_on_the_encoder_that_is_asked_for(tmp_path):
+    log = moving(driven=True)
+    write_logs(tmp_path / "one.h5", [log])
+    write_logs(tmp_path / "two.h5", [replace(log, load_position=log.position)])
+    for name, options in (("one", [None, None]), ("two", ["load", "load"])):
+        plan = axis_steps(find_sources([tmp_path / f"{name}.h5"]).logs, tmp_path / "out", encoder="load")
+        assert [step.options.get("encoder") for step in plan.steps] == options
+    with pytest.raises(FricError, match="no log has the position of the load"):
+        fric.auto(tmp_path / "one.h5", output=tmp_path / "out", encoder="load")
+
+
 @pytest.mark.long(15)
 def test_a_production_move_in_closed_loop_shows_the_gains_too(tmp_path):
     K_v, K_p, K_i, dt, rng = 60.0, 250.0, 6000.0, 2.5e-4, np.random.default_rng(8)
