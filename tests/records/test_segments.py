@@ -220,3 +220,14 @@ def test_the_moment_in_which_a_slow_axis_catches_up_is_no_stroke():
 def test_a_short_fast_stroke_beside_a_long_slow_one_is_one():
     speeds = [1e6 * s.velocity for s in steady_segments(moved((2000.0, 0.3), (50.0, 8.0)))]
     assert speeds == pytest.approx([2000.0, 50.0], rel=0.01)
+
+
+def test_an_axis_that_creeps_into_its_place_after_a_pause_makes_no_stroke():
+    """In a clean session 20 ms at 86 µm/s after a stroke at 30 mm/s were a stroke, from which F_s was doubted."""
+    t = np.arange(8000) / 2000.0
+    v = 0.03 * (
+        np.clip(np.minimum(t - 0.1, 1.8 - t) / 0.1, 0.0, 1.0) - np.clip(np.minimum(t - 2.1, 3.8 - t) / 0.1, 0, 1)
+    )
+    v += np.where(t >= 3.96, 86e-6, 0.0)
+    log = Log(t, encoder(np.cumsum(v) / 2000.0, 1e-7), force=COULOMB * np.sign(v), kind="constant-velocity")
+    assert [round(segment.velocity, 3) for segment in steady_segments(log)] == [0.03, -0.03]

@@ -179,6 +179,8 @@ def _kept(outward: Real, allowed: float, blind: int, most: int, edge: int) -> in
 
 MOMENT = 0.1
 """Share of the neighbouring segment, in time and travel, below which a segment is no stroke."""
+CREEP = 0.001
+"""Share of its travel below which a far shorter segment is how the axis comes to rest, even after a pause."""
 TREND = 0.01
 """Largest relative change of velocity over a segment that is no acceleration."""
 SETTLING = 0.5
@@ -317,11 +319,11 @@ def _lasts(
         if travel <= max(rest, 0.02 * abs(segment.velocity) * duration)
     ]
     rests = [start for start, _, travel, rest, _ in pieces if travel <= rest]
-    for other in found:  # a segment before one far longer, in time and travel, is its ramp, or how it catches up
+    for other in found:  # a segment beside one far longer, in time and travel, is its ramp, or how it catches up
         low, high = sorted((segment.start, other.start))
-        travels = segment.velocity * len(segment), other.velocity * len(other)
-        short = len(segment) < MOMENT * len(other) and 0.0 < travels[0] / travels[1] < MOMENT
-        if short and not any(low <= rest < high for rest in rests):
+        share = segment.velocity * len(segment) / (other.velocity * len(other))
+        short, creeps = len(segment) < MOMENT * len(other), abs(share) < CREEP
+        if short and (creeps or 0.0 < share < MOMENT and not any(low <= rest < high for rest in rests)):
             return False
     before = max((stop for _, stop in bounds if stop <= segment.start), default=0)
     after = min((start for start, _ in bounds if start >= segment.stop), default=samples)
