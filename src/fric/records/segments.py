@@ -323,7 +323,7 @@ def _lasts(
         low, high = sorted((segment.start, other.start))
         share = segment.velocity * len(segment) / (other.velocity * len(other))
         short, creeps = len(segment) < MOMENT * len(other), abs(share) < CREEP
-        if short and (creeps or 0.0 < share < MOMENT and not any(low <= rest < high for rest in rests)):
+        if short and (creeps or (0.0 < share < MOMENT and not any(low <= rest < high for rest in rests))):
             return False
     before = max((stop for _, stop in bounds if stop <= segment.start), default=0)
     after = min((start for start, _ in bounds if start >= segment.stop), default=samples)

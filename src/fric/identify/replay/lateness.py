@@ -38,9 +38,8 @@ def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate
 
     search, best: The search, and its solution. quantile: Half-widths in standard deviations.
     """
-    records, seen = search.records, search.seen(best)
-    cycled = [n for n, record in enumerate(records) if not record.slides and len(record.reversals) > 4]
-    if search.coordinates.blocks < BLOCKS or not cycled or not seen.any():
+    records, seen, cycled = search.records, search.seen(best), _cycled(search)
+    if not cycled or not seen.any():
         return {}
     rates = _rates(search.coordinates.build(best.x), records)
     late = [search.projected([rate * (n == number) for n, rate in enumerate(rates)]) for number in cycled]
@@ -113,16 +112,34 @@ def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *
     return (FORCE_LATE if sure else FORCE_LATE_OPEN).found(late=parts)
 
 
-def of_timing(search: Search, x: Real, slopes: Real) -> Real:
+def of_timing(search: Search, best: Point, slopes: Real, quantile: float) -> Real:
     """Return the increase of the covariance (p, p) due to the alignment of force and position within a sample.
 
-    The channels of a log are aligned to ±dt/2, which no number of cycles shows: all records are shifted by a standard
-    deviation of that, to first order.
+    The channels of a log are aligned to ±dt/2: all records are late by c standard deviations of that, c ~ N(0, 1), and
+    parameters move by m·c, to first order. Where blocks separate a lag from stiffness, the records show c as ĉ ± s: its
+    second moment about 0, the lag of the fit, is ``s²/(1 + s²) + (ĉ/(1 + s²))²`` by Bayes' rule; elsewhere it is 1.
+
+    search, best: The search, and its solution.
+    slopes: Derivatives of the residual by what is seen, shape (n, p).
+    quantile: Half-widths in standard deviations.
     """
-    rates = _rates(search.coordinates.build(x), search.records)
-    late = [record.done.timing * rate for record, rate in zip(search.records, rates, strict=True)]
-    moved = np.linalg.lstsq(slopes, search.projected(late), rcond=None)[0]
-    return np.asarray(np.outer(moved, moved))
+    records = search.records
+    rates = _rates(search.coordinates.build(best.x), records)
+    late = search.projected([record.done.timing * rate for record, rate in zip(records, rates, strict=True)])
+    moved, moment = np.linalg.lstsq(slopes, late, rcond=None)[0], 1.0
+    if _cycled(search) and late.any():
+        joint = np.column_stack([late, slopes])
+        found = -np.linalg.lstsq(joint, best.residual, rcond=None)[0][0]
+        variance = replay_covariance(joint, best.residual, records, quantile)[0, 0]
+        moment = variance / (1.0 + variance) + (found / (1.0 + variance)) ** 2
+    return np.asarray(moment * np.outer(moved, moved))
+
+
+def _cycled(search: Search) -> list[int]:
+    """Return the records whose cycles separate a lag from stiffness; none for a model of too few blocks."""
+    if search.coordinates.blocks < BLOCKS:
+        return []
+    return [n for n, record in enumerate(search.records) if not record.slides and len(record.reversals) > 4]
 
 
 def _rates(model: FrictionModel, records: Sequence[Prepared]) -> list[Real]:

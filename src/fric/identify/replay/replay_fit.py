@@ -223,7 +223,7 @@ def _described(
     if seen.any():
         shown = best.gradient[:, seen]
         covariance[np.ix_(seen, seen)] = replay_covariance(shown, best.residual, records, quantile)
-        covariance[np.ix_(seen, seen)] += of_timing(search, x, shown)
+        covariance[np.ix_(seen, seen)] += of_timing(search, best, shown, quantile)
         if (levels := levels_of(search, best, shown, quantile)) is not None:
             covariance[np.ix_(seen, seen)] += levels.gained
         if beyond is not None:
@@ -377,8 +377,9 @@ def replay_information(
     basis = np.eye(len(x)) if seen.all() else V[seen].T
     shown = here.gradient @ basis
     freedom = max(len(here.residual) - len(basis.T), 1)
-    covariance = replay_covariance(shown, here.residual, search.records, float(stdtrit(freedom, 0.975)))
-    covariance += of_timing(search, x, shown)
+    quantile = float(stdtrit(freedom, 0.975))
+    covariance = replay_covariance(shown, here.residual, search.records, quantile)
+    covariance += of_timing(search, here, shown, quantile)
     if beyond is not None:
         covariance += beyond(search, x, basis)
     information = basis @ np.linalg.inv(covariance) @ basis.T
