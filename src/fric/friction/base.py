@@ -58,7 +58,7 @@ class FrictionModel(ABC):
     """A friction model. Each is a frozen dataclass whose fields are its parameters, in one file.
 
     A subclass states its `name` (also its key in friction files), its `parameters`, the `properties` it claims and
-    its compiled `step` (see `fric.kernels.signatures`), which reads the parameters as `packed` arranges them.
+    its compiled `step` (see `fric.kernels.signatures`), and defines how its parameters are packed for the step.
     """
 
     name: ClassVar[str]
@@ -69,8 +69,7 @@ class FrictionModel(ABC):
     """False for a model that is simulated only, and that no `fric identify` looks for."""
 
     def __post_init__(self) -> None:
-        alone, of_blocks = _names(type(self))
-        require_numbers(self, (*alone, *of_blocks), of_blocks)
+        require_numbers(self, *_names(type(self)))
 
     @classmethod
     def declared(cls) -> dict[str, tuple[Parameter, ...]]:
@@ -127,11 +126,9 @@ class FrictionModel(ABC):
     def steady_state(self, v: Real | float) -> Real | float:
         """Return the friction force [N] after a long time at constant velocity v [m/s]."""
 
+    @abstractmethod
     def packed(self) -> Real:
-        """Return the parameters as the compiled step reads them: in their order, those of blocks behind the others."""
-        alone, of_blocks = _names(type(self))
-        blocks = (value for name in of_blocks for value in getattr(self, name))
-        return np.array([*(getattr(self, name) for name in alone), *blocks], float)
+        """Return the parameters as the compiled step reads them."""
 
     @abstractmethod
     def initial_state(self) -> Real:
@@ -156,6 +153,6 @@ class FrictionModel(ABC):
 
 
 @cache
-def _names(model: type[FrictionModel]) -> tuple[tuple[str, ...], ...]:
+def _names(model: type[FrictionModel]) -> tuple[tuple[str, ...], frozenset[str]]:
     """Return the names of a model's parameters, and of those that have a value a block."""
-    return tuple(tuple(p.name for p in model.parameters if p.per_block == of_block) for of_block in (False, True))
+    return tuple(p.name for p in model.parameters), frozenset(p.name for p in model.parameters if p.per_block)

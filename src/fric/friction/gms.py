@@ -186,6 +186,10 @@ class GMS(OnBlocks):
         if not self.C > 0:
             raise FricError("C of gms must be positive")
 
+    def packed(self) -> Real:
+        """Return ``[F_c, F_s, v_s, delta, sigma, C, alpha_1 … alpha_N, k_1 … k_N]``."""
+        return np.array([*self.static.packed(), self.C, *self.alpha, *self.k])
+
     def initial_state(self) -> Real:
         """Return ``[v, |s(v)|, F_1 … F_N, phase_1 … phase_N]`` at rest.
 

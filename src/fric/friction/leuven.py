@@ -139,6 +139,10 @@ class Leuven(OnBlocks):
     properties: ClassVar[frozenset[Property]] = frozenset({"pre-sliding", "frictional lag"})
     step: ClassVar[Step] = _step
 
+    def packed(self) -> Real:
+        """Return ``[F_c, F_s, v_s, delta, sigma, sigma_1, n, alpha_1 … alpha_N, k_1 … k_N]``."""
+        return np.array([*self.static.packed(), self.sigma_1, self.n, *self.alpha, *self.k])
+
     def initial_state(self) -> Real:
         """Return ``[v, F_h, F_1 … F_N]`` at rest."""
         return np.zeros(2 + len(self.alpha))

@@ -87,15 +87,11 @@ class Rolling(GMS):
         """Return the fields of `typical`: those of GMS, on a guideway without waves."""
         return {**GMS.typical_fields(), **super(GMS, cls).typical_fields()}
 
-    @property
-    def _gms(self) -> GMS:
-        return GMS(self.static, self.alpha, self.k, self.C)
-
     def packed(self) -> Real:
         """Return ``[waves, (amplitude, pitch, phase) of each wave, GMS parameters]``."""
         waves = np.column_stack([self.amplitude, self.pitch, self.phase]).ravel()
-        return np.array([len(self.amplitude), *waves, *self._gms.packed()])
+        return np.array([len(self.amplitude), *waves, *super().packed()])
 
     def initial_state(self) -> Real:
         """Return ``[z, the GMS parameters at z, GMS state]`` of a relaxed contact."""
-        return np.array([0.0, *self._gms.packed(), *super().initial_state()])
+        return np.array([0.0, *super().packed(), *super().initial_state()])

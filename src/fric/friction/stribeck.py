@@ -98,6 +98,10 @@ class StaticMap(FrictionModel):
         """Return the force of eq. (2) [N] at velocity v [m/s]."""
         return np.sign(v) * self.level(v) + self.sigma * np.asarray(v)
 
+    def packed(self) -> Real:
+        """Return ``[F_c, F_s, v_s, delta, sigma]``."""
+        return np.array([self.F_c, self.F_s, self.v_s, self.delta, self.sigma])
+
     def initial_state(self) -> Real:
         """Return an empty state: the map has no memory."""
         return np.zeros(0)
@@ -135,10 +139,6 @@ class OnStaticMap(FrictionModel):
     def typical_fields(cls) -> dict[str, Any]:
         """Return the fields of `typical`, the static map among them."""
         return {"static": StaticMap.typical(), **super().typical_fields()}
-
-    def packed(self) -> Real:
-        """Return the parameters of the static map, then those of the model."""
-        return np.concatenate([self.static.packed(), super().packed()])
 
     def steady_state(self, v: Real | float) -> Real:
         """Return the force of the static map [N] at velocity v [m/s]."""
