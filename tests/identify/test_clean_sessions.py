@@ -67,6 +67,15 @@ def test_noise_makes_neither_a_play_nor_friction_that_differs() -> None:
         assert abs(curve.mismatch) < 0.03 * PAPER.F_s + curve.mismatch_half
 
 
+def test_force_that_ripples_with_the_counts_is_no_play() -> None:
+    """The greatest of its noisy values was the majorant: a play of 440 mN at 32 µm."""
+    axis, rng = axis_and_records(80)
+    sines = plain_session.session(axis, rng)["gms"][:2]
+    plant, static = Plant(axis.A, axis.B, axis.T_d, axis.K_f), StaticMap(axis.F_c, axis.F_s, axis.v_s, 1.0, 0.0)
+    curve = virgin_curve([find_cycles(record) for record in prepared(sines, plant)], static)
+    assert curve.hollow[1] < 0.02 * axis.F_s
+
+
 STROKES = """0.272 68.598 .099, 0.462 67.003 .091, -0.462 -66.623 .107, 0.785 64.722 .093, -0.785 -64.254 .064, -1.333
     -60.959 .112, 1.334 61.256 .087, -2.265 -56.966 .107, 2.265 57.028 .092, 3.847 52.581 .092, -3.848 -52.289 .096,
     6.535 48.697 .09, -6.536 -48.394 .091, 11.101 46.743 .104, -11.101 -46.631 .097, -18.857 -46.092 .088, 18.857 46.449

@@ -178,6 +178,8 @@ class VirginCurve:
         z, F = np.append(0.0, self.displacement), np.append(0.0, self.force)
         for (_, end), step in zip(self.record, self.steps, strict=False):  # a larger record may be all higher or lower
             F[z > end] += step
+        # the greatest of many noisy values is above all friction: the majorant is that of neighbours' medians
+        F[1:] = median_filter(F[1:], NEIGHBOURS, mode="nearest")
         above = [0]
         for n in range(1, len(z)):
             while len(above) > 1:
@@ -186,7 +188,7 @@ class VirginCurve:
                     break
                 above.pop()
             above.append(n)
-        below = median_filter((np.interp(z, z[above], F[above]) - F)[1:], NEIGHBOURS, mode="nearest")
+        below = (np.interp(z, z[above], F[above]) - F)[1:]
         count = np.isfinite(self.cycles).sum(axis=0)  # not the band, which may include errors of the model
         scatter = np.nansum((self.cycles - self.force) ** 2, axis=0) / np.maximum(count * (count - 1), 1)
         # of few cycles one place scatters too little by chance, its neighbours alike; a drive that hunts repeats itself
