@@ -617,7 +617,7 @@ def _next_step(inputs: ReportInput) -> str:
     if not inputs.machine:
         return (
             step + "The glitch under each compensation is not known yet: a circle needs plant and controller of axis "
-            "{frictions[0].axis}, too. `fric auto LOGS -o found` says which record is missing, and `fric "
+            f"{frictions[0].axis}, too. `fric auto LOGS -o found` says which record is missing, and `fric "
             "plan` plans it."
         )
     command = (
