@@ -1,4 +1,4 @@
-"""What every YAML document shares: warnings, provenance (version, time, command, logs with digests), and its type."""
+"""The common part of YAML documents: type, warnings, and provenance (version, time, command, logs with digests)."""
 
 import os
 import shlex
@@ -28,7 +28,7 @@ _COMMAND: ContextVar[tuple[str, ...] | None] = ContextVar("command", default=Non
 
 @contextmanager
 def commanded(*words: str) -> Iterator[None]:
-    """Let the documents that are made meanwhile name a command in place of that of the process."""
+    """Let documents made within the block name this command instead of that of the process."""
     before = _COMMAND.set(words)
     try:
         yield
@@ -39,7 +39,7 @@ def commanded(*words: str) -> Iterator[None]:
 def provenance(logs: Iterable[Record] = ()) -> dict[str, Any]:
     """Return the ``provenance`` of a document made by this process from these records.
 
-    The time is ``SOURCE_DATE_EPOCH`` where that is set, so that an output can be made again to the last byte.
+    The time is ``SOURCE_DATE_EPOCH`` if set, so that an output can be reproduced to the last byte.
     """
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
     made = datetime.fromtimestamp(int(epoch), UTC) if epoch else datetime.now(UTC)
@@ -55,7 +55,9 @@ def provenance(logs: Iterable[Record] = ()) -> dict[str, Any]:
 
 @cache
 def arithmetic() -> dict[str, str]:
-    """Return what rounds sums here: each BLAS with version and architecture, and NumPy's vector instructions."""
+    """Return the libraries that round sums here: each BLAS with version and architecture, NumPy's vector
+    instructions.
+    """
     from threadpoolctl import threadpool_info
 
     keys = ("internal_api", "version", "architecture")
@@ -71,7 +73,7 @@ def arithmetic() -> dict[str, str]:
 
 
 def sources(files: Iterable[Path]) -> list[dict[str, str]]:
-    """Return name and digest of each file that something was made from."""
+    """Return name and digest of each source file."""
     return [{"file": str(file), "sha256": sha256(Path(file).read_bytes()).hexdigest()} for file in files]
 
 
@@ -79,7 +81,7 @@ AxisName = Annotated[str, AfterValidator(refused()(axis_name))]
 
 
 class Provenance(Part):
-    """What made a document, from what."""
+    """Origin of a document."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
 
@@ -133,7 +135,7 @@ def warned(notices: Iterable[Notice]) -> dict[str, Any]:
 
 
 HEAD, FOOT = ("fric", "axis", "motion"), ("warnings", "warnings_coded", "provenance")
-"""Keys above, and below, all content."""
+"""Keys above and below the content."""
 
 
 class Document(Part):
@@ -143,7 +145,7 @@ class Document(Part):
     version: ClassVar[int] = 1
 
     fric: str
-    warnings: list[str] = Field(default_factory=list, description="what the data could not tell")
+    warnings: list[str] = Field(default_factory=list, description="what the data do not determine")
     warnings_coded: list[CodedWarning] = Field(default_factory=list, description="the same with code and severity")
     provenance: Provenance | None = None
 
@@ -166,7 +168,7 @@ class Document(Part):
         logs: Iterable[Record] = (),
         also: Mapping[str, Any] | None = None,
     ) -> Self:
-        """Return a document that this process makes of some content, checked against the schema as when it is read.
+        """Return a document of this process with some content, checked against the schema as when read.
 
         content: Its content, by key; or the object that the schema reads it from (`fric.documents.quantity.Of`).
         notices: Its warnings.
@@ -189,31 +191,33 @@ class Document(Part):
             ) from None
 
     def notices(self) -> tuple[Notice, ...]:
-        """Return the warnings as data; a warning of an older file without a code is a doubt."""
+        """Return the warnings as data; a warning without a code, of an older file, is a doubt."""
         coded = {warning.text: Notice.of(dict(warning)) for warning in self.warnings_coded}
         return tuple((coded | {text: coded.get(text, Notice.of(text)) for text in self.warnings}).values())
 
     def passed_on(self) -> tuple[Notice, ...]:
-        """Return the doubts of this document for what builds upon it, each with where it is from; notes stay here."""
+        """Return the doubts of this document for documents based on it, each with its origin; notes are not passed
+        on.
+        """
         of = f"{self.type} of axis {axis}" if (axis := getattr(self, "axis", "")) else self.type
         doubts = (notice for notice in self.notices() if notice.severity != "note")
         return tuple(doubt if doubt.carried else doubt.at(of, carried=True) for doubt in doubts)
 
     def tree(self) -> dict[str, Any]:
-        """Return what was given, as plain values in the order of a file, ready to be written or printed."""
+        """Return the content as plain values in the order of a file, ready to be written or printed."""
         given = self.model_dump(exclude_unset=True, by_alias=True)
         return {key: given[key] for key in sorted(given, key=lambda key: (key in FOOT) - (key in HEAD))}
 
 
 class OfAxis(Document):
-    """A document that is of one axis."""
+    """A document of an axis."""
 
     axis: AxisName
     motion: Motion = "linear"
 
 
 class AxisDocument(OfAxis, Physical):
-    """A document of quantities that is of one axis."""
+    """A document of quantities of an axis."""
 
     @model_validator(mode="after")
     def _units_fit(self) -> Self:

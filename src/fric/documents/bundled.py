@@ -1,4 +1,4 @@
-"""What comes with fric: machines, schemes and mappings that have a name, from a checkout or an installed wheel."""
+"""Files that come with fric: machines, schemes and mappings by name, from a checkout or an installed wheel."""
 
 import re
 from functools import cache
@@ -14,7 +14,7 @@ RIG = "rig"
 
 
 def folder(name: str) -> Path:
-    """Return a folder of what comes with fric: ``configs``, ``data`` or ``docs``."""
+    """Return a folder that comes with fric: ``configs``, ``data`` or ``docs``."""
     package = Path(fric.__file__).parent
     return next((place / name for place in (package, package.parents[1]) if (place / name).is_dir()), package / name)
 
@@ -28,9 +28,9 @@ def bundled(kind: str) -> dict[str, Path]:
 
 
 def located(path: Path, kind: str) -> Path:
-    """Return a path, or the bundled document whose name was given where there is no such file; a folder is none.
+    """Return a path, or the bundled document of that name if there is no such file; a folder does not count.
 
-    Raises FricError: When there is neither: with a name that is near.
+    Raises FricError: When there is neither; the message has a similar name.
     """
     known = bundled(kind)
     if str(path) in known and not path.is_file():
@@ -55,7 +55,7 @@ def example(name: str) -> dict[str, bytes]:
     Raises
     ------
     FricError
-        When there is no such example, with a name that is near.
+        When there is no such example; the message has a similar name.
     """
     if name not in examples():
         hint = f"{near(name, examples())}There are {', '.join(examples())}."

@@ -38,7 +38,7 @@ class GlitchPart(Written):
 
 
 class PredictedGlitch(GlitchPart):
-    """What a machine file predicts for a quadrant."""
+    """Prediction of a machine file for a quadrant."""
 
     ci95: list[Known] | None  # type: ignore[assignment]  # without what was identified there is none
     agrees: bool
@@ -54,7 +54,7 @@ class PitchPart(Written):
 
 
 def _per_axis(what: str) -> Callable[[Any], Any]:
-    """Return what reads a part of the geometry, by axis."""
+    """Return a reader of a part of the geometry, by axis."""
     return lambda made: {name: made.found.geometry[f"{what}.{name}"] for name in made.found.test.names}
 
 
@@ -93,7 +93,7 @@ def _predicted(made: Any) -> Any:
 
 
 class DiagnosisDocument(Document):
-    """A measured circle, taken apart."""
+    """A measured circle, by causes."""
 
     type: ClassVar[str] = "diagnosis"
 
@@ -130,7 +130,7 @@ class ResidualPart(Written):
 
 
 class TunedAxisPart(Written):
-    """What circles gave an axis."""
+    """Results of circles for an axis."""
 
     parameters: dict[str, Quantity]
     residual: ResidualPart = of(lambda axis: axis)
@@ -139,7 +139,7 @@ class TunedAxisPart(Written):
 
 
 class NextCircle(Written):
-    """What the next circle should show."""
+    """Prediction of the next circle."""
 
     glitch: float = Field(description="[m]")
     ci95: list[Known]
@@ -170,17 +170,15 @@ class LearnedCircle(Document):
     radius: float = of("circle.radius", "[m]")
     feed: float = of("circle.feed", "[m/s]")
     direction: Literal[1, -1] = of("circle.direction", "1 counter-clockwise")
-    share: float = of("how.share", "of a round that is taken over")
-    bandwidth: float = of("how.bandwidth", "up to what frequency [Hz]")
+    share: float = of("how.share", "share of a round's correction that is learned")
+    bandwidth: float = of("how.bandwidth", "highest learned frequency [Hz]")
 
 
 class RoundPart(Written):
     """One round."""
 
     glitch: float = of(lambda item: item.run.chance().median, "median over places between two counts [m]")
-    ci95: list[float] = of(
-        lambda item: [item.run.chance().low, item.run.chance().high], "between what 95 % of runs lie [m]"
-    )
+    ci95: list[float] = of(lambda item: [item.run.chance().low, item.run.chance().high], "range of 95 % of runs [m]")
     quadrants: list[float] = of(
         lambda item: [glitch.median for glitch in item.run.glitches],
         "at +x, +y, -x, -y, outwards positive, medians [m]",
@@ -188,7 +186,7 @@ class RoundPart(Written):
 
 
 class CarriedPart(Written):
-    """Result of another circle with what was learned of this circle."""
+    """Result of another circle with the voltage learned on this circle."""
 
     radius: float = of(lambda item: item[0], "[m]")
     feed: float = of(lambda item: item[1], "[m/s]")
@@ -205,14 +203,14 @@ class LearningDocument(LearnedCircle):
 
 
 class LearnedAxis(Written):
-    """What is fed forward on one axis."""
+    """Feedforward of an axis."""
 
     largest: float = of(lambda voltage: float(abs(voltage).max()), "[V]")
     samples: int = of(len)
 
 
 class LearnedFeedforwardDocument(LearnedCircle):
-    """What is fed forward in the next round of a measured circle."""
+    """Feedforward for the next round of a measured circle."""
 
     type: ClassVar[str] = "learned-feedforward"
 
@@ -232,12 +230,9 @@ def write_tuned(
 
     An axis that was not improved stays as it was.
 
-    found: What was tuned.
-    machine: The machine file that it was tuned from.
-    folder: Where to write.
+    found: The result of tuning. machine: The machine file that was tuned. folder: Folder to write.
     force: Replace files that exist.
-    done: Is called for each file that is there.
-    Raises FricError: When a file exists, or cannot be written.
+    done: Is called for each file that is there. Raises FricError: When a file exists, or cannot be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -268,7 +263,7 @@ def write_tuned(
 
 
 def _feedforward(name: str, axis: TunedAxis) -> dict[str, Any]:
-    """Return what is fed forward of a tuned axis: its friction, or a share of it."""
+    """Return the feedforward of a tuned axis: its friction, or a share of it."""
     gain = axis.axis.nominal_friction.gain
     share = {} if gain == 1.0 else {"gain": {"value": gain, "unit": "1"}}
     return {"lead": "auto", "friction": f"{name}.yaml", **share}

@@ -16,7 +16,7 @@ from fric.units import si_unit
 
 
 class ScoredRecord(Part):
-    """Residuals of one record, over the samples that were scored."""
+    """Residuals of a record over the scored samples."""
 
     rms: float
     rms_near_reversals: Known
@@ -24,7 +24,7 @@ class ScoredRecord(Part):
 
 
 class Plain(Written):
-    """What is left without a dynamic model, of the same samples."""
+    """Residuals of the same samples without a dynamic model."""
 
     rms: float
     rms_near_reversals: Known = of("rms_near")
@@ -32,7 +32,7 @@ class Plain(Written):
 
 
 class ScorePart(Written):
-    """How one model predicts samples that it was not fitted to."""
+    """Errors of a model at held-out samples."""
 
     rms: float
     rms_near_reversals: Known = of("rms_near")
@@ -48,7 +48,7 @@ class ScorePart(Written):
 
 
 class Lead(Written):
-    """Lead of the best model over another; no error where it is not known."""
+    """Lead of the best model over another; without an error if that is not known."""
 
     lead: float = of(itemgetter(0))
     error: Known = of(itemgetter(1))
@@ -83,7 +83,7 @@ def _presliding(found: Any) -> dict[str, Estimate]:
 
 
 class ComparisonDocument(Document):
-    """Friction models on samples that none of them was fitted to, as `--json` prints them."""
+    """Friction models on held-out samples, as `--json` prints them."""
 
     type: ClassVar[str] = "comparison"
 
@@ -103,7 +103,7 @@ class HalvedPart(PartOf[Halved]):
 
 
 class HalvesDocument(Document):
-    """How far halves of the records are apart, each identified alone."""
+    """Differences between halves of the records, each identified separately."""
 
     type: ClassVar[str] = "halves"
 
@@ -129,7 +129,7 @@ def _signals(one: Any) -> dict[str, Any]:
 
 
 class ValidatedRecord(Written):
-    """One record, replayed in one loop."""
+    """A record, replayed in a loop."""
 
     record: str = of("log.name")
     loop: str

@@ -21,10 +21,10 @@ def _by_scheme(made: Any) -> dict[str, Any]:
 
 
 class ChancePart(Written):
-    """Range of 95 % of further runs, where counts of the encoder determine the result of a run."""
+    """Range of 95 % of further runs, if encoder counts determine the result of a run."""
 
     places: int = of(
-        lambda run: len(run.places), "places between two counts at which it was run; every figure is their median"
+        lambda run: len(run.places), "places between two counts at which it was run; all values are medians over these"
     )
     glitch: list[float] = of(lambda run: [run.chance().low, run.chance().high], "[m]")
     reversals: list[list[float]] = of(
@@ -50,24 +50,24 @@ class CircleScheme(ContourScheme):
     )
     radial_rms: float = of(lambda run: run.chance("rms").median, "[m]")
     radial_range: float = of(lambda run: run.chance("range").median, "largest less smallest radial error [m]")
-    chance: Chanced = Field(None, description="null where one run tells it")
+    chance: Chanced = Field(None, description="null where a single run determines it")
     warnings: list[str] = Field(default_factory=list)
 
 
 class SchemeSpread(Written):
-    """How the glitch of one scheme is distributed over machines; null where it ran on none."""
+    """Distribution of the glitch of a scheme over machines; null where it ran on none."""
 
     median: Known = of(lambda item: item.quantiles["median"], "[m]")
     p05: Known = of(lambda item: item.quantiles["p05"])
     p95: Known = of(lambda item: item.quantiles["p95"])
     ci95: list[Known] = of(lambda item: [item.quantiles["low"], item.quantiles["high"]])
-    best: float = Field(description="share of the machines on which no other scheme leaves less")
+    best: float = Field(description="share of the machines on which no other scheme is better")
     failed: int = Field(description="machines on which it could not run")
     saturated: int
 
 
 class SpreadFactor(Written):
-    """What was spread, and how widely."""
+    """A spread parameter and its range."""
 
     distribution: Distribution
     factor: list[float] = of(lambda item: [item.low, item.high])
@@ -79,10 +79,10 @@ class MonteCarloPart(Written):
     machines: int = of(len)
     asked: int
     seed: int = of("study.seed")
-    accuracy: float = of("study.accuracy", "by how much the integration may move a glitch [m]")
+    accuracy: float = of("study.accuracy", "largest error of a glitch by the integration [m]")
     from_intervals: dict[str, list[str]] = of(
         lambda many: {name: sorted(interval) for name, interval in many.study.intervals.items()},
-        "by axis, what was drawn from what was identified",
+        "parameters drawn from identified intervals, by axis",
     )
     spreads: dict[str, SpreadFactor] = of("study.spreads")
     schemes: dict[str, SchemeSpread] = of(lambda many: many.distributions())
@@ -90,7 +90,7 @@ class MonteCarloPart(Written):
 
 
 class VerdictPart(Written):
-    """What to switch on, how far that may be trusted, and what to type next; lengths in m."""
+    """The scheme to switch on, whether to trust that, and the next commands; lengths in m."""
 
     scheme: str | None = of(lambda item: item.choice and item.choice.scheme.name, "null where none is recommended")
     glitch: float | None = of(
@@ -98,25 +98,25 @@ class VerdictPart(Written):
     )
     ci95: list[float] | None = of(lambda item: item.choice and item.choice.interval)
     stays_under: float | None = of(
-        lambda item: item.choice and item.choice.stays_under, "what 95 % of the machines that were drawn stay under"
+        lambda item: item.choice and item.choice.stays_under, "bound of the glitch on 95 % of the drawn machines"
     )
     trusted: bool
-    passes: bool | None = Field(description="whether the tolerance is kept; null where none was asked, or not decided")
+    passes: bool | None = Field(description="whether the tolerance is kept; null if none was given, or not decided")
     result: Literal["", "pass", "fail", "not decided"] = of(
-        lambda item: item.result[0], "empty where no tolerance was asked"
+        lambda item: item.result[0], "empty if no tolerance was given"
     )
     headline: str
     why: list[str] = Field(description="why it is not to be trusted yet")
-    settled: list[str] = Field(description="what the files warn of, and the measured circle settles")
+    settled: list[str] = Field(description="warnings of the files that the measured circle settles")
     effort: list[str]
-    next: list[str] = Field(description="what to type next")
+    next: list[str] = Field(description="next commands")
 
 
 class PredictedScheme(PartOf[Predicted]):
     """Prediction of one scheme on machines drawn from the uncertainty of the identified machine."""
 
     glitch: Known = Field(description="median [m]")
-    under: Known = Field(description="what 95 % of the machines stay under [m]")
+    under: Known = Field(description="bound of the glitch on 95 % of the machines [m]")
     trusted: bool
     why: list[CodedWarning] = Field(description="why it must not be trusted")
 
@@ -133,7 +133,7 @@ def prediction_tree(found: Prediction) -> dict[str, Any]:
 
 
 def prediction_of(tree: Mapping[str, Any]) -> Prediction:
-    """Return the prediction of such values."""
+    """Return the prediction from plain values."""
     found: Prediction = again(Prediction, tree)
     schemes = {
         name: replace(scheme, distrust=tuple(why for why in scheme.why if why not in found.distrust))
@@ -157,12 +157,12 @@ class CircleResultDocument(Document, ReproducedFeed):
     type: ClassVar[str] = "circle-result"
 
     monte_carlo: MonteCarloPart | None = of("many", default=None, may_lack=True)
-    verdict: VerdictPart | None = Field(None, description="what to switch on, by this circle alone")
+    verdict: VerdictPart | None = Field(None, description="the scheme to switch on, by this circle alone")
     prediction: PredictionPart | None = of("prediction", default=None, may_lack=True)
 
 
 class ReproductionDocument(Document):
-    """What a reproduction of the paper left: the page, and what each scheme leaves."""
+    """Result of a reproduction of the paper: the page, and the glitches of each scheme."""
 
     type: ClassVar[str] = "reproduction"
 
@@ -196,7 +196,7 @@ class PathScheme(ContourScheme):
     reversals: list[PathReversal] = of(_reversals)
     contour_rms: float = of(lambda run: run.chance("rms").median)
     contour_range: float = of(lambda run: run.chance("range").median)
-    chance: Chanced = Field(None, description="null where one run tells it")
+    chance: Chanced = Field(None, description="null where a single run determines it")
     warnings: list[str] = Field(default_factory=list)
 
 
@@ -216,8 +216,8 @@ class MappedScheme(Written):
     """Result of one scheme on every circle."""
 
     title: str
-    glitch: Rows = Field(description="a row a radius, a column a feed [m]; null where it could not run")
-    failures: list[str] = Field(default_factory=list, description="why it could not")
+    glitch: Rows = Field(description="a row for each radius, a column for each feed [m]; null where it could not run")
+    failures: list[str] = Field(default_factory=list, description="the reason where it could not run")
 
 
 class MapDifference(Written):
@@ -225,7 +225,7 @@ class MapDifference(Written):
 
     scheme: str
     against: str
-    less: Rows = Field(description="a row a radius, a column a feed [m]; negative where it leaves more")
+    less: Rows = Field(description="a row for each radius, a column for each feed [m]; negative where it is worse")
 
 
 def _mapped(found: Any) -> dict[str, Any]:
@@ -253,11 +253,11 @@ class CircleMapDocument(Document):
     radii: list[float] = of("grid.radii", "[m]")
     schemes: dict[str, MappedScheme] = of(_mapped)
     differences: Annotated[dict[str, MapDifference], Of(_differences)] = Field(
-        default_factory=dict, description="what blocks gain on a static map, and an observer on a feedforward"
+        default_factory=dict, description="advantage of blocks over a static map, and of an observer over a feedforward"
     )
 
     def describe(self) -> list[str]:
-        """Return where and how much each pair of schemes differs, a sentence a pair."""
+        """Return where and how much each pair of schemes differs, a sentence for each pair."""
         return [
             self._described(name, np.array(difference.less, float)) for name, difference in self.differences.items()
         ]
@@ -279,7 +279,7 @@ class CircleMapDocument(Document):
 
 
 class StepsPart(Part):
-    """Which steps were done for an axis, and which record is missing for others."""
+    """The steps done for an axis, and the records missing for others."""
 
     done: list[str]
     missing: list[str]

@@ -1,4 +1,4 @@
-"""The files of what runs in a controller: ``fric: controller/1``, ``observer/1`` and ``block/1``."""
+"""Files of control blocks: ``fric: controller/1``, ``observer/1`` and ``block/1``."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class ControllerPart(FilePart[Cascade]):
 
 
 class MarginsPart(Part):
-    """Margins of one loop; what is infinite is left out."""
+    """Margins of a loop, without infinite values."""
 
     phase_margin: Quantity | None = None
     gain_margin: Quantity | None = None
-    gain_reduction: Quantity | None = Field(None, description="by how much the gain may fall")
+    gain_reduction: Quantity | None = Field(None, description="largest admissible reduction of the gain")
     peak_sensitivity: Quantity | None = None
     crossover: Quantity | None = None
     phase_crossover: Quantity | None = None
@@ -73,7 +73,7 @@ class ObserverPart(Physical):
 
 
 class LimitPart(Part):
-    """How far Q may reach by one rule; without a cutoff where that rule allows no Q at all."""
+    """Limit of Q by a rule; without a cutoff if that rule allows no Q."""
 
     cutoff: Quantity | None = None
     bandwidth: Quantity | None = None
@@ -138,7 +138,7 @@ class BlockDocument(OfAxis):
 
     block: str = Field(description="the control block: what it is called in a scheme")
     parameters: dict[str, Quantity] = Field(
-        default_factory=dict, description="its parameters; what is left out is as the block is designed"
+        default_factory=dict, description="its parameters; by default as the block is designed"
     )
     reason: str = Field("", description="why the parameters are as they are")
     controller: ControllerPart | None = Field(None, description="the cascade that it was designed together with")

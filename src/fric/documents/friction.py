@@ -30,19 +30,19 @@ if TYPE_CHECKING:
 
 
 class PreparedPart(FilePart[Preparation]):
-    """What was made of a record before a model was replayed along it."""
+    """Preparation of a record for the replay of a model."""
 
     own: list[str] = Field(default_factory=list, description="terms of the record that are fitted beside the model")
 
 
 class FitRecord(Part):
-    """One record that a model was fitted to."""
+    """A record that a model was fitted to."""
 
     record: str
     kind: str | None = None
     rmse: Quantity | None = Field(None, description="measured less replayed force")
     energy: Quantity | None = Field(None, description="energy lost per cycle")
-    rmse_held_out: Quantity | None = Field(None, description="the same over the cycles that the fit did not see")
+    rmse_held_out: Quantity | None = Field(None, description="the same over held-out cycles")
     inertia_share: float | None = Field(None, description="size of the inertia relative to the logged force")
     damping_share: float | None = Field(None, description="size of the drive's damping relative to the logged force")
     prepared: PreparedPart | None = None
@@ -52,12 +52,12 @@ class FitRecord(Part):
 
 
 class Fit(Part):
-    """How well a model fits, what it was fitted to, and how the records were prepared."""
+    """Quality of a fit, its records, and their preparation."""
 
     method: str = ""
-    plant: PlantPart | None = Field(None, description="the plant whose part was taken off the logged force")
+    plant: PlantPart | None = Field(None, description="the plant whose part was subtracted from the logged force")
     taken_off: list[Literal["damping", "inertia"]] | None = Field(
-        None, description="what of the plant was taken off the logged force; empty where nothing was"
+        None, description="parts of the plant subtracted from the logged force; may be empty"
     )
     rmse: Quantity | None = None
     r2: float | None = Field(None, description="share of the force's variance that is explained")
@@ -71,9 +71,9 @@ class Fit(Part):
     negative: Fit | None = Field(None, description="the same of the negative direction's own map")
     alpha_sum: Quantity | None = Field(None, description="sum of alpha before it was normalised")
     virgin_curve_rmse: Quantity | None = None
-    blocks: str | None = Field(None, description="why there are as many slip blocks as there are")
+    blocks: str | None = Field(None, description="reason for the number of slip blocks")
     records: list[FitRecord] | None = None
-    covariance: CovarianceBlock | None = Field(None, description="how the parameters err together")
+    covariance: CovarianceBlock | None = Field(None, description="covariance of the parameters")
 
     @model_validator(mode="before")
     @classmethod
@@ -101,9 +101,7 @@ class FrictionDocument(OfAxis):
 
     static: dict[str, Quantity] | None = Field(None, description="F_c, F_s, v_s, delta, sigma, offset of eq. (2)")
     static_negative: dict[str, Quantity] | None = Field(None, description="the negative direction's own values")
-    at_speed: dict[str, Quantity] | None = Field(
-        None, description="velocity and force where one speed alone was logged"
-    )
+    at_speed: dict[str, Quantity] | None = Field(None, description="velocity and force if only one speed was logged")
     fit: Fit | None = Field(None, description="how well the static map fits")
 
     @model_validator(mode="before")
@@ -145,7 +143,7 @@ class FrictionDocument(OfAxis):
         return schema | {"additionalProperties": False}
 
     def section(self, name: str) -> dict[str, Quantity]:
-        """Return the parameters of one section (``static``, ``gms``, …) as the file gives them; empty without it."""
+        """Return the parameters of a section (``static``, ``gms``, …) as in the file; empty without it."""
         return getattr(self, name, None) or {}
 
     def estimates(self, section: str) -> dict[str, Estimate]:
@@ -178,7 +176,7 @@ class FrictionDocument(OfAxis):
         return present + self.model_names()
 
     def friction(self, name: str) -> FrictionModel:
-        """Return one friction model of this file (``static``, ``gms``, …), with a map a direction where it has them.
+        """Return a friction model of this file (``static``, ``gms``, …), with a map for each direction if it has them.
 
         Raises FricError: When there is no such model, or the file lacks its parameters.
         """
@@ -203,12 +201,12 @@ class FrictionDocument(OfAxis):
             raise FricError(f"static: {error}") from None
 
     def found_with(self, model: str | None, record: str) -> tuple[FrictionModel, float]:
-        """Return a model, the only model where none is named, and the offset [N] that it was identified with.
+        """Return a model, by default the only one, and the offset [N] that it was identified with.
 
-        That of the record itself, where the model was fitted to it by replay; else the mean of the records that it was
-        fitted to, for the load is the axis'; else that of the static map.
+        It is the offset of the record itself if the model was fitted to it by replay; else the mean of the fitted
+        records, since the load belongs to the axis; else that of the static map.
 
-        Raises FricError: When the file holds several models and none is named, or does not hold the one named.
+        Raises FricError: When the file holds several models and none is named, or not the named one.
         """
         found = self.model_names()
         if model is None:
@@ -224,7 +222,7 @@ class FrictionDocument(OfAxis):
         return friction, found_in.get(record, of_axis)
 
     def load(self) -> float:
-        """Return the constant force [N] that was found beside the static map; 0 where none was."""
+        """Return the constant force [N] identified with the static map; 0 without any."""
         static = self.estimates("static") if self.static else {}
         return float(static["offset"]) if "offset" in static else 0.0
 
@@ -255,7 +253,7 @@ def static_tree(fit: StaticFit, logs: Sequence[Record]) -> dict[str, Any]:
 
 
 def _used(plant: Plant | None, motion: Motion, *taken: str) -> dict[str, Any]:
-    """Return the data of a fit about the plant that it used."""
+    """Return the data on the plant that a fit used."""
     return {"taken_off": []} if plant is None else {"plant": plant_part(plant, motion), "taken_off": taken}
 
 
@@ -307,7 +305,7 @@ def _built_upon(
 
 
 def _plateau(fit: GMSFit) -> dict[str, Estimate]:
-    """Return the static map that is used where none was given: F_c = F_s, and nothing viscous."""
+    """Return the default static map: F_c = F_s, without viscous friction."""
     units = {p.name: si_unit(p.dimension, fit.motion) for p in StaticMap.parameters}
     limits = fit.alpha_sum.ci95
     level = fit.static.F_s

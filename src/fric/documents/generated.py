@@ -1,6 +1,6 @@
-"""Parts of documents made from the dataclasses that they hold: their fields, units and meaning are said once, there.
+"""Parts of documents made from dataclasses, which define fields, units and meaning.
 
-``PartOf[Channel]`` is the pydantic model ``ChannelPart`` of what fric only writes, described by the docstring;
+``PartOf[Channel]`` is the pydantic model ``ChannelPart`` of a part that fric only writes, described by the docstring;
 ``FilePart[Cascade]`` is that of what fric also reads: a number is a quantity with a unit, of the dimension given with
 the field (``Annotated[float, "force"]``).
 """
@@ -28,7 +28,7 @@ from fric.units import Motion
 T = TypeVar("T")
 
 HELD: dict[Any, Any] = {Estimate: Quantity, Covariance: CovarianceBlock, Notice: CodedWarning, Path: str}
-"""What documents hold in place of a type that is not a dataclass of plain numbers."""
+"""Types in documents for types that are not dataclasses of plain numbers."""
 
 
 class PartOf(Physical, Generic[T]):
@@ -72,11 +72,11 @@ class PartOf(Physical, Generic[T]):
 
 
 class FilePart(PartOf[T]):
-    """A part that is read: each number that has a dimension is a quantity, and what has a value may be left out."""
+    """A part that is read: each number with a dimension is a quantity, and fields with a default may be left out."""
 
     @classmethod
     def entry(cls, field: Field[Any], kind: Any, text: str | None) -> dict[str, tuple[Any, Any]]:
-        """Return the key of a field, which may be left out where the dataclass has a value for it."""
+        """Return the key of a field, which may be left out if the dataclass has a default."""
         may_lack = field.default is not MISSING or field.default_factory is not MISSING
         within: list[Any] = [one for one in (kind, *get_args(kind)) if is_dataclass(one)]
         text = text and text.partition(" [")[0]  # a quantity says its unit
@@ -92,7 +92,7 @@ class FilePart(PartOf[T]):
         return {field.name: (Annotated[asked, *kind.__metadata__], pydantic.Field(given, description=text))}
 
     def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
-        """Return its numbers, with those of every part within; raise ValueError with what to do."""
+        """Return its numbers, with those of nested parts; raise ValueError with a remedy."""
         for name, item in self:
             for n, part in enumerate(item if isinstance(item, list) else [item]):
                 if isinstance(part, FilePart):
@@ -158,7 +158,7 @@ def described_fields(kind: type[Any]) -> tuple[str, dict[str, str]]:
 
 
 def again(kind: Any, given: Any) -> Any:
-    """Return what a dataclass, or a type within it, was before a `PartOf` made plain values of it; null is infinite."""
+    """Return a dataclass, or a type within it, from the plain values that `PartOf` made of it; null is infinite."""
     inner = get_args(kind)
     if is_dataclass(kind):
         types = get_type_hints(kind)

@@ -1,4 +1,4 @@
-"""The uncertainty of a machine: the intervals of what was identified, and errors beyond them, from its files."""
+"""The uncertainty of a machine from its files: intervals of identified parameters, and errors beyond them."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,13 +21,13 @@ from fric.simulate.spread import Intervals, Spread, closed_intervals, friction_i
 from fric.verb import verb
 
 CROSSED = 50.0
-"""Frequency at which a misfit of the response is taken for a phase error [Hz]: about that of a feed drive's loop."""
+"""Frequency at which a misfit of the response counts as a phase error [Hz]: about that of a feed drive's loop."""
 OPEN = 2.0
-"""Factor to either side within which a parameter lies whose interval is open, or does not hold its estimate."""
+"""Factor to either side that bounds a parameter whose interval is open, or does not contain its estimate."""
 AT_LEAST = 1e-3
 """Errors below this share are neglected."""
 FORM: Mapping[str, float] = {"k": 0.1, "alpha": 0.05, "C": 0.2, "v_s": 0.1, "T_d": 0.05, "B": 0.01}
-"""Least difference of a real axis from a model of a few blocks and one mass, for any intervals."""
+"""Least difference of a real axis from a model of a few blocks and a single mass."""
 
 
 def discrepancies(
@@ -119,7 +119,7 @@ NO_INTERVAL = "no parameter has a 95 % interval"
 
 @dataclass(frozen=True)
 class IdentifiedMachine:
-    """A machine as it was identified."""
+    """An identified machine."""
 
     machine: Machine  # The machine, true to the estimates
     # By axis and parameter, the 95 % intervals that include their estimate and are closed
@@ -149,8 +149,8 @@ def read_identified(
     """Read a machine file with the intervals of what was identified of it.
 
     What is identified of an axis is what its controller believes: the friction file given in ``nominal_files``, or that
-    of its feedforward, and the nominal plant; what these do not hold, and an axis without them, is as in the machine
-    file. Flaws of the machine file are never taken for known; a second mass is, where the response shows it.
+    of its feedforward, and the nominal plant; other values, and axes without these files, are as in the machine file.
+    Flaws in the machine file are not used; a second mass is, if the response shows it.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def read_identified(
 
 
 def machine_to_predict(path: Path) -> tuple[Machine, IdentifiedMachine | None]:
-    """Read a machine file as what is known of the machine: as identified, where it has intervals.
+    """Read a machine file as an identified machine, if it has intervals.
 
     Raises FricError: As `read_machine`.
     """

@@ -9,17 +9,17 @@ from fric.records.inspection import Inspection, ResponseInspection, TableInspect
 
 
 class InspectedLog(PartOf[Inspection]):
-    """What a record in time holds."""
+    """Content of a record in time."""
 
     encoder_step: float | None
 
 
 class InspectedResponse(PartOf[ResponseInspection]):
-    """What a measured frequency response holds."""
+    """Content of a measured frequency response."""
 
 
 class InspectedTable(PartOf[TableInspection]):
-    """What a table of mean forces at velocities holds."""
+    """Content of a table of mean forces at velocities."""
 
 
 class InspectionDocument(Document):

@@ -1,4 +1,4 @@
-"""What there is and what was made, as `--json` prints it: formats, an example, an export, a report, a fleet."""
+"""Listings and outputs, as `--json` prints them: formats, an example, an export, a report, a fleet."""
 
 from math import inf
 from operator import itemgetter
@@ -17,9 +17,9 @@ class FormatPart(Written):
     name: str = of(itemgetter(0))
     endings: list[str] = of(itemgetter(1))
     library: str | None = of(lambda row: row[2] or None)
-    version: str | None = of(lambda row: row[3] or None, "null where it lacks, or none is needed")
+    version: str | None = of(lambda row: row[3] or None, "null if missing, or if none is needed")
     installed: bool = of(lambda row: row[3] is not None)
-    extra: str | None = of(lambda row: row[4] or None, "which installs the library")
+    extra: str | None = of(lambda row: row[4] or None, "the extra that installs the library")
 
 
 class FormatsDocument(Document):
@@ -56,14 +56,14 @@ class ExportedBlock(Part):
 
 
 class TrustPart(Part):
-    """Whether the verdict on the scheme trusts it."""
+    """Whether the verdict trusts the scheme."""
 
     trusted: bool
     why: list[CodedWarning] = Field(description="why not")
 
 
 class TrialPart(Written):
-    """A circle in LinuxCNC beside its simulation."""
+    """A circle in LinuxCNC and its simulation."""
 
     scheme: str = of("scheme.name")
     velocity: float = of("feed", "feed [m/s]")
@@ -75,7 +75,7 @@ class TrialPart(Written):
 
 
 class ExportDocument(Document):
-    """What was exported, from what, and what is doubtful of it."""
+    """An export, its sources, and doubts about it."""
 
     type: ClassVar[str] = "export"
 
@@ -90,13 +90,13 @@ class ExportDocument(Document):
     friction: dict[str, Any] = Field(description="name of the model, and its parameters by section")
     blocks: list[ExportedBlock]
     files: dict[str, str] = Field(description="SHA-256 of each file")
-    sources: list[dict[str, str]] = Field(description="files it was made from, each with its SHA-256")
+    sources: list[dict[str, str]] = Field(description="source files, each with its SHA-256")
     verdict: TrustPart | None = None
     trial: list[TrialPart] | None = None
 
 
 class AdvicePart(Part):
-    """What a contour test advises."""
+    """Advice from a contour test."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
 
@@ -106,7 +106,7 @@ class AdvicePart(Part):
 
 
 class ChangePart(Part):
-    """One number at two dates, in SI."""
+    """A number at two dates, in SI."""
 
     name: str
     unit: str
@@ -116,7 +116,7 @@ class ChangePart(Part):
 
 
 class DriftPart(Part):
-    """What changed between two files on the same subject."""
+    """Changes between two files on the same subject."""
 
     of: str
     told: str
@@ -124,7 +124,7 @@ class DriftPart(Part):
 
 
 class ReportDocument(Document):
-    """The content of a report in a few words."""
+    """Summary of a report."""
 
     type: ClassVar[str] = "report"
 
@@ -141,7 +141,7 @@ class FleetUnit(Written):
     date: str = of("unit.date")
     axes: dict[str, dict[str, list[str]]] = of(
         lambda item: {name: {"done": axis.done, "missing": axis.missing} for name, axis in item.axes.items()},
-        "by axis, which steps were done and what is missing",
+        "steps done and records missing, by axis",
     )
     notes: list[str] = of("description", "what was guessed, left out, or could not be read")
 
@@ -161,12 +161,12 @@ class FleetChange(Written):
         lambda item: item.change.difference_ci95 or (inf, inf), "95 % interval of the difference, of this number alone"
     )
     p: float = Field(description="probability of such a difference where nothing changed")
-    adjusted: float = Field(description="the same with all numbers of the fleet in mind (Holm)")
+    adjusted: float = Field(description="the same, adjusted for all numbers of the fleet (Holm)")
     changed: bool
 
 
 class FleetDocument(Document):
-    """A fleet: what was done, and what changed."""
+    """A fleet: steps done, and changes."""
 
     type: ClassVar[str] = "fleet"
 

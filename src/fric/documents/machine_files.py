@@ -60,7 +60,7 @@ class EncoderPart(Physical):
 
 
 class NoisePart(Physical):
-    """Noise of what is logged."""
+    """Noise of the logged channels."""
 
     force: Annotated[Quantity, "force"] = Field(description="root mean square of the force channel's noise")
 
@@ -73,8 +73,8 @@ class FeedforwardPart(Physical):
     )
     lead: LeadGiven = Field(
         default=None,
-        description="how far friction and inverse model are fed forward ahead of the reference, as '0.6 ms'; "
-        "auto for the delay T_d of the nominal plant; none if left out",
+        description="lead of the feedforward of friction and inverse model, as '0.6 ms'; auto for the delay T_d of "
+        "the nominal plant; none if left out",
     )
     friction: Annotated[FrictionDocument | None, _from_file(FrictionDocument)] = Field(
         default=None, description="a friction file, or its sections; the machine's own friction where left out"
@@ -99,14 +99,14 @@ class AxisPart(Part):
     feedforward: FeedforwardPart = Field(default_factory=FeedforwardPart)
     blocks: dict[str, Annotated[BlockDocument | dict[str, Quantity], _from_file(BlockDocument)]] = Field(
         default_factory=dict,
-        description="parameters of further control blocks, by their names, or a block file each; "
-        "what is left out is as the block is designed for the axis",
+        description="parameters of further control blocks by name, or a block file each; by default as the block is "
+        "designed for the axis",
     )
     second_mass: FilePart[SecondMass] | None = Field(None, description="one rigid mass where left out")
     reality: FilePart[Reality] | None = Field(None, description="flaws of logs and guideway; none where left out")
 
     def parts(self) -> dict[str, Any]:
-        """Return its parts by key; what is fed forward, too."""
+        """Return its parts by key, including the feedforward."""
         return dict(self) | {f"feedforward.{key}": part for key, part in self.feedforward}
 
 
@@ -136,14 +136,14 @@ class MachineDocument(Document):
     type: ClassVar[str] = "machine"
 
     name: str = ""
-    like: str = Field("", description="a machine file whose axes this one has, but for the keys that are given here")
+    like: str = Field("", description="a machine file with the same axes, apart from the keys given here")
     axes: dict[AxisName, AxisPart]
     published: list[PublishedPart] = Field(default_factory=list, description="glitches to compare with")
 
     @model_validator(mode="before")
     @classmethod
     def _friction_is_of_its_axis(cls, given: Any) -> Any:
-        """Fill in the head of friction that is in the machine file itself."""
+        """Fill in the head of friction within the machine file."""
         if not isinstance(given, dict) or not isinstance(given.get("axes"), dict):
             return given
 
@@ -164,7 +164,7 @@ class MachineDocument(Document):
     @model_validator(mode="before")  # pydantic takes the last of these first
     @classmethod
     def _starts_from_another(cls, given: Any, info: ValidationInfo) -> Any:
-        """Fill in what this machine does not state from the machine that it is like."""
+        """Fill in values from the machine file that this one is based on."""
         if not isinstance(given, dict) or not isinstance(given.get("like"), str):
             return given
         start = read_document((info.context or {})["folder"] / given["like"], cls)
@@ -195,14 +195,14 @@ class MachineDocument(Document):
     def machine(self) -> Machine:
         """Return the machine in SI.
 
-        Raises FricError: When a value is missing or not physical: with the axis it is of.
+        Raises FricError: When a value is missing or not physical, with its axis.
         """
         axes = {name: _axis(name, part) for name, part in self.axes.items()}
         published = tuple(part.published() for part in self.published)
         return Machine(self.name, axes, published, warnings=self.passed_on())
 
     def passed_on(self) -> tuple[Notice, ...]:
-        """Return the doubts of the files that the axes are made of, each once."""
+        """Return the doubts of the axes' files, each once."""
         parts = (part for axis in self.axes.values() for part in axis.parts().values() if isinstance(part, Document))
         text = [notice for part in parts for notice in part.passed_on()]
         return tuple(dict.fromkeys([*super().passed_on(), *text]))
@@ -257,7 +257,7 @@ def _block(axis: str, name: str, given: BlockDocument | dict[str, Quantity], mot
 
 
 def spring_of(plant: PlantPart, friction: FrictionModel, motion: Motion) -> SecondMass | None:
-    """Return the second mass that a plant file found in the response; None without, or where friction has no memory."""
+    """Return the second mass in a plant file; None without one, or if friction has no memory."""
     if not isinstance(plant, PlantDocument) or plant.second_mass is None or not friction.initial_state().size:
         return None
     seen, all_of = plant.second_mass.in_si(motion), plant.plant(motion).M
@@ -277,7 +277,7 @@ def true_friction(document: FrictionDocument) -> FrictionModel:
 
 @verb
 def read_friction(path: Path | str, model: str | None = None) -> FrictionModel:
-    """Read the friction model of a friction file, which verbs take and `Machine.with_belief` feeds forward.
+    """Read the friction model of a friction file, for verbs and for the feedforward of `Machine.with_belief`.
 
     Parameters
     ----------
@@ -394,7 +394,7 @@ NOMINAL_DOCUMENTS: dict[str, type[AxisDocument | FrictionDocument | BlockDocumen
     "friction": FrictionDocument,
     "block": BlockDocument,
 }
-"""What a controller's side of an axis can be given as a file, by document type."""
+"""Nominal parts of an axis that can be given as a file, by document type."""
 
 
 @verb
@@ -413,16 +413,15 @@ def read_machine(
     path
         The machine file.
     nominal_files
-        Friction that the controller of an axis believes; or its plant, controller, observer or block; repeatable.
-        Files that its controllers use instead of the machine's, each as ``AXIS=FILE.yaml``. What the axis truly is
-        stays as it is.
+        Nominal friction of an axis, or its plant, controller, observer or block; repeatable. Files that its controllers
+        use instead of the machine's, each as ``AXIS=FILE.yaml``. The true axis does not change.
     gain
         Gain of the friction feedforward, instead of the machine's. On all axes.
     lead
-        How far feedforward goes ahead of the reference, as "0.6 ms", or auto for the delay of the plant that is
-        believed; instead of the machine's. A number is in seconds.
+        Lead of the feedforward over the reference, as "0.6 ms", or auto for the nominal plant's delay; instead of the
+        machine's. A number is in seconds.
     friction_model
-        Model that the machine has, of those in its file; else the richest.
+        Friction model of the machine, of those in its file; by default the richest.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The mapping file, ``fric: mapping/1``: what the columns of a foreign log mean."""
+"""The mapping file, ``fric: mapping/1``: the meaning of the columns of a foreign log."""
 
 import re
 from collections.abc import Collection, Mapping
@@ -43,12 +43,12 @@ def filled(template: str, fields: Mapping[str, str], where: str) -> str:
 
 
 class Layout(Part):
-    """How a text log is written; what is left out is found from the file."""
+    """Layout of a text log; by default it is found from the file."""
 
     delimiter: str | None = Field(default=None, description='between cells: ",", ";", "\\t", "|" or "whitespace"')
     decimal: Literal[".", ","] | None = None
     encoding: str | None = Field(default=None, description="such as utf-8, latin-1, utf-16")
-    skip: int = Field(default=0, ge=0, description="lines at the top that are passed over")
+    skip: int = Field(default=0, ge=0, description="lines at the top to skip")
     header: int | Literal[False] | None = Field(
         default=None, description="line of the names, counted from 1; false: none"
     )
@@ -56,20 +56,20 @@ class Layout(Part):
         default=None, description="line of the units, counted from 1; false: none"
     )
     data_after: str | None = Field(default=None, description="the data follow the line that starts with this text")
-    comment: str | None = Field(default=None, min_length=1, max_length=1, description="begins what is no data")
+    comment: str | None = Field(default=None, min_length=1, max_length=1, description="begin of comments")
 
 
 class ColumnMapping(Part):
-    """Where a channel comes from: a column, or one value for the whole record."""
+    """Source of a channel: a column, or a value for the whole record."""
 
     column: str | int | None = Field(default=None, description="name, or index counted from 0")
-    value: str | None = Field(default=None, description='one value for the whole record, such as "{speed} mm/s"')
+    value: str | None = Field(default=None, description='a value for the whole record, such as "{speed} mm/s"')
     rate: str | None = Field(default=None, description='a time that was not logged, such as "4 kHz"')
     period: str | None = Field(default=None, description='a time that was not logged, such as "0.25 ms"')
     unit: str | None = Field(default=None, description="unit of the column; left out, that of the header")
-    scale: str | None = Field(default=None, description='what one logged unit is, such as "0.0984 mN*m"')
+    scale: str | None = Field(default=None, description='size of a logged unit, such as "0.0984 mN*m"')
     file: str | None = Field(default=None, description='of --join: files that hold it, as "*force*.csv"')
-    wraps: float | None = Field(default=None, gt=0, description="what an angle begins again after, as logged: 360")
+    wraps: float | None = Field(default=None, gt=0, description="period of an angle, as logged: 360")
     sign: Literal[1, -1] | None = Field(default=None, description="-1 where the log counts the other way")
 
     @model_validator(mode="after")
@@ -86,19 +86,19 @@ class ColumnMapping(Part):
 
 
 class FileMapping(Part):
-    """What files of one kind are: format of a foreign log, and where each channel comes from."""
+    """Files of a kind: format of a foreign log, and the source of each channel."""
 
     axis: str | None = None
     motion: Motion | None = None
     kind: Kind | Literal["circle"] | None = None
     record: str = Field(default="{stem}", description="name of the record")
-    file: str | None = Field(default=None, description='what the file name says, as "{axis}_{speed}mmps"')
+    file: str | None = Field(default=None, description='pattern of the file name, as "{axis}_{speed}mmps"')
     format: Layout = Layout()
     columns: dict[str, ColumnMapping] = Field(default_factory=dict)
     files: str | list[str] | None = Field(default=None, description='of a part: names of its files, as "*.csv"')
 
     def fits(self, path: Path, names: Collection[str]) -> bool:
-        """Return whether the mapping is of a file: by the patterns of names, and by its columns, if any."""
+        """Return whether the mapping fits a file: by the patterns of names, and by its columns, if any."""
         wanted = {column.column for column in self.columns.values() if isinstance(column.column, str)}
         patterns = ["*"] if self.files is None else [self.files] if isinstance(self.files, str) else self.files
         return any(fnmatch(path.name, pattern) for pattern in patterns) and wanted <= set(names)
@@ -170,11 +170,11 @@ class FileMapping(Part):
 
 
 class MappingDocument(Document, FileMapping):
-    """A mapping of foreign logs: of one axis; or in parts, one for each axis or each kind of files."""
+    """A mapping of foreign logs: of an axis; or in parts, for each axis or each kind of files."""
 
     type: ClassVar[str] = "mapping"
 
-    parts: list[FileMapping] = Field(default_factory=list, description="a mapping each, in place of columns")
+    parts: list[FileMapping] = Field(default_factory=list, description="mappings, in place of columns")
 
     @model_validator(mode="after")
     def _columns_or_parts(self) -> Self:
@@ -183,10 +183,10 @@ class MappingDocument(Document, FileMapping):
         return self
 
     def of(self, path: Path, names: Collection[str], axis: str | None = None) -> FileMapping | None:
-        """Return the mapping of a file that has columns of these names; None where none is.
+        """Return the mapping of a file with columns of these names; None without one.
 
         names: Names of its columns.
-        axis: The requested axis; where no part is of it, the parts of all.
+        axis: The requested axis; if it has no part, the parts of all axes.
         """
         return next(iter(self.all_of(path, names, axis)), None)
 

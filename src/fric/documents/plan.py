@@ -1,4 +1,4 @@
-"""A plan, ``fric: plan/1``: the records to take of an axis, and the intervals to be expected from them."""
+"""A plan, ``fric: plan/1``: the records to take of an axis, and the expected intervals."""
 
 from collections.abc import Iterable
 from typing import Any, ClassVar, Self
@@ -50,7 +50,7 @@ class ExperimentPart(Part):
 class ExpectedPart(Part):
     """Expected interval of one parameter."""
 
-    value: float = Field(description="as it is identified in the middle of several runs, in SI")
+    value: float = Field(description="median of the identified values over several runs, in SI")
     half_width: Known = Field(description="half the 95 % interval; null where the records set no limit")
     unit: str
     between: tuple[Known, Known] | None = Field(
@@ -70,22 +70,22 @@ class NarrowingPart(Part):
     scheme: str
     radius: Quantity = of("test.radius", unit="m")
     feed: Quantity = of("test.feed", unit="m/s")
-    half_width: Quantity = of("half_width", "half the 95 % interval of the predicted glitch as it is", unit="m")
+    half_width: Quantity = of("half_width", "half the 95 % interval of the predicted glitch at present", unit="m")
     shares: dict[str, float] = Field(description="share of its variance due to each parameter")
     records: list[CandidatePart]
 
 
 class PlanDocument(OfAxis):
-    """Records to take of an axis, and the intervals to be expected from them."""
+    """Records to take of an axis, and the expected intervals."""
 
     type: ClassVar[str] = "plan"
 
     limits: FilePart[Limits]
-    prior: str = Field("", description="what the axis was taken to be")
+    prior: str = Field("", description="the assumed axis")
     experiments: list[ExperimentPart]
     expected: dict[str, ExpectedPart] = Field(default_factory=dict, description="by parameter; k_2 is of block 2")
-    blocks: int | None = Field(None, description="slip blocks that the records tell: identify gms --blocks")
-    narrowing: NarrowingPart | None = Field(None, description="after a first result: what one more record would do")
+    blocks: int | None = Field(None, description="slip blocks that the records determine: identify gms --blocks")
+    narrowing: NarrowingPart | None = Field(None, description="after a first result: effect of a further record")
 
     @model_validator(mode="after")
     def _settings_fit(self) -> Self:

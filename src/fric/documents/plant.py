@@ -40,10 +40,10 @@ class PlantPart(Physical):
         None, description="force constant [N/V]; left out where no force was logged"
     )
     force_lag: Annotated[Quantity | None, "time"] = Field(
-        None, description="by how much the force is logged later than the voltage, at low frequency [s]"
+        None, description="lag of the logged force behind the voltage, at low frequency [s]"
     )
     force_filter: Annotated[Quantity | None, "frequency"] = Field(
-        None, description="corner of the first-order filter that is part of the lag [Hz]; left out where none is seen"
+        None, description="corner of the first-order filter within the lag [Hz]; left out if not visible"
     )
 
     def linear(self, motion: Motion) -> LinearPlant:
@@ -85,7 +85,7 @@ class PlantPart(Physical):
 
 
 class ResponseFitPart(Part):
-    """What one frequency response gave by itself."""
+    """Result of a single frequency response."""
 
     record: str
     estimate: str = Field("", description="how the response was measured")
@@ -95,7 +95,7 @@ class ResponseFitPart(Part):
     lowest: Quantity
     highest: Quantity
     chi2: float
-    misfit: Quantity = Field(description="what eq. (1) leaves beyond noise, relative")
+    misfit: Quantity = Field(description="relative residual of eq. (1) beyond noise")
     velocity_rms: Quantity | None = None
     A: Quantity
     B: Quantity
@@ -103,7 +103,7 @@ class ResponseFitPart(Part):
 
 
 class FrictionSeen(Part):
-    """What Coulomb friction does to the responses."""
+    """Influence of Coulomb friction on the responses."""
 
     compared: bool = Field(description="true where two amplitudes were logged")
     seen: bool
@@ -130,18 +130,18 @@ class PlantFitPart(Part):
     responses: list[ResponseFitPart] | None = None
     friction: FrictionSeen | None = None
     channel: Literal["force", "input"] | None = None
-    relative_error: Quantity | None = Field(None, description="what the rigid axis leaves of the force, relative")
+    relative_error: Quantity | None = Field(None, description="relative residual of the force with the rigid axis")
     condition_number: float | None = None
     autocorrelation: float | None = None
     cutoff: Quantity | None = None
     decimation: int | None = None
     border: int | None = None
     parameters: dict[str, FittedParameter] | None = Field(None, description="M, F_v, F_c, offset of the rigid axis")
-    covariance: CovarianceBlock | None = Field(None, description="how the parameters err together")
+    covariance: CovarianceBlock | None = Field(None, description="covariance of the parameters")
 
 
 class SecondMassPart(FilePart[Resonance]):
-    """A table on a spring behind the motor, as the response shows it."""
+    """A table on a spring behind the motor, from the response."""
 
 
 class PlantDocument(AxisDocument, PlantPart):
@@ -149,11 +149,11 @@ class PlantDocument(AxisDocument, PlantPart):
 
     type: ClassVar[str] = "plant"
 
-    second_mass: SecondMassPart | None = Field(None, description="a second mass; left out where none is seen")
-    fit: PlantFitPart | None = Field(None, description="how well the plant fits what it was identified from")
+    second_mass: SecondMassPart | None = Field(None, description="a second mass; left out if not visible")
+    fit: PlantFitPart | None = Field(None, description="quality of the fit")
 
     def lowest(self, record: str) -> float:
-        """Return the lowest frequency that a record's response was taken from [Hz]; 0 where that is not known."""
+        """Return the lowest frequency of a record's response [Hz]; 0 if not known."""
         responses = (self.fit.responses if self.fit else None) or ()
         return next(
             (
@@ -165,9 +165,9 @@ class PlantDocument(AxisDocument, PlantPart):
         )
 
     def coulomb(self) -> tuple[FrictionModel, float]:
-        """Return the Coulomb friction and the load [N] that were found beside the plant in a motion.
+        """Return the Coulomb friction and the load [N] identified with the plant from a motion.
 
-        Its viscous friction is in A, hence there is none here. Where each direction has F_c and F_v, A holds the mean
+        Viscous friction is a part of A, and not included here. Where each direction has F_c and F_v, A holds the mean
         of F_v, and the difference of a direction is its sigma; half the difference of F_c is the load, since a constant
         force and a Coulomb friction that differs by direction are the same in sliding.
 

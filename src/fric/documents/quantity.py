@@ -24,7 +24,7 @@ Known = Annotated[float | None, BeforeValidator(_finite)]
 
 @contextmanager
 def refused(place: str = "") -> Iterator[None]:
-    """Turn a `FricError` within the block into an error of the schema, with its place and what to do."""
+    """Turn a `FricError` within the block into an error of the schema, with place and remedy."""
     try:
         yield
     except FricError as error:
@@ -32,21 +32,21 @@ def refused(place: str = "") -> Iterator[None]:
 
 
 class Part(BaseModel):
-    """A part of a document: an unknown key is an error, never passed over."""
+    """A part of a document: an unknown key is an error, never ignored."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
 
 
 LEFT_OUT: Any = object()
-"""What `Of` reads where a document has no such key."""
+"""Value of `Of` if a document has no such key."""
 
 
 class Of:
-    """How a key of a document that fric writes is read from the object that it is made of.
+    """Source of a key of a written document in the object that the document is made of.
 
     source: An attribute, by its dotted name, or a function of that object.
     unit: Of a number: with it the number becomes a quantity.
-    may_lack: Whether the key is left out where there is nothing.
+    may_lack: Whether the key is left out if its value is missing.
     """
 
     def __init__(self, source: str | Callable[[Any], Any], unit: str = "", *, may_lack: bool = False) -> None:
@@ -65,7 +65,7 @@ def of(
     source: str | Callable[[Any], Any], says: str | None = None, default: Any = ..., *, unit: str = "",
     may_lack: bool = False, alias: str | None = None,
 ) -> Any:  # fmt: skip
-    """Return a field of a schema that is read by `Of`, with what is said of it and a default."""
+    """Return a field of a schema that is read by `Of`, with its description and a default."""
     field: Any = Field(default, description=says, alias=alias)
     field.metadata.append(Of(source, unit, may_lack=may_lack))
     return field
@@ -169,7 +169,7 @@ class CovarianceBlock(Part):
 
 
 def known(**values: Any) -> dict[str, Any]:
-    """Return what is not None."""
+    """Return the items that are not None."""
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -183,7 +183,7 @@ def in_units(values: Mapping[str, Any], dimensions: Mapping[str, str], motion: M
 
 
 def quantities(given: Mapping[str, Any], dimensions: dict[str, str], motion: Motion, where: str) -> dict[str, Estimate]:
-    """Parse named quantities of known dimensions to SI; raise ValueError with the mend on a misfit."""
+    """Parse named quantities of known dimensions to SI; raise ValueError with a remedy on a misfit."""
     found: dict[str, Estimate] = {}
     for name, value in given.items():
         if name not in dimensions:
@@ -198,11 +198,11 @@ Given = TypeVar("Given", Estimate, Quantity)
 
 
 def single(found: dict[str, Given]) -> dict[str, Given]:
-    """Return quantities of one number each; raise ValueError with the mend where one is a list."""
+    """Return quantities of one number each; raise ValueError with a remedy if one is a list."""
     for name, quantity in found.items():
         if isinstance(quantity.value, tuple | list):
             count = len(quantity.value)
-            raise ValueError(f"{name}: {count} values stand where there is one\nGive one number with its unit.")
+            raise ValueError(f"{name}: {count} values where one is expected\nGive one number with its unit.")
     return found
 
 
@@ -230,7 +230,7 @@ class Physical(Part):
         return kept | in_units(kept, cls.dimensions, motion)
 
     def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
-        """Return the quantities that are given, in SI; raise ValueError with the mend on a wrong unit."""
+        """Return the given quantities in SI; raise ValueError with a remedy on a wrong unit."""
         given = {name: getattr(self, name) for name in self.dimensions}
         return quantities(known(**given), self.dimensions, motion, where)
 

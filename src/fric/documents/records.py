@@ -11,7 +11,7 @@ from fric.units import Motion
 
 
 class RecordPart(Part):
-    """What one record is."""
+    """Description of a record."""
 
     kind: Kind | None
     samples: int
@@ -40,7 +40,7 @@ class IngestedPart(Part):
 
 
 class IngestDocument(Document):
-    """What was read into a log file."""
+    """The records read into a log file."""
 
     type: ClassVar[str] = "ingest"
 
@@ -48,7 +48,7 @@ class IngestDocument(Document):
     axis: str
     motion: Motion
     records: list[IngestedPart]
-    skipped: list[list[str]] = Field(description="what was there already, with the name of the record that it is")
+    skipped: list[list[str]] = Field(description="files already read, with the names of their records")
     samples: int
     dropped: int
 
@@ -72,7 +72,7 @@ class IngestedCircle(Part):
 
 
 class IngestCirclesDocument(Document):
-    """What was read into a circle test file."""
+    """The tests read into a circle test file."""
 
     type: ClassVar[str] = "ingest-circles"
 

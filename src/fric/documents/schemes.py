@@ -16,7 +16,7 @@ LeadGiven = Quantity | Literal["auto"] | None
 
 
 def lead_of(given: LeadGiven) -> Lead | None:
-    """Return a lead in seconds, or ``auto``; None where none is given."""
+    """Return a lead in seconds, or ``auto``; None if not given."""
     return given if given is None or given == "auto" else float(given.si("time", "linear"))
 
 
@@ -30,7 +30,7 @@ class SchemePart(Part):
     lead: LeadGiven = Field(None, description="lead of the feedforward; the machine's where left out")
     controller: str = Field("cascade", description="the control block in place of the cascade")
     peak_sensitivity: Quantity | None = Field(
-        None, description="largest M_s that blocks are designed for whose files give no value, in dB; 6 dB if left out"
+        None, description="largest M_s of blocks without a value in their files, in dB; 6 dB if left out"
     )
     joint: bool = Field(
         False, description="true where the cascade's gains are designed together with the block that feeds back"

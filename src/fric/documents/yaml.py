@@ -23,7 +23,7 @@ from fric.output import staged
 D = TypeVar("D", bound=Document)
 
 MOST_BYTES, MOST_NODES, MOST_DEPTH = 2 << 20, 40_000, 40
-"""Of a document, at most: bytes, values, keys in keys."""
+"""Largest number of bytes, of values, and of nested keys in a document."""
 _HALF = re.compile(r"\\(u|U0000)[dD][89a-fA-F][0-9a-fA-F]{2}")  # of no encoding; in pairs neither
 _DEEP = re.compile(rf"(?:[\[{{][^\[\]{{}}'\"#]{{0,200}}+){{{MOST_DEPTH + 1}}}")
 """Depth of nested lists or keys: the parser takes seconds to give up on more."""
@@ -77,7 +77,7 @@ def _tree(text: str) -> Any:
 
 
 def read_tree(path: Path, wanted: str = "YAML") -> Any:
-    """Read a YAML file, which should be of a type, with line numbers kept; `plain` copies what comes and is shared."""
+    """Read a YAML file of a type, with line numbers; the result is shared, and `plain` copies it."""
     path = regular(Path(path))
     with path.open("rb") as file:
         binary = file.read(4) == b"\x89HDF"
@@ -169,7 +169,7 @@ def _styled(tree: Any, depth: int = 0) -> Any:
 
 
 def _described(error: ValidationError, tree: CommentedMap, path: Path, model: type[Document]) -> FricError:
-    """Turn the first complaint of the schema into a line with its place in the file."""
+    """Turn the first error of the schema into a line with its place in the file."""
     # a misspelled key is also a missing key: the first is what the user sees
     complaint = min(error.errors(), key=lambda item: item["type"] != "extra_forbidden")
     place = [
