@@ -59,6 +59,13 @@ def test_the_fit_finds_blocks_well_apart(count):
     assert found.k == pytest.approx(true.k, rel=0.01)
 
 
+def test_a_block_that_does_not_slip_within_the_curve_slips_where_the_level_is_reached():
+    true = Blocks(np.array([4e6, 3e6]), np.array([2e-6, 40e-6]))
+    found = fit_blocks(replace(exact(true, 10e-6), final_slope=0.8), 2)  # the curve ends at a quarter of the second
+    assert found.displacement == pytest.approx(true.displacement, rel=0.01)
+    assert found.k == pytest.approx(true.k, rel=0.01)
+
+
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
 def test_the_criterion_finds_their_number(count):
     true = Blocks(np.asarray(APART.k)[:count], APART.slip_displacements[:count])

@@ -1,4 +1,4 @@
-"""The exported part of a machine: one axis under one scheme; targets, which make files of it, and their manifest."""
+"""The exported part of a machine (an axis under a scheme), targets that write it, and their manifest."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from fric.units import Motion, rotates, si_unit
 LARGEST = {
     "position": 1e4, "velocity": 1e3, "acceleration": 1e6, "time": 1.0, "force": 1e9, "voltage": 1e6, "gain": 1e3,
 }  # fmt: skip
-"""Beyond these [m, m/s, m/s², s, N, V; rad, N·m] a value is absurd, and an exported step reports a fault."""
+"""Limits of values [m, m/s, m/s², s, N, V; rad, N·m] beyond which an exported step reports a fault."""
 
 
 Role = Literal["compensation", "machine"]
@@ -40,7 +40,7 @@ Role = Literal["compensation", "machine"]
 
 @dataclass(frozen=True)
 class ExportedPart:
-    """The exported part of one axis: its controller under one scheme, or the machine itself.
+    """The exported part of an axis: its controller under a scheme, or the machine itself.
 
     ::
 
@@ -55,7 +55,7 @@ class ExportedPart:
         as a plant to try a controller on.
     machine, axis, motion: Where it belongs.
     scheme: Name of the scheme.
-    friction: The friction that is fed forward, or that the axis has; None where none is fed forward.
+    friction: The friction feedforward, or the true friction of the axis; None without feedforward.
     K_f, A, B: The plant: force constant [N/V], damping [1/s], acceleration per volt [m/(s²·V)].
     sampling, limit, resolution: Rate of the controller [Hz], its largest voltage [V], the encoder's step [m].
     gain: Share of the friction that is fed forward.
@@ -90,7 +90,7 @@ class ExportedPart:
 
     @property
     def parameters(self) -> NDArray[Any]:
-        """The friction model's parameters as its step reads them."""
+        """The friction model's parameters as arguments of its step."""
         packed = self.model.packed()
         if isinstance(self.model, Directed):
             packed[0] = 0.0  # where a step lies in this process
@@ -103,7 +103,7 @@ class ExportedPart:
 
     @property
     def model(self) -> FrictionModel:
-        """The friction model; raise a `FricError` where none is fed forward."""
+        """The friction model; raise a `FricError` without feedforward of friction."""
         if self.friction is None:
             raise FricError(
                 f"scheme {self.scheme} feeds no friction forward, and there is nothing to export",
@@ -113,12 +113,12 @@ class ExportedPart:
 
     @property
     def step(self) -> str:
-        """What the friction model's step is called in the program."""
+        """Name of the friction model's step in the program."""
         return f"{self.model.name}_step"
 
     @property
     def program(self) -> Program:
-        """The steps of friction model and blocks as a program; raise a `FricError` with the reason where that fails."""
+        """The steps of friction model and blocks as a program; raise a `FricError` with the reason if that fails."""
         model = self.model
         inner = type(model.model).step if isinstance(model, Directed) else None
         entries = [Entry(self.step, type(model).step, self.initial_state.size, self.parameters.size, inner)]
@@ -147,7 +147,7 @@ class BlockPart:
 
     @property
     def name(self) -> str:
-        """Its name as languages take it."""
+        """Its name as an identifier."""
         return self.title.replace("-", "_")
 
 

@@ -33,7 +33,7 @@ def name_of(part: ExportedPart) -> str:
 
 
 def values_of(part: ExportedPart, number: Callable[[float], str]) -> dict[str, Any]:
-    """Return the data of a part for templates, with numbers as the language writes them."""
+    """Return the data of a part for templates, with numbers in the language's notation."""
     model = part.model
     unit, force_unit = (si_unit(name, part.motion) for name in ("position", "force"))
     what = f"Friction compensation of axis {part.axis}, scheme {part.scheme}"
@@ -77,7 +77,7 @@ def values_of(part: ExportedPart, number: Callable[[float], str]) -> dict[str, A
 
 
 def plain_text(of: object) -> str:
-    """Return the first paragraph of a docstring in one line of ASCII, as comments of any compiler may hold it."""
+    """Return the first paragraph of a docstring as a line of ASCII, valid in comments of any compiler."""
     first = (inspect.getdoc(of) or "").partition("\n\n")[0].replace("`", "").replace("…", "...")
     return " ".join(first.split()).encode("ascii", "ignore").decode()
 

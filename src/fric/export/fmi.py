@@ -1,4 +1,4 @@
-"""The target ``fmi``: co-simulation units of FMI 2.0 and 3.0 with their sources, and a binary where a compiler is."""
+"""The target ``fmi``: co-simulation units of FMI 2.0 and 3.0 with sources, and a binary if there is a compiler."""
 
 import io
 import platform
@@ -103,7 +103,7 @@ def _zipped(version: int, name: str, sources: dict[str, str], values: dict[str, 
 
 
 def _compiled(name: str, sources: dict[str, str], version: int) -> tuple[str, bytes] | None:
-    """Return a shared library for this computer and its path in a unit; None where there is no compiler."""
+    """Return a shared library for this computer and its path in a unit; None without a compiler."""
     compiler = shutil.which("cc")
     if compiler is None or not sys.platform.startswith("linux"):
         return None

@@ -1,4 +1,4 @@
-"""The target ``linuxcnc``: HAL components, and what joins them to a configuration."""
+"""The target ``linuxcnc``: HAL components, and their wiring."""
 
 from math import pi
 
@@ -13,7 +13,7 @@ JOINTS = {"x": 0, "y": 1, "z": 2, "a": 3, "b": 4, "c": 5}
 
 
 def linuxcnc_files(part: ExportedPart) -> Files:
-    """Return the component of a part with the C that it includes; for compensation the wiring and a page beside."""
+    """Return the component of a part with its C source; for compensation also the wiring and a page."""
     values = c_values(part)
     name = values["name"]
     component = f"fric_{identifier(part.axis)}_{COMPONENTS[part.role]}"

@@ -1,4 +1,4 @@
-"""Planned motions as controllers run them: G-code in three dialects, tables in structured text, columns of CSV."""
+"""Planned motions for controllers: G-code in three dialects, tables in structured text, columns of CSV."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ from fric.reference import Reference
 from fric.units import Motion, rotates
 
 SHORTEST = 8e-3
-"""Time between two points at least [s]."""
+"""Least time between two points [s]."""
 TOLERANCE = 1e-7
-"""Largest deviation of straight pieces from the motion [m, rad], where the shortest time allows."""
+"""Largest deviation of straight pieces from the motion [m, rad], if the least time allows it."""
 EVEN = 1e-6
 """Share of the largest acceleration up to which the speed counts as constant."""
 
@@ -61,7 +61,7 @@ def waypoints(motion: Reference, shortest: float = SHORTEST) -> Waypoints:
 
 @dataclass(frozen=True, eq=False)
 class Move:
-    """One record: an axis runs along a motion around the middle of its travel, where the work offset is zero."""
+    """A record: an axis runs along a motion around the middle of its travel, the zero of the work offset."""
 
     number: int  # number, name: number in the plan, from 1, and name of the record
     name: str
@@ -75,12 +75,12 @@ class Move:
 
     @cached_property
     def points(self) -> Waypoints:
-        """The motion as few points."""
+        """The motion as a few points."""
         return waypoints(self.reference)
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Where it begins and ends, from the middle of the travel [m, rad]."""
+        """Its begin and end, from the middle of the travel [m, rad]."""
         return float(self.points.position[0]), float(self.points.position[-1])
 
 
@@ -98,13 +98,13 @@ class Arc:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Where the axes begin and end [m]; both are as far from the middle."""
+        """Begin and end of the axes [m], at equal distances from the middle."""
         return self.radius / sqrt(2.0), self.radius / sqrt(2.0)
 
 
 @dataclass(frozen=True)
 class MotionDialect:
-    """A language that controllers take motions in."""
+    """A language for motions of controllers."""
 
     name: str  # name, doc: its name, and its description in one line
     doc: str
@@ -114,19 +114,19 @@ class MotionDialect:
 
 
 def shown_scale(motion: Motion) -> tuple[float, str]:
-    """Return the factor of a position in SI for people and machine tools, and the unit: mm, or degrees."""
+    """Return the factor and the unit of a position for people and machine tools: mm, or degrees."""
     return (1e3, "mm") if not rotates(motion) else (57.29577951308232, "deg")
 
 
 LETTERS = "XYZABCUVW"
 
 BLOCK = 16e-3
-"""Time of a block at least [s]: sixty a second reach any control in time."""
+"""Least time of a block [s]: any control can process sixty per second."""
 
 
 @dataclass(frozen=True)
 class Words:
-    """How a control spells what all have."""
+    """Syntax of a control for common commands."""
 
     ending: str  # Of the file
     decimals: int  # Digits of a position behind the point [mm, degrees]
@@ -146,7 +146,7 @@ class Words:
 
 
 def rounded_down(value: float) -> str:
-    """Return a positive number in six digits, never more than it is."""
+    """Return a positive number rounded down to six digits."""
     size = 10.0 ** (floor(log10(value)) - 5)
     return f"{floor(value / size * (1 + 1e-12)) * size:.{max(0, 5 - floor(log10(value)))}f}"
 
@@ -187,7 +187,7 @@ def _arc(words: Words, arc: Arc) -> Iterator[str]:
 
 
 def dialect(name: str, doc: str, words: Words) -> MotionDialect:
-    """Return the dialect that a control's words make."""
+    """Return the dialect of a control's words."""
     return MotionDialect(
         name, doc, lambda move: words.file(move.name, _move(words, move)),
         lambda arc: words.file(arc.name, _arc(words, arc)),
@@ -272,7 +272,7 @@ TABLE = MotionDialect("table", "function blocks for TwinCAT and CODESYS that run
 
 
 ROWS = 2048
-"""Rows of a motion at most; of a longer motion every n-th sample is taken."""
+"""Largest number of rows of a motion; of a longer motion every n-th sample is written."""
 
 
 def csv_files(move: Move) -> Mapping[str, str]:

@@ -31,12 +31,12 @@ def wrapped(items: list[str], indent: int = 4, width: int = 110) -> str:
 
 
 def remark(text: str) -> str:
-    """Return a text as a comment of any language may hold it: what could end the comment, or a line, is left out."""
+    """Return a text as a comment of any language, without characters that could end the comment or a line."""
     return " ".join("".join(c if c.isascii() and (c.isalnum() or c in "_.,:+-=<>") else " " for c in text).split())
 
 
 def identifier(text: str) -> str:
-    """Return a text as an identifier that every language takes: letters, digits and single underscores."""
+    """Return a text as an identifier of any language: letters, digits and single underscores."""
     made = "".join(c.lower() if c.isascii() and c.isalnum() else "_" for c in text).strip("_")
     while "__" in made:
         made = made.replace("__", "_")

@@ -5,8 +5,8 @@ At a reversal the compensation adds a pulse to the velocity reference of the spe
 
 ``dn(t) = dn(a)·exp(-(t - t_0)/T)``, and behind a controller K_p, K_i ``u(t) = K_p·dn·e + K_i·dn·T·(1 - e)``
 
-with ``e = exp(-(t - t_0)/T)``: a decay of K_p/K_i makes a step of voltage of it. The amplitude follows the acceleration
-at the reversal: it rises to its maximum at ACCEL1, stays until ACCEL2, falls to its minimum at ACCEL3.
+with ``e = exp(-(t - t_0)/T)``: a decay of K_p/K_i turns it into a step of voltage. The amplitude follows the
+acceleration at the reversal: it rises to its maximum at ACCEL1, stays until ACCEL2, falls to its minimum at ACCEL3.
 """
 
 from collections.abc import Iterable
@@ -32,15 +32,15 @@ from fric.simulate.machine import Axis, Machine
 from fric.units import rotates
 
 RADIUS = 0.03
-"""Of the circles whose reversals the pulse is fitted to [m]."""
+"""Radius of the circles for the fit of the pulse [m]."""
 FEEDS = (0.1, 0.03, 0.01)
-"""Their feeds [m/s]: accelerations at the reversal from 0.0033 to 0.33 m/s²."""
+"""Feeds of these circles [m/s]: accelerations at the reversal from 0.0033 to 0.33 m/s²."""
 WINDOW = 0.05
-"""Time after the fastest reversal over which the rise of friction gives the start of the search [s]."""
+"""Time after the fastest reversal in which the rise of friction gives the start of the search [s]."""
 DECAYS = np.geomspace(0.004, 0.2, 12)
-"""Decays that are tried [s]."""
+"""Trial decays [s]."""
 SHARES = np.array([1.0, 0.9, 1.1, 0.8, 1.2, 0.7, 1.3, 0.6, 0.5, 0.4])
-"""Amplitudes that are tried, over that of the fastest reversal's rise: what is nearer to it wins a tie."""
+"""Trial amplitudes over that of the fastest reversal's rise, nearest first, which decides ties."""
 ACCURACY = 5e-9
 """Accuracy of the simulated circles [m]."""
 
@@ -70,12 +70,12 @@ def through_controller(part: ExportedPart, decay: float, t: Real) -> Real:
 
 @lru_cache(len(FEEDS) + 1)
 def _asked(feed: float, sampling: float) -> tuple[Reference, Reference]:
-    """Return a circle that is simulated many times."""
+    """Return a circle that is simulated repeatedly."""
     return circle(RADIUS, feed, 2, sampling)
 
 
 def rise_of(part: ExportedPart) -> Real:
-    """Return how friction rises behind the fastest reversal, as a voltage, shape (n,)."""
+    """Return the rise of friction after the fastest reversal, as a voltage, shape (n,)."""
     motion, _ = _asked(FEEDS[0], part.sampling)
     reversals = np.flatnonzero(np.diff(np.sign(motion.velocity)) != 0) + 1
     n = int(reversals[np.abs(motion.acceleration[reversals]) > 0.99 * FEEDS[0] ** 2 / RADIUS][-1])  # at full feed
@@ -85,17 +85,17 @@ def rise_of(part: ExportedPart) -> Real:
 
 
 def flat(amplitude: float, decay: float) -> Pulse:
-    """Return a pulse of one amplitude [m/s] at all of `FEEDS`."""
+    """Return a pulse of the same amplitude [m/s] at all `FEEDS`."""
     least, *_, most = sorted(feed**2 / RADIUS for feed in FEEDS)
     return Pulse(amplitude, amplitude, decay, 0.5 * least, 2 * most, 4 * most)
 
 
 def fitted(axis: Axis, part: ExportedPart) -> tuple[Pulse, list[float]]:
-    """Return the characteristic that leaves least on the circles of `FEEDS`, and the best amplitude of each [m/s].
+    """Return the characteristic with the least error on the circles of `FEEDS`, and the best amplitude of each [m/s].
 
-    By simulation. For each decay the amplitude follows from the friction model after the fastest reversal;
-    then amplitudes are tried about it at each feed. The characteristic passes through the best of each, or is flat,
-    whichever leaves less over all of them. What leaves less by no more than chance does not.
+    By simulation. For each decay the amplitude follows from the friction model after the fastest reversal; then
+    amplitudes are tried about it at each feed. The characteristic passes through the best of each, or is flat,
+    whichever is better over all feeds beyond chance.
     """
     rise = rise_of(part)
     t = np.arange(len(rise)) / part.sampling
@@ -109,7 +109,7 @@ def fitted(axis: Axis, part: ExportedPart) -> tuple[Pulse, list[float]]:
         return flat(as_filed(max(float(pulse @ rise / (pulse @ pulse)), 0.0)), decay)
 
     def least(pulses: Iterable[Pulse], chance: float = 0.0) -> Pulse:
-        """Return the pulse of the least sum, the first of a tie; slow circles are skipped where fast leave more."""
+        """Return the first pulse of least sum; slow circles are skipped if fast ones already exceed it."""
         best, bound = flat(0.0, 1.0), inf
         for pulse in pulses:
             total = 0.0
@@ -149,13 +149,13 @@ def as_block(part: ExportedPart, pulse: Pulse) -> dict[str, float]:
 
 
 def chance_of(axis: Axis, part: ExportedPart, pulse: Pulse | None, feed: float) -> Chance:
-    """Return the result of `left_over`, at several places between two counts where it depends on them."""
+    """Return the result of `left_over`, at several places between two counts if it depends on these."""
     places = [n / PLACES for n in range(PLACES)] if feed < SLOW else [0.0]
     return Chance(tuple(left_over(axis.placed(place), part, pulse, feed) for place in places), 0.0)
 
 
 def left_over(axis: Axis, part: ExportedPart, pulse: Pulse | None, feed: float) -> float:
-    """Return the glitch [m] of a circle of 30 mm with the pulse; with the model fed forward where there is none."""
+    """Return the glitch [m] of a circle of 30 mm with the pulse, or without one with the friction model fed forward."""
     motion, other = _asked(feed, part.sampling)
     scheme = PAPER_SCHEMES["c" if part.model.name == "gms" else "b"]
     if pulse is not None:
@@ -168,7 +168,7 @@ def left_over(axis: Axis, part: ExportedPart, pulse: Pulse | None, feed: float) 
 
 
 def sinumerik_files(part: ExportedPart, *, machine: Machine) -> Files:
-    """Return the machine data as assignments, and a page with the glitch that they leave by simulation.
+    """Return the machine data as assignments, and a page with the simulated glitches.
 
     Raises FricError: When the axis is not linear: the circle that is simulated is of two linear axes.
     """

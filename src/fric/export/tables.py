@@ -1,4 +1,4 @@
-"""The targets ``csv``, ``mat`` and ``xlsx``: parameters and tables for people who type them in."""
+"""The targets ``csv``, ``mat`` and ``xlsx``: parameters and tables for manual entry."""
 
 import csv
 import io
@@ -18,7 +18,7 @@ SPEEDS = 61
 
 
 def parameter_rows(part: ExportedPart) -> list[tuple[str, str, float, str]]:
-    """Return section, name, value and unit of each parameter, blocks one by one."""
+    """Return section, name, value and unit of each parameter, with a row for each block."""
     rows: list[tuple[str, str, float, str]] = [
         ("axis", "K_f", part.K_f, "N/V"), ("axis", "A", part.A, "1/s"), ("axis", "B", part.B, "m/(s^2*V)"),
         ("feedforward", "gain", part.gain, "1"), ("feedforward", "lead", part.lead, "s"),
@@ -99,7 +99,7 @@ def xlsx_files(part: ExportedPart) -> Files:
 
 
 def _undated(workbook: io.BytesIO) -> bytes:
-    """Return a workbook without the time at which it was made: the same content is the same bytes."""
+    """Return a workbook without a time stamp: equal content gives equal bytes."""
     made = io.BytesIO()
     with zipfile.ZipFile(workbook) as dated, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in dated.namelist():

@@ -1,8 +1,8 @@
-"""The target ``twincat``: the velocity → current list of TF5200's friction compensation, and what 20 points leave.
+"""The target ``twincat``: the velocity → current list of TF5200's friction compensation, and its error.
 
 The compensation interpolates linearly between at most 20 points of velocity and current. The points are placed so that
-the interpolation error of the steady friction is least: each next point as far as the error stays within a bound, and
-the bound is bisected until 20 points reach the largest velocity.
+the interpolation error of the steady friction is least: each point is as far from the previous one as an error bound
+allows, and the bound is bisected until 20 points reach the largest velocity.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from fric.export.c import name_of
 from fric.units import rotates, si_unit
 
 POINTS = 20
-"""Points of the list at most."""
+"""Largest number of points in the list."""
 FASTEST = 0.5
 """Largest velocity of the list [m/s, rad/s]."""
 

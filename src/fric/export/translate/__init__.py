@@ -1,1 +1,1 @@
-"""Compiled steps as programs: read once from their definition, written in the languages of controllers."""
+"""Compiled steps as programs: read from their definition, written in the languages of controllers."""

@@ -52,7 +52,7 @@ static inline {real} {prefix}log1p({real} x)
 
 @dataclass(frozen=True)
 class Dialect:
-    """How numbers are written: in double or in single precision, with a prefix for every name."""
+    """Notation of numbers in double or single precision, with a prefix for every name."""
 
     prefix: str  # What every name of the file begins with
     single: bool = False  # True for ``float``
@@ -73,12 +73,12 @@ class Dialect:
         return f"{text if any(c in text for c in '.e') else text + '.0'}F"
 
     def function(self, name: str) -> str:
-        """Return a function of the C library as it is called in this precision."""
+        """Return the name of a function of the C library in this precision."""
         return f"{name}f" if self.single else name
 
 
 def helper(name: str, dialect: Dialect) -> str:
-    """Return the definition of an intrinsic function that is not taken from C's library."""
+    """Return the definition of an intrinsic function that does not come from the C library."""
     number, fabs = dialect.number, dialect.function("fabs")
     return HELPERS[name].format(
         real=dialect.real, prefix=dialect.prefix, fabs=fabs, zero=number(0.0), one=number(1.0), two=number(2.0),
@@ -96,7 +96,7 @@ _RESERVED = frozenset(_WORDS.split())
 
 
 def c_routines(program: ir.Program, dialect: Dialect) -> str:
-    """Return records, helpers and routines of a program, each static, in an order in which C reads them."""
+    """Return records, helpers and routines of a program, all static, each after its dependencies."""
     pieces = [_record(record, dialect) for record in program.records]
     pieces += [helper(name, dialect) for name in HELPERS if program.calls(name)]
     return "\n\n".join([*pieces, *(_CRoutine(program, routine, dialect).text() for routine in program.routines)])
@@ -151,7 +151,7 @@ class _CRoutine:
         return "\n".join([*head, *self.lines, *last, "}"])
 
     def name(self, name: str) -> str:
-        """Return a variable name that is valid in C; checkers take a name that ends in ``ull`` for a number."""
+        """Return a valid C name of a variable; checkers mistake a name ending in ``ull`` for a number."""
         taken = name in _RESERVED or name in self.dialect.avoid or name.endswith("ull")
         return f"{name}_" if taken else name
 
@@ -159,7 +159,7 @@ class _CRoutine:
         self.lines.append("    " * self.depth + text)
 
     def block(self, body: tuple[ir.Statement, ...], result: ir.Expression | None = None) -> None:
-        """Write a block; declare first the variables that it sets in several of its parts, or inside them and after."""
+        """Write a block; first declare variables that it sets in several parts, or in a part and after it."""
         for name in self.late(body, result):
             self.declared.add(name.name)
             self.write(f"{c_type(name.type, self.dialect)} {self.name(name.name)};")
@@ -167,7 +167,7 @@ class _CRoutine:
             self.statement(statement)
 
     def late(self, body: tuple[ir.Statement, ...], result: ir.Expression | None) -> list[ir.Name]:
-        """Return the variables not yet declared that two statements of a block share and no plain assignment begins."""
+        """Return the undeclared variables that two statements of a block share without a preceding plain assignment."""
         found: dict[str, list[int]] = {}
         names: dict[str, ir.Name] = {}
         counted: set[str] = set()

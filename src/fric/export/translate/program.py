@@ -1,8 +1,8 @@
-"""A compiled step as a program of few kinds of statements, which every language of a controller has.
+"""A compiled step as a program of a few kinds of statements that all languages of controllers have.
 
-Types are real, integer, boolean, records of them, and two arrays: the state and the parameters, which have their names
-in every routine. There are assignments, branches, and loops whose number of turns is known before the program runs; no
-recursion, and nothing is allocated. A routine that is called on several parts of an array is written once for each.
+Types are real, integer, boolean, records of these, and two arrays: the state and the parameters, with the same names in
+every routine. Statements are assignments, branches, and loops of a fixed number of passes; there is no recursion and no
+allocation. A routine that is called on several parts of an array is written for each part.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Array:
 
 @dataclass(frozen=True)
 class Absent:
-    """What a step takes in the library, and no controller has: the table of what will be asked of an axis."""
+    """An argument of a step in the library that controllers lack: the table of future commands to an axis."""
 
     what: str
 
@@ -108,7 +108,7 @@ class Operation:
 
 @dataclass(frozen=True)
 class Call:
-    """A call of a routine of the program, or of a function that every language has or is given."""
+    """A call of a routine of the program, or of a function available in every language."""
 
     function: str
     arguments: tuple[Expression, ...]
@@ -190,7 +190,7 @@ class Program:
 
 
 def every(body: tuple[Statement, ...]) -> Iterator[Statement]:
-    """Yield every statement of a body, those inside branches and loops too."""
+    """Yield every statement of a body, including those in branches and loops."""
     for statement in body:
         yield statement
         if isinstance(statement, Branch):

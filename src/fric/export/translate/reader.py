@@ -32,7 +32,7 @@ _INTRINSICS: dict[object, str] = {
 
 
 class Routines(Protocol):
-    """Services that a body needs from the reader of the whole program: other routines, and types."""
+    """Services of the program's reader for the reader of a body: other routines, and types."""
 
     inner: Any
     """The step at an address in the parameters; None where there is none."""
@@ -48,7 +48,7 @@ class Routines(Protocol):
 
 
 class Expressions:
-    """Reads expressions of one function; what must be done before one of them waits in ``before``."""
+    """Reads expressions of a function; statements that must precede an expression wait in ``before``."""
 
     def __init__(self, reader: Routines, python: Any, variables: dict[str, ir.Type]) -> None:
         self.reader, self.python, self.variables = reader, python, variables
@@ -58,13 +58,13 @@ class Expressions:
         self.steps: dict[str, Any] = {}  # names that denote a step whose address is in the parameters
 
     def refuse(self, what: str, node: ast.AST) -> FricError:
-        """Return the error of a step that cannot be exported, with the line that is why."""
+        """Return the error of a step that cannot be exported, with the responsible line."""
         line = self.python.__code__.co_firstlineno + getattr(node, "lineno", 1) - 1
         where = f"{self.python.__module__}.{self.python.__name__}, line {line}"
         return FricError(f"cannot be exported: {what} ({where})")
 
     def flush(self) -> list[ir.Statement]:
-        """Return what must be done before the expression that was read, and forget it."""
+        """Return and clear the statements that must precede the expression."""
         before, self.before = self.before, []
         return before
 
@@ -77,7 +77,7 @@ class Expressions:
         return name
 
     def filled(self, place: Any, values: list[ast.expr]) -> list[ir.Statement]:
-        """Return what fills the fields of a record."""
+        """Return the statements that fill the fields of a record."""
         fields = place.type.fields
         if len(fields) != len(values):
             raise self.refuse(f"{place.type.name} is not given all its fields", values[0])
@@ -85,7 +85,7 @@ class Expressions:
         return [ir.Assign(ir.Field(place, name, of), one) for one, (name, of) in zip(kept, fields, strict=True)]
 
     def part(self, node: ast.expr) -> ir.Array | None:
-        """Return an array, or a part of one between limits that are known; None for anything else."""
+        """Return an array, or a part of it between known limits; None for anything else."""
         if isinstance(node, ast.Name) and isinstance(of := self.variables.get(node.id), ir.Array):
             return of
         if not (isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Slice) and node.slice.step is None):
@@ -200,7 +200,7 @@ class Expressions:
         return first, second
 
     def arithmetic(self, operator: str, first: ir.Expression, second: ir.Expression) -> ir.Expression:
-        """Return an operation on two numbers, computed here where both are known."""
+        """Return an operation on two numbers, evaluated if both are known."""
         first, second = self.alike(first, second)
         if operator == "/":
             first, second = self.as_type(first, ir.REAL), self.as_type(second, ir.REAL)
@@ -254,7 +254,7 @@ def is_group(function: object) -> bool:
 
 
 MOST_PASSES = 64
-"""Passes of a loop that is written out, at most."""
+"""Largest number of passes of an unrolled loop."""
 
 
 class Body(Expressions):
@@ -279,7 +279,7 @@ class Body(Expressions):
         return tuple(self.block(body)), self.result
 
     def block(self, body: list[ast.stmt]) -> list[ir.Statement]:
-        """Return the statements of a block; the statements after a branch that returns move to its other arm."""
+        """Return the statements of a block; statements after a returning branch move to its other arm."""
         statements: list[ir.Statement] = []
         for n, node in enumerate(body):
             if isinstance(node, ast.If) and _returns(node):
@@ -297,13 +297,13 @@ class Body(Expressions):
         return statements
 
     def condition(self, node: ast.expr, statements: list[ir.Statement]) -> ir.Expression:
-        """Return a condition, and write before it what it needs."""
+        """Return a condition, and write the statements that it needs before it."""
         read = self.expression(node)
         statements += self.flush()
         return read
 
     def statement(self, node: ast.stmt) -> list[ir.Statement]:
-        """Return a statement, and before it what its expressions need."""
+        """Return a statement, preceded by the statements that its expressions need."""
         match node:
             case ast.Assign(targets=[target], value=value):
                 made = self.assign(target, value)
@@ -343,7 +343,7 @@ class Body(Expressions):
     def unrolled(
         self, name: str, limits: list[ir.Expression], body: list[ast.stmt], node: ast.stmt
     ) -> list[ir.Statement]:
-        """Return a loop between limits that are known, turn by turn, for loops that do not count up from 0."""
+        """Return an unrolled loop between known limits, for loops that do not count up from 0."""
         known = [int(limit.value) for limit in limits if isinstance(limit, ir.Constant)]
         if len(known) < len(limits) or len(indices := range(*known)) > MOST_PASSES:
             raise self.refuse("how often a loop of its step turns depends on the data", node)
@@ -355,7 +355,7 @@ class Body(Expressions):
         return made
 
     def assign(self, target: ast.expr, value: ast.expr) -> list[ir.Statement]:
-        """Return what assigns a value to a variable, an element, or several of them."""
+        """Return the assignments of a value to a variable, an element, or several of these."""
         if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
             return self.several(target, value)
         if isinstance(target, ast.Tuple):  # the parts of what a function returns
@@ -386,7 +386,7 @@ class Body(Expressions):
         return [*self.flush(), ir.Assign(place, self.as_type(read_value, place.type))]
 
     def several(self, targets: ast.Tuple, values: ast.Tuple) -> list[ir.Statement]:
-        """Assign several values at once: each is kept aside where a later value contains an earlier target."""
+        """Assign several values at once, with a temporary if a later value contains an earlier target."""
         statements: list[ir.Statement] = []
         written: set[str] = set()
         aside = False
@@ -407,7 +407,7 @@ class Body(Expressions):
         return statements
 
     def place(self, target: ast.expr, of: ir.Type) -> ir.Name | ir.Element:
-        """Return what is assigned to: a variable, made known with its type, or an element of an array."""
+        """Return the target of an assignment: a variable, declared with its type, or an element of an array."""
         if isinstance(target, ast.Name):
             known = self.variables.setdefault(target.id, of)
             if known != of and not (known == ir.REAL and of == ir.INTEGER):
@@ -444,7 +444,7 @@ def _ends(body: list[ast.stmt]) -> bool:
 
 
 INTERFACE = ("init", "reset", "step")
-"""Names that the exported part itself has."""
+"""Names of the exported part itself."""
 
 
 @dataclass(frozen=True)
@@ -459,10 +459,10 @@ class Entry:
 
 
 def read_program(*entries: Entry) -> ir.Program:
-    """Return compiled steps, and all that they call, as one program.
+    """Return compiled steps, and all functions that they call, as a program.
 
-    Raises FricError: When a step does what a controller's program cannot, or must not: a loop whose length depends on
-        the data, a function that controllers do not have, access to later commands to the axis.
+    Raises FricError: When a step does what a controller's program cannot or must not do: a loop whose length depends on
+    the data, a function that controllers do not have, access to later commands to the axis.
     """
     reader = _Reader(names={*INTERFACE, *(entry.name for entry in entries)})
     routines: list[ir.Routine] = []

@@ -1,4 +1,4 @@
-"""A program in structured text (IEC 61131-3): functions and structures, without anything of one vendor."""
+"""A program in structured text (IEC 61131-3): functions and structures, without vendor-specific parts."""
 
 from fric.export.translate import program as ir
 
@@ -79,7 +79,7 @@ def _word(name: str) -> str:
 
 
 class _StRoutine:
-    """Writes one routine. Names differ by more than their case, which the language does not see."""
+    """Writes a routine. Names differ by more than their case, which the language ignores."""
 
     def __init__(self, routine: ir.Routine, prefix: str) -> None:
         self.routine, self.prefix, self.lines, self.depth = routine, prefix, list[str](), 0
