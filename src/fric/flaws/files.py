@@ -8,7 +8,7 @@ SAMPLES_WITHOUT_VALUE = Flaw("samples-without-value", "note", "{samples} samples
 JOINED_IN_PART = Flaw("joined-in-part", "note", "Joined over {samples} samples from {begin:.6g} s on, which all "
     "channels have{holes:; {holes} samples in gaps of a channel are left out|}.")
 JOINED_THINNED = Flaw("joined-thinned", "note",
-    "{channels}: every {every}-th sample is taken, at the rate of the slowest channel.")
+    "{channels}: one sample in {every} is taken, at the rate of the slowest channel.")
 JOINED_MOVED = Flaw("joined-moved", "note",
     "{channels} (sampled at {rate}) moved by {even:|up to }{by} to the instants of {lead}, between samples.")
 CHANNELS_WITHOUT_TIME = Flaw("channels-without-time", "note", "The file gives no time for {channels}: not read.")
