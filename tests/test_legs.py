@@ -7,6 +7,7 @@ import os
 import platform
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -38,23 +39,27 @@ def test_settings_of_a_processor_are_taken_by_the_libraries() -> None:
     assert "AVX2" not in legs.processor("avx2")["GLIBC_TUNABLES"].split("-")
 
 
-@pytest.mark.parametrize("count", [1, 2, 3])
-def test_every_leg_comes_in_its_turn(count: int) -> None:
-    days = -(-len(legs.LEGS) // count)
+@pytest.mark.parametrize("parts", [1, 2, 3])
+def test_every_part_of_every_leg_comes_in_its_turn(parts: int) -> None:
+    names = list(legs.NUMERICS)
+    files = list(range(10))
     for begin in (0, 739_000):
-        assert {name for day in range(days) for name in legs.today(count, begin + day)} == set(legs.LEGS)
-    assert sorted(legs.today(100, 5)) == sorted(legs.LEGS)
+        seen: dict[str, list[int]] = {name: [] for name in names}
+        for day in range(begin, begin + parts * len(names)):
+            ((name, leg),) = legs.today(names, parts, day).items()
+            assert isinstance(leg, partial)
+            seen[name] += files[leg.keywords["part"]]
+        assert all(sorted(of_leg) == files for of_leg in seen.values())
 
 
-def test_what_is_lacking_is_said_and_what_fails_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_lacking_is_said_and_what_fails_fails() -> None:
     def lacks() -> None:
         legs.interpreter("2.99")
 
     def fails() -> None:
         subprocess.run([sys.executable, "-c", "raise SystemExit(3)"], check=True)
 
-    monkeypatch.setattr(legs, "LEGS", {"a": lacks, "b": fails, "c": lambda: None})
-    told = legs.run(["a", "b", "c"])
+    told = legs.run({"a": lacks, "b": fails, "c": lambda: None})
     assert told["a"] == "skipped: this computer does not have Python 2.99"
     assert told["b"].startswith("FAILED")
     assert told["b"].endswith("ended with 3")

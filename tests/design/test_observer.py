@@ -147,9 +147,8 @@ def test_stability_of_a_loop_with_resonance_agrees_with_the_eigenvalues_of_a_pla
 def test_what_a_response_cannot_tell_is_said() -> None:
     f = np.arange(1.0, 120.0, 1.0)
     design = design_observer(X, CASCADE_X, perturbation=measured_perturbation(response(f, X.response(f)), X))
-    told = " ".join(design.warnings)
-    assert "ends at 119 Hz" in told
-    assert "no coherence" in told
+    found = {warning.code: warning for warning in design.warnings}
+    assert {"response-ends", "response-without-confidence"} <= found.keys(), found
     with pytest.raises(FricError, match="not positive"):
         measured_perturbation(response(np.array([0.0, 1.0]), np.ones(2, complex)), X)
 

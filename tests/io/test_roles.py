@@ -25,6 +25,8 @@ from fric.units import rotates
 from tests.chance import fewest
 from tests.io.judge import judged
 
+STROKES = Path(__file__).parents[2] / "data" / "strokes"
+
 SEEDS = 30
 
 
@@ -121,6 +123,17 @@ def test_the_sign_by_which_friction_brakes_is_taken(tmp_path: Path) -> None:
     (log,) = read_logs(tmp_path / "log.h5")
     assert log.force is not None
     np.testing.assert_allclose(log.force, 1e3 * a["current"], rtol=1e-5, atol=1e-3)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("stroke", ["09", "01", "17"])
+def test_the_sign_is_that_of_the_power_however_slow_a_stroke_is(tmp_path: Path, stroke: str, sign: int) -> None:
+    """Within a slow stroke sign(v), v and the acceleration of the encoder's counts are hard to tell apart."""
+    t, x, force = np.loadtxt(STROKES / f"constant-velocity-{stroke}.csv", delimiter=",", skiprows=1).T[:3]
+    path = write(tmp_path / "log.csv", "Time [ms];Position [um];Friction [N]", t, x, sign * force)
+    with closing(tables(path)) as found:
+        (axis,) = axes_of([next(found)])
+    assert axis.roles["force"].sign == sign
 
 
 def test_a_wide_table_is_proposed_an_axis_a_part(tmp_path: Path) -> None:

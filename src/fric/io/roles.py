@@ -601,8 +601,8 @@ class _Motion:
             joint = 1.0 - whole / _left(basis[:, 2:], y)[0]
             score = parts[0] + (parts[1] if parts[0] > 0.01 else 0.2 * parts[1]) + 0.2 * joint
             if score > best:
-                push = weights[0] * parts[0] + weights[2] * parts[1]
-                push = push if parts[0] + parts[1] > 0.05 else weights[0] + weights[1]
+                brakes, accelerates = basis[:, :2] @ weights[:2], basis[:, 2] * weights[2]
+                push = np.sign(brakes @ basis[:, 1]) * brakes.var() + np.sign(weights[2]) * accelerates.var()
                 best, braking, sign = score, parts[0], -1 if push < 0 and score > 0.1 else 1
         return best, braking, sign
 
