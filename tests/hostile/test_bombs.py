@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -19,6 +20,7 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.ingest import ingest
 from fric.io.readers import xlsx as xlsx_reader
+from fric.io.safe_hdf5 import open_file
 from tests.fuzz.reading import MAPPINGS
 from tests.fuzz.whole import archive_of, mcap, members, mf4, old_bag, parquet, tdms, xlsx
 
@@ -113,6 +115,15 @@ def test_a_parquet_file_of_rows_that_take_no_room(tmp_path: Path, monkeypatch: p
     path = parquet(tmp_path)
     writer.write_table(pa.table({name: np.zeros(1_000_000) for name in ("time [s]", "position [m]")}), path)
     refused(path, "declares 16 MB")
+
+
+def test_a_log_whose_zeros_take_no_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the bound brought down, so that a small file is beyond it."""
+    monkeypatch.setattr("fric.io.safe_hdf5.MOST_EMPTY", 1 << 20)
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        file.create_dataset("records/a/force", data=np.zeros(1_000_000), compression="gzip", compression_opts=9)
+    with pytest.raises(FricError, match=r"unpacks .* to 8 MB"), open_file(tmp_path / "log.h5"):
+        pass
 
 
 @pytest.mark.parametrize("kind", ["zstd", "lz4"])

@@ -146,6 +146,8 @@ def write_column(group: h5py.Group, name: str, values: Real, unit: str) -> None:
 
 MOST_OBJECTS = 200_000
 """Groups and datasets of a file at most."""
+MOST_EMPTY, EMPTY = 256 << 20, 100
+"""Bytes that a dataset may unpack to where a stored byte becomes so many: samples of a drive are packed ten to one."""
 MOST_DEPTH = 32
 """Groups in groups at most."""
 _PLAIN = (h5py.h5t.STRING, h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
@@ -242,7 +244,13 @@ def _check_dataset(data: h5py.Dataset, where: str) -> None:
         raise FricError("is damaged: it holds lists, not numbers", where=where, hint="Make the file again.")
     if _leads_elsewhere(data):
         raise FricError("takes its values from another file", where=where, hint="Store the data itself.")
-    refuse_declared(where, data.size * data.dtype.itemsize if data.size else 0, data.id.get_storage_size())
+    declared, stored = data.size * data.dtype.itemsize if data.size else 0, data.id.get_storage_size()
+    refuse_declared(where, declared, stored)
+    if declared > max(MOST_EMPTY, EMPTY * stored):
+        raise FricError(
+            f"unpacks {stored / 1e6:.3g} MB to {declared / 1e6:.3g} MB of samples, which are hardly a log", where=where,
+            hint="Log a shorter time.",
+        )  # fmt: skip
 
 
 def _leads_elsewhere(data: h5py.Dataset) -> bool:
