@@ -11,6 +11,8 @@ from fric.arrays import Complex, Indices, Real
 
 FINEST = 1e-12
 """Least variance of what scatters in a mixed model, over that of all."""
+LOST = 1e-9
+"""The same, with the known error, below which the likelihood's slopes over the other variances have no digits left."""
 LASTING, PENALTY = 6.0, 3.0
 """Times that the longest memory of residuals fits into all of them, and what a coefficient of it must gain."""
 MAD_TO_SIGMA = 1.4826
@@ -46,7 +48,7 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
     error: Known standard error of each, shape (n,).
     kinds: The columns Z_k of each kind of effect, of shape (n, q_k).
     """
-    from scipy.optimize import minimize  # which reading a log does without
+    from scipy.optimize import minimize, minimize_scalar  # which reading a log does without
 
     Z, counts = np.hstack(kinds), [kind.shape[1] for kind in kinds]
     X = X / np.linalg.norm(X, axis=0)
@@ -78,6 +80,12 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
     without, _ = least([1.0], 1)
     tried = [least([1.0, *(value,) * len(kinds)], len(units)) for value in (0.1, 1.0)]
     likelihood, variances = tried[int(tried[1][0] < tried[0][0])]
+    if float(np.min(error)) ** 2 / size + variances[0] < LOST:  # each effect alone: the search by slopes lost its place
+        for on in np.eye(len(units))[1:]:
+            moved = minimize_scalar(
+                lambda log, at, on: seen(at * np.exp(log * on))[2], bounds=(-1.0, 1.0), args=(variances, on)
+            )
+            variances = variances * np.exp(moved.x * on)
     tau, P, _ = seen(variances)
     covariance = np.diag(tau**2) - np.outer(tau**2, tau**2) * P[1:, 1:]
     values, vectors = np.linalg.eigh(covariance)

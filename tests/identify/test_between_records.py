@@ -73,7 +73,7 @@ def test_effects_that_are_a_million_times_the_error_are_found() -> None:
     found = mixed_model(
         kinds[0] @ levels + 1e-3 * rng.standard_normal(8 * n), np.ones((8 * n, 1)), np.zeros(8 * n), kinds
     )
-    np.testing.assert_allclose(found.deviations, np.std(levels, ddof=1), rtol=0.01)
+    np.testing.assert_allclose(found.deviations, np.std(levels, ddof=1), rtol=1e-3)
     np.testing.assert_allclose(found.predicted, levels - levels.mean(), rtol=0, atol=1e-2)
 
 
