@@ -179,8 +179,8 @@ def staircase(
     step: Size of a step [m]; a negative one begins the other way.
     steps, loops: Steps from end to end, and number of round trips.
     sampling: Samples a second [Hz].
-    ramp, dwell: Time that a step takes, its speed rising and falling smoothly, and rest after it [s]. Raises FricError:
-    When there is no step.
+    ramp, dwell: Time that a step takes, its speed rising and falling smoothly, and rest after it [s].
+    Raises FricError: When there is no step.
     """
     if step == 0 or steps < 1 or loops < 1 or not (ramp > 0 and dwell >= 0):
         raise FricError("a staircase has no step", hint="Give a step, a number of steps and of loops.")

@@ -272,7 +272,7 @@ def evidence_of(
         against the prediction. With unknown gains it explains nothing: the machines agree with any circle.
     compared: As in `Evidence`.
     disagreements: By file of a measured circle, where it differs from the prediction of the machine file. It is settled
-    for a circle that all machines were made to agree with.
+        for a circle that all machines were made to agree with.
     more: Further fields of `Evidence`.
     """
     distrust = prediction.distrust if prediction else ()

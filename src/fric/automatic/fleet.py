@@ -166,7 +166,8 @@ def run_fleet(
     mapping, run: As in `FleetStudy`.
     workers: Processes; one a core where not given.
     scheduler: Address of a Dask cluster.
-    advance: Called after each. Raises FricError: When the cluster does not answer, or a process was killed.
+    advance: Called after each.
+    Raises FricError: When the cluster does not answer, or a process was killed.
     """
     study = FleetStudy(tuple(units), output.resolve(), mapping, run)
     advance(0, total=len(units))

@@ -74,7 +74,8 @@ class Step:
     def make(self, advance: Advance = silent) -> Result:
         """Call the verb, write its outputs, and return its result.
 
-        advance: Called with its progress, if the verb reports any. Raises FricError: As the verb.
+        advance: Called with its progress, if the verb reports any.
+        Raises FricError: As the verb.
         """
         with commanded("fric", *self.words), together(*self.leaves) as made:
             result = VERBS[self.command](self, advance)

@@ -66,7 +66,8 @@ def predict(
     scheme: The compensation that was switched on.
     known: The distribution of machines, as arguments of `Study`; None if the machine file has no intervals.
     draws: Machines that are drawn.
-    done: Called after each circle. Raises FricError: When the machine cannot run the circle.
+    done: Called after each circle.
+    Raises FricError: When the machine cannot run the circle.
     """
     test = measured.test
     circle = Circle(test.radius, test.feed, 2, test.direction)
@@ -109,8 +110,8 @@ def agreement(
     measured, predicted: The diagnoses of both circles.
     intervals: Interval of each predicted glitch [m]; None where there is none.
     scheme: The scheme that was simulated.
-    step: An encoder step [m], the tolerance of a prediction without interval. known: Names of the machine's axes:
-    reversals of other axes are not predicted.
+    step: An encoder step [m], the tolerance of a prediction without interval.
+    known: Names of the machine's axes: reversals of other axes are not predicted.
     """
     agrees, causes = {}, {}
     pulses, other = measured.pulses(), predicted.pulses()

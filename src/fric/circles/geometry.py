@@ -187,8 +187,8 @@ def fit_geometry(
 
     tests: Revolutions of each test.
     behind: Per test and quadrant, up to what angle behind the reversal a glitch is left out [rad].
-    lines: Periodic errors along an axis. both: Whether both directions were measured, which separates mismatch from
-    squareness.
+    lines: Periodic errors along an axis.
+    both: Whether both directions were measured, which separates mismatch from squareness.
     """
     many = len(tests)
     every = -(-sum(len(test.angle) for test in tests) // MOST_FITTED)

@@ -109,8 +109,8 @@ def learn_from(
     test: The circle test, with reference, position and voltage.
     machine: The machine, whose nominal plants are taken.
     how: How; by the feed where not given.
-    before: By axis, the feedforward against friction in this round [V], shape (n,); none where not given. Raises
-    FricError: When a channel is missing, or the previous feedforward has a different length.
+    before: By axis, the feedforward against friction in this round [V], shape (n,); none where not given.
+    Raises FricError: When a channel is missing, or the previous feedforward has a different length.
     """
     how = how or Learning.at(test.feed)
     time, wanted, voltage = {}, {}, {}
@@ -186,10 +186,10 @@ def learn(
 
     machine: The machine; its nominal plants are what is learned with.
     rounds: How often the circle is learned from.
-    how: Settings; by default set by the feed. observer: Whether the disturbance observer is on, where all axes have
-    one.
-    done: Called after each of `circles_to_learn` circles. Raises FricError: When there are no rounds, or the machine
-    cannot run the circle.
+    how: Settings; by default set by the feed.
+    observer: Whether the disturbance observer is on, where all axes have one.
+    done: Called after each of `circles_to_learn` circles.
+    Raises FricError: When there are no rounds, or the machine cannot run the circle.
     """
     if rounds < 1:
         raise FricError(f"{rounds} rounds are none to learn from", hint="Give 1 or more.")

@@ -220,8 +220,8 @@ class MeasuredCircle:
     def driven(self, name: str, what: str) -> tuple[Real, Real, Real, Real, float]:
         """Return even instants [s], reference [m], position [m] and voltage [V] of an axis, and their rate [Hz].
 
-        name, what: The axis, and what needs them. Raises FricError: When reference or voltage is missing, most samples
-        are missing, or the rate is too low.
+        name, what: The axis, and what needs them.
+        Raises FricError: When reference or voltage is missing, most samples are missing, or the rate is too low.
         """
         t, (r, z, u) = even(*self.require(name, what))
         rate = 1.0 / float(t[1] - t[0])

@@ -295,8 +295,8 @@ class BalanceSearch:
 def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: int = 12) -> FittedBalance:
     """Return the least-squares point of a balance with its priors, from the best of some starts.
 
-    balance: The balance. starts: Points to start from, each of shape (p,); all are searched coarsely, and the best to
-    the end.
+    balance: The balance.
+    starts: Points to start from, each of shape (p,); all are searched coarsely, and the best to the end.
     sigma: Standard deviation of a sample relative to the priors [V].
     most: Steps at most.
     """
@@ -308,7 +308,8 @@ def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: in
 def at(balance: Balance, x: Real, plant: Real | None = None) -> FittedBalance:
     """Return the residual at a point, with the plant that fits best there, or with a given plant (its offsets fitted).
 
-    balance: The balance. x: The point, shape (p,).
+    balance: The balance.
+    x: The point, shape (p,).
     plant: m [V·s²/m] and a [V·s/m] that are kept.
     """
     search = BalanceSearch(balance)

@@ -103,8 +103,8 @@ def validate_inverse(
     and backwards, central differences, both forces decimated in the same way, as `fric identify plant` does.
 
     log: A record with force, or input.
-    plant, friction, load, cutoff: As in `validate_closed_loop`; with a T_d of 0 if it was not measured. Raises
-    FricError: When a channel is missing, the sampling is uneven, or the record is too short for the filter.
+    plant, friction, load, cutoff: As in `validate_closed_loop`; with a T_d of 0 if it was not measured.
+    Raises FricError: When a channel is missing, the sampling is uneven, or the record is too short for the filter.
     """
     rate = even_sampling(log)
     settings = Conditioning.of(rate, cutoff)

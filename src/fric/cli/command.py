@@ -38,7 +38,8 @@ def parameter(name: str, hint: Any, default: Any = Parameter.empty) -> Parameter
 def parameter_of(given: Argument, flags: str = "", *, place: bool = False) -> Parameter:
     """Return the parameter of a command for an argument of its verb.
 
-    flags: Names of the option, if they differ from that of the argument. place: Whether it is positional.
+    flags: Names of the option, if they differ from that of the argument.
+    place: Whether it is positional.
     """
     kinds, default = kinds_of(given.hint), given.default
     read, many = _read(given.hint)
@@ -150,13 +151,15 @@ class Command:
     plot, plausible, replaces: Whether there is a figure to draw, whether what is read is held against physics, and
         whether ``--force`` replaces outputs that exist.
     doing: Text of the progress bar.
-    flags: Names of options by argument, if they differ. places: Arguments with a default that are positional
-    nevertheless. options: Arguments that are options though Python takes them by position. without: Arguments that only
-    Python has. bound: Arguments that the command supplies.
+    flags: Names of options by argument, if they differ.
+    places: Arguments with a default that are positional nevertheless.
+    options: Arguments that are options though Python takes them by position.
+    without: Arguments that only Python has.
+    bound: Arguments that the command supplies.
     optional: Arguments without default that the line may omit: the called function supplies them.
     further: Arguments of other verbs, by verb; those of `READ_MACHINE` are used to read the machine first.
-    text: The help, if it is not that of the verb; ``more`` follows it. helps: The help of options by argument, if it is
-    not the first sentence of the description.
+    text: The help, if it is not that of the verb; ``more`` follows it.
+    helps: The help of options by argument, if it is not the first sentence of the description.
     own: Further parameters that only a terminal has.
     run: Module and name of the function that is called instead of the verb, with the given values.
     """

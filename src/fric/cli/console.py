@@ -98,8 +98,8 @@ def finish(
     json: Print the document, and nothing else on standard output.
     force: Replace outputs that exist.
     doing: What a progress bar says meanwhile.
-    also: Further figures, by file. into: A folder to save the result into, instead of a file; the result checks its
-    content.
+    also: Further figures, by file.
+    into: A folder to save the result into, instead of a file; the result checks its content.
     writes: Format of ``output``, as `fric.output.FORMATS` calls it.
     worded: Replaces arguments by options in a warning.
     """

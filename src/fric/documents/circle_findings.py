@@ -230,9 +230,12 @@ def write_tuned(
 
     An axis that was not improved stays as it was.
 
-    found: The result of tuning. machine: The machine file that was tuned. folder: Folder to write.
+    found: The result of tuning.
+    machine: The machine file that was tuned.
+    folder: Folder to write.
     force: Replace files that exist.
-    done: Is called for each file that is there. Raises FricError: When a file exists, or cannot be written.
+    done: Is called for each file that is there.
+    Raises FricError: When a file exists, or cannot be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -120,8 +120,8 @@ def staged_hdf5(
     """Open an HDF5 file for writing that takes its name only when the block ends well.
 
     force: Replace a file that exists.
-    add: Begin with what is in the file.
-    Yields the file, and a function to call now and then: it raises when a write has failed, or Ctrl-C was pressed.
+    add: Begin with what is in the file. Yields the file, and a function to call now and then: it raises when a write
+        has failed, or Ctrl-C was pressed.
     """
     with staged(path, force=force or add) as draft:
         if add:

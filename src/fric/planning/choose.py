@@ -43,8 +43,8 @@ def prior_axis(
     machine: The machine; a typical machine where not given.
     axis: Name of the axis; that of the friction where it is given.
     friction, plant: What is known of its friction and of its plant.
-    like: A typical log, for force noise and encoder step. Raises FricError: When the machine has no such axis, or a
-    file is of another motion.
+    like: A typical log, for force noise and encoder step.
+    Raises FricError: When the machine has no such axis, or a file is of another motion.
     """
     notices: list[Notice] = []
     name = axis if friction is None else friction.axis
@@ -133,8 +133,8 @@ def choose(
     axis: The axis as known beforehand: friction, plant, controller, encoder.
     limits: What it may do.
     times: Factor of the number of strokes, cycles or periods, by kind of record.
-    micro_steps: A staircase in place of the sines before sliding. Raises FricError: When the limits leave no room for
-    one of them.
+    micro_steps: A staircase in place of the sines before sliding.
+    Raises FricError: When the limits leave no room for one of them.
     """
     more, makers = times or {}, _RECORDS | ({"presliding-sine": _micro_steps} if micro_steps else {})
     records = (made(axis, limits, more.get(kind, 1)) for kind, made in makers.items())

@@ -216,7 +216,8 @@ def expected(
 
     axis: The axis as known beforehand, with the noise and the encoder of its logs.
     planned: The experiments.
-    advance: Called after each simulated record and each identification. draws: Number of runs and identifications.
+    advance: Called after each simulated record and each identification.
+    draws: Number of runs and identifications.
     known: The friction file of the axis, which holds the residuals of its models.
     plant: The plant file of the axis, which holds the scatter of its response.
     """

@@ -214,9 +214,10 @@ def stroke_flaws(
     """Return the warnings from strokes at constant velocity about the encoder, and about the force over place and time.
 
     strokes: Constant-velocity segments, each with its record.
-    place: Result of `over_place`. force, half_width: The identified friction, and the smaller half-width of Coulomb
-    friction and offset [N], the scale of severity. taken_off: Whether the force over position was subtracted from the
-    map.
+    place: Result of `over_place`.
+    force, half_width: The identified friction, and the smaller half-width of Coulomb friction and offset [N], the scale
+        of severity.
+    taken_off: Whether the force over position was subtracted from the map.
     """
     if not strokes:
         return []

@@ -216,8 +216,8 @@ def steady_segments(log: Log) -> list[Segment]:
     """Return the constant-velocity segments of a record, in order of time, without rests.
 
     log: A record with position or, failing that, velocity. If it has a force, its settling is cut off. A record stated
-    to be a sine or a frequency response has no segment. Raises FricError: When position, velocity or time is not a
-    number somewhere.
+        to be a sine or a frequency response has no segment.
+    Raises FricError: When position, velocity or time is not a number somewhere.
     """
     return segments_and_rests(log)[0]
 

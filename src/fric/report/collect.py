@@ -248,8 +248,8 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
 
     paths: The files; the name of a bundled machine counts as its file.
     circles: Further measured circles.
-    tolerance: Glitch that is allowed [m]. Raises FricError: When a file cannot be read, a report does not show its
-    kind, or there is nothing to report.
+    tolerance: Glitch that is allowed [m].
+    Raises FricError: When a file cannot be read, a report does not show its kind, or there is nothing to report.
     """
     items: list[Item] = []
     tests: list[ContourTest] = []

@@ -58,10 +58,11 @@ def trust_of(
     and that no circle was measured.
 
     machine, name, scheme: The machine, its axis, and the scheme to switch on.
-    notices: Warnings of the machine's files. disagreements, compared: Where measured circles differ from the
-    prediction; whether any was compared with the machine.
-    drawn: What the scheme, and no compensation, left on drawn machines, by circle. Raises FricError: When the scheme
-    needs something that the axis lacks, or its loop is unstable.
+    notices: Warnings of the machine's files.
+    disagreements, compared: Where measured circles differ from the prediction; whether any was compared with the
+        machine.
+    drawn: What the scheme, and no compensation, left on drawn machines, by circle.
+    Raises FricError: When the scheme needs something that the axis lacks, or its loop is unstable.
     """
     given = Evidence(
         axes=(name,), resolution=machine.axis(name).encoder.resolution, compared=compared, disagreements=disagreements,

@@ -45,8 +45,9 @@ def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None,
 
     kind: The type of document.
     given: A document, the path of its file, or a result whose document it is.
-    of: Name and motion of the axis that it must belong to. to: Name of what it is combined with, for an error. Raises
-    FricError: When something else is given, or the document is of another axis or motion.
+    of: Name and motion of the axis that it must belong to.
+    to: Name of what it is combined with, for an error.
+    Raises FricError: When something else is given, or the document is of another axis or motion.
     """
     wanted = f"a {kind.type} file, or a result that holds one"
     if isinstance(given, Result):

@@ -80,8 +80,8 @@ class HysteresisCycles:
 def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> HysteresisCycles:
     """Find the cycles of a record, each of two half cycles between reversals.
 
-    cycles: The first and the last cycle to use, counted from 1; by default all. Raises FricError: When there is no
-    whole cycle, the chosen cycles do not exist, or the amplitude is under three
+    cycles: The first and the last cycle to use, counted from 1; by default all.
+    Raises FricError: When there is no whole cycle, the chosen cycles do not exist, or the amplitude is under three
         encoder steps.
     """
     motion, where = record.motion, record.log.where

@@ -233,8 +233,8 @@ def plant_records(
     """Return the method and its records: frequency responses if there are any, else motions.
 
     records: Records of one axis.
-    method: The method, where the user chooses it; a record of any kind is then used. Raises FricError: When no record
-    is usable, or the records are of different axes.
+    method: The method, where the user chooses it; a record of any kind is then used.
+    Raises FricError: When no record is usable, or the records are of different axes.
     """
     refuse_several_axes(records)
     dynamic = [r for r in records if not isinstance(r, ForceVelocity)]
@@ -393,7 +393,8 @@ def described(
 
     fits: Each response with its separate fit.
     solution: The fit of all.
-    friction: Influence of friction on A. estimates: A, B, T_d, and K_f where it is known.
+    friction: Influence of friction on A.
+    estimates: A, B, T_d, and K_f where it is known.
     hold: Sampling rate of the hold [Hz].
     """
     for fit in fits:

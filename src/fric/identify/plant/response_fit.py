@@ -77,8 +77,8 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float
     They are from a grid with a wrapped phase, so that no error of unwrapping is possible.
 
     dampings: Values of A that are tried.
-    most: Largest number of lines that are used. Raises FricError: When the response is that of eq. (1) with the wrong
-    sign.
+    most: Largest number of lines that are used.
+    Raises FricError: When the response is that of eq. (1) with the wrong sign.
     """
     thin = slice(None, None, -(-len(lines.frequency) // most))
     f, response, deviation = lines.frequency[thin], lines.response[thin], lines.deviation[thin]
@@ -221,8 +221,8 @@ def solve(
     sets: Lines of each response.
     friction: Fit F_c/M, too.
     misfits: Relative deviation to be added for each response; by default estimated.
-    resonance: Start of the search for a second mass; by default eq. (1) alone. start: Start of the search for A, ln B,
-    T_d, and F_c/M if fitted; by default from a grid and 0.
+    resonance: Start of the search for a second mass; by default eq. (1) alone.
+    start: Start of the search for A, ln B, T_d, and F_c/M if fitted; by default from a grid and 0.
     """
     form = ResponseForm(friction, resonance.encoder if resonance else None)
     start = near(sets[0])[0] if start is None else np.array(start, float)

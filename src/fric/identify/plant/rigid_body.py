@@ -83,13 +83,13 @@ def identify_motion(
 
     logs: Records of one axis, each with a force or an input, evenly sampled.
     direction: Common F_v, F_c and an offset, or F_v and F_c for each direction (an offset is then half their
-    difference).
+        difference).
     force_constant: K_f [N/V]; with it an input is used as force.
     delay: T_d [s], which a motion does not show; by default half a sample. If given, it is the delay of the force after
-    its voltage.
+        its voltage.
     cutoff, decimation, border: See `Conditioning`; chosen from the sampling rate where not given.
-    mass: Moving mass [kg], where the user knows it; the identified mass is checked against it. Raises FricError: When
-    neither force nor input was logged, the sampling is uneven, or the motion does not separate
+    mass: Moving mass [kg], where the user knows it; the identified mass is checked against it.
+    Raises FricError: When neither force nor input was logged, the sampling is uneven, or the motion does not separate
         the terms.
     """
     motion = logs[0].motion

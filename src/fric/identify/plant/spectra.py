@@ -145,7 +145,7 @@ def segment_spectra(input: Real, position: Real, driver: Real, segment: int, sam
     would leak into every line.
 
     input, position, driver: Control voltage [V], position [m], and their driver: the reference or the input itself,
-    each shape (n,).
+        each shape (n,).
     segment: Samples a segment.
     sampling: Samples a second [Hz].
     """

@@ -194,7 +194,8 @@ def compare_models(
     records: See `fric.records.prepared.prepared`.
     splits: The samples to fit and to score.
     static, negative, blocks, seed: As in `identify_by_replay`.
-    advance: Called after each model. Raises FricError: When there is no such model, or nothing to score.
+    advance: Called after each model.
+    Raises FricError: When there is no such model, or nothing to score.
     """
     lengths = tuple(presliding_length(record) for record in records)
     near = tuple(near_reversals(record, length) for record, length in zip(records, lengths, strict=True))

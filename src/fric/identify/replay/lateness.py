@@ -36,7 +36,8 @@ def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate
     It is one Gauss–Newton step from the solution, in the lag of each record and all parameters together, and its
     interval includes the error of the model that recurs in each cycle, and alignment of the channels to half a sample.
 
-    search, best: The search, and its solution. quantile: Half-widths in standard deviations.
+    search, best: The search, and its solution.
+    quantile: Half-widths in standard deviations.
     """
     records, seen, cycled = search.records, search.seen(best), _cycled(search)
     if not cycled or not seen.any():

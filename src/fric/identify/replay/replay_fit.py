@@ -100,16 +100,16 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
 
     name: Name of the model.
     records: See `fric.records.prepared.prepared`.
-    static: Static map to keep, for a model with a static map; by default it is fitted, too. negative: Map of the
-    negative direction, if each direction has a map.
+    static: Static map to keep, for a model with a static map; by default it is fitted, too.
+    negative: Map of the negative direction, if each direction has a map.
     blocks: Number of blocks, for a model of slip blocks.
     fix: Values in SI of parameters that are not fitted.
     free: Names of parameters to fit that are held by default (`delta`).
     seed: Seed of the coarse search.
     start: A model to start from; there is no coarse search then.
-    with_level: Whether each record has a level of friction, which scales F_c and F_s of the kept static map. beyond:
-    Increase of the covariance that the residuals do not show. Raises FricError: When there is no such model, or no such
-    parameter, or no sample to compare.
+    with_level: Whether each record has a level of friction, which scales F_c and F_s of the kept static map.
+    beyond: Increase of the covariance that the residuals do not show.
+    Raises FricError: When there is no such model, or no such parameter, or no sample to compare.
     """
     model = fitted_model(name)
     records = [record.trimmed() for record in records if record.used.any()]
@@ -306,7 +306,8 @@ def opened(
     stiffness whose spring yields before the encoder shows motion after a reversal is a lower bound; records of a few
     encoder steps do not determine it.
 
-    coordinates: The searched coordinates. values, within: Values and intervals by section and name.
+    coordinates: The searched coordinates.
+    values, within: Values and intervals by section and name.
     """
     seen, motion, notices, found = identifiability_of(records), records[0].log.motion, [], dict(within)
     declared = {(s, p.name): p for s, parameters in coordinates.model.declared().items() for p in parameters}

@@ -63,7 +63,8 @@ def replay_covariance(
     the machine, the interval is of the block that replaces several.
 
     gradient, residual: As in `covariance_of`.
-    quantile: Half-widths in standard deviations. most: As in `hac_covariance`.
+    quantile: Half-widths in standard deviations.
+    most: As in `hac_covariance`.
     """
     lengths = [int(record.used.sum()) for record in records]
     covariance = covariance_of(gradient, residual, lengths, most)
@@ -96,7 +97,8 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
     gain ``H·τ²·Hᵀ``, H being how they move with each u, with Student's t of R - 1. Two records are only compared if
     they have the same motion: the error of a model along another motion would look like a level.
 
-    search, best: The search, and its solution. shown: Derivatives of the residual by what is seen, shape (n, s).
+    search, best: The search, and its solution.
+    shown: Derivatives of the residual by what is seen, shape (n, s).
     quantile: Half widths are this many standard deviations.
     """
     records, model = search.records, search.coordinates.build(best.x)
