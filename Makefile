@@ -26,10 +26,10 @@ test test-long legs: export PYTHONHASHSEED := 0
 
 # FRIC_LONG_SECONDS says how many seconds of those marked `long` are run, by their markers, other ones each day: 0 runs none.
 # The checks run beside the tests; what each has to say comes in one piece, the tests' dots at once. Any that fails fails all.
-# FRIC_LEGS names legs, as tests under another processor's settings: a third of that follows whose turn it is today.
+# FRIC_LEGS names legs that follow, as tests under another processor's settings; `turn` is the one of this number of commits.
 test: $(STAMP)
 	$(MAKE) --no-print-directory --jobs 2 --output-sync=target lint tests
-	$(if $(FRIC_LEGS),$(BIN)/python -m tests.legs --today 3 $(FRIC_LEGS))
+	$(if $(FRIC_LEGS),$(BIN)/python -m tests.legs $(FRIC_LEGS))
 
 tests: warm
 	$(MAKE) --no-print-directory --output-sync=none pytest

@@ -1,8 +1,8 @@
 """The tests' other settings, in turns: processors, last bits, Pythons, and the oldest libraries that are allowed.
 
-`python -m tests.legs` runs all legs, `python -m tests.legs avx2 python3.13` those, and `python -m tests.legs --today 3`
-the one of numeric tests whose turn it is, on a third of its files: others each day. What a leg needs and this computer
-lacks is said, and is no failure.
+`python -m tests.legs` runs all legs, `python -m tests.legs avx2 python3.13` those, and `python -m tests.legs turn` the
+one whose turn it is by the number of commits. What a leg needs and this computer lacks is said, and is no
+failure.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Callable
-from datetime import date
 from functools import partial
 from pathlib import Path
 
@@ -28,7 +27,6 @@ NUDGED = ("tests/identify", "tests/circles", "tests/planning", "tests/test_docs.
 NUMERIC = ("tests/records", "tests/simulate", "tests/paper", "tests/results", *NUDGED)
 """Tests whose numbers come from fits and simulations, and those of them that a loop hangs on."""
 NUDGES = range(1, 6)
-ALL = slice(None)
 
 WIDTHS = {"X86_V3": 2, "AVX2": 2, "FMA3": 2, "FMA4": 2, "AVX": 1, "F16C": 1}
 """The width of NumPy's vector instructions by name: 1 are AVX, 2 AVX2; what is newer than these counts as 3."""
@@ -66,17 +64,11 @@ def processor(name: str) -> dict[str, str]:
     }  # fmt: skip
 
 
-def numeric(paths: tuple[str, ...], settings: Callable[[], dict[str, str]], part: slice = ALL) -> None:
-    """Run tests of this environment's under other settings: a part of their files, in the order of names."""
-    found = sorted(file for path in paths for file in ([ROOT / path] if path.endswith(".py") else files(ROOT / path)))
+def numeric(paths: tuple[str, ...], settings: Callable[[], dict[str, str]]) -> None:
+    """Run tests of this environment's under other settings."""
     environment = os.environ | {"FRIC_LONG_SECONDS": "0"} | settings()
-    for words in (["tests.warm"], ["pytest", "-n", "auto", "--dist", "worksteal", *found[part]]):
+    for words in (["tests.warm"], ["pytest", "-n", "auto", "--dist", "worksteal", *paths]):
         subprocess.run([sys.executable, "-m", *words], cwd=ROOT, env=environment, check=True)
-
-
-def files(folder: Path) -> list[Path]:
-    """Return the files of tests in a folder."""
-    return list(folder.rglob("test_*.py"))
 
 
 def interpreter(version: str) -> str:
@@ -109,12 +101,12 @@ def installed(name: str, version: str, *, lowest: bool = False) -> None:
     subprocess.run(pytest, cwd=ROOT, env=environment, check=True)
 
 
-NUMERICS: dict[str, Callable[..., None]] = {
+NUMERICS: dict[str, Callable[[], None]] = {
     **{name: partial(numeric, NUMERIC, partial(processor, name)) for name in PROCESSORS},
     "threads": partial(numeric, NUMERIC, lambda: {"OMP_NUM_THREADS": "2"}),
     **{f"nudge-{n}": partial(numeric, NUDGED, partial(dict, FRIC_NUDGE=str(n))) for n in NUDGES},
 }
-"""Legs of numeric tests, by name; each takes which part of the files is run."""
+"""Legs of numeric tests, by name, of which each has its turn."""
 LEGS: dict[str, Callable[[], None]] = NUMERICS | {
     **{f"python{one}": partial(installed, f"python{one}", one) for one in ("3.12", "3.13", "3.14")},
     "lowest": partial(installed, "lowest", "3.11", lowest=True),
@@ -122,10 +114,15 @@ LEGS: dict[str, Callable[[], None]] = NUMERICS | {
 """What a leg does, by name."""
 
 
-def today(names: list[str], parts: int, day: int) -> dict[str, Callable[[], None]]:
-    """Return the leg whose turn it is on a day, on one of so many parts of its files; then the next has its turn."""
-    rounds, place = divmod(day, len(names))
-    return {names[place]: partial(NUMERICS[names[place]], part=slice(rounds % parts, None, parts))}
+def commits() -> int:
+    """Return how many commits lead to the one that is checked out; 0 where git does not say."""
+    told = subprocess.run(["git", "rev-list", "--count", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=False)
+    return int(told.stdout or 0)
+
+
+def whose_turn(count: int) -> str:
+    """Return the leg whose turn it is after so many commits."""
+    return list(NUMERICS)[count % len(NUMERICS)]
 
 
 def run(legs: dict[str, Callable[[], None]]) -> dict[str, str]:
@@ -146,20 +143,11 @@ def run(legs: dict[str, Callable[[], None]]) -> dict[str, str]:
 def main() -> None:
     """Run the legs that are asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", metavar="LEG", help=f"of {', '.join(LEGS)}")
-    parser.add_argument(
-        "--today", type=int, metavar="PARTS", help="only one of them, on one of so many parts of its files, in turns"
-    )
-    asked = parser.parse_args()
-    known = list(LEGS if asked.today is None else NUMERICS)
-    if unknown := set(asked.names) - set(known):
+    parser.add_argument("names", nargs="*", metavar="LEG", help=f"of {', '.join(LEGS)}; turn: by the number of commits")
+    names = [whose_turn(commits()) if name == "turn" else name for name in parser.parse_args().names or LEGS]
+    if unknown := set(names) - set(LEGS):
         parser.error(f"no leg is called {', '.join(sorted(unknown))}")
-    names = asked.names or known
-    if asked.today is None:
-        legs = {name: LEGS[name] for name in names}
-    else:
-        legs = today(names, asked.today, date.today().toordinal())
-    told = run(legs)
+    told = run({name: LEGS[name] for name in names})
     for name, what in told.items():
         print(f"leg {name}: {what}")
     sys.exit(any(what.startswith("FAILED") for what in told.values()))

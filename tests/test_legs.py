@@ -7,7 +7,6 @@ import os
 import platform
 import subprocess
 import sys
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -37,19 +36,6 @@ def test_settings_of_a_processor_are_taken_by_the_libraries() -> None:
     assert set(legs.numpys(0).split()) >= set(legs.numpys(1).split()) >= set(legs.numpys(2).split())
     assert "AVX512F" in legs.processor("avx2")["GLIBC_TUNABLES"]
     assert "AVX2" not in legs.processor("avx2")["GLIBC_TUNABLES"].split("-")
-
-
-@pytest.mark.parametrize("parts", [1, 2, 3])
-def test_every_part_of_every_leg_comes_in_its_turn(parts: int) -> None:
-    names = list(legs.NUMERICS)
-    files = list(range(10))
-    for begin in (0, 739_000):
-        seen: dict[str, list[int]] = {name: [] for name in names}
-        for day in range(begin, begin + parts * len(names)):
-            ((name, leg),) = legs.today(names, parts, day).items()
-            assert isinstance(leg, partial)
-            seen[name] += files[leg.keywords["part"]]
-        assert all(sorted(of_leg) == files for of_leg in seen.values())
 
 
 def test_what_is_lacking_is_said_and_what_fails_fails() -> None:
