@@ -1,6 +1,6 @@
 """Eq. (2) fitted to the forces of strokes: weights, scatter between strokes, intervals."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Self
 
@@ -32,7 +32,7 @@ CLEARLY = 0.8
 LEAST_RISE = 1e-6
 """Least rise of F_s with age, as a share of F_s."""
 DIFFERENT = 1e-3
-"""Probability of such a gain by chance below which F_s ages."""
+"""Probability of such a gain by chance below which a richer form is used."""
 FEWEST = 8
 """Least number of strokes for a richer form."""
 DESCRIPTIONS = {
@@ -103,17 +103,33 @@ def by_leverage(problem: StribeckProblem, residual: Real, jacobian: Real) -> Rea
     return np.asarray(residual / np.maximum(1 - leverage, 1e-3))
 
 
-def at_other_speeds(problem: StribeckProblem, plain: tuple[Real, Real], rich: tuple[Real, Real]) -> bool:
+def clearly_better(
+    tried: HeldOut, rich: str, more: int, problem: StribeckProblem, misfits: Sequence[tuple[Real, Real]]
+) -> bool:
+    """Return whether a richer form predicts clearly better than eq. (2) with as many parameters ``more``.
+
+    Its errors at held-out strokes are smaller; its sum of squares is smaller by more than noise in the forces explains
+    (F test), which few strokes do not tell by themselves; and it predicts speeds that are held out. ``misfits`` are
+    the residuals [N] and the Jacobian of eq. (2) and of the richer form, shapes (n,) and (n, p).
+    """
+    without, within = (float(np.sum((residual / problem.standard_error) ** 2)) for residual, _ in misfits)
+    free = max(problem.degrees_of_freedom - more, 1)
+    chance = fdtrc(more, free, free / more * max(without / max(within, 1e-300) - 1.0, 0.0))
+    clearly = tried.better(rich) and tried[rich] < CLEARLY * tried["stribeck"] and chance < DIFFERENT
+    return bool(clearly and _at_other_speeds(problem, misfits))
+
+
+def _at_other_speeds(problem: StribeckProblem, misfits: Sequence[tuple[Real, Real]]) -> bool:
     """Return whether a richer form predicts clearly better when all strokes of a speed are held out together.
 
     A deviation of both directions at one speed may be due to the place, or to steps of the force, so that a stroke
-    predicts the other. Residuals [N] and Jacobian of both forms are given, shapes (n,) and (n, p).
+    predicts the other.
     """
     speed = np.abs(problem.v)
     order = np.argsort(speed)
     alike = np.split(order, 1 + np.flatnonzero(np.diff(np.log(speed[order])) > np.log1p(REPEATED)))
     squares: list[list[float]] = []
-    for residual, jacobian in (plain, rich):
+    for residual, jacobian in misfits:
         U, r = _directions(problem, jacobian), residual / problem.standard_error
         squares.append([])
         for array in alike:
@@ -171,16 +187,9 @@ def _with_ageing(plain: StribeckProblem, solution: MapSolution, held_out: HeldOu
     """Return the errors of eq. (2) with an F_s that ages, and the ageing if that is clearly better."""
     ageing = aged(plain, solution)
     tried = held_out.entered("ages", by_leverage(plain, ageing.residual, ageing.jacobian))
-    without, within = (
-        float(np.sum((residual / plain.standard_error) ** 2))
-        for residual in (_misfit(plain, solution)[0], ageing.residual)
-    )
-    free = max(plain.degrees_of_freedom - 2, 1)  # the rise, and the speed at which it begins
-    by_chance = fdtrc(2, free, 0.5 * free * max(without / max(within, 1e-300) - 1.0, 0.0))
-    clearly = tried.better("ages") and tried["ages"] < CLEARLY * tried["stribeck"] and by_chance < DIFFERENT
-    if clearly and at_other_speeds(plain, _misfit(plain, solution), (ageing.residual, ageing.jacobian)):
-        return replace(tried, ages=ageing.rise)
-    return tried
+    misfits = _misfit(plain, solution), (ageing.residual, ageing.jacobian)
+    # two parameters more: the rise, and the speed at which it begins
+    return replace(tried, ages=ageing.rise) if clearly_better(tried, "ages", 2, plain, misfits) else tried
 
 
 def _with_shape(fitted: FittedMap, held_out: HeldOut, *, shape: bool, fixed: bool) -> tuple[FittedMap, HeldOut]:
@@ -192,11 +201,9 @@ def _with_shape(fitted: FittedMap, held_out: HeldOut, *, shape: bool, fixed: boo
         tried = replace(tried, ages=None)
     low, high = DELTA_RANGE
     inside = low * 1.01 < freed.solution.theta["delta"] < high / 1.01 and not at_bound(freed.problem, freed.solution)
-    clearly = inside and tried.better("delta") and tried["delta"] < CLEARLY * tried["stribeck"]
-    if shape and tried.ages is None and clearly:
-        misfits = _misfit(plain, solution), _misfit(freed.problem, freed.solution)
-        if at_other_speeds(plain, *misfits):
-            return freed, replace(tried, form="delta")
+    misfits = _misfit(plain, solution), _misfit(freed.problem, freed.solution)
+    if shape and tried.ages is None and inside and clearly_better(tried, "delta", 1, plain, misfits):
+        return freed, replace(tried, form="delta")
     return fitted, tried
 
 
