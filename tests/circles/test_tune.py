@@ -12,7 +12,14 @@ from scipy.integrate import solve_ivp
 
 import fric
 from fric.circles.measured import AxisTrace, MeasuredCircle, measured_from_run
-from fric.circles.next_circle import CircleForecast, law_warnings, measured_glitch, next_circles, worse_ahead
+from fric.circles.next_circle import (
+    CircleForecast,
+    better_ahead,
+    law_warnings,
+    measured_glitch,
+    next_circles,
+    worse_ahead,
+)
 from fric.circles.tune import cautious, loop_warnings, tune, tune_axis
 from fric.circles.tune_fit import Balance, BalanceCoordinates, at, fit, instrumented
 from fric.circles.tune_intervals import alike_warnings, groups_alike, timing_warnings, tuned_estimates
@@ -411,6 +418,28 @@ def test_a_circle_is_worse_where_it_should_be_by_more_than_chance(circles, tuned
     assert not worse_ahead(circles, ahead(1.1 * seen), again(0.0), 1.2 * seen)  # below a count nothing is told apart
     assert worse_ahead(circles, ahead(0.9 * seen), again(0.0), count, doubtful=True)  # its upper end is what counts
     assert not worse_ahead(circles, tuned.predicted, again(0.0), count)
+    assert better_ahead(circles, ahead(0.5 * seen), again(0.1))
+    assert not better_ahead(circles, ahead(0.95 * seen), again(0.1))  # it may be so again
+
+
+@pytest.mark.long(8)
+def test_what_helps_one_feed_is_kept_where_the_other_would_be_worse(drawn, circles, tuned, monkeypatch):
+    """Where the whole is said to make a circle worse, what matters to slow ones stays as it was believed."""
+    said = iter(["the next circle may be worse"])
+    monkeypatch.setattr(
+        "fric.circles.tune.worse_ahead", lambda *told, **also: next(said, "") or worse_ahead(*told, **also)
+    )
+    found = tune(drawn, circles)
+    assert {"tuned-in-part", "tuning-refused"} & {one.code for one in found.warnings} == {"tuned-in-part"}
+    for name, axis in drawn.axes.items():
+        kept, whole = (one.machine.axes[name].nominal_friction.models["gms"] for one in (found, tuned))
+        believed = axis.nominal_friction.models["gms"]
+        assert kept.static.F_c == pytest.approx(whole.static.F_c, rel=1e-3)
+        assert kept.k[0] == pytest.approx(whole.k[0], rel=1e-3)
+        of_level, before, after = (one.C / one.static.F_c for one in (kept, believed, whole))
+        assert of_level == pytest.approx(before, rel=1e-4)
+        assert of_level != pytest.approx(after, rel=0.05)
+    assert glitches(found.machine) < 0.5 * glitches(drawn)
 
 
 def test_a_ball_bar_does_not_tune(drawn):

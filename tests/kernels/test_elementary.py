@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import platform
 import subprocess
 import sys
 from decimal import Decimal, localcontext
-from math import inf, isnan, log, nan, pi, ulp
+from fractions import Fraction
+from math import factorial, inf, isnan, log, nan, pi, ulp
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +17,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fric.exact import riccati
-from fric.kernels import elementary
+from fric.kernels import elementary, plant
 from fric.kernels.spline import spline_slopes
+from tests import legs
+from tests.kernels import bits
 
 EXACT = {
     "exp": lambda x: x.exp(),
@@ -90,7 +94,20 @@ def test_the_riccati_equation_is_solved_as_scipy_solves_it(noise: float) -> None
     np.testing.assert_allclose(riccati(a.tolist(), G.tolist(), H.tolist()), exact, rtol=1e-7)
 
 
-CIRCLES = Path(__file__).parent / "bits.py"
+def test_weights_of_the_extrapolation_are_the_exact_fractions_rounded_once() -> None:
+    """Those that cancel h² to h^(k+1). Off by 5e-12, as a solver finds them, they moved all circles by a count."""
+    for k, row in enumerate(plant.WEIGHTS):
+        n = k + 1
+        parts = range(1, n + 1)
+        exact = [
+            Fraction((-1) ** (n - j) * 2 * j ** (n + 1), n * (n + 1) * factorial(j) * factorial(n - j)) for j in parts
+        ]
+        assert sum(exact) == 1
+        assert not any(sum(w / j**m for w, j in zip(exact, parts, strict=True)) for m in range(2, n + 1))
+        assert [*row] == [*map(float, exact), *[0.0] * (len(row) - n)]
+
+
+CIRCLES = Path(bits.__file__)
 SETTINGS = {
     "as it is": {},
     "Haswell": {"OPENBLAS_CORETYPE": "Haswell", "NPY_DISABLE_CPU_FEATURES": "AVX512F AVX512CD AVX512_SKX"},
@@ -100,6 +117,16 @@ SETTINGS = {
         "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX2_Usable,-FMA_Usable", "NUMBA_CPU_NAME": "nehalem",
     },
 }  # fmt: skip
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="names processors of x86-64")
+def test_two_circles_have_the_same_bits_under_another_blas_dispatch_and_c_library() -> None:
+    """In one further process, which takes what is compiled from the same cache."""
+    settings = {name: value for name, value in legs.processor("old").items() if not name.startswith("NUMBA")}
+    environment = os.environ | settings | {"OMP_NUM_THREADS": "2"}
+    words = [sys.executable, CIRCLES, "few"]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == list(bits.circles(*bits.FEW))
 
 
 @pytest.mark.long(150)
