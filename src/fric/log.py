@@ -188,11 +188,8 @@ class Log(_FromFile):
         """Return a channel, or raise a `FricError` that names its use."""
         values: Real | None = getattr(self, channel)
         if values is None:
-            raise FricError(
-                f"no {channel} was logged, and {purpose} needs it",
-                where=self.where,
-                hint=f"Log the {channel}, or map its column when ingesting.",
-            )
+            raise FricError(f"no {channel} was logged, and {purpose} needs it", where=self.where,
+                            hint=f"Log the {channel}, or map its column when ingesting.")  # fmt: skip
         return values
 
     def slice(self, start: int, stop: int) -> Log:
@@ -283,14 +280,12 @@ class ForceVelocity(_FromFile):
     def __post_init__(self) -> None:
         axis_name(self.axis, self.where)
         keep(self, FORCE_VELOCITY_DIMENSIONS, self.where, motion=self.motion)
-        columns = self.columns()
         for name, least in (("deviation", 0.0), ("error", 0.0), ("n", 1.0)):
-            if name in columns and (columns[name] < least).any():
-                row = int((columns[name] < least).argmax())
-                raise FricError(
-                    f"{name} is {columns[name][row]:g} in row {row + 1}, and is {least:g} at least", where=self.where,
-                    hint="Look at the columns of the table: is this the right one?",
-                )  # fmt: skip
+            values = self.columns().get(name, np.full(1, least))
+            if values.min() < least:
+                row = int((values < least).argmax())
+                raise FricError(f"{name} is {values[row]:g} in row {row + 1}, and is {least:g} at least",
+                                where=self.where, hint="Look at the columns: is this the right table?")  # fmt: skip
 
     def __repr__(self) -> str:
         return f"<ForceVelocity '{self.name}' of the {self.motion} axis {self.axis}: {len(self.velocity)} velocities>"

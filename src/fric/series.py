@@ -60,9 +60,8 @@ def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Moti
     if len(set(lengths.values())) > 1:
         text = ", ".join(f"{name} {n}" for name, n in lengths.items())
         raise FricError(f"the columns differ in length ({text})", where=where)
-    for name, n in lengths.items():
-        if n < least:
-            raise FricError(f"has {n} values of {name}", where=where, hint=f"It needs {least} at least.")
+    if lengths and (n := min(lengths.values())) < least:
+        raise FricError(f"has {n} values of {next(iter(lengths))}", where=where, hint=f"It needs {least} at least.")
     if "time" in found:
         require_rising(found["time"], where)
 

@@ -25,30 +25,14 @@ Motion = Literal[
 """Motion of an axis, followed by a slash and the unit of its forces if the drive logs them in its units."""
 MOTIONS: tuple[Motion, ...] = get_args(Motion)
 
-SI_UNITS: dict[str, tuple[str, str]] = {
-    # dimension: (linear, rotary)
-    "time": ("s", "s"),
-    "frequency": ("Hz", "Hz"),
-    "position": ("m", "rad"),
-    "velocity": ("m/s", "rad/s"),
-    "acceleration": ("m/s^2", "rad/s^2"),
-    "force": ("N", "N*m"),
-    "input": ("V", "V"),
-    "angle": ("rad", "rad"),
-    "ratio": ("1", "1"),
-    "mass": ("kg", "kg*m^2"),
-    "viscous": ("N*s/m", "N*m*s/rad"),
-    "stiffness": ("N/m", "N*m/rad"),
-    "force rate": ("N/s", "N*m/s"),
-    "force per input": ("N/V", "N*m/V"),
-    "rate": ("1/s", "1/s"),
-    "acceleration per input": ("m/(s^2*V)", "rad/(s^2*V)"),
-    "position per input": ("m/V", "rad/V"),
-    "velocity gain": ("V*s/m", "V*s/rad"),
-    "position gain": ("V/m", "V/rad"),
-}
-
-
+SI_UNITS: dict[str, tuple[str, str]] = {  # by dimension: linear, rotary
+    "time": ("s", "s"), "frequency": ("Hz", "Hz"), "position": ("m", "rad"), "velocity": ("m/s", "rad/s"),
+    "acceleration": ("m/s^2", "rad/s^2"), "force": ("N", "N*m"), "input": ("V", "V"), "angle": ("rad", "rad"),
+    "ratio": ("1", "1"), "mass": ("kg", "kg*m^2"), "viscous": ("N*s/m", "N*m*s/rad"), "stiffness": ("N/m", "N*m/rad"),
+    "force rate": ("N/s", "N*m/s"), "force per input": ("N/V", "N*m/V"), "rate": ("1/s", "1/s"),
+    "acceleration per input": ("m/(s^2*V)", "rad/(s^2*V)"), "position per input": ("m/V", "rad/V"),
+    "velocity gain": ("V*s/m", "V*s/rad"), "position gain": ("V/m", "V/rad"),
+}  # fmt: skip
 PLAIN: tuple[Motion, ...] = ("linear", "rotary")
 """Motions with forces in SI."""
 OF_FORCE = {"force": "", "mass": "*s^2/{m}", "viscous": "*s/{m}", "stiffness": "/{m}", "force rate": "/s",
@@ -102,23 +86,10 @@ def _registry() -> pint.UnitRegistry[Any]:
 
 
 _EVERYDAY: dict[tuple[str, str], float] = {
-    ("ms", "s"): 1e-3,
-    ("us", "s"): 1e-6,
-    ("µs", "s"): 1e-6,
-    ("kHz", "Hz"): 1e3,
-    ("mm", "m"): 1e-3,
-    ("um", "m"): 1e-6,
-    ("µm", "m"): 1e-6,
-    ("mm/s", "m/s"): 1e-3,
-    ("um/s", "m/s"): 1e-6,
-    ("µm/s", "m/s"): 1e-6,
-    ("mN", "N"): 1e-3,
-    ("kN", "N"): 1e3,
-    ("mN*m", "N*m"): 1e-3,
-    ("mV", "V"): 1e-3,
-    ("N/um", "N/m"): 1e6,
-    ("N/µm", "N/m"): 1e6,
-}
+    ("ms", "s"): 1e-3, ("us", "s"): 1e-6, ("µs", "s"): 1e-6, ("kHz", "Hz"): 1e3, ("mm", "m"): 1e-3, ("um", "m"): 1e-6,
+    ("µm", "m"): 1e-6, ("mm/s", "m/s"): 1e-3, ("um/s", "m/s"): 1e-6, ("µm/s", "m/s"): 1e-6, ("mN", "N"): 1e-3,
+    ("kN", "N"): 1e3, ("mN*m", "N*m"): 1e-3, ("mV", "V"): 1e-3, ("N/um", "N/m"): 1e6, ("N/µm", "N/m"): 1e6,
+}  # fmt: skip
 """Common units by their SI unit, so that most commands need not load Pint; a test compares both."""
 
 
@@ -149,12 +120,10 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
         return float(quantity.to(si).magnitude)
     except pint.DimensionalityError:
         other: Motion = "linear" if rotates(motion) else "rotary"
-        asked = f" (the axis is {motion}; is it {other}? Then say `motion: {other}`)"
-        hint = asked if _fits(spelled, dimension, other) else ""
-        raise FricError(
-            f"{dimension} cannot be in '{unit}': that unit measures {_measured(spelled)}",
-            hint=f"Give a unit that converts to {si}{hint}.",
-        ) from None
+        fits = registry.Quantity(1.0, spelled).check(registry.Unit(si_unit(dimension, other)).dimensionality)
+        hint = f" (the axis is {motion}; is it {other}? Then say `motion: {other}`)" if fits else ""
+        what = f"{dimension} cannot be in '{unit}': that unit measures {_measured(spelled)}"
+        raise FricError(what, hint=f"Give a unit that converts to {si}{hint}.") from None
     except FricError:
         raise
     except Exception:  # as in `is_unit`: a bracket that is not closed raises Python's TokenError
@@ -200,9 +169,7 @@ def _spelled(unit: str) -> str:
     plain = unit.strip().replace("·", "*").replace("²", "**2").replace("µ", "u").replace("μ", "u").replace("⁻¹", "**-1")
     if re.search(r"\bgrad\b", plain):
         raise FricError(f"'{unit}' is degrees in German, and gon elsewhere", hint="Write deg, or gon.")
-    plain = re.sub(
-        r"\bGrad\b", "deg", plain
-    )  # a German header's degree, which Pint takes for a thousand million radians
+    plain = re.sub(r"\bGrad\b", "deg", plain)  # German degrees, which Pint takes for a thousand million radians
     plain = re.sub(r"\brevs?\b", "revolution", plain)
     return _GERMAN.get(plain, _NEWTON_METRE.sub(r"\1*\2", plain))
 
@@ -217,10 +184,6 @@ def _of_an_angle(unit: str, spelled: str, dimension: str) -> str:
             hint='Write rad/s or rev/s, or give the angle of one logged unit as a scale, as in scale: "0.0879 mrad".',
         )
     return spelled
-
-
-def _fits(unit: str, dimension: str, motion: Motion) -> bool:
-    return bool(_registry().Quantity(1.0, unit).check(_registry().Unit(si_unit(dimension, motion)).dimensionality))
 
 
 def _measured(unit: str) -> str:
@@ -241,18 +204,16 @@ def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float
     """
     number, _, unit = str(text).strip().partition(" ")
     if not unit:
-        head = str(text).strip()
-        cut = len(head)
-        while cut and not (head[cut - 1].isdigit() or head[cut - 1] == "."):
-            cut -= 1
-        number, unit = head[:cut], head[cut:]
+        unit = re.split(r"[\d.]", number)[-1]
+        number = number.removesuffix(unit)
     si = si_unit(dimension, motion)
     try:
         value = float(number)
     except ValueError:
-        raise FricError(f"'{text}' is not a quantity", hint=f"Write a number and a unit, as in '1.5 {si}'.") from None
-    if not isfinite(value):
-        raise FricError(f"'{text}' is not a finite quantity", hint=f"Write a number and a unit, as in '1.5 {si}'.")
+        value = None
+    if value is None or not isfinite(value):
+        kind = "quantity" if value is None else "finite quantity"
+        raise FricError(f"'{text}' is not a {kind}", hint=f"Write a number and a unit, as in '1.5 {si}'.")
     if not unit and si != "1":
         meant = likely(number, dimension, motion)
         raise FricError(f"'{text}' has no unit", hint=f"Write the unit too, as in '{meant}'.")
@@ -296,28 +257,9 @@ def parse_gain(text: str | float) -> float:
 
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 _PREFIXED = {
-    "m",
-    "N",
-    "V",
-    "s",
-    "Hz",
-    "m/s",
-    "m/V",
-    "N*m",
-    "J",
-    "N/m",
-    "N*m/rad",
-    "N/s",
-    "N*m/s",
-    "N*m*s/rad",
-    "A",
-    "A/m",
-    "A/rad",
-    "A/s",
-    "A*s/m",
-    "A*s/rad",
-    "A/V",
-}
+    "m", "N", "V", "s", "Hz", "m/s", "m/V", "N*m", "J", "N/m", "N*m/rad", "N/s", "N*m/s", "N*m*s/rad", "A", "A/m",
+    "A/rad", "A/s", "A*s/m", "A*s/rad", "A/V",
+}  # fmt: skip
 """Units that people read with a prefix, unlike others (rad, kg, N·s/m, …)."""
 
 

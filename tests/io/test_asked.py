@@ -15,7 +15,7 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
-from fric.io.propose import guesses, is_sure, proposal, propose
+from fric.io.propose import guesses, proposal, propose
 from fric.io.readers.base import Column, named
 from fric.io.words import named_as
 
@@ -97,7 +97,7 @@ def test_a_proposal_reads_a_file_of_matlab_7_3_while_it_is_open(tmp_path: Path) 
     file.write_bytes(content)
     assert "time: {column: " in proposal([file])
     with ExitStack() as opened:
-        assert not all(map(is_sure, guesses([file], opened)))
+        assert not all(guess.sure for guess in guesses([file], opened))
 
 
 def test_a_unit_of_revolutions_is_known() -> None:

@@ -22,7 +22,7 @@ from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
-from fric.io.propose import Guessed, axes_said, first_of, guessed, is_sure, says_all
+from fric.io.propose import Guessed, axes_said, first_of, guessed, says_all
 from fric.io.questions import Ask, answered, beside
 from fric.io.readers import endings, marked, tables
 from fric.io.recognise import HDF5_SIGNATURE, recognise
@@ -173,7 +173,7 @@ def _guessed(
             guess = replace(guess, found=pushed)
         file, guess = answered(guess, ask, *places) if ask and not assume else (None, guess)
         assume = assume or file is not None
-        wanted = guess.usable if assume else tuple(guess for guess in guess.usable if is_sure(guess))
+        wanted = guess.usable if assume else tuple(guess for guess in guess.usable if guess.sure)
         if not assume:  # a file with an open axis is skipped as a whole: half of it would pass for all
             unsure = {path for guess in guess.found if guess not in wanted for path in guess.files}
             wanted = tuple(guess for guess in wanted if not unsure & set(guess.files))
@@ -182,7 +182,7 @@ def _guessed(
         for path in {path for guess in found.open.found for path in guess.files}:
             del asking[path]
         for one in (one for one in guess.found if not one.whole and one.questions):
-            asking |= {path: one.questions[0].text for path in one.files if path in asking}
+            asking |= {path: one.questions[0] for path in one.files if path in asking}
         if not wanted:
             return
         sure = replace(guess, found=wanted)

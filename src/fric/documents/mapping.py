@@ -161,11 +161,8 @@ class FileMapping(Part):
         names = FIELD.findall(self.file)
         found = _taken_apart(constants["stem"], FIELD.split(self.file)[::2])
         if found is None:
-            raise FricError(
-                f"the name '{constants['stem']}' is not made like '{self.file}'",
-                where=where,
-                hint="Mend `file:` in the mapping, or ingest such files on their own.",
-            )
+            raise FricError(f"the name '{constants['stem']}' is not made like '{self.file}'", where=where,
+                            hint="Mend `file:` in the mapping, or ingest such files on their own.")  # fmt: skip
         return {**constants, **dict(zip(names, found, strict=True))}
 
 
@@ -183,11 +180,7 @@ class MappingDocument(Document, FileMapping):
         return self
 
     def of(self, path: Path, names: Collection[str], axis: str | None = None) -> FileMapping | None:
-        """Return the mapping of a file with columns of these names; None without one.
-
-        names: Names of its columns.
-        axis: The requested axis; if it has no part, the parts of all axes.
-        """
+        """Return the mapping of a file with columns of these names; of several that of the axis, or the first."""
         return next(iter(self.all_of(path, names, axis)), None)
 
     def all_of(self, path: Path, names: Collection[str], axis: str | None = None) -> list[FileMapping]:

@@ -60,49 +60,37 @@ class ClockCheck:
     """
 
     def __init__(self, place: Callable[[int], str], *, uneven: bool = False) -> None:
-        self._place, self._uneven = place, uneven
-        self._last: float | None = None
-        self._left = np.empty(0)
-        self._left_rows = np.empty(0, dtype=np.int64)
+        self._place, self._uneven, self._last, self._window = place, uneven, -inf, 0
+        self._left, self._left_rows = np.empty(0), np.empty(0, dtype=np.int64)
         self._periods: list[Real] = []
         self._rows: list[NDArray[np.int64]] = []
-        self._window = 0
-        self.samples = 0
 
     def tick(self, time: Real, rows: NDArray[np.int64]) -> None:
         """Take the next instants [s] and their rows in the file.
 
         Raises FricError: When a stamp is repeated or time runs backwards.
         """
-        if not len(time):
-            return
-        steps = np.diff(time, prepend=time[0] if self._last is None else self._last)
-        if self._last is None:
-            steps, rows = steps[1:], rows[1:]
+        begins = int(self._last == -inf)
+        steps, rows = np.diff(time, prepend=self._last)[begins:], rows[begins:]
         if len(steps) and steps.min() <= 0:
             n = int(np.argmax(steps <= 0))
             now = float(time[len(time) - len(steps) + n])
-            if steps[n] == 0:
-                raise FricError(
-                    f"the stamp {now:.9g} s is repeated", where=self._place(int(rows[n])),
-                    hint="Log the time with more digits, or map it by its rate, as in `time: {rate: 4 kHz}`.",
-                )  # fmt: skip
-            raise FricError(
-                f"time runs backwards, from {now - steps[n]:.9g} s to {now:.9g} s", where=self._place(int(rows[n])),
-                hint="Split the file there, one record a file.",
+            problem = f"time runs backwards, from {now - steps[n]:.9g} s to {now:.9g} s"
+            problem, hint = (problem, "Split the file there, one record a file.") if steps[n] else (
+                f"the stamp {now:.9g} s is repeated",
+                "Log the time with more digits, or map it by its rate, as in `time: {rate: 4 kHz}`.",
             )  # fmt: skip
-        self._last = float(time[-1])
-        self.samples += len(time)
+            raise FricError(problem, where=self._place(int(rows[n])), hint=hint)
+        self._last = float(time[-1]) if len(time) else self._last
         self._gather(steps, rows)
 
     def rising(self, time: Real) -> Mask:
         """Return the samples whose stamps rise, shape (n,); the first may be another run's last."""
         kept = np.ones(len(time), bool)
-        if self._last is None and len(time) > 2 and time[0] > time[1]:
+        if self._last == -inf and len(time) > 2 and time[0] > time[1]:
             kept[0] = False
-        floor = -np.inf if self._last is None else self._last
-        stamps = np.where(kept, time, -np.inf)
-        before = np.maximum.accumulate(np.concatenate([[floor], stamps[:-1]]))
+        stamps = np.where(kept, time, -inf)
+        before = np.maximum.accumulate(np.concatenate([[self._last], stamps[:-1]]))
         return np.asarray(kept & (stamps > before))
 
     def _gather(self, steps: Real, rows: NDArray[np.int64]) -> None:
@@ -119,8 +107,6 @@ class ClockCheck:
         count = len(steps) // self._window
         cut = count * self._window
         self._left, self._left_rows = steps[cut:], rows[cut:]
-        if not count:
-            return
         windows, fifth = np.sort(steps[:cut].reshape(count, self._window), axis=1), self._window // 5
         once = np.ones(count)
         self._periods.append(np.stack([windows.mean(axis=1), windows[:, fifth], windows[:, -1 - fifth], once]))
@@ -148,15 +134,12 @@ class ClockCheck:
                 continue
             n = int(np.argmax(segment))
             edge = int(rows[n if n else np.argmin(segment)])
-            text = f"{1 / mean[n]:.4g} Hz there, {1 / usual:.4g} Hz elsewhere"
-            spent = mean * windows
-            share = float(spent[segment].sum() / spent.sum())
+            place, text = f"{self._place(edge)} (about)", f"{1 / mean[n]:.4g} Hz there, {1 / usual:.4g} Hz elsewhere"
+            share = float((mean * windows)[segment].sum() / (mean * windows).sum())
             if not self._uneven and (share > ODD_SHARE or segment[0] or segment[-1]):
-                raise FricError(
-                    f"two sampling rates in one record: {text}", where=f"{self._place(edge)} (about)",
-                    hint="Split the file there, one record a rate.",
-                )  # fmt: skip
-            return [SAMPLES_MISSING.found(f"{self._place(edge)} (about)", rates=text)]
+                raise FricError(f"two sampling rates in one record: {text}", where=place,
+                                hint="Split the file there, one record a rate.")  # fmt: skip
+            return [SAMPLES_MISSING.found(place, rates=text)]
         return []
 
 
@@ -323,8 +306,7 @@ class IngestSession:
     """One call of `ingest`: its arguments, and its progress."""
 
     def __init__(self, stated: StatedLog, progress: Progress, beside: ThreadPoolExecutor) -> None:
-        self._mapping, self._about, self._progress = stated.mapping, stated, progress
-        self._signs, self._beside = Signs(), beside
+        self._about, self._progress, self._signs, self._beside = stated, progress, Signs(), beside
         self._stated: set[str] = set()
         self.known: dict[str, str] = {}
         self.records: list[IngestedRecord] = []
@@ -333,17 +315,15 @@ class IngestSession:
 
     def of_axis(self, table: ForeignTable, held: tuple[str, Motion] | None) -> tuple[str, Motion]:
         """Return name and motion of the axis: as stated, as in the file that is added to, or from the units."""
-        mapping, said = self._of(table), table.said
-        axis = self._about.axis or said.get("axis")
+        mapping, fields = self._of(table)
+        axis = self._about.axis or table.said.get("axis")
         if axis is None and mapping and mapping.axis:
-            axis = filled(mapping.axis, self._fields(table), str(table.path))
-        motion = self._about.motion or (mapping.motion if mapping else None) or said.get("motion")
-        if motion is None and held:
-            motion = held[1]
-        known = cast("Motion | None", motion)
-        if known is None or not (drive_unit(known) or self._about.join):  # in which unit are forces?
-            known = self._plan(table, known).motion
-        return axis or (held[0] if held else "x"), known
+            axis = filled(mapping.axis, fields, str(table.path))
+        said = cast("Motion | None", table.said.get("motion"))
+        motion = self._about.motion or (mapping.motion if mapping else None) or said or (held[1] if held else None)
+        if motion is None or not (drive_unit(motion) or self._about.join):  # in which unit are forces?
+            motion = self._plan(table, motion).motion
+        return axis or (held[0] if held else "x"), motion
 
     def read(self, path: Path, found: Iterable[ForeignTable], writer: LogWriter, axis: str, motion: Motion) -> None:
         """Add the records of one file, which are its tables."""
@@ -361,12 +341,9 @@ class IngestSession:
                 none.append(error)  # parameters are beside the records
                 continue
             if mapping != (axis, motion):
-                raise FricError(
-                    f"is of the {words_of(mapping[1])} axis {mapping[0]}, "
-                    f"and the log file of the {words_of(motion)} {axis}",
-                    where=str(path),
-                    hint="Write each axis to a separate file, or say `axis=`.",
-                )  # fmt: skip
+                what = f"is of the {words_of(mapping[1])} axis {mapping[0]}, and the log file of the "
+                raise FricError(f"{what}{words_of(motion)} {axis}", where=str(path),
+                                hint="Write each axis to a separate file, or say `axis=`.")  # fmt: skip
             if "name" in table.said and (same := _digest(table, digest)) in self.known:
                 self.skipped.append((f"{path}, record '{table.said['name']}'", self.known[same]))
                 continue
@@ -384,43 +361,29 @@ class IngestSession:
         """Refuse logs in which friction would drive the axis, unless the signs are stated."""
         against = self._signs.against()
         if against and against not in self._stated:
-            what = {
-                "force": "the force opposes the motion throughout: by these signs friction drives the axis",
-                "velocity": "velocity and position run against each other",
-            }[against]
+            what = "velocity and position run against each other" if against == "velocity" else (
+                "the force opposes the motion throughout: by these signs friction drives the axis"
+            )  # fmt: skip
             raise FricError(
                 what, where=self.records[0].source if len(self.records) == 1 else f"{len(self.records)} records",
                 hint=f"Say `sign: -1` for the {against} in the mapping; or `sign: 1`, if it is meant so.",
             )  # fmt: skip
 
-    def _fields(self, table: ForeignTable) -> dict[str, str]:
-        stem = table.path.name.removesuffix(".gz")
+    def _of(self, table: ForeignTable) -> tuple[FileMapping | None, dict[str, str]]:
+        """Return the mapping of a table, None where its header decides; and the ``{fields}`` of its file."""
+        path, names = table.path, [column.name for column in table.columns]
+        stem = path.name.removesuffix(".gz")
         stem = stem[: stem.rfind(".")] if "." in stem[1:] else stem
-        constants = {
-            "stem": stem,
-            "name": table.path.name,
-            "parent": table.path.absolute().parent.name,
-            **table.constants,
-        }
-        mapping = self._of(table)
-        return mapping.fields(constants, str(table.path)) if mapping else constants
+        fields = {"stem": stem, "name": path.name, "parent": path.absolute().parent.name, **table.constants}
+        mapping = self._about.mapping.of(path, names, self._about.axis) if self._about.mapping else None
+        return mapping, mapping.fields(fields, str(path)) if mapping else fields
 
-    def _of(self, table: ForeignTable) -> FileMapping | None:
-        """Return what the user states about a table; None where nothing is, and its header decides."""
-        names = [column.name for column in table.columns]
-        return self._mapping.of(table.path, names, self._about.axis) if self._mapping else None
+    def _kind(self, table: ForeignTable, mapping: FileMapping | None) -> Kind | None:
+        return self._about.kind or cast("Kind | None", (mapping and mapping.kind) or table.said.get("kind"))
 
     def _plan(self, table: ForeignTable, motion: Motion | None) -> ColumnPlan:
-        mapping = self._of(table)
-        kind = self._about.kind or cast("Kind | None", table.said.get("kind") if not mapping else None)
-        return plan(table, mapping, kind, motion, self._fields(table), part=self._about.join)
-
-    def _name_and_kind(self, table: ForeignTable, chosen: ColumnPlan) -> tuple[str, Kind | None]:
-        mapping = self._of(table)
-        said, template = table.said, mapping.record if mapping else "{stem}"
-        name = said.get("name") or filled(template, self._fields(table), str(table.path))
-        kind = self._about.kind or cast("Kind | None", (mapping.kind if mapping else None) or said.get("kind"))
-        return name.replace("/", "-"), KIND_OF_FORM.get(chosen.form, kind)
+        mapping, fields = self._of(table)
+        return plan(table, mapping, self._kind(table, mapping), motion, fields, part=self._about.join)
 
     def join(
         self, paths: Sequence[Path], found: Iterable[Iterable[ForeignTable]], writer: LogWriter, motion: Motion
@@ -476,8 +439,10 @@ class IngestSession:
     def _add(
         self, table: ForeignTable, chosen: ColumnPlan, writer: LogWriter, source: str, sha256_of: Callable[[], str]
     ) -> IngestedRecord:
-        name, kind = self._name_and_kind(table, chosen)
-        record = writer.create(name, kind=kind, source=source)
+        mapping, fields = self._of(table)
+        name = table.said.get("name") or filled(mapping.record if mapping else "{stem}", fields, str(table.path))
+        kind = KIND_OF_FORM.get(chosen.form, self._kind(table, mapping))
+        record = writer.create(name.replace("/", "-"), kind=kind, source=source)
         blocks, missing = self._blocks(table, chosen, kind)
         samples = 0
         for channels in blocks:
@@ -485,11 +450,11 @@ class IngestSession:
                 self._signs.add(channels)
             samples += len(next(iter(channels.values())))
             record.extend(channels)
-        dropped = missing[0]
         if samples < 2:
             inside = "" if self._about.window == EVERYTHING else " between `begin=` and `end=`"
             raise FricError(f"has {samples} samples{inside}", where=str(table.path), hint="A log needs two at least.")
         self._stated |= chosen.stated
+        dropped = missing[0]
         total = dropped + int(table.said.get("dropped", 0))
         sha256 = sha256_of()
         record.close(sha256=sha256, dropped=total or None, labels="\n".join(table.labels) or None)

@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from math import pi
 from pathlib import Path
 
@@ -22,15 +23,15 @@ from fric.io.channels import ColumnPlan, Origin, origin_of
 from fric.io.circle import FORMAT, read_circles, write_circles
 from fric.io.ingest import ClockCheck, Progress, WholeRows, digest_of
 from fric.io.readers import tables
-from fric.io.readers.base import ForeignTable
-from fric.io.words import ANGLES, ASKED, BESIDE, DEVIATIONS, DRIVEN, PUSHED, SENSED, TIME
+from fric.io.readers.base import Column, ForeignTable
+from fric.io.words import says_something, spoken
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
 from fric.units import converts
 
 AXES = "xyz"
-ROLES = {"reference": ASKED, "position": SENSED}
-"""What headers call reference and position of an axis; of several the first in this order is taken."""
+SILENT = frozenset({"position", "pos", "axis", "value", "lage", "achse", "wert"})
+"""Words that say nothing of a position's role: an actual position is actual."""
 
 
 def circle_plan(
@@ -82,49 +83,34 @@ def circle_plan(
 
 
 def _by_header(table: ForeignTable) -> dict[str, ColumnMapping]:
-    """Return the channels that the header names, as ``x_ref [mm]`` or ``position x [µm]``."""
-    found: dict[str, tuple[int, int]] = {}  # channel: rank, column
-    names = [" ".join(re.split(r"[^0-9a-zµ]+", column.name.casefold())).strip() for column in table.columns]
-    for n, (name, column) in enumerate(zip(names, table.columns, strict=True)):
-        if name == "t" or name in TIME:
-            _keep(found, "time", 0, n)
-        elif name in ANGLES and converts(column.unit, "angle"):
-            _keep(found, "angle", 0, n)
-        elif name in DEVIATIONS and converts(column.unit, "position"):
-            _keep(found, "deviation", 0, n)
+    """Return the channels that the header names, as ``x_ref [mm]`` or ``position x [µm]``; measured ones first."""
+    found: dict[str, tuple[bool, int]] = {}
+    for n, column in enumerate(table.columns):
+        axis, name = _axis_of(column)
+        says, measures = spoken(Column(name, column.unit)), partial(converts, column.unit)
+        if axis and measures("position"):
+            shown = {"reference": says.commanded or "nominal" in name, "position": says.measured or not name}
+        elif axis:
+            shown = {of: measures(of) and says.told in {"", of} for of in ("input", "force")}
         else:
-            words = name.split() if " " in name else _parted(name)
-            axes = [word for word in words if word in AXES]
-            if len(axes) == 1:
-                _by_role(found, axes[0], [word for word in words if word != axes[0]], column.unit, n)
+            deviates = says.told == "error"
+            shown = {"time": says.quantity == "time", "deviation": deviates and measures("position"),
+                     "angle": not deviates and measures("angle")}  # fmt: skip
+        channel = next((f"{axis}.{of}".removeprefix(".") for of, fits in shown.items() if fits), "")
+        if channel and (channel not in found or (not says.measured, n) < found[channel]):
+            found[channel] = not says.measured, n
     return {name: ColumnMapping(column=n) for name, (_, n) in found.items()}
 
 
-def _parted(name: str) -> list[str]:
-    """Return axis and role of a name that runs them together, as ``xref`` or ``posx``."""
-    roles = {role for words in ROLES.values() for role in words if role} | {"u", "force", "input", "voltage"}
-    if name[:1] in AXES and (name[1:] in roles or len(name) == 1):
-        return [name[0], name[1:]] if len(name) > 1 else [name]
-    if name[-1:] in AXES and name[:-1] in roles:
-        return [name[-1], name[:-1]]
-    return [name]
-
-
-def _by_role(found: dict[str, tuple[int, int]], axis: str, words: list[str], unit: str | None, n: int) -> None:
-    if converts(unit, "position"):
-        of_role = [word for word in words if word not in BESIDE] or words[:1] or [""]
-        for role, known in ROLES.items():
-            if all(word in known for word in of_role):
-                _keep(found, f"{axis}.{role}", known.index(of_role[0]), n)
-    elif converts(unit, "input") and all(word in DRIVEN for word in words):
-        _keep(found, f"{axis}.input", min(map(DRIVEN.index, words or [""])), n)
-    elif converts(unit, "force") and all(word in PUSHED for word in words):
-        _keep(found, f"{axis}.force", min(map(PUSHED.index, words or [""])), n)
-
-
-def _keep(found: dict[str, tuple[int, int]], channel: str, rank: int, n: int) -> None:
-    if channel not in found or rank < found[channel][0]:
-        found[channel] = (rank, n)
+def _axis_of(column: Column) -> tuple[str, str]:
+    """Return the axis in a name, which may run on as in ``xref``, and the rest; no axis where there is none."""
+    words = [word for word in re.split(r"[^0-9a-zµ]+", column.name.casefold()) if word and word not in SILENT]
+    if len(words) == 1 and len(word := words[0]) > 1:
+        ends = ((word[0], word[1:]), (word[-1], word[:-1]))
+        words = next(([*end] for end in ends if end[0] in AXES and (end[1] in SILENT or says_something(end[1]))), words)
+    axes = [word for word in words if word in {*AXES}]
+    rest = " ".join(word for word in words if word not in {*axes, *SILENT})
+    return (axes[0], rest) if len(axes) == 1 else ("", column.name)
 
 
 def _by_content(table: ForeignTable, sampling: float | None) -> tuple[ColumnPlan, list[Notice]]:

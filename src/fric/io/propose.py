@@ -5,8 +5,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from fnmatch import fnmatch
+from functools import partial
+from itertools import chain, count
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -33,13 +34,6 @@ MOST_FILES = 16
 """Number of files of the same columns whose values are read."""
 
 
-class OpenQuestion(NamedTuple):
-    """An open question: its channel, the likeliest answer and the others."""
-
-    channel: str
-    text: str
-
-
 @dataclass(frozen=True)
 class Guess:
     """What is guessed of one axis of files that have the same columns."""
@@ -52,41 +46,46 @@ class Guess:
     joined: tuple[tuple[ForeignTable, AxisColumns], ...] = ()  # Of files that hold a part of the channels each
 
     @property
-    def questions(self) -> list[OpenQuestion]:
-        """What is open of it."""
+    def questions(self) -> list[str]:
+        """What is open of it: the likeliest answer, and the others."""
         found = []
         for channel, role in wanted_roles(self.axis).items():
             name = f"'{self.table.columns[role.column].name}'" if role.column is not None else "the sampling period"
             if role.likelihood < SURE and channel in NEEDED:
                 beside = " or ".join(f"'{self.table.columns[n].name}'" for n in role.others)
                 is_it = f"{name} ({role.likelihood:.0%}{', or ' + beside if beside else ''})"
-                found.append(OpenQuestion(channel, f"the {channel} is {is_it}"))
+                found.append(f"the {channel} is {is_it}")
             if channel in NEEDED and not _known_unit(role, self.axis.motion):
                 others = f", or {', '.join(role.units)}" if role.units else ""
                 unit = f"is in {role.unit} ({role.unit_likelihood:.0%}{others})" if role.unit else "has no unit"
-                found.append(OpenQuestion(channel, f"{name} ({channel}) {unit}"))
+                found.append(f"{name} ({channel}) {unit}")
         missing = [] if {"position", "velocity"} & self.axis.roles.keys() else ["position"]
         missing += [] if "time" in self.axis.roles or self.kind else ["time"]
-        return [*(OpenQuestion(text, f"no column looks like the {text}") for text in missing), *found]
+        return [*(f"no column looks like the {text}" for text in missing), *found]
 
     @property
     def whole(self) -> bool:
         """Whether it can be read where the likeliest is taken."""
-        roles = self.axis.roles
-        moves = {"position", "velocity"} & roles.keys()
-        return (
-            bool(moves)
-            and (bool(self.kind) or "time" in roles)
-            and all(
-                role.unit and (role.unit[:1].isdigit() or _fits(role, self.axis.motion))
-                for role in wanted_roles(self.axis).values()
-            )
-        )
+        roles, motion = self.axis.roles, self.axis.motion
+        if not {"position", "velocity"} & roles.keys() or not (self.kind or "time" in roles):
+            return False
+        return all(r.unit and (r.unit[:1].isdigit() or _fits(r, motion)) for r in wanted_roles(self.axis).values())
+
+    @property
+    def sure(self) -> bool:
+        """Whether nothing is open, and no column that is named a force is left out."""
+        taken = [role.column for role in self.axis.roles.values() if role.column is not None]
+        rest = [column for n, column in enumerate(self.table.columns) if n not in taken]
+        unread = "force" not in self.axis.roles and any(named_as(column) == "force" for column in rest)
+        return not (self.questions or unread) and bool(self.kind or "time" in self.axis.roles)
+
+
+def _dimension(channel: str) -> str:
+    return channel_dimension("force" if channel in {"deviation", "error"} else channel)
 
 
 def _fits(role: Role, motion: Motion) -> bool:
-    measured = channel_dimension("force" if role.channel in {"deviation", "error"} else role.channel)
-    return role.channel == "n" or role.column is None or converts(role.unit, measured, motion)
+    return role.channel == "n" or role.column is None or converts(role.unit, _dimension(role.channel), motion)
 
 
 def _known_unit(role: Role, motion: Motion) -> bool:
@@ -95,11 +94,7 @@ def _known_unit(role: Role, motion: Motion) -> bool:
 
 def wanted_roles(axis: AxisColumns) -> dict[str, Role]:
     """Return the roles that are needed, and of the others those that are sure."""
-    needed = {text for text in NEEDED if text != "velocity" or "position" not in axis.roles} | {
-        "deviation",
-        "error",
-        "n",
-    }
+    needed = {*NEEDED, "deviation", "error", "n"} - ({"velocity"} if "position" in axis.roles else set())
     free = {"reference", "velocity"}  # which have the unit of the position, or follow from it
     return {
         channel: role for channel, role in axis.roles.items()
@@ -118,10 +113,8 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
     if join:
         opened = [next(files.enter_context(closing(tables(path, None)))) for path in paths]
         parts = tuple((table, _chosen(table)) for table in opened)
-        whole = AxisColumns(
-            "", _motion([t.columns[r.column] for t, a in parts for r in a.roles.values() if r.column]), 1.0
-        )
-        return [Guess(tuple(paths), opened[0], whole, False, joined=parts)]
+        motion = _motion([t.columns[r.column] for t, a in parts for r in a.roles.values() if r.column])
+        return [Guess(tuple(paths), opened[0], AxisColumns("", motion, 1.0), False, joined=parts)]
     groups: dict[tuple[Column, ...], list[ForeignTable]] = {}
     for path in paths:
         with closing(tables(path, None)) as of_file:
@@ -130,14 +123,9 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
                 members.append(in_memory(table, rows=len(members) < MOST_FILES))
     found = [guess for members in groups.values() for guess in _of_group(members)]
     for k, guess in enumerate(found):  # what is of the same files, of another motion or in other units, is another axis
-        name, n = guess.axis.name, 1
-        while any(
-            other.axis.name == guess.axis.name
-            and (other.axis.motion != guess.axis.motion or other.files == guess.files)
-            for other in found[:k]
-        ):
-            n += 1
-            guess.axis.name = f"{name}{n}"
+        others = [g.axis.name for g in found[:k] if g.axis.motion != guess.axis.motion or g.files == guess.files]
+        names = chain([guess.axis.name], (f"{guess.axis.name}{n}" for n in count(2)))
+        guess.axis.name = next(name for name in names if name not in others)
     return found
 
 
@@ -218,26 +206,21 @@ def mapping_text(found: Sequence[Guess], *, assume: bool = False) -> str:
         for guess in found:
             own = _part(guess, assume)
             if groups > 1:
-                own = [f"files: {json.dumps(_pattern(guess, found), ensure_ascii=False)}", *own]
+                own = [f"files: {_quoted(_pattern(guess, found))}", *own]
             lines += [f"{'  - ' if n == 0 else '    '}{line}" for n, line in enumerate(own)]
     return "\n".join(printable(line, 10_000) for line in lines) + "\n"
 
 
 def _pattern(guess: Guess, found: Sequence[Guess]) -> str | list[str]:
     """Return a pattern of the names of files that fits these and none of the others; else their names."""
-    matched, others = (
-        {p.name for p in guess.files},
-        {p.name for g in found for p in g.files} - {p.name for p in guess.files},
-    )
-    for pattern in (f"*{guess.files[0].suffix}", f"{_common(sorted(matched))}*") if len(matched) > 1 else ():
+    matched = sorted({path.name for path in guess.files})
+    first, last = matched[0], matched[-1]
+    common = next(first[:n] for n in range(len(first), -1, -1) if last.startswith(first[:n]))
+    others = {path.name for other in found for path in other.files} - {*matched}
+    for pattern in (f"*{guess.files[0].suffix}", f"{common}*") if len(matched) > 1 else ():
         if all(fnmatch(name, pattern) for name in matched) and not any(fnmatch(name, pattern) for name in others):
             return pattern
-    return sorted(matched) if len(matched) > 1 else matched.pop()
-
-
-def _common(names: Sequence[str]) -> str:
-    first, last = names[0], names[-1]
-    return first[: next((n for n, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), len(first))]
+    return matched if len(matched) > 1 else matched[0]
 
 
 def _part(guess: Guess, assume: bool) -> list[str]:
@@ -287,40 +270,6 @@ def propose(paths: Sequence[Path], output: Path, *, force: bool = False, join: b
     return text
 
 
-def is_sure(guess: Guess) -> bool:
-    """Return whether nothing in a guess is open, and no force is left out of it."""
-    return not (guess.questions or _unread_force(guess)) and bool(guess.kind or "time" in guess.axis.roles)
-
-
-def asked(found: Sequence[Guess]) -> FricError:
-    """Return a single error with all open questions about files, with the mapping to fill in."""
-    count, questions = (
-        len({path for guess in found for path in guess.files}),
-        sum(len(guess.questions) for guess in found),
-    )
-    what = f"{count} files do not say what their columns are" if count > 1 else "it does not say what its columns are"
-    return FricError(
-        f"{what}: {questions} question{'s are' if questions != 1 else ' is'} open",
-        where="" if count > 1 else str(found[0].files[0]),
-        hint="Say `assume=True` to take the likeliest, or fill in this mapping and give it with `mapping=` "
-        "(fric ingest FILES --propose MAP.yaml writes it).",
-        form=mapping_text(found),
-    )
-
-
-def assumption(guess: Guess) -> str:
-    """Return what is assumed where the likeliest of a guess is taken; empty where nothing is."""
-    return "; ".join(question.text for question in guess.questions)
-
-
-def _unread_force(guess: Guess) -> bool:
-    """Return whether a column is named a force, and none was found."""
-    taken = [role.column for role in guess.axis.roles.values() if role.column is not None]
-    return "force" not in guess.axis.roles and any(
-        named_as(column) == "force" for n, column in enumerate(guess.table.columns) if n not in taken
-    )
-
-
 def _holds_means(table: ForeignTable, guess: AxisColumns) -> bool:
     """Return whether a table looks like mean forces at velocities: both, no time, and a deviation, an error or n.
 
@@ -340,9 +289,8 @@ def _holds_means(table: ForeignTable, guess: AxisColumns) -> bool:
 
 def _chosen_means(table: ForeignTable) -> AxisColumns:
     names = [OF_MEANS.get(plain_name(column.name), plain_name(column.name)) for column in table.columns]
-    columns: dict[str, list[int]] = {
-        channel: [names.index(channel)] for channel in ("deviation", "error", "n") if channel in names
-    }
+    beside = [channel for channel in FORCE_VELOCITY_DIMENSIONS if channel in {"deviation", "error", "n"} & {*names}]
+    columns = {channel: [names.index(channel)] for channel in beside}
     taken = [n for found in columns.values() for n in found]
     for channel in ("velocity", "force"):
         found = [names.index(channel)] if channel in names else looking_like(table, channel, taken)
@@ -364,9 +312,9 @@ def _by_names(table: ForeignTable, columns: dict[str, list[int]]) -> AxisColumns
     motion = _motion([table.columns[column[0]] for column in columns.values()])
     roles = {}
     for channel, (n, *others) in columns.items():
-        column, measured = table.columns[n], "force" if channel in {"deviation", "error"} else channel
-        fits = channel == "n" or converts(column.unit, channel_dimension(measured), motion)
-        why = "by its name" if named_as(column) == measured else "by its unit"
+        column, measured = table.columns[n], _dimension(channel)
+        fits = channel == "n" or converts(column.unit, measured, motion)
+        why = "by its name" if named_as(column) in {channel, measured} else "by its unit"
         sure = 0.5 if others or not (fits or measures(column, measured)) else 0.97
         roles[channel] = Role(
             channel, n, (column.unit or "") if fits else "", sure, float(fits), why, others=dict.fromkeys(others, 1)
@@ -379,15 +327,12 @@ def _motion(columns: Sequence[Column]) -> Motion:
     moving = ("position", "velocity", "force")
 
     def fits(motion: Motion) -> int:
-        return sum(
-            converts(column.unit, channel_dimension(channel), motion) for column in columns for channel in moving
-        )
+        return sum(converts(column.unit, channel, motion) for column in columns for channel in moving)
 
     return max(MOTIONS, key=fits)
 
 
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
+_quoted = partial(json.dumps, ensure_ascii=False)
 
 
 def _line(table: ForeignTable, role: Role, motion: Motion, file: str, *, assume: bool) -> str:
@@ -398,22 +343,20 @@ def _line(table: ForeignTable, role: Role, motion: Motion, file: str, *, assume:
         why = "by position against velocity" if role.unit else "no column looks like it: say the rate, or the period"
         return f"  time: {{period: {_quoted(period)}}}      # {why}"
     column = table.columns[role.column]
-    same = [k for k, other in enumerate(table.columns) if other.name == column.name]
-    named = (
-        str(role.column) if len(same) > 1 or not column.name.isprintable() or not column.name else _quoted(column.name)
-    )
+    unique = [other.name for other in table.columns].count(column.name) == 1
+    named = _quoted(column.name) if unique and column.name.isprintable() and column.name else str(role.column)
     said = f", file: {_quoted(file)}" if file else ""
     if role.channel == "n":
         return f"  n: {{column: {named}}}      # samples of each mean"
-    measured = "force" if role.channel in {"deviation", "error"} else role.channel
-    si = si_unit(channel_dimension(measured), motion)
+    measured = _dimension(role.channel)
+    si = si_unit(measured, motion)
     why = role.why
     if role.unit[:1].isdigit():  # what one logged unit is
         unit = f"scale: {_quoted(role.unit)}"
     elif _known_unit(role, motion) or (assume and role.unit):
         unit = f"unit: {_quoted(role.unit)}"
         why += "" if role.unit_likelihood >= SURE else f"; in {role.unit} by likelihood ({role.unit_likelihood:.0%})"
-    elif column.unit and not converts(column.unit, channel_dimension(measured), motion):
+    elif column.unit and not converts(column.unit, measured, motion):
         unit = f'scale: "? {si}"'
         why += f'; logged in {column.unit}: say what one of these is, as in scale: "0.1 {si}"'
     else:
@@ -442,7 +385,7 @@ class Guessed:
     @property
     def sure(self) -> bool:
         """Whether nothing is open."""
-        return all(map(is_sure, self.found))
+        return all(guess.sure for guess in self.found)
 
     @property
     def usable(self) -> tuple[Guess, ...]:
@@ -459,29 +402,35 @@ class Guessed:
 
     def notices(self, mapping: str = "") -> list[Notice]:
         """Return what was assumed, and what was sure."""
-        found_notices = []
+        found = []
         for guess in self.usable:
-            files = first_of(guess.files)
-            roles = guess.axis.roles.items()
-            means = ", ".join(
-                f'{k} is "{guess.table.columns[r.column].name}"' for k, r in roles if r.column is not None
-            )
-            if what := assumption(guess):
-                found_notices.append(MAPPING_ASSUMED.found(files=files, what=what, mapping=mapping))
+            files, columns, roles = first_of(guess.files), guess.table.columns, guess.axis.roles.items()
+            means = ", ".join(f'{k} is "{columns[r.column].name}"' for k, r in roles if r.column is not None)
+            if what := "; ".join(guess.questions):
+                found.append(MAPPING_ASSUMED.found(files=files, what=what, mapping=mapping))
             else:
-                found_notices.append(
-                    MAPPING_PROPOSED.found(mapping=mapping or "by its values", columns=means, files=files)
-                )
-        return found_notices
+                found.append(MAPPING_PROPOSED.found(mapping=mapping or "by its values", columns=means, files=files))
+        return found
 
     def asked(self) -> list[Notice]:
         """Return what is open, a notice for files of one kind."""
-        whats = [(first_of(guess.files), assumption(guess) or "another of its axes") for guess in self.found]
-        return [MAPPING_OPEN.found(files=files, what=what) for files, what in whats]
+        return [
+            MAPPING_OPEN.found(files=first_of(guess.files), what="; ".join(guess.questions) or "another of its axes")
+            for guess in self.found
+        ]
 
     def error(self) -> FricError:
-        """Return all that is open in one error."""
-        return asked(self.found)
+        """Return all that is open in one error, with the mapping to fill in."""
+        files = list(dict.fromkeys(path for guess in self.found for path in guess.files))
+        n = sum(len(guess.questions) for guess in self.found)
+        what = f"{len(files)} files do not say what their columns are" if len(files) > 1 else (
+            "it does not say what its columns are"
+        )  # fmt: skip
+        return FricError(
+            f"{what}: {n} question{'s are' if n != 1 else ' is'} open", where="" if len(files) > 1 else str(files[0]),
+            hint="Say `assume=True` to take the likeliest, or fill in this mapping and give it with `mapping=` "
+            "(fric ingest FILES --propose MAP.yaml writes it).", form=mapping_text(self.found),
+        )  # fmt: skip
 
 
 def first_of(files: Sequence[Path]) -> str:
@@ -513,7 +462,7 @@ def guessed(
             asking.append(path)
             free |= {path} if said else set()
     found = guesses(asking, files) if asking else []
-    return Guessed(tuple(guess for guess in found if assume or is_sure(guess) or not free.issuperset(guess.files)))
+    return Guessed(tuple(guess for guess in found if assume or guess.sure or not free.issuperset(guess.files)))
 
 
 def says_all(path: Path, kind: Kind | None = None, motion: Motion | None = None) -> str | None:

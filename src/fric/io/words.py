@@ -1,7 +1,4 @@
-"""What names and units of columns say: the one list of words, in the languages of those who write headers.
-
-An order of words is their rank where several columns of a circle test have one role: the first is taken.
-"""
+"""What names and units of columns say: the one list of words, in the languages of those who write headers."""
 
 from __future__ import annotations
 
@@ -17,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fric.arrays import Real
-from fric.columns import channel_dimension
+from fric.columns import CHANNELS, channel_dimension
 from fric.errors import FricError
 from fric.io.readers.base import Column, ForeignTable, named, plain_name
 from fric.units import PLAIN, Motion, converts, factor, is_unit
@@ -33,7 +30,7 @@ POSITION = ("position", "pos", "weg", "lage", "winkel", "angle", "displacement",
 VELOCITY = ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehzahl", "velocità", "vitesse",
             "velocidad", "rate", "omega", "rpm", "erpm", "dq", "qd", "n ist", "n act")  # fmt: skip
 FORCE = ("force", "torque", "tau", "effort", "trq", "frc", "ff", "fm", "fx", "fy", "fz",
-         "friction", "kraft", "moment", "drehmoment", "reibung", "forza", "coppia",
+         "friction", "kraft", "moment(?!an)", "drehmoment", "reibung", "forza", "coppia",
          "attrito", "fuerza", "load cell", "kraftmessdose")  # fmt: skip
 CURRENT = ("current", "curr", "cur", "iq", "i q", "amp", "amps", "ampere", "strom", "corrente", "courant", "corriente",
            "intensidad")  # fmt: skip
@@ -49,40 +46,15 @@ MEASURED = ("actual", "act", "ist", "istwert", "measured", "meas", "feedback", "
             "effettiva", "réelle", "reelle", "mesurée", "medida", "misurata", "true", "present")  # fmt: skip
 INPUT = ("input", "voltage", "volt", "spannung", "control signal", "tensione")
 
-ASKED = (*REFERENCE, "nominal")
-"""What the reference of an axis of a circle is called; a nominal torque of a log is none."""
-SENSED = ("encoder", "enc", "actual", "act", "measured", "meas", "feedback", "fb", "position", "pos", "ist", "")
-"""Names of the position of an axis of a circle besides its axis, the surest first; an axis alone is last."""
-DRIVEN = ("input", "voltage", "u", "control", "output", "command", "signal", "drive", "motor", "spannung", "")
-"""What the voltage of an axis of a circle is called."""
-PUSHED = ("force", "motor", "thrust", "drive", "kraft", "")
-"""What the force of an axis of a circle is called."""
-BESIDE = frozenset({"position", "pos", "axis", "value", "lage", "achse", "wert"})
-"""Words that say nothing of a position's role beside a word that does: an actual position is actual."""
-ANGLES = ("angle", "theta", "position angle", "winkel")
-DEVIATIONS = ("deviation", "radial deviation", "radial error", "radius deviation", "error", "abweichung")
-
-CHANNELS = {"error": ERROR, "time": TIME, "reference": REFERENCE, "position": POSITION, "velocity": VELOCITY,
-            "force": FORCE, "input": INPUT}  # fmt: skip
-"""Words of a name that show a channel, in the order in which they are tried: a reference position is a reference. Where
-a word has another meaning in English (tension, couple), the unit decides; an error is no channel."""
 LETTERS = {"t": "time", "z": "position", "x": "position", "q": "position", "v": "velocity", "f": "force", "u": "input"}
 """Names of one letter."""
 EXACT = {"torque": "force", "voltage": "input", "t": "time"}
 """Whole names that are taken for a channel without a question, besides its name."""
 OF_MEANS = {
-    "mean velocity": "velocity",
-    "speed": "velocity",
-    "mean force": "force",
-    "mean torque": "force",
-    "std": "deviation",
-    "sd": "deviation",
-    "standard deviation": "deviation",
-    "standard error": "error",
-    "sem": "error",
-    "count": "n",
-    "samples": "n",
-}
+    "mean velocity": "velocity", "speed": "velocity", "mean force": "force", "mean torque": "force",
+    "std": "deviation", "sd": "deviation", "standard deviation": "deviation", "standard error": "error",
+    "sem": "error", "count": "n", "samples": "n",
+}  # fmt: skip
 """Further names of the columns of a table of forces and velocities."""
 
 
@@ -93,22 +65,10 @@ AXES = "xyzabcuvw"
 
 
 def named_as(column: Column) -> str | None:
-    """Return the channel that the name of a column shows; None where it shows none."""
-    alone = column.name.removesuffix(f"_{column.unit}")
-    parted = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", alone)  # ActPos is an actual position
-    name = re.sub(r"[_\W]+", " ", plain_name(parted)).strip()
-    for channel, known in CHANNELS.items():
-        if any(re.search(_of_word(word, channel), name) for word in known):
-            return channel
-    return LETTERS.get(name)
-
-
-@cache
-def _of_word(word: str, channel: str) -> str:
-    """Return the pattern of a word in a name; long words may end a compound (Istlage), of a reference begin it."""
-    if len(word) < 4:
-        return rf"\b{word}\b"
-    return rf"\b{word}|{word}\b" if channel == "reference" else rf"{word}\b"
+    """Return the channel that the name of a column shows; None where it shows none. A demand is a reference."""
+    says = spoken(column)
+    shown = says.told if says.told in {"error", "time"} or not says.commanded else "reference"
+    return shown if shown in {"error", *CHANNELS} else None
 
 
 def axis_of(*names: str) -> str | None:
@@ -183,7 +143,7 @@ QUANTITIES = {
     "other": BESIDE_MOTION,
     "current": CURRENT,
     "velocity": VELOCITY,
-    "force": (*FORCE, "par", "couple"),
+    "force": (*FORCE, "par", "(?<!thermo)couple"),
     "position": (*POSITION, "posici"),
     "input": INPUT,
     "load": LOAD,
@@ -280,7 +240,7 @@ def tags(columns: Sequence[Column]) -> list[str | None]:
         rests: dict[str, set[tuple[str, ...]]] = {}
         found = [""] * len(names)
         for k, (name, n) in enumerate(zip(names, places, strict=True)):
-            if n >= 0 and len(name) > 1 and not _says_something(name[n]):
+            if n >= 0 and len(name) > 1 and not says_something(name[n]):
                 found[k] = name[n]
                 rests.setdefault(name[n], set()).add(name[:n] + name[n + 1 :])
         common = {word: rest & set().union(*(r for w, r in rests.items() if w != word)) for word, rest in rests.items()}
@@ -291,7 +251,7 @@ def tags(columns: Sequence[Column]) -> list[str | None]:
 
 
 @cache
-def _says_something(word: str) -> bool:
+def says_something(word: str) -> bool:
     """Return whether a word of a name says what a column is, and not of which axis."""
     if word.isdigit() or word in AXES:
         return False

@@ -26,12 +26,8 @@ MOST_HEARD = 4
 """Largest number of warnings of a library that are reported for a file."""
 BLOCK = 131_072
 """Samples a block: a few MiB, for any size of the file."""
-
-
 OF_SEVERAL = "axes"
 """Key of the names of the axes that the file of a table has tables of."""
-
-
 RECORD = "record"
 """The same for a table that is one of several records of its file, some of which may not be records."""
 
@@ -215,11 +211,9 @@ class ForeignTable(ABC):
                 )  # fmt: skip
             if found:
                 return found[0]
-        raise FricError(
-            f"there is no column '{wanted}' for {channel}",
-            where=str(self.path),
-            hint=f"{near(str(wanted), [column.name for column in self.columns])}The columns are {listed}.",
-        )
+        beside = near(str(wanted), [column.name for column in self.columns])
+        what = f"there is no column '{wanted}' for {channel}"
+        raise FricError(what, where=str(self.path), hint=f"{beside}The columns are {listed}.")
 
 
 @dataclass
@@ -228,7 +222,7 @@ class Memory(ForeignTable):
 
     path: Path
     columns: tuple[Column, ...]
-    data: Sequence[Real]
+    data: Sequence[Any]
     constants: dict[str, str] = field(default_factory=dict)
     said: dict[str, str] = field(default_factory=dict)
 
@@ -271,8 +265,5 @@ def numbers(values: Any) -> Real:
     if found.dtype.kind in "mM":
         ticks = found.astype("timedelta64[ns]" if found.dtype.kind == "m" else "datetime64[ns]").astype("i8")
         return np.where(np.isnat(found), np.nan, ticks * 1e-9)
-    return (
-        found.astype("f8", copy=False)
-        if found.dtype.kind in "fiub" and found.ndim == 1
-        else np.full(len(found), np.nan)
-    )
+    real = found.dtype.kind in "fiub" and found.ndim == 1
+    return found.astype("f8", copy=False) if real else np.full(len(found), np.nan)

@@ -1,6 +1,6 @@
 """National Instruments' TDMS files, through npTDMS (the extra ``tdms``)."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +11,7 @@ from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.flaws.files import CHANNELS_WITHOUT_TIME
 from fric.input import refuse_declared
-from fric.io.readers.base import (
-    BLOCK,
-    Column,
-    ForeignTable,
-    Format,
-    RowBlock,
-    heard,
-    library,
-    named,
-    numbers,
-)
+from fric.io.readers.base import Column, ForeignTable, Format, Memory, heard, library, named, numbers
 from fric.io.readers.joined import Joined, SharedClock
 from fric.io.words import named_as
 from fric.notice import Notice
@@ -76,19 +66,20 @@ def _table(
             begun = (start, offset)
             clocks.setdefault((name, len(channel), step, *(begun if step > 0 else (None, 0.0))), []).append(channel)
     first = min((begun for _, _, _, begun, _ in clocks if begun is not None), default=None)
-    parts, without = [], []
+    parts, without = [], list[Memory]()
     for (name, _, step, begun, offset), members in clocks.items():
+        columns, data = tuple(map(_column, members)), list(map(_Channel, members))
         if step > 0:
             start = offset + (float((begun - first) / np.timedelta64(1, "ns")) * 1e-9 if begun is not None else 0.0)
-            parts.append(SharedClock(_Waveforms(path, members, start, step), 0, label=name))
+            time = start + step * np.arange(len(data[0]))
+            parts.append(SharedClock(Memory(path, (Column("time", "s"), *columns), [time, *data]), 0, label=name))
             continue
-        table = _Channels(path, members)
-        time = next((n for n, column in enumerate(table.columns) if named_as(column) == "time"), None)
-        if time is None:
+        table = Memory(path, columns, data)
+        at = next((n for n, column in enumerate(columns) if named_as(column) == "time"), None)
+        if at is None:
             without.append(table)
         else:
-            unit = table.columns[time].unit or "s"
-            parts.append(SharedClock(table, time, factor=factor(unit, "time"), label=name))
+            parts.append(SharedClock(table, at, factor=factor(columns[at].unit or "s", "time"), label=name))
     if not parts and len(without) == 1:
         return without[0]  # a mapping may state its rate
     if not parts:
@@ -109,37 +100,18 @@ def _clock(about: Mapping[str, Any]) -> tuple[float, float, np.datetime64 | None
     return step, offset, begun if isinstance(begun, np.datetime64) else None
 
 
-class _Channels(ForeignTable):
-    """Channels of one length."""
+class _Channel:
+    """The values of a channel, read when it is sliced."""
 
-    def __init__(self, path: Path, channels: Sequence[Any]) -> None:
-        super().__init__(path, [_column(channel) for channel in channels])
-        self._channels = tuple(channels)
+    def __init__(self, channel: Any) -> None:
+        self._channel = channel
 
-    def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
-        """Read the channels piece by piece."""
-        for row in range(0, len(self._channels[0]), BLOCK):
-            columns = [self._read(n, row) for n in wanted]
-            yield RowBlock(row, columns, sum(values.nbytes for values in columns))
+    def __len__(self) -> int:
+        return len(self._channel)
 
-    def _read(self, n: int, row: int) -> Real:
-        channel = self._channels[n]
-        return numbers(channel.read_data(row, min(BLOCK, len(channel) - row)))
-
-
-class _Waveforms(_Channels):
-    """Channels that share a separate clock, which is column 0."""
-
-    def __init__(self, path: Path, channels: Sequence[Any], start: float, step: float) -> None:
-        super().__init__(path, channels)
-        self.columns = (Column("time", "s"), *self.columns)
-        self._start, self._step = start, step
-
-    def _read(self, n: int, row: int) -> Real:
-        if n:
-            return super()._read(n - 1, row)
-        rows = np.arange(row, min(row + BLOCK, len(self._channels[0])), dtype="f8")
-        return self._start + self._step * rows
+    def __getitem__(self, part: slice) -> Real:
+        start, stop, _ = part.indices(len(self))
+        return numbers(self._channel.read_data(start, stop - start))
 
 
 def _column(channel: Any) -> Column:
