@@ -157,7 +157,10 @@ _POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")
 """A small exponent that has no exponent itself."""
 _SIGNS = re.compile(r"[\w\s*/^().+\-·°%‰²³⁻¹⁺'\"]*")
 """Signs of a unit; Pint passes over others, and takes $mm for mm."""
-_GERMAN = {"U/min": "rpm", "Upm": "rpm", "RPM": "rpm", "Volt": "V", "Sek": "s", "Sek.": "s", "sek": "s"}
+_SPELLED = {
+    **dict.fromkeys(["U/min", "Upm", "RPM", "min-1", "r/min", "tr/min", "giri/min", "rev/min"], "rpm"),
+    "Volt": "V", **dict.fromkeys(["Sek", "Sek.", "sek"], "s"), **dict.fromkeys(["Arms", "Apk", "Amps", "Amp"], "A"),
+}  # fmt: skip
 """Units as headers spell them that Pint does not know."""
 _NEWTON_METRE = re.compile(r"\b([kmuc]?N)([mcu]?m)\b")
 
@@ -171,7 +174,7 @@ def _spelled(unit: str) -> str:
         raise FricError(f"'{unit}' is degrees in German, and gon elsewhere", hint="Write deg, or gon.")
     plain = re.sub(r"\bGrad\b", "deg", plain)  # German degrees, which Pint takes for a thousand million radians
     plain = re.sub(r"\brevs?\b", "revolution", plain)
-    return _GERMAN.get(plain, _NEWTON_METRE.sub(r"\1*\2", plain))
+    return _SPELLED.get(plain, _NEWTON_METRE.sub(r"\1*\2", plain))
 
 
 def _of_an_angle(unit: str, spelled: str, dimension: str) -> str:

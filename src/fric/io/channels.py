@@ -5,7 +5,7 @@ import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatch
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,10 +113,7 @@ class ColumnPlan:
 
     def description(self) -> dict[str, str]:
         """Return each channel with the column that it is read from."""
-        return {
-            channel: "" if origin.column is None else self.names[origin.column]
-            for channel, origin in self.origins.items()
-        }
+        return {name: "" if o.column is None else self.names[o.column] for name, o in self.origins.items()}
 
 
 def plan(
@@ -144,11 +141,8 @@ def plan(
     channels = _of_file(table, mapping.columns, part) if mapping else _by_header(table, kind)
     form = _form(channels, kind)
     if strange := channels.keys() - set(ORDER[form]):
-        raise FricError(
-            f"such a record has no {min(strange)}",
-            where=where,
-            hint="Leave it out of the mapping, or say another kind.",
-        )
+        raise FricError(f"such a record has no {min(strange)}", where=where,
+                        hint="Leave it out of the mapping, or say another kind.")  # fmt: skip
     motions = kinds_of(motion)
     refusals: list[tuple[int, FricError]] = []
     for chosen in motions:
@@ -225,16 +219,13 @@ def _by_header(table: ForeignTable, kind: Kind | None) -> dict[str, ColumnMappin
 
 
 def _hint(table: ForeignTable, channel: str, found: Collection[str] = ()) -> str:
-    if channel == "time" and {"velocity", "force"} <= set(found):
-        return (
-            "If each row is a mean force at one velocity, say `kind='force-velocity'`; else say the sampling in a "
-            "mapping (`mapping=`), as in `time: {rate: 1 kHz}`."
-        )
-    if channel == "time" and {"position", "force"} <= set(found):
-        return (
-            "If each row is the force that holds the axis at a place, say `kind='holding-map'`; else say the sampling "
-            "in a mapping (`mapping=`), as in `time: {rate: 1 kHz}`."
-        )
+    for main, means, kind in (("velocity", "a mean force at one velocity", FORCE_VELOCITY),
+                              ("position", "the force that holds the axis at a place", "holding-map")):  # fmt: skip
+        if channel == "time" and {main, "force"} <= set(found):
+            return (
+                f"If each row is {means}, say `kind='{kind}'`; else say the sampling in a mapping (`mapping=`), as in "
+                "`time: {rate: 1 kHz}`."
+            )
     return f"The columns are {table.listed(12)}. Say in a mapping (`mapping=`) which is {channel}, or name it so."
 
 
@@ -264,11 +255,11 @@ def origin_of(
         given = parsed(channel.period, "time") if channel.period else parsed(channel.rate or "", "frequency")
         period = given if channel.period or not given else 1 / given
         if not 1 / SLOWEST >= period >= CLOSEST:
-            raise FricError(
-                f"a sampling period of {period:.3g} s is none", where=where, hint="Mend `rate` or `period`."
-            )
+            what = f"a sampling period of {period:.3g} s is none"
+            raise FricError(what, where=where, hint="Mend `rate` or `period`.")
         return Origin(None, period)
-    column = _column(table, channel.column, name, fields)
+    wanted = filled(channel.column, fields, where) if isinstance(channel.column, str) else channel.column or 0
+    column = table.find(wanted, name)
     if channel.scale is not None:
         scale = parsed(channel.scale, dimension)
         return Origin(column, sign * scale, wraps=abs(scale) * (channel.wraps or 0.0))
@@ -285,18 +276,12 @@ def origin_of(
         unit = decibel[1] or (si_unit(dimension, motion) if name == "magnitude" else unit)
     try:
         size = factor(unit, dimension, motion)
-        return Origin(column, sign * size, decibel is not None, size * (channel.wraps or 0.0))
     except FricError as error:
-        hint = error.hint
-        if "scale" not in hint:
-            hint += f' Or say what one logged unit is, as in scale: "12.5 {si_unit(dimension, motion)}".'
-        where = f"{where}, column '{table.columns[column].name}'"
-        raise FricError(error.what, where=where, hint=hint) from None
+        beside = f' Or say what one logged unit is, as in scale: "12.5 {si_unit(dimension, motion)}".'
+        hint = error.hint + ("" if "scale" in error.hint else beside)
+        raise FricError(error.what, where=f"{where}, column '{table.columns[column].name}'", hint=hint) from None
+    return Origin(column, sign * size, decibel is not None, size * (channel.wraps or 0.0))
 
 
 def _dimension(channel: str, form: Form) -> str:
     return channel_dimension(f"{FORCE_VELOCITY}.{channel}" if form == "means" else channel)
-
-
-def _column(table: ForeignTable, wanted: Any, name: str, fields: Mapping[str, str]) -> int:
-    return table.find(filled(wanted, fields, str(table.path)) if isinstance(wanted, str) else wanted, name)

@@ -142,12 +142,10 @@ def _of_rate(found: Sequence[Guess]) -> Question | None:
         for guess in asked:
             guess.axis.roles["time"] = replace(NO_TIME, unit=f"{period:.9g} s", unit_likelihood=1.0)
 
-    text = f"No column is the time. At which rate was {_named(asked)} sampled?" if asked else ""
-    return (
-        Question(text, [(rate, sampling_period(rate)) for rate in RATES], apply, understood=sampling_period)
-        if asked
-        else None
-    )
+    if not asked:
+        return None
+    text = f"No column is the time. At which rate was {_named(asked)} sampled?"
+    return Question(text, [(rate, sampling_period(rate)) for rate in RATES], apply, understood=sampling_period)
 
 
 def sampling_period(text: str) -> float | None:
@@ -160,13 +158,13 @@ def sampling_period(text: str) -> float | None:
 
 def _of_column(found: Sequence[Guess]) -> Question | None:
     """Ask which column a channel is."""
-    open_ones = (
+    open_ones = [
         (guess, role) for guess in found for role in wanted_roles(guess.axis).values()
         if role.channel in NEEDED and role.column is not None and role.likelihood < SURE and role.others
-    )  # fmt: skip
-    guess, role = next(open_ones, (None, NO_TIME))
-    if guess is None:
+    ]  # fmt: skip
+    if not open_ones:
         return None
+    guess, role = open_ones[0]
     roles, sure = guess.axis.roles, replace(role, others={}, likelihood=1.0)
     taken = [sure, *(replace(sure, column=n, sign=sign) for n, sign in role.others.items())][:4]
 
@@ -186,9 +184,7 @@ def _of_units(found: Sequence[Guess]) -> Question | None:
     if not (asked := [guess for guess in found if _is_open(guess)]):
         return None
     first, readings = asked[0], asked[0].axis.readings
-    asked = [
-        guess for guess in asked if replace(guess.axis.readings[0], weight=0.0) == replace(readings[0], weight=0.0)
-    ]
+    asked = [guess for guess in asked if replace(guess.axis.readings[0], weight=readings[0].weight) == readings[0]]
     likely = [reading for n, reading in enumerate(readings[:4]) if n < 2 or reading.weight > 0.02]
 
     def apply(reading: Reading) -> None:

@@ -42,13 +42,13 @@ BRAKED = 0.1
 REPEATED = 0.01
 """Share of repeated stamps above which stamps are rounded."""
 UNUSUAL, BY_CHANCE = 0.01, 0.1
+"""Weight of unusual units, relative to that of usual units; how often these have a usual factor."""
 UNFIT = 0.5
 """Likelihood at most of units that do not explain the factor between position and velocity."""
 WORSE = 20.0
 """How much more of the variance a column without a name leaves than the velocity does, before it may be a force."""
 DRIVING = 0.2
 """Score of a voltage that drives an axis, at least."""
-"""Weight of unusual units, relative to that of usual units; how often these have a usual factor."""
 JUMPS = 0.5
 """Step from row to row, relative to the spread, from which on a position cannot be followed."""
 MODES = 4
@@ -180,11 +180,10 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
         # what is smooth may be a velocity, if a force goes with it
         speeds = [replace(movement, roles={"velocity": replace(main, channel="velocity")}) for movement, main in moved]
         others = _drives(data, t, pairs, speeds, used)
-        best = [
-            max((score for of_axis in group for score, _ in of_axis.values()), default=0.0)
-            for group in (scores, others)
-        ]
-        movements, scores = (speeds, others) if best[1] > 2.0 * best[0] else (movements, scores)
+        best, better = (
+            max((s for found in group for s, _ in found.values()), default=0.0) for group in (scores, others)
+        )
+        movements, scores = (speeds, others) if better > 2.0 * best else (movements, scores)
     drives = [_driven(data, score) for score in scores]
     whole = [(movement, movement.roles | pushed) for movement, pushed in zip(movements, drives, strict=True)]
     found = [_in_units(data, t, movement, roles, clock) for movement, roles in whole]
@@ -265,9 +264,8 @@ def _said_clock(constants: Mapping[str, str]) -> Role | None:
             continue
         seconds = 1.0 / seconds if rate and seconds else seconds
         if 1e-6 < seconds < 10.0:
-            return Role(
-                "time", None, f"{seconds:.9g} s", 0.97, 0.97 if unit else 0.96, f"the file says {name} = {text}"
-            )
+            why = f"the file says {name} = {text}"
+            return Role("time", None, f"{seconds:.9g} s", 0.97, 0.97 if unit else 0.96, why)
     return None
 
 
@@ -361,11 +359,10 @@ def _clusters(data: Samples, pairs: Pairs) -> list[list[int]]:
         candidates = _smooth(data, pairs)
     found: list[list[int]] = []
     for n in candidates:
-        like = [members for members in found if any(_of_an_axis(data, pairs, n, k) for k in members)]
-        if like:
-            like[0].append(n)
-        else:
-            found.append([n])
+        like = (members for members in found if any(_of_an_axis(data, pairs, n, k) for k in members))
+        if (members := next(like, None)) is None:
+            found.append(members := [])
+        members.append(n)
     return found
 
 
@@ -408,13 +405,9 @@ class _Movement:
     columns: frozenset[int]
     factor: float | None = None  # Velocity per slope of the position
 
-    @property
-    def position(self) -> int | None:
-        return self.roles["position"].column if "position" in self.roles else None
-
-    @property
-    def velocity(self) -> int | None:
-        return self.roles["velocity"].column if "velocity" in self.roles else None
+    def column(self, channel: str) -> int | None:
+        """Return the column of a channel."""
+        return self.roles[channel].column if channel in self.roles else None
 
 
 def _movement(data: Samples, t: Real, pairs: Pairs, members: list[int]) -> _Movement:
@@ -504,17 +497,16 @@ def _drives(
     data: Samples, t: Real, pairs: Pairs, movements: Sequence[_Movement], used: set[int | None]
 ) -> list[dict[int, tuple[float, int]]]:
     """Return how much each column follows sign(v) and acceleration of each axis, and the sign by which it brakes."""
-    motions = [_Motion(data, t, movement.position, movement.velocity) for movement in movements]
+    motions = [_Motion(data, t, movement.column("position"), movement.column("velocity")) for movement in movements]
     scores: list[dict[int, tuple[float, int]]] = [{} for _ in movements]
     for n in np.flatnonzero(data.moving):
         says = data.said[n]
-        if data.levels[n] <= MODES and says.quantity is None:
-            continue
-        if n in used or says.quantity not in {None, "force", "input"}:
+        is_mode = data.levels[n] <= MODES and says.quantity is None
+        if is_mode or n in used or says.quantity not in {None, "force", "input"}:
             continue
         of_axes = []
         for movement, motion in zip(movements, motions, strict=True):
-            main = movement.position if movement.position is not None else movement.velocity
+            main = next(movement.column(of) for of in ("position", "velocity") if of in movement.roles)
             apart = main is not None and _apart(data, main, int(n))
             of_axes.append((0.0, 1) if apart else _weighed(data, pairs, int(n), movement, motion))
         best = max(pair[0] for pair in of_axes)
@@ -551,9 +543,8 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
             continue
         best = max(kept, key=lambda n: kept[n][0])
         weights = np.array([pair[0] ** 2 for pair in kept.values()])
-        sure = float(kept[best][0] ** 2 / max(weights.sum(), 1e-300)) * (
-            0.99 if kept[best][0] > 0.1 or data.said[best].quantity else 0.9
-        )
+        sure = 0.99 if kept[best][0] > 0.1 or data.said[best].quantity else 0.9
+        sure *= float(kept[best][0] ** 2 / max(weights.sum(), 1e-300))
         others = {n: kept[n][1] for n in sorted(kept, key=lambda n: -kept[n][0])[:4] if n != best}
         why = f"it goes with the sign of the velocity and the acceleration ({kept[best][0]:.2f})"
         roles[channel] = Role(channel, best, "", sure, 0.0, why, kept[best][1], others)
@@ -697,9 +688,7 @@ def _in_units(
     moves: Motion = "rotary" if motion == "rotary" else "linear"
     if "force" in whole:
         moves = in_units_of(moves, whole["force"].unit)
-    ranked = sorted(
-        (replace(reading, weight=reading.weight / total) for reading in found), key=lambda reading: -reading.weight
-    )
+    ranked = [replace(reading, weight=reading.weight / total) for reading in sorted(found, key=lambda r: -r.weight)]
     whole = {channel: whole[channel] for channel in LIKELY if channel in whole}
     return AxisColumns("", moves, motion_sure, whole, tuple(ranked), None if logged else movement.factor)
 
@@ -708,14 +697,9 @@ def _weighed_by_names(found: Sequence[Reading], data: Samples, force: Spoken) ->
     """Return readings weighed by what the file's name and folder and the unit of the force show of the motion."""
     shown = motions_in(" ".join(re.split(r"[\W_]+", f"{data.path.parent.name} {data.path.stem}")))
     of_force = {motion for motion in PLAIN if converts(force.unit, "force", motion)} if force.unit else set()
-    return [
-        replace(
-            reading,
-            weight=reading.weight * (2.0 if shown.get(reading.motion, 1.0) > 3.0 else 1.0)
-            * (1e-3 if of_force and reading.motion not in of_force else 1.0),
-        )
-        for reading in found
-    ]  # fmt: skip
+    by_name = {motion: 2.0 if shown.get(motion, 1.0) > 3.0 else 1.0 for motion in PLAIN}
+    by_force = {motion: 1e-3 if of_force and motion not in of_force else 1.0 for motion in PLAIN}
+    return [replace(r, weight=r.weight * by_name[r.motion] * by_force[r.motion]) for r in found]
 
 
 def take_reading(axis: AxisColumns, reading: Reading) -> None:
@@ -755,9 +739,8 @@ def _period(factor: float | None, reading: Reading, sure: float) -> tuple[str, f
 
 def _implied_period(factor: float, reading: Reading) -> tuple[float, bool]:
     """Return the period [s] by which a velocity is that of the position in units, and whether it is a usual period."""
-    period = si_factor(reading.position, "position", reading.motion) / (
-        si_factor(reading.velocity, "velocity", reading.motion) * abs(factor)
-    )
+    size = si_factor(reading.position, "position", reading.motion)
+    period = size / (si_factor(reading.velocity, "velocity", reading.motion) * abs(factor))
     usual = float(USUAL_PERIODS[np.argmin(np.abs(np.log(USUAL_PERIODS / period)))])
     near = abs(log(usual / period)) < TOLERANCE
     return (usual, True) if near else (period, False)

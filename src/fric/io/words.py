@@ -58,8 +58,6 @@ OF_MEANS = {
 """Further names of the columns of a table of forces and velocities."""
 
 
-LEFT_OUT = ("force", "position", "velocity")
-"""Channels that need a question, where a column that looks like one would be left out."""
 AXES = "xyzabcuvw"
 """Letters that name axes of machine tools."""
 
@@ -79,9 +77,7 @@ def axis_of(*names: str) -> str | None:
     found = set()
     for name in names:
         parts = re.sub(r"[\W_]+", " ", plain_name(name)).split()
-        found |= (
-            {word for word in (parts[0], parts[-1]) if len(word) == 1 and word in AXES} if len(parts) > 1 else set()
-        )
+        found |= {word for word in (*parts[:1], *parts[-1:]) if word in {*AXES} and len(parts) > 1}
     return found.pop() if len(found) == 1 else None
 
 
@@ -120,15 +116,13 @@ def refuse_left_out(table: ForeignTable, origins: Collection[str], taken: Collec
     taken: Columns that they were found in.
     Raises FricError: With the columns in question, and how to define them.
     """
-    for channel in LEFT_OUT:
+    for channel in ("force", "position", "velocity"):
         if channel in origins or (channel == "velocity" and "position" in origins):
             continue
         found = [table.columns[n] for n in looking_like(table, channel, taken)]
         if not found:
             continue
-        listed = " and ".join(
-            f"'{column.name} [{column.unit}]'" if column.unit else f"'{column.name}'" for column in found
-        )
+        listed = " and ".join(f"'{name} [{unit}]'" if unit else f"'{name}'" for name, unit in found)
         raise FricError(
             f"no column is named {channel}, and {listed} {'looks' if len(found) == 1 else 'look'} like it",
             where=str(table.path),
@@ -292,7 +286,7 @@ def _unit_of(column: Column) -> str | None:
 @cache
 def _quantity_of(unit: str) -> str | None:
     """Return the quantity of a unit; ``other`` for a unit of no channel."""
-    if unit in DRIVE_UNITS:
+    if unit in DRIVE_UNITS or converts(unit, "force", "linear/A"):
         return "force"
     for dimension, quantity in OF_UNITS.items():
         if any(converts(unit, dimension, motion) for motion in PLAIN):

@@ -12,7 +12,7 @@ import numpy as np
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.readers.base import ForeignTable, Format, RowBlock
-from fric.io.readers.text import Shape, TextTable, beginning, shaped
+from fric.io.readers.text import TextTable, beginning
 
 FORMAT = Format("LinuxCNC halsampler", (".txt",))
 FEW = 8
@@ -26,8 +26,7 @@ def recognises(path: Path, head: bytes) -> float:
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a record: one table, whose columns have no names."""
-    head, zipped = beginning(path)
-    yield _Record(path, shaped(path, head, layout), layout, zipped, _counting(head))
+    yield _Record(path, layout)
 
 
 def _counting(head: bytes) -> list[tuple[int, int]]:
@@ -48,17 +47,12 @@ def _counting(head: bytes) -> list[tuple[int, int]]:
 class _Record(TextTable):
     """The table of a record, refused where rows are lost."""
 
-    def __init__(
-        self, path: Path, shape: Shape, layout: Layout, zipped: bool, counting: Sequence[tuple[int, int]]
-    ) -> None:
-        super().__init__(path, shape, layout, zipped)
-        self._counting = tuple(counting)
-
     def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Read the record, and check its counts."""
-        last = [np.empty(0)] * len(self._counting)
-        for block in super().blocks([*wanted, *(n for n, _ in self._counting)]):
-            for k, (column, step) in enumerate(self._counting):
+        counting = _counting(beginning(self.path)[0])
+        last = [np.empty(0)] * len(counting)
+        for block in super().blocks([*wanted, *(n for n, _ in counting)]):
+            for k, (column, step) in enumerate(counting):
                 count = np.concatenate([last[k], block.columns[len(wanted) + k]])
                 last[k] = count[-1:]
                 jumps = np.flatnonzero(np.diff(count) != step)

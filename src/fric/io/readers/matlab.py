@@ -230,6 +230,10 @@ def _is_signal(value: Mapping[str, Any]) -> bool:
     return all(isinstance(part, _DatasetLine | np.ndarray) and len(part) > 1 for part in value.values())
 
 
+def _is_real(value: Any) -> bool:
+    return value.dtype.kind in "fiub"
+
+
 def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[str, str]) -> None:
     """Sort a variable into columns and constants."""
     if isinstance(value, Mapping):
@@ -250,12 +254,9 @@ def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[
             _take_apart(f"{name}.{key}", child, columns, constants)
     elif isinstance(value, str):
         constants[name] = value
-    elif isinstance(value, _DatasetLine) or (
-        isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiub"
-    ):
-        if len(value) > 1:
-            columns[name] = value
-    elif isinstance(value, np.ndarray) and value.ndim == 2 and value.dtype.kind in "fiub":
+    elif isinstance(value, _DatasetLine) or (isinstance(value, np.ndarray) and value.ndim == 1 and _is_real(value)):
+        columns |= {name: value} if len(value) > 1 else {}
+    elif isinstance(value, np.ndarray) and value.ndim == 2 and _is_real(value):
         value = value.T if _lies(*value.shape[::-1]) else value
         for n in range(value.shape[1]):
             _take_apart(f"{name}(:,{n + 1})", value[:, n], columns, constants)

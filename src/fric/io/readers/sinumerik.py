@@ -26,6 +26,7 @@ from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, Format, Memor
 from fric.io.readers.joined import Joined, SharedClock
 
 FORMAT = Format("SINUMERIK trace", (".xml",))
+AGAIN = "Save the trace again, with its data."
 MOST_BYTES = 1 << 30
 """Bytes of a trace that are read at most: its samples are held in memory."""
 NO_VALUE = 9.2e18
@@ -73,17 +74,14 @@ def recognises(path: Path, head: bytes) -> float:
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a trace: a table an axis, where signals name their axis; signals of different rates get a common clock."""
     trace = _Trace(regular(path, MOST_BYTES))
-    if not trace.signals:
-        raise FricError("names no signal", where=str(path), hint="Save the trace again, with its data.")
-    if not len(trace.time):
-        raise FricError("holds no samples", where=str(path), hint="Save the trace again, with its data.")
+    if not trace.signals or not len(trace.time):
+        raise FricError("holds no samples" if trace.signals else "names no signal", where=str(path), hint=AGAIN)
     time, values = np.frombuffer(trace.time), np.frombuffer(trace.values).reshape(len(trace.time), -1)
     values = np.where(values > NO_VALUE, np.nan, values)
     said = [SAMPLES_WITHOUT_VALUE.found(str(path), samples=trace.without)] if trace.without else []
     if not any(signal.interval for signal in trace.signals):
-        parts = _as_logged(path, trace.signals, time, values)
-        if not parts:
-            raise FricError("holds no samples", where=str(path), hint="Save the trace again, with its data.")
+        if not (parts := _as_logged(path, trace.signals, time, values)):
+            raise FricError("holds no samples", where=str(path), hint=AGAIN)
         yield Joined(path, parts, notices=said)
         return
     time, values = _filled(path, trace, time, values)
@@ -211,11 +209,8 @@ class _Trace:
                     self.without += value > NO_VALUE
                     row[self._at[key]] = value
         except (KeyError, ValueError):
-            raise FricError(
-                f"has a rec that does not read: {dict(islice(about.items(), 9))}",
-                where=str(self.path),
-                hint="Save the trace again.",
-            ) from None
+            what = f"has a rec that does not read: {dict(islice(about.items(), 9))}"
+            raise FricError(what, where=str(self.path), hint=AGAIN) from None
         self.time.append(time)
         self.values.extend(row)
 

@@ -36,15 +36,13 @@ _LINE_END = re.compile(r"\r\n|\n|\r")
 _SPACED = re.compile(r'"[^"]*"|[^\s\[(]\S*(?:\s*\[[^\]]*\]|\s*\([^)]*\))?|\S+')
 """A cell between spaces; a unit in brackets belongs to the name before it."""
 _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
-
-
 _OF_UNITS = re.compile(r"unit|einheit|unidad", re.IGNORECASE)
 """Begins a line above the header that names units."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """What was found: how to read the data, and the lines above them."""
+    """How a text is written: the reading of its data, and the lines above them."""
 
     encoding: str  # encoding, delimiter, decimal: as in a mapping's ``format``
     delimiter: str
@@ -115,12 +113,10 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     if layout.data_after is not None:
         ends = [n for n, line in enumerate(lines) if n >= start and line.startswith(layout.data_after)]
         if not ends:
-            raise FricError(
-                f"no line starts with '{layout.data_after}'", hint="Mend `data_after` in the mapping, or leave it out."
-            )
+            raise FricError(f"no line starts with '{layout.data_after}'",
+                            hint="Mend `data_after` in the mapping, or leave it out.")  # fmt: skip
         start = ends[0] + 1
-    above = max((n for n in (layout.header or 0, layout.units or 0) if n), default=0)
-    start = max(start, above)
+    start = max(start, layout.header or 0, layout.units or 0)
     delimiter, decimal, rows = _reading(lines[start:], layout)
     leading = (n for n, row in enumerate(rows) if row.cells)
     first = start + (_data_start(rows) if layout.data_after is None else next(leading))
@@ -131,9 +127,8 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     if names is not None:
         for n in range(max(names, -1 if units is None else units) + 1, first):  # samples are below the names
             if sum(is_number(cell, decimal) for cell in table[n]) >= width:
-                raise FricError(
-                    f"line {n + 1} has more cells than the {width} of the header", hint="Mend or remove the line."
-                )
+                what = f"line {n + 1} has more cells than the {width} of the header"
+                raise FricError(what, hint="Mend or remove the line.")
     cells = table[names] if names is not None else [f"column {n}" for n in range(width)]
     cells = [cell or f"column {n}" for n, cell in enumerate((cells + [""] * width)[:width])]
     columns = [named(cell) for cell in cells]
@@ -183,10 +178,8 @@ def _reading(lines: list[str], layout: Layout) -> tuple[str, str, list[_Row]]:
                 best = scores[width], width, delimiter, decimal
     _, width, delimiter, decimal = best
     if not width:
-        raise FricError(
-            "there are no rows of numbers",
-            hint="A header alone is no log; if there are data, say in a mapping how they are written (`format:`).",
-        )
+        hint = "A header alone is no log; if there are data, say in a mapping how they are written (`format:`)."
+        raise FricError("there are no rows of numbers", hint=hint)
     rows = [_row(line, delimiter, decimal, layout.comment) for line in lines]
     rows = [_Row(row.cells[:width], row.numeric[:width]) if not any(row.cells[width:]) else row for row in rows]
     return delimiter, decimal, [row if len(row.cells) == width else _Row([], []) for row in rows]
@@ -220,13 +213,12 @@ def _header(
     names = None if not layout.header else layout.header - 1
     units = None if not layout.units else layout.units - 1
     above = [
-        n
-        for n in range(layout.skip, len(table))
+        n for n in range(layout.skip, len(table))
         if (len(table[n]) in {width, width - spare} or (len(table[n]) == width + 1 and not table[n][-1]))
         and sum(map(bool, table[n])) * 2 >= width
         and not any(is_number(cell, decimal) for cell in table[n])
         and n not in {names, units}
-    ]
+    ]  # fmt: skip
     if units is None and layout.units is None and above and (names is not None or len(above) > 1):
         cells = [cell.strip("[]()").strip() for cell in table[above[-1]]]
         if any(map(_unit, cells)) and all(not cell or cell == "-" or _unit(cell) for cell in cells):
@@ -279,6 +271,8 @@ _ITEMS = re.compile(rb"[\s,;]+")
 MOST_STATES = 64
 """Words of a column of states at most: others are no state."""
 
+_DATE = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d")
+_STAMP = re.compile(rf"{_DATE.pattern}|\d+:\d\d|\d+(\.\d+)?\s*(s|sec|ms|us|min|hr)\Z")
 _GZIP = b"\x1f\x8b"
 
 FORMAT = Format("Text", (".csv", ".tsv", ".txt", ".dat", ".log", ".gz"))
@@ -296,9 +290,8 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     if (packed := None if zipped or layout != Layout() else _of_lists(path, head)) is not None:
         yield packed
         return
-    shape = shaped(path, head, layout)
-    table = TextTable(path, shape, layout, zipped)
-    labels = _in_turns(head, shape)
+    table = TextTable(path, layout)
+    labels = _in_turns(head, table.shape)
     yield table if labels is None else _beside_each_other(table, *labels)
 
 
@@ -353,7 +346,8 @@ def _beside_each_other(table: ForeignTable, column: int, labels: Sequence[str]) 
 
 def beginning(path: Path) -> tuple[bytes, bool]:
     """Return the first bytes of a text, unpacked, and whether it is packed by gzip."""
-    zipped = _is_zipped(path)
+    with path.open("rb") as raw:
+        zipped = raw.read(2) == _GZIP
     try:
         with _opened(path, zipped) as file:
             return file.read(LOOK), zipped
@@ -395,18 +389,13 @@ class _Piece:
 
 
 class TextTable(ForeignTable):
-    """The table of a text log.
+    """The table of a text log, which is written as ``shape``; by default as its beginning shows."""
 
-    path: The file.
-    shape: How it is written.
-    layout: What the user says of it.
-    zipped: Whether it is compressed by gzip.
-    """
-
-    def __init__(self, path: Path, shape: Shape, layout: Layout, zipped: bool) -> None:
-        super().__init__(path, shape.columns, shape.preamble)
-        self._shape, self._comment, self._zipped = shape, layout.comment, zipped
-        self._ragged = False
+    def __init__(self, path: Path, layout: Layout, shape: Shape | None = None) -> None:
+        head, self._zipped = beginning(path)
+        self.shape = shape or shaped(path, head, layout)
+        super().__init__(path, self.shape.columns, self.shape.preamble)
+        self._comment, self._ragged = layout.comment, False
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Read the file piece by piece through pandas; the next pieces are parsed while a piece is processed."""
@@ -420,7 +409,7 @@ class TextTable(ForeignTable):
                     size, parsed = waiting.popleft()
                     frame = self._frame(parsed, row)
                     columns = [
-                        self._states(frame[n]) if n == self.states else _numbers(frame[n], self._shape.decimal)
+                        self._states(frame[n]) if n == self.states else _numbers(frame[n], self.shape.decimal)
                         for n in wanted
                     ]
                     yield RowBlock(row, columns, size)
@@ -437,11 +426,11 @@ class TextTable(ForeignTable):
 
     def _pieces(self) -> Iterator[list[memoryview]]:
         """Cut the data into pieces of whole lines, each of some parts, in an encoding in which a digit is a byte."""
-        wide = "\0".encode(self._shape.encoding) != b"\0"
+        wide = "\0".encode(self.shape.encoding) != b"\0"
         rest: list[memoryview] = []
         try:
-            with _opened(self.path, self._zipped, self._shape.encoding if wide else None) as file:
-                for _ in range(self._shape.first):
+            with _opened(self.path, self._zipped, self.shape.encoding if wide else None) as file:
+                for _ in range(self.shape.first):
                     file.readline()
                 read_so_far = 0
                 while read := file.read(PIECE):
@@ -460,19 +449,17 @@ class TextTable(ForeignTable):
 
     def _refuse_bomb(self, unpacked: int, pending: int) -> None:
         """Raise where a packed file holds more than text packs to, or a line goes on without an end."""
+        what, hint = "", "Export it again, a row a line."
         if self._zipped and unpacked > max(SMALL, MOST_PACKED * self.path.stat().st_size):
-            raise FricError(
-                f"unpacks to over {MOST_PACKED} times its size, as no log does", where=str(self.path),
-                hint="Unpack it, and look at it.",
-            )  # fmt: skip
-        if pending > MOST_LINE:
-            raise FricError(
-                f"has a line of over {MOST_LINE >> 20} MiB", where=str(self.path), hint="Export it again, a row a line."
-            )
+            what, hint = f"unpacks to over {MOST_PACKED} times its size, as no log does", "Unpack it, and look at it."
+        elif pending > MOST_LINE:
+            what = f"has a line of over {MOST_LINE >> 20} MiB"
+        if what:
+            raise FricError(what, where=str(self.path), hint=hint)
 
     def _parsed(self, piece: Sequence[memoryview]) -> pd.DataFrame:
         # Cells are read by their place. The encoding matters for names alone, which are known by now.
-        shape, names = self._shape, range(len(self.columns))
+        shape, names = self.shape, range(len(self.columns))
         read_csv: Callable[..., pd.DataFrame] = pd.read_csv  # whose types ask for more of a file than it does
         options: dict[str, Any] = {
             "sep": r"\s+" if shape.delimiter == "whitespace" else shape.delimiter, "decimal": shape.decimal,
@@ -498,26 +485,21 @@ class TextTable(ForeignTable):
 
     def _frame(self, parsed: Future[pd.DataFrame], row: int) -> pd.DataFrame:
         """Return what was parsed, having checked that no row is longer than the header."""
+        width = len(self.columns)
         try:
             frame = parsed.result()
-            if frame.iloc[:, len(self.columns) :].notna().any(axis=None):
-                raise self._too_long(row)
+            if frame.iloc[:, width:].notna().any(axis=None):
+                raise pd.errors.ParserError("too many fields in line")
         except pd.errors.ParserError as error:
             if "fields in line" in str(error):
-                raise self._too_long(row) from None
+                lines = islice(self._rows(), row, None)
+                long = (number for number, line in lines if any(split(line, self.shape.delimiter)[width:]))
+                raise FricError(f"has more cells than the {width} of the header",
+                                where=f"{self.path}, line {next(long, '?')}",
+                                hint="Mend or remove the line.") from None  # fmt: skip
             text = str(error).strip().rsplit("C error: ", 1)[-1]
             raise FricError(f"is no table: {text}", where=self.place(row), hint="Mend the file.") from None
         return frame
-
-    def _too_long(self, row: int) -> FricError:
-        width = len(self.columns)
-        lines = islice(self._rows(), row, None)
-        long = (number for number, line in lines if any(split(line, self._shape.delimiter)[width:]))
-        return FricError(
-            f"has more cells than the {width} of the header",
-            where=f"{self.path}, line {next(long, '?')}",
-            hint="Mend or remove the line.",
-        )
 
     def place(self, row: int, column: int | None = None) -> str:
         """Return the line of a row, found by counting lines."""
@@ -525,16 +507,16 @@ class TextTable(ForeignTable):
 
     def text(self, row: int, column: int) -> str | None:
         """Return the text of the cell in the file."""
-        cells = split(self._line(row)[1], self._shape.delimiter)
+        cells = split(self._line(row)[1], self.shape.delimiter)
         return cells[column] if column < len(cells) else None
 
     def run(self, row: int, column: int) -> int:
         """Return how many rows from ``row`` on have no number in a column."""
         count = 0
         for _, line in islice(self._rows(), row, None):
-            cells = split(line, self._shape.delimiter)
+            cells = split(line, self.shape.delimiter)
             cell = cells[column] if column < len(cells) else ""
-            if is_number(cell, self._shape.decimal) and cell.lower().strip("+-")[:3] not in {"nan", "inf"}:
+            if is_number(cell, self.shape.decimal) and cell.lower().strip("+-")[:3] not in {"nan", "inf"}:
                 break
             count += 1
         return count
@@ -544,11 +526,11 @@ class TextTable(ForeignTable):
 
     def _rows(self) -> Iterator[tuple[int, str]]:
         """Give the number (from 1) and the text of every line of data, passing over what pandas passes over."""
-        blank = " \r\n" if self._shape.delimiter == "\t" else " \t\r\n"
-        with _opened(self.path, self._zipped, self._shape.encoding) as file:
+        blank = " \r\n" if self.shape.delimiter == "\t" else " \t\r\n"
+        with _opened(self.path, self._zipped, self.shape.encoding) as file:
             for number, line in enumerate(file, 1):
                 content = line.partition(self._comment)[0] if self._comment else line
-                if number > self._shape.first and content.strip(blank):
+                if number > self.shape.first and content.strip(blank):
                     yield number, content
 
 
@@ -557,29 +539,24 @@ def _numbers(column: "pd.Series[Any]", decimal: str) -> Real:
     if pd.api.types.is_bool_dtype(column):
         return np.full(len(column), np.nan)
     if not pd.api.types.is_numeric_dtype(column):
+        plain = text = column.astype("str").str.strip()
         if decimal == ",":
-            text = column.astype("str")
-            column = text.where(~text.str.contains(".", regex=False)).str.replace(",", ".", regex=False)
-        found = pd.to_numeric(column, errors="coerce")
-        column = found if found.notna().any() else _stamps(column)
+            plain = text.where(~text.str.contains(".", regex=False)).str.replace(",", ".", regex=False)
+        found = pd.to_numeric(plain, errors="coerce")
+        column = found if found.notna().any() else _stamps(text.str.replace(r"(?<=\d),(?=\d)", ".", regex=True))
     return column.to_numpy(dtype="f8", na_value=np.nan)
 
 
-def _stamps(column: "pd.Series[Any]") -> "pd.Series[Any]":
-    """Return dates, or times of a day, as seconds; NaN where a cell is neither."""
-    text = column.astype("str").str.strip()
-    first = next((text for text in text.head(20) if re.match(r"\d{1,4}[-/.:]\d{1,2}[-/.:]\d", text)), "")
+def _stamps(text: "pd.Series[Any]") -> "pd.Series[Any]":
+    """Return dates, times of a day or durations (0.001 sec) as seconds; NaN where a cell is none of them."""
+    first = next((text for text in text.head(20) if _STAMP.match(text)), "")
     if not first:
-        return pd.Series(np.full(len(column), np.nan))
-    if re.match(r"\d{1,2}:", first):  # of a day
-        return pd.to_timedelta(text.str.replace(",", ".", regex=False), errors="coerce").dt.total_seconds()
-    stamps = pd.to_datetime(text, errors="coerce", format="ISO8601" if re.match(r"\d{4}-", first) else "mixed")
+        return pd.Series(np.full(len(text), np.nan))
+    if not _DATE.match(first):
+        return pd.to_timedelta(text, errors="coerce").dt.total_seconds()
+    form = "ISO8601" if re.match(r"\d{4}-", first) else "mixed"
+    stamps = pd.to_datetime(text, errors="coerce", format=form, dayfirst=bool(re.match(r"\d+\.", first)))
     return (stamps - pd.Timestamp(0)) / pd.Timedelta(1, "s")
-
-
-def _is_zipped(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(2) == _GZIP
 
 
 def _opened(path: Path, zipped: bool, encoding: str | None = None) -> IO[Any]:

@@ -27,7 +27,7 @@ def recognises(path: Path, head: bytes) -> float:
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read an export: one table; channels of different rates are resampled to a common clock."""
-    head, zipped = beginning(path)
+    head, _ = beginning(path)
     encoding = layout.encoding or encoding_of(head)
     lines = re.split(r"\r\n|\n|\r", head.decode(encoding, errors="replace"))
     delimiter = layout.delimiter or lines[0].lstrip("\ufeff")[4]
@@ -45,9 +45,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     factor = 1e-7 if float(rows[0][0].replace(",", ".")) > _FILETIME else 1e-3
     groups = [tuple(range(a + 1, b)) for a, b in zip(clocks, [*clocks[1:], len(names)], strict=True)]
     parts = [
-        SharedClock(
-            TextTable(path, shape, layout, zipped), time, tuple(n for n in group if names[n]), factor, f"clock {k}"
-        )
+        SharedClock(TextTable(path, layout, shape), time, tuple(n for n in group if names[n]), factor, f"clock {k}")
         for k, (time, group) in enumerate(zip(clocks, groups, strict=True), 1)
     ]
     yield Joined(path, parts, notices=_scaled(path, about))
