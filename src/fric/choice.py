@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from math import hypot, isfinite
 
-ROUNDING = 1e-7
-"""Share of the best score within which scores are equal: searches of one minimum differ by this much."""
+ROUNDING = 1e-7  # Share of the best score within which scores are equal: searches of one minimum differ by this much
 
 
 def simplest(scores: Iterable[float], scatter: float | Sequence[float] = 0.0) -> int:

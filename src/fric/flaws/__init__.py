@@ -36,8 +36,7 @@ def entries(family: ModuleType) -> list[Flaw]:
     return [flaw for table in tables for flaw in table.values() if isinstance(flaw, Flaw)]
 
 
-CATALOGUE: Mapping[str, Flaw] = _listed()
-"""Every flaw by its code."""
+CATALOGUE: Mapping[str, Flaw] = _listed()  # Every flaw by its code
 
 _PLAIN = Flaw("", "doubt", "")
 

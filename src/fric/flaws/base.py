@@ -13,14 +13,11 @@ from fric.estimate import Estimate
 from fric.notice import Notice, Severity
 from fric.units import readable
 
-LISTED = 8
-"""Elements of a list that a sentence names at most."""
+LISTED = 8  # Elements of a list that a sentence names at most
 
 
-SMALL = 0.01
-"""Share of the friction up to which a variation over place or time is only a note."""
-HALF_WIDTHS = 1.0
-"""Half-widths of the tightest interval of a level above which the variation makes an estimate wrong."""
+SMALL = 0.01  # Share of the friction up to which a variation over place or time is only a note
+HALF_WIDTHS = 1.0  # Half-widths of the tightest interval of a level above which the variation makes an estimate wrong
 
 
 def by_size(size: float, level: float, half_width: float) -> Severity:

@@ -2,8 +2,7 @@
 
 from fric.flaws.base import Flaw
 
-LARGE = 0.05
-"""Share of F_s by which a virgin curve is hollow that only a play makes: a drive that hunts makes less."""
+LARGE = 0.05  # Share of F_s by which a virgin curve is hollow that only a play makes: a drive that hunts makes less
 
 # fmt: off
 PARAMETER_UNSEEN = Flaw("parameter-untold", "doubt",

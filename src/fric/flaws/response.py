@@ -5,8 +5,7 @@ from typing import Any
 from fric.flaws.base import Flaw
 from fric.notice import Severity
 
-UNSURE, FALSE = 0.02, 0.1
-"""Misfit above which a fit is in doubt, and above which it is wrong [1]."""
+UNSURE, FALSE = 0.02, 0.1  # Misfit above which a fit is in doubt, and above which it is wrong [1]
 
 
 def _misfit(f: Any) -> Severity:

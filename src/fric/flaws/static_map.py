@@ -5,14 +5,11 @@ from typing import Any
 from fric.flaws.base import Flaw, by_size
 from fric.notice import Severity
 
-REMOVED = 0.05
-"""Subtracted share of friction up to which nothing is to be done: beyond, it widens a prediction."""
-SCATTERED = 0.1
-"""Scatter between strokes, as a share of their force, above which a map of speed is doubted."""
+REMOVED = 0.05  # Subtracted share of friction up to which nothing is to be done: beyond, it widens a prediction
+SCATTERED = 0.1  # Scatter between strokes, as a share of their force, above which a map of speed is doubted
 SMALL, LARGE = 0.01, 0.1
 """Subtracted share of friction up to which there is no doubt, and above which the result is wrong."""
-STICKS = 0.6
-"""Swing of the speed above which the axis rests during a stroke: its mean force belongs to no velocity."""
+STICKS = 0.6  # Swing of the speed above which the axis rests during a stroke: its mean force belongs to no velocity
 
 
 def _severity(f: Any) -> Severity:

@@ -12,14 +12,13 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.plant.rigid_body import identify_motion
 from fric.identify.static_map.identify import identify_static
-from fric.identify.static_map.points import SpeedPoint, stroke_points
+from fric.identify.static_map.points import stroke_points
 from fric.log import ForceVelocity, Log
 from fric.records.recognition import kind_of
 
 SPEEDS_ALIKE = 6.0
 """Ratio of the slowest, and of the fastest, strokes of two halves up to which both determine the same map."""
-LEAST = 200
-"""Least number of samples of half a motion."""
+LEAST = 200  # Least number of samples of half a motion
 
 
 @dataclass(frozen=True)
@@ -113,13 +112,20 @@ def _of_strokes(logs: Sequence[Log], plant: Plant | None) -> Iterator[tuple[str,
             reach = [(abs(velocity[some]).min(), abs(velocity[some]).max()) for some in (chosen, ~chosen) if some.any()]
             if len(reach) < 2 or any(max(ends) > SPEEDS_ALIKE * min(ends) for ends in zip(*reach, strict=True)):
                 raise FricError("one half has other speeds than the other")
-            table = _table([point for point, item in zip(points, chosen, strict=True) if item], logs[0])
+            table = ForceVelocity(
+                velocity[chosen],
+                force[chosen],
+                error=error[chosen],
+                axis=logs[0].axis,
+                motion=logs[0].motion,
+                name="half",
+            )
             found = identify_static([table], direction="both", delta=1.0, load=load).static
             return {} if found is None else found.estimates
 
         return made
 
-    velocity = np.array([point.velocity for point in points])
+    velocity, force, error = np.array([(point.velocity, point.force, point.standard_error) for point in points]).T
     number, of_record = np.arange(len(points)), np.array([names.index(point.record) for point in points])
     speed = np.argsort(np.argsort(velocity))
     forward = velocity > 0
@@ -129,29 +135,11 @@ def _of_strokes(logs: Sequence[Log], plant: Plant | None) -> Iterator[tuple[str,
         yield "record", fit(of_record % 2 == 0), fit(of_record % 2 == 1)
     if forward.any() and not forward.all():
         yield "direction", fit(forward, offset), fit(~forward, offset)
-    at = [None if p.stretch is None or p.stretch[0].position is None else _place(p) for p in points]
-    if None not in at:
-        low = np.array(at, float) < float(np.median(np.array(at, float)))
+    if all(log.position is not None for log in logs):
+        stretches = [point.stretch for point in points if point.stretch is not None]
+        place = np.array([float(np.mean(log.require("position", "a place")[s.start : s.stop])) for log, s in stretches])
+        low = place < float(np.median(place))
         yield "place", fit(low), fit(~low)
-
-
-def _place(point: SpeedPoint) -> float:
-    log, segment = point.stretch  # type: ignore[misc]
-    return float(np.mean(log.require("position", "a place")[segment.start : segment.stop]))
-
-
-def _table(points: Sequence[SpeedPoint], log: Log) -> ForceVelocity:
-    columns = np.array([(point.velocity, point.force, point.standard_error) for point in points]).reshape(-1, 3).T
-    velocity, force, error = columns
-    return ForceVelocity(velocity, force, error=error, axis=log.axis, motion=log.motion, name="half")
-
-
-def _before(middle: int, end: int) -> tuple[int, int]:
-    return 0, middle
-
-
-def _after(middle: int, end: int) -> tuple[int, int]:
-    return middle, end
 
 
 def _of_motions(logs: Sequence[Log]) -> Iterator[tuple[str, Fit, Fit]]:
@@ -167,8 +155,8 @@ def _of_motions(logs: Sequence[Log]) -> Iterator[tuple[str, Fit, Fit]]:
 
     long = [log for log in logs if len(log) >= 2 * LEAST]
     if long:
-        first, second = ([log.slice(*ends(len(log) // 2, len(log))) for log in long] for ends in (_before, _after))
-        yield "time", fit(first), fit(second)
+        first = [log.slice(0, len(log) // 2) for log in long]
+        yield "time", fit(first), fit([log.slice(len(log) // 2, len(log)) for log in long])
     if len(logs) > 1:
         yield "record", fit(logs[::2]), fit(logs[1::2])
     yield "direction", side("_positive"), side("_negative")

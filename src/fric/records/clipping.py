@@ -11,12 +11,9 @@ from fric.log import Log
 from fric.notice import Notice
 from fric.records.resolution import lattice_step
 
-STUCK = 5
-"""Number of consecutive samples at its extreme from which a force or input counts as clipped."""
-OFF = 0.05
-"""Time without motion and with a force of exactly 0 from which the drive counts as off [s]."""
-LEVELS = 40
-"""Least number of steps in a channel's range for a flat end to be clipping."""
+STUCK = 5  # Number of consecutive samples at its extreme from which a force or input counts as clipped
+OFF = 0.05  # Time without motion and with a force of exactly 0 from which the drive counts as off [s]
+LEVELS = 40  # Least number of steps in a channel's range for a flat end to be clipping
 
 
 def counts(values: Real) -> float | None:

@@ -19,12 +19,9 @@ from fric.units import si_unit
 
 Encoder = Literal["motor", "load"]
 """The encoder whose position is that of the axis."""
-AFTER = 0.1
-"""Share of a stroke after a reversal that is left out, in which the transmission takes up its backlash."""
-STROKES = 3
-"""Least number of strokes."""
-BESIDE = 3
-"""Distance in samples at which the force has independent noise."""
+AFTER = 0.1  # Share of a stroke after a reversal that is left out, in which the transmission takes up its backlash
+STROKES = 3  # Least number of strokes
+BESIDE = 3  # Distance in samples at which the force has independent noise
 
 
 @dataclass(frozen=True)

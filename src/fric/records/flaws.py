@@ -1,6 +1,6 @@
 """Flaws of records, judged once for `inspect` and every `identify`: clock, encoder, place and time."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, sqrt
 from typing import Literal
@@ -31,33 +31,24 @@ from fric.records.segments import Segment
 from fric.records.timing import timing
 from fric.units import rotates
 
-SAMPLES = 256
-"""Least number of samples in a segment."""
-PERIODS = 12
-"""Least number of periods in a segment."""
-HEIGHT = 8.0
-"""Amplitude of a line over the median of those around it."""
-AROUND = 40
-"""Number of lines on each side for comparison."""
-PEAKS = 3
-"""Number of lines of a segment that are used: its highest."""
-SEGMENTS = 3
-"""Least number of segments that show a pitch."""
-SPREAD = 1.4
-"""Least ratio of their greatest to their least speed."""
+SAMPLES = 256  # Least number of samples in a segment
+PERIODS = 12  # Least number of periods in a segment
+HEIGHT = 8.0  # Amplitude of a line over the median of those around it
+AROUND = 40  # Number of lines on each side for comparison
+PEAKS = 3  # Number of lines of a segment that are used: its highest
+SEGMENTS = 3  # Least number of segments that show a pitch
+SPREAD = 1.4  # Least ratio of their greatest to their least speed
 LONGEST = (0.5e-3, 0.02)
 """Largest pitch of a scale [m, rad]; a ripple of a longer pitch is a screw or a motor, and real motion."""
-SMALLEST = 0.5
-"""Amplitude, in steps of the encoder, above which there is a warning."""
+SMALLEST = 0.5  # Amplitude, in steps of the encoder, above which there is a warning
 
 
 @dataclass(frozen=True)
 class EncoderError:
-    """A sub-divisional error: its pitch [m], its amplitude [m], and the encoder's step [m] (0 where none is seen)."""
+    """A sub-divisional error."""
 
-    pitch: float
-    amplitude: float
-    step: float
+    pitch: float  # [m]
+    amplitude: float  # [m]
 
 
 @dataclass(frozen=True)
@@ -85,22 +76,20 @@ def encoder_error(strokes: Sequence[tuple[Log, Segment]]) -> EncoderError | None
     if len({line.segment for line in best}) < SEGMENTS:
         return None
     number = float(np.average([line.number for line in best], weights=[1.0 / line.width for line in best]))
-    logs = {id(log): log for log, _ in strokes}.values()
-    step = max((lattice_step(log.position) or 0.0 for log in logs if log.position is not None), default=0.0)
+    step = max(lattice_step(log.position) or 0.0 for log, _ in strokes if log.position is not None)
     amplitude = float(np.median([line.amplitude for line in best]))
     if amplitude <= SMALLEST * step or 1.0 / number > LONGEST[rotates(strokes[0][0].motion)]:
         return None
-    return EncoderError(1.0 / number, amplitude, step)
+    return EncoderError(1.0 / number, amplitude)
 
 
 def _hums(line: _Line, lines: Sequence[_Line]) -> bool:
     """Return whether a line has one frequency in time, in segments of different speed."""
+    v = line.speed
     alike = [
-        other.speed
-        for other in lines
-        if abs(other.number * other.speed - line.number * line.speed)
-        <= 0.5 * (other.width * other.speed + line.width * line.speed)
-    ]
+        other.speed for other in lines
+        if abs(other.number * other.speed - line.number * v) <= 0.5 * (other.width * other.speed + line.width * v)
+    ]  # fmt: skip
     return len(alike) >= SEGMENTS and max(alike) >= SPREAD * min(alike)
 
 
@@ -116,14 +105,13 @@ def _lines(log: Log, segment: Segment, n: int) -> list[_Line]:
     window = np.hanning(len(rest))
     amplitude = 2.0 * np.abs(np.fft.rfft(rest * window)) / window.sum()
     number = np.fft.rfftfreq(len(rest), float(np.median(dt))) / abs(segment.velocity)
-    first = PERIODS
-    if len(amplitude) < first + 2 * AROUND:
+    if len(amplitude) < PERIODS + 2 * AROUND:
         return []
-    inner = slice(first, len(amplitude) - 2)
+    inner = slice(PERIODS, len(amplitude) - 2)
     level = median_filter(amplitude, 2 * AROUND + 1, mode="mirror")
     peak = np.zeros(len(amplitude), dtype=bool)
     peak[1:-1] = (amplitude[1:-1] > amplitude[:-2]) & (amplitude[1:-1] >= amplitude[2:])
-    high = np.flatnonzero(peak[inner] & (amplitude[inner] > HEIGHT * level[inner])) + first
+    high = np.flatnonzero(peak[inner] & (amplitude[inner] > HEIGHT * level[inner])) + PERIODS
     high = high[np.argsort(amplitude[high])][-PEAKS:]
     width = float(number[1])
     found = []
@@ -139,8 +127,7 @@ def _lines(log: Log, segment: Segment, n: int) -> list[_Line]:
 Purpose = Literal["static", "gms", "plant", "inspect"]
 Strokes = Sequence[tuple["Log", "Segment"]]
 
-FASTER = 1.2
-"""Ratio of speeds above which a faster record also shows the jitter of a slower record."""
+FASTER = 1.2  # Ratio of speeds above which a faster record also shows the jitter of a slower record
 COARSE = 12
 """Number of steps in the force's range up to which the steps affect means over strokes and hysteresis cycles."""
 
@@ -151,18 +138,16 @@ def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     logs: The records.
     purpose: Their purpose, as in `clock_flaws`.
     """
-    channels = ("input", "force") if purpose == "plant" else ("force",)
     found = []
-    for name in channels:
-        had = [(log, values) for log in logs if (values := getattr(log, name)) is not None]
-        counted = clipped_among([values for _, values in had])
-        found += [(log, name, samples) for (log, _), samples in zip(had, counted, strict=True)]
-    flaws = {"force": FORCE_CLIPPED, "input": INPUT_CLIPPED}
-    clipped = [flaws[name].found(log.where, samples=samples) for log, name, samples in found if samples]
+    for name, flaw in (("input", INPUT_CLIPPED), ("force", FORCE_CLIPPED)):
+        if name == "force" or purpose == "plant":
+            had = [log for log in logs if getattr(log, name) is not None]
+            counted = clipped_among([getattr(log, name) for log in had])
+            found += [flaw.found(log.where, samples=count) for log, count in zip(had, counted, strict=True) if count]
     off = {log.where: float(drive_off(log).mean()) for log in logs if purpose == "gms"}
     if resting := {where: share for where, share in off.items() if share > 0.0}:
-        clipped.append(DRIVE_OFF.found(share=max(resting.values()), records=list(resting)))
-    return clipped + ([] if purpose == "static" else _coarse_force(logs)) + clock_flaws(logs, purpose)
+        found.append(DRIVE_OFF.found(share=max(resting.values()), records=list(resting)))
+    return found + ([] if purpose == "static" else _coarse_force(logs)) + clock_flaws(logs, purpose)
 
 
 def _coarse_force(logs: Sequence[Log]) -> list[Notice]:
@@ -172,12 +157,8 @@ def _coarse_force(logs: Sequence[Log]) -> list[Notice]:
         return []
     forces = np.unique(np.concatenate(levels))
     step = float(np.min(np.diff(forces))) if len(forces) > 1 else 0.0
-    return coarse_force(step, logs[0]) if 0.0 < float(np.ptp(forces)) <= COARSE * step else []
-
-
-def coarse_force(step: float, log: Log) -> list[Notice]:
-    """Return the warning if the force of a record has such steps [N]."""
-    return [FORCE_COARSE.found(step=Estimate(step, log.unit("force")))]
+    coarse = 0.0 < float(np.ptp(forces)) <= COARSE * step
+    return [FORCE_COARSE.found(step=Estimate(step, logs[0].unit("force")))] * coarse
 
 
 def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
@@ -188,22 +169,17 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     """
     found = [(log, timing(log)) for log in logs]
     warnings = []
-    if lost := [(log, timing.lost) for log, timing in found if timing.lost]:
-        warnings.append(SAMPLES_LOST.found(_records(log for log, _ in lost), lost=max(share for _, share in lost)))
+    if lost := [(log.name, clock.lost) for log, clock in found if clock.lost]:
+        warnings.append(SAMPLES_LOST.found(_records([name for name, _ in lost]), lost=max(by for _, by in lost)))
     # what jitters shows in every record that is as fast; a ripple of one speed is no jitter
-    unmoved = [timing.speed for _, timing in found if timing.speed and not (timing.jitter or timing.lost)]
-    if jitters := [
-        (log, timing) for log, timing in found if timing.jitter and FASTER * timing.speed > max(unmoved, default=0.0)
-    ]:
-        log, worst_one = max(jitters, key=lambda pair: pair[1].displaced)
-        jitter, displaced = Estimate(worst_one.jitter, "s"), Estimate(worst_one.displaced, log.unit("position"))
-        where = _records(log for log, _ in jitters)
-        values = {
-            "jitter": jitter,
-            "displaced": displaced,
-            "share": float(jitter) / float(np.median(np.diff(log.time))),
-        }
-        warnings.append(SAMPLING_JITTERS.found(where, **values, purpose=purpose))
+    unmoved = max((clock.speed for _, clock in found if not (clock.jitter or clock.lost)), default=0.0)
+    if jitters := [(log, clock) for log, clock in found if clock.jitter and FASTER * clock.speed > unmoved]:
+        log, worst = max(jitters, key=lambda pair: pair[1].displaced)
+        warnings.append(SAMPLING_JITTERS.found(
+            _records([log.name for log, _ in jitters]), jitter=Estimate(worst.jitter, "s"), purpose=purpose,
+            displaced=Estimate(worst.displaced, log.unit("position")),
+            share=worst.jitter / float(np.median(np.diff(log.time))),
+        ))  # fmt: skip
     warnings += [notice for log in logs if (notice := foreign_compensation(log)) is not None]
     return warnings + [notice for log in logs if (notice := two_encoders(log)) is not None][:1]
 
@@ -221,12 +197,11 @@ def stroke_flaws(
     """
     if not strokes:
         return []
-    warnings = []
-    tightest = {"level": force, "half_width": half_width}
+    warnings, tightest = [], {"level": force, "half_width": half_width}
     unit, length = (strokes[0][0].unit(channel) for channel in ("force", "position"))
     if (error := encoder_error(strokes)) is not None:
-        amplitude, pitch = Estimate(error.amplitude, length), Estimate(error.pitch, length)
-        warnings.append(ENCODER_ERRS.found(amplitude=amplitude, pitch=pitch))
+        ripple = {"amplitude": Estimate(error.amplitude, length), "pitch": Estimate(error.pitch, length)}
+        warnings.append(ENCODER_ERRS.found(**ripple))
     if place is not None:
         alike = place.cogging == place.friction  # the strokes of the two directions do not meet: it may be either
         found = [(FORCE_OVER_POSITION, place.cogging), (FRICTION_OVER_POSITION, 0.0 if alike else place.friction)]
@@ -243,7 +218,5 @@ def stroke_flaws(
     return warnings
 
 
-def _records(logs: Iterable[Log]) -> str:
-    """Return the names of records, or their number."""
-    names = [log.name for log in logs]
+def _records(names: Sequence[str]) -> str:
     return f"record '{names[0]}'" if len(names) == 1 else f"{len(names)} records (as '{names[0]}')"

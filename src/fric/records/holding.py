@@ -15,16 +15,11 @@ from fric.records.resolution import lattice_step
 from fric.records.reversals import find_reversals
 from fric.statistics import hac_covariance
 
-PLACES = 8
-"""Least number of places in a pass."""
-MOST = 20_000
-"""Largest number of rows of a map."""
-SAME = 0.1
-"""Largest difference of places between both passes, as a share of their distance."""
-COUNTS = 5.0
-"""Encoder counts between neighbouring places below which all motions reach the same places."""
-UNEVEN = 0.5
-"""Least range of the intervals of an event-driven clock (10 % to 90 %), over their median."""
+PLACES = 8  # Least number of places in a pass
+MOST = 20_000  # Largest number of rows of a map
+SAME = 0.1  # Largest difference of places between both passes, as a share of their distance
+COUNTS = 5.0  # Encoder counts between neighbouring places below which all motions reach the same places
+UNEVEN = 0.5  # Least range of the intervals of an event-driven clock (10 % to 90 %), over their median
 
 
 @dataclass(frozen=True)

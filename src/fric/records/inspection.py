@@ -33,8 +33,7 @@ from fric.records.resolution import encoder_step
 from fric.records.segments import Segment, segments_and_rests, travelled
 from fric.units import Motion, readable, rotates
 
-SPEEDS = 5
-"""Least number of speeds for a map: the number of its parameters plus one."""
+SPEEDS = 5  # Least number of speeds for a map: the number of its parameters plus one
 
 
 @dataclass(frozen=True)
@@ -216,21 +215,16 @@ def inspect_table(record: ForceVelocity) -> TableInspection:
     )  # fmt: skip
 
 
-GAP = 1.5
-"""Sampling intervals above which samples are missing."""
-ONE_SPEED = 0.03
-"""Relative difference up to which two segments have the same speed."""
+GAP = 1.5  # Sampling intervals above which samples are missing
+ONE_SPEED = 0.03  # Relative difference up to which two segments have the same speed
 
 
 Inspected = Inspection | ResponseInspection | TableInspection
 
 
-LONGEST = (0.5e-3, 0.1)
-"""Largest travel of pre-sliding [m, rad]: tens of micrometres on guideways, a degree in gears."""
-FINE = 12.0
-"""Least encoder counts in a micro-step: with fewer, the virgin curve is off by more than 2 % of the loop."""
-BRANCH = 20
-"""Least number of samples in a branch between reversals."""
+LONGEST = (0.5e-3, 0.1)  # Largest travel of pre-sliding [m, rad]: tens of micrometres on guideways, a degree in gears
+FINE = 12.0  # Least encoder counts in a micro-step: with fewer, the virgin curve is off by more than 2 % of the loop
+BRANCH = 20  # Least number of samples in a branch between reversals
 
 
 def inspect(record: Record, *, flaws: bool = True) -> Inspected:

@@ -19,18 +19,12 @@ from fric.notice import Notice
 if TYPE_CHECKING:
     from fric.records.prepared import Prepared
 
-STEPS = 3.0
-"""Least amplitude in encoder steps to show pre-sliding."""
-RESOLVED = 4.0
-"""Least distance in encoder steps of a knot from the reversal, and from the previous knot."""
-SAMPLES = 3
-"""Least number of samples after a reversal that show a stiffness."""
-SATURATED = 0.05
-"""Least slope of a branch, relative to its mean slope, under which it has reached its plateau."""
-RISES = 0.2
-"""The same for logged branches, which include viscous friction: above it they surely have no plateau."""
-CONDITION = 1e3
-"""Condition number up to which a motion separates mass, viscous and Coulomb friction."""
+STEPS = 3.0  # Least amplitude in encoder steps to show pre-sliding
+RESOLVED = 4.0  # Least distance in encoder steps of a knot from the reversal, and from the previous knot
+SAMPLES = 3  # Least number of samples after a reversal that show a stiffness
+SATURATED = 0.05  # Least slope of a branch, relative to its mean slope, under which it has reached its plateau
+RISES = 0.2  # The same for logged branches, which include viscous friction: above it they surely have no plateau
+CONDITION = 1e3  # Condition number up to which a motion separates mass, viscous and Coulomb friction
 
 
 @dataclass(frozen=True)
@@ -179,10 +173,8 @@ def drift(values: Real) -> tuple[float, float]:
     return slope, float(stdtrit(n - 2, 0.975)) * error
 
 
-CHANGES = 0.03
-"""Least change of the energy per cycle over a record that gives a warning, as a share."""
-STANDS_OFF = 0.1
-"""Least deviation of the energy of cycles from the others that gives a warning, as a share."""
+CHANGES = 0.03  # Least change of the energy per cycle over a record that gives a warning, as a share
+STANDS_OFF = 0.1  # Least deviation of the energy of cycles from the others that gives a warning, as a share
 
 
 def energy_warnings(energies: Real, ends: Real) -> list[Notice]:

@@ -16,8 +16,7 @@ from fric.records.recognition import fitted_sine, visible_step
 from fric.records.reversals import find_reversals
 from fric.units import readable
 
-SAMPLES = 256
-"""Least number of samples in a record."""
+SAMPLES = 256  # Least number of samples in a record
 KICKED, KICK_COUNTS, BEFORE, BEHIND, WITHIN = 0.3, 6.0, 1.5, 0.33, 0.5
 """Least lead about a reversal of a kick: over 99 % of the deviations elsewhere, in counts, over the deviation before
 it, and over the lag after it; and the duration of the search [s]. Without a compensation the first is 0.13 at most, of

@@ -17,18 +17,12 @@ from fric.records.reversals import find_reversals
 from fric.records.segments import SHORTEST, travelled
 from fric.units import readable
 
-MOST_PARTS = 64
-"""Largest number of parts of a record: a state that changes more often is no mode of the control."""
-STROKES_ALIKE = 0.02
-"""Largest relative difference in length and speed of strokes of the same motion."""
-ERRORS_APART = 1.15
-"""Ratio of errors at reversals of the same motion above which the control has two modes."""
-COUNTS = 3.0
-"""Least difference of these errors in encoder counts."""
-SCATTER = 0.1
-"""Largest scatter of either size over their distance, on a logarithmic scale."""
-STROKES = 3
-"""Least number of consecutive strokes in a mode that no channel shows."""
+MOST_PARTS = 64  # Largest number of parts of a record: a state that changes more often is no mode of the control
+STROKES_ALIKE = 0.02  # Largest relative difference in length and speed of strokes of the same motion
+ERRORS_APART = 1.15  # Ratio of errors at reversals of the same motion above which the control has two modes
+COUNTS = 3.0  # Least difference of these errors in encoder counts
+SCATTER = 0.1  # Largest scatter of either size over their distance, on a logarithmic scale
+STROKES = 3  # Least number of consecutive strokes in a mode that no channel shows
 
 
 @dataclass(frozen=True)

@@ -17,30 +17,20 @@ from fric.arrays import Real
 from fric.log import Log
 from fric.records.segments import Segment
 
-PLACES = 64
-"""Number of places along the longest stroke for comparison."""
-SHORTEST = 12
-"""Least number of places in a stroke that is compared."""
-SURE = 4.0
-"""Standard errors above which strokes agree about the place."""
-STROKES_AGREE = 0.5
-"""Correlation of two strokes of one direction, above which they agree."""
-MINOR = 0.1
-"""Share of the variance below which one of two causes is not reported."""
-LASTING = 0.7
-"""Least duration of a stroke for a rate [s]."""
-FASTEST = 0.02
-"""Rate [1/s] above which the force is settling, not warming up."""
-SETTLING = 3.0
-"""Largest ratio of the rates in whole strokes and in their later halves without settling."""
-STUCK = 1e-9
-"""Least uncertainty of the slope over a stroke, as a share of the force, unless the force is at a bound."""
+PLACES = 64  # Number of places along the longest stroke for comparison
+SHORTEST = 12  # Least number of places in a stroke that is compared
+SURE = 4.0  # Standard errors above which strokes agree about the place
+STROKES_AGREE = 0.5  # Correlation of two strokes of one direction, above which they agree
+MINOR = 0.1  # Share of the variance below which one of two causes is not reported
+LASTING = 0.7  # Least duration of a stroke for a rate [s]
+FASTEST = 0.02  # Rate [1/s] above which the force is settling, not warming up
+SETTLING = 3.0  # Largest ratio of the rates in whole strokes and in their later halves without settling
+STUCK = 1e-9  # Least uncertainty of the slope over a stroke, as a share of the force, unless the force is at a bound
 REPEATED, FEWEST = 0.05, 4
 """Relative difference of speeds up to which strokes repeat each other, and number of speeds above which each is left
 out.
 """
-LIKELY_RATE, SURE_RATE = 0.99, 0.999
-"""Probabilities above which a rate is likely, and surely, not zero."""
+LIKELY_RATE, SURE_RATE = 0.99, 0.999  # Probabilities above which a rate is likely, and surely, not zero
 
 
 @dataclass(frozen=True)

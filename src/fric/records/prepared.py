@@ -70,20 +70,15 @@ def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", 
     return log.require("force", "a replay"), "force", drive.force_lag
 
 
-MOST_REPLAYED = 400_000
-"""Largest number of samples of all records in a fit; of more, every n-th is used."""
-PARTS = 16
-"""Parts of a stroke, in either direction, within which the error of a model counts as common."""
-CYCLES = 3
-"""Least number of whole cycles for resampling cycles; with fewer, pieces of equal length are resampled."""
+MOST_REPLAYED = 400_000  # Largest number of samples of all records in a fit; of more, every n-th is used
+PARTS = 16  # Parts of a stroke, in either direction, within which the error of a model counts as common
+CYCLES = 3  # Least number of whole cycles for resampling cycles; with fewer, pieces of equal length are resampled
 UNLIKE, LOADED = 3.0, 0.002
 """Bounds on the difference of the first stroke from the next where a record begins loaded: ratio to the difference of
 later strokes, and share of the range of the force."""
-PIECES = 10
-"""Number of pieces of equal length for resampling without cycles."""
+PIECES = 10  # Number of pieces of equal length for resampling without cycles
 
-ONE_WAY = 0.01
-"""Ratio of the fastest speeds in both directions below which a motion has only one direction."""
+ONE_WAY = 0.01  # Ratio of the fastest speeds in both directions below which a motion has only one direction
 
 
 @dataclass(frozen=True)

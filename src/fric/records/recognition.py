@@ -13,48 +13,32 @@ from fric.records.resolution import lattice_step, noise_level
 from fric.records.reversals import find_reversals
 from fric.records.segments import Segment, segments_and_rests, travelled
 
-STEADY_SHARE = 0.75
-"""Share of the time in motion above which a record counts as strokes at constant velocity."""
-STROKE_SHARE = 0.3
-"""The same if the axis reverses or stops between any two speeds, as between strokes with ramps."""
-SINE_FIT = 0.99
-"""Share of the variance that a sine explains in a record of a sine; a triangle has 0.986."""
-AROUND = 0.9
-"""Share of a motion's spectrum about its strongest line, above which a sine is fitted to it."""
-SINE_SAMPLES = 1 << 17
-"""Samples at most in which its frequency is sought."""
-SWINGS = 0.25
-"""Swing of the velocity over its mean above which a sine in sliding is no ripple of a stroke."""
-REPEATS = 1.5
-"""Least number of cycles of a sine in sliding, without those at the ends."""
+STEADY_SHARE = 0.75  # Share of the time in motion above which a record counts as strokes at constant velocity
+STROKE_SHARE = 0.3  # The same if the axis reverses or stops between any two speeds, as between strokes with ramps
+SINE_FIT = 0.99  # Share of the variance that a sine explains in a record of a sine; a triangle has 0.986
+AROUND = 0.9  # Share of a motion's spectrum about its strongest line, above which a sine is fitted to it
+SINE_SAMPLES = 1 << 17  # Samples at most in which its frequency is sought
+SWINGS = 0.25  # Swing of the velocity over its mean above which a sine in sliding is no ripple of a stroke
+REPEATS = 1.5  # Least number of cycles of a sine in sliding, without those at the ends
 PIECES, QUIET, PAUSES = 400, 0.02, 0.05
 """Number of pieces of a record, largest travel in a pause over that of a fast piece, and share of pauses between
 moves.
 """
-LINES = 9.0
-"""Least number of spectral lines with the power of a broad-band excitation; strokes have at most five."""
+LINES = 9.0  # Least number of spectral lines with the power of a broad-band excitation; strokes have at most five
 RISING_SHARE = 0.01
 """Share of the stroke in which the force rises after a reversal, above which a sine is in pre-sliding."""
-LOOP_SHARE = 0.03
-"""The same for a motion of any other shape, as by hand or distorted by friction."""
+LOOP_SHARE = 0.03  # The same for a motion of any other shape, as by hand or distorted by friction
 LOOP_OF_STROKES = 0.1
 """The same for a motion back and forth at constant velocity: such short strokes show pre-sliding rather than a map."""
-SWAY = 0.1
-"""Share of the longest stroke below which a stroke is an overshoot of the control loop, and no branch."""
-RIGID = 0.98
-"""Share of the force that mass and viscous and Coulomb friction explain, above which these make it rise."""
-LEAST_REVERSALS = 4
-"""Least number of reversals of such a motion."""
+SWAY = 0.1  # Share of the longest stroke below which a stroke is an overshoot of the control loop, and no branch
+RIGID = 0.98  # Share of the force that mass and viscous and Coulomb friction explain, above which these make it rise
+LEAST_REVERSALS = 4  # Least number of reversals of such a motion
 
 
-STAIRS = 12
-"""Least number of steps of a staircase, on average three or more in the same direction."""
-STEPS_ALIKE = 0.3
-"""Largest relative difference of four out of five steps of a staircase."""
-STAIRCASE_SAMPLES = 4096
-"""Number of samples searched for a staircase."""
-RESTS = 0.3
-"""Least share of time at rest between the steps of a staircase."""
+STAIRS = 12  # Least number of steps of a staircase, on average three or more in the same direction
+STEPS_ALIKE = 0.3  # Largest relative difference of four out of five steps of a staircase
+STAIRCASE_SAMPLES = 4096  # Number of samples searched for a staircase
+RESTS = 0.3  # Least share of time at rest between the steps of a staircase
 
 
 @dataclass(frozen=True)

@@ -25,12 +25,9 @@ from fric.records.resolution import lattice_step, noise_level
 from fric.statistics import robust_deviation
 from fric.threads import one_blas_thread
 
-RELATIVE = 0.01
-"""Distance from the chord, as a share of the travel, that still counts as constant velocity."""
-GRAIN = 2.0**-20
-"""Share of the resolution that distances are rounded to."""
-SHORTEST = 16
-"""Least number of samples, and of encoder counts, in a segment."""
+RELATIVE = 0.01  # Distance from the chord, as a share of the travel, that still counts as constant velocity
+GRAIN = 2.0**-20  # Share of the resolution that distances are rounded to
+SHORTEST = 16  # Least number of samples, and of encoder counts, in a segment
 
 
 @dataclass(frozen=True)
@@ -177,16 +174,11 @@ def _kept(outward: Real, allowed: float, blind: int, most: int, edge: int) -> in
     return max(min(seen - max(2 * far, blind) - 3, most), 0)
 
 
-MOMENT = 0.1
-"""Share of the neighbouring segment, in time and travel, below which a segment is no stroke."""
-CREEP = 0.001
-"""Share of its travel below which a far shorter segment is how the axis comes to rest, even after a pause."""
-TREND = 0.01
-"""Largest relative change of velocity over a segment that is no acceleration."""
-SETTLING = 0.5
-"""Largest share of the samples to drop until the force has settled."""
-BATCHES = 64
-"""Number of batches for the search of settling."""
+MOMENT = 0.1  # Share of the neighbouring segment, in time and travel, below which a segment is no stroke
+CREEP = 0.001  # Share of its travel below which a far shorter segment is how the axis comes to rest, even after a pause
+TREND = 0.01  # Largest relative change of velocity over a segment that is no acceleration
+SETTLING = 0.5  # Largest share of the samples to drop until the force has settled
+BATCHES = 64  # Number of batches for the search of settling
 
 
 @dataclass(frozen=True)

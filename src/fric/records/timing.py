@@ -22,28 +22,18 @@ from fric.statistics import robust_deviation
 
 ORDERS = (6, 8)
 """Orders of the differences that noise is estimated from: motion of f Hz scales with that power of f over rate."""
-WHITE = 0.8
-"""Ratio of the powers by the higher and the lower order: 1 for white noise, less for a motion."""
-GAP = 1.5
-"""Sampling intervals above which samples are missing, as the time shows."""
-WINDOW = 32
-"""Number of samples in a window for comparison of noise with speed."""
-ABOVE = 7.0
-"""Noise by jitter over that of the encoder step above which there is a warning: encoder errors cause less."""
-SMALL = 1e-3
-"""Harmless jitter in sampling intervals: the printed digits of a position have the same effect."""
-SURE = 5.0
-"""Standard errors above which noise grows with speed."""
+WHITE = 0.8  # Ratio of the powers by the higher and the lower order: 1 for white noise, less for a motion
+GAP = 1.5  # Sampling intervals above which samples are missing, as the time shows
+WINDOW = 32  # Number of samples in a window for comparison of noise with speed
+ABOVE = 7.0  # Noise by jitter over that of the encoder step above which there is a warning: encoder errors cause less
+SMALL = 1e-3  # Harmless jitter in sampling intervals: the printed digits of a position have the same effect
+SURE = 5.0  # Standard errors above which noise grows with speed
 SHARE, ERRORS = 1.0 / 3.0, 3.0
 """Least share of the noise that grows with speed under jitter, and its least number of standard errors."""
-COUNTS = 8.0
-"""Encoder steps per sample above which a double step is visible."""
-LOST = 3
-"""Least number of double steps for a warning; one may be a jerk of the drive."""
-MISSING = 0.05
-"""Largest share of missing samples in an uneven record that is resampled."""
-JITTER = 0.1
-"""Share of a sample by which an interval may differ from the mean interval."""
+COUNTS = 8.0  # Encoder steps per sample above which a double step is visible
+LOST = 3  # Least number of double steps for a warning; one may be a jerk of the drive
+MISSING = 0.05  # Largest share of missing samples in an uneven record that is resampled
+JITTER = 0.1  # Share of a sample by which an interval may differ from the mean interval
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from scipy.special import chdtrc, stdtrit
 from fric.arrays import Real
 from fric.estimate import Estimate
 from fric.flaws.base import SMALL
+from fric.flaws.channel import FORCE_COARSE
 from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.static_map import FORCE_ALONG_AXIS, STICKS, STROKES_SETTLING, STROKES_SWING
 from fric.identify.static_map.map_fit import FEWEST, predicts_better, solved, weighted_rms
@@ -23,15 +24,11 @@ from fric.identify.static_map.points import SpeedPoint, average, force_step, log
 from fric.identify.static_map.stribeck_fit import MapSolution, StribeckProblem
 from fric.identify.static_map.strokes import Correction, Strokes
 from fric.log import Log
-from fric.notice import Notice
-from fric.records.flaws import coarse_force
 from fric.records.over_strokes import PLACES, along_axis, over_place
 from fric.statistics import DIFFERENT, OF_TWO, mixed_model, sandwich
 
-RECORDS = 8
-"""Least number of records of a single speed each whose levels are separable from the map."""
-FEW_STROKES = 3
-"""Least number of strokes of a record, at two speeds or more, to separate its level from the map."""
+RECORDS = 8  # Least number of records of a single speed each whose levels are separable from the map
+FEW_STROKES = 3  # Least number of strokes of a record, at two speeds or more, to separate its level from the map
 
 
 def between_records(strokes: Strokes) -> Correction | None:
@@ -85,16 +82,11 @@ def _told(points: Sequence[SpeedPoint]) -> tuple[list[str], bool]:
 
 def _friction(problem: StribeckProblem, solution: MapSolution, v: Real) -> Real:
     """Return the force of friction without its viscous part at velocities [N], shape (n,)."""
-    theta, columns = solution.theta, problem.jacobian(solution.theta, v)
-    found = np.zeros(len(v))
-    for name in ("F_c", "F_s"):
-        if name in problem.free:
-            found += theta[name] * columns[:, problem.free.index(name)]
-    return found
+    columns = dict(zip(problem.free, problem.jacobian(solution.theta, v).T, strict=True))
+    return sum((solution.theta[name] * columns[name] for name in ("F_c", "F_s") if name in columns), np.zeros(len(v)))
 
 
-FINER = 4
-"""Number of cells of the travel for the evaluation of places."""
+FINER = 4  # Number of cells of the travel for the evaluation of places
 
 
 def place(strokes: Strokes) -> Correction | None:
@@ -103,24 +95,23 @@ def place(strokes: Strokes) -> Correction | None:
     All strokes have equal weights here. A slow stroke covers a short piece of the axis and deviates if friction varies
     over position; a smaller weight due to this deviation would hide the cause.
     """
-    asked = strokes.asked.over_position
+    asked, tried = strokes.asked.over_position, dict[str, float]()
     few = len(strokes.stretches.with_position) < FEWEST
     if asked == "off" or few or (asked == "auto" and strokes.stretches.place is None):
         return None
     profile = Profile(strokes)
-    if asked == "on":
-        points, together = profile.taken_off(strokes.points)
-        return Correction(points=points, together=together)
-    raw, placed = (
-        solved(replace(strokes, points=points), strokes.offset, alike=True)[1]
-        for points in (strokes.points, profile.held_out(strokes.points))
-    )
-    weight, as_logged, without = raw.weight, raw.errors[raw.form], placed.errors[placed.form]
-    again = "what comes again at the same places"
-    if not predicts_better(weight, as_logged, without):
-        return Correction(tried={f"without {again}": weighted_rms(weight, without)})
+    if asked == "auto":
+        raw, placed = (
+            solved(replace(strokes, points=points), strokes.offset, alike=True)[1]
+            for points in (strokes.points, profile.held_out(strokes.points))
+        )
+        weight, as_logged, without = raw.weight, raw.errors[raw.form], placed.errors[placed.form]
+        again = "what comes again at the same places"
+        if not predicts_better(weight, as_logged, without):
+            return Correction(tried={f"without {again}": weighted_rms(weight, without)})
+        tried = {f"with {again}": weighted_rms(weight, as_logged)}
     points, together = profile.taken_off(strokes.points)
-    return Correction(points=points, together=together, tried={f"with {again}": weighted_rms(weight, as_logged)})
+    return Correction(points=points, together=together, tried=tried)
 
 
 class Profile:
@@ -196,16 +187,11 @@ class Profile:
         return found
 
 
-BATCHES, SAMPLES = 96, 24
-"""Number of batches of a stroke, and its least number of samples."""
-UNLIKE = 2.0
-"""Chi-squared per degree of freedom above which the strokes do not settle by eq. (5)."""
-GAIN = 20.0
-"""Least reduction of chi-squared by a settling, beyond its parameters."""
-VISIBLE = 0.5
-"""Error in standard errors of a stroke's mean above which it is corrected."""
-RISING = 0.1
-"""Largest rise of a force as a share of the correction: after break-away forces fall."""
+BATCHES, SAMPLES = 96, 24  # Number of batches of a stroke, and its least number of samples
+UNLIKE = 2.0  # Chi-squared per degree of freedom above which the strokes do not settle by eq. (5)
+GAIN = 20.0  # Least reduction of chi-squared by a settling, beyond its parameters
+VISIBLE = 0.5  # Error in standard errors of a stroke's mean above which it is corrected
+RISING = 0.1  # Largest rise of a force as a share of the correction: after break-away forces fall
 
 
 class _Stroke(NamedTuple):
@@ -262,7 +248,13 @@ def settling(strokes: Strokes) -> Correction | None:
         found[stroke.number] = _settled(strokes, stroke, shared)
     together = np.zeros((2, len(points)))
     together[:, number] = worth * _errors(known, taken, shared)
-    notice = _notice(strokes, np.abs(taken[worth]), [abs(points[n].velocity) for n in number[worth]], shared)
+    of, largest = strokes.asked.of, float(np.max(np.abs(taken[worth])))
+    speeds = np.abs(strokes.velocity[number[worth]])
+    notice = STROKES_SETTLING.found(
+        strokes=int(worth.sum()), most=of(largest, "force"), share=largest / strokes.size,
+        slowest=of(speeds.min(), "velocity"), fastest=of(speeds.max(), "velocity"),
+        C=of(float(np.exp(shared.log_C)), "force rate"),
+    )  # fmt: skip
     return Correction(points=found, together=together, notices=[notice])
 
 
@@ -278,7 +270,7 @@ def _errors(known: list[_Stroke], taken: Real, shared: _Shared) -> Real:
 
 def _settled(strokes: Strokes, stroke: _Stroke, shared: _Shared) -> SpeedPoint:
     """Return the point of a stroke without its remaining settling."""
-    point, (log, segment) = strokes.points[stroke.number], strokes.stretches.by_number[stroke.number]
+    point, (log, segment) = strokes.points[stroke.number], strokes.stretches[stroke.number]
     force = log.require("force", "the friction map")[segment.start : segment.stop]
     fall, error = stroke.fall(shared.log_C)
     mean = average(force - fall * stroke.shape(shared.log_C), strokes.asked.average)
@@ -331,7 +323,7 @@ def _batched(strokes: Strokes) -> list[_Stroke]:
     levels = [[p.force for p in points if p.velocity * sense > 0] for sense in (1, -1)]
     offset = sum(float(np.median(level)) for level in levels) / 2 if all(levels) else 0.0
     found = []
-    for number, (log, segment) in strokes.stretches.by_number.items():
+    for number, (log, segment) in strokes.stretches.items():
         n = segment.stop - segment.onset
         if n < SAMPLES:
             continue
@@ -346,14 +338,6 @@ def _batched(strokes: Strokes) -> list[_Stroke]:
             late = log.time[segment.start : segment.stop] - since
             found.append(_Stroke(number, time, force / error, error, level, late))
     return found
-
-
-def _notice(strokes: Strokes, taken: Real, speeds: list[float], shared: _Shared) -> Notice:
-    of, largest = strokes.asked.of, float(np.max(taken))
-    ends = {"slowest": of(min(speeds), "velocity"), "fastest": of(max(speeds), "velocity")}
-    C = of(float(np.exp(shared.log_C)), "force rate")
-    found = {"strokes": len(taken), "most": of(largest, "force"), "share": largest / strokes.size, "C": C}
-    return STROKES_SETTLING.found(**ends, **found)
 
 
 def slope(strokes: Strokes) -> Correction | None:
@@ -412,9 +396,8 @@ def rounding(strokes: Strokes) -> Correction | None:
         return None
     along = np.argsort(np.argsort(np.abs(strokes.velocity))) / (0.5 * (len(points) - 1)) - 1.0
     together = by * np.sign(strokes.force) * np.array([np.ones_like(along), along])
-    logs = logs_of_strokes(strokes.records)
-    notices = coarse_force(force_step(logs), strokes.logs[0]) if by > SMALL * strokes.size else []
-    return Correction(together=together, notices=notices)
+    step = strokes.asked.of(force_step(logs_of_strokes(strokes.records)), "force")
+    return Correction(together=together, notices=[FORCE_COARSE.found(step=step)] * (by > SMALL * strokes.size))
 
 
 def damping(strokes: Strokes) -> Correction | None:
@@ -438,9 +421,10 @@ OF_A_MAP: Mapping[str, Look] = {
 """Further corrections before a map is fitted."""
 
 
-def corrected(strokes: Strokes, corrections: Mapping[str, Look]) -> Strokes:
+def corrected(strokes: Strokes) -> Strokes:
     """Return the strokes with all corrections that they show."""
-    for look in corrections.values():
-        if (found := look(strokes)) is not None:
-            strokes = strokes.without(found)
+    for table in (AT_ANY_SPEED, OF_A_MAP):
+        for look in table.values() if table is AT_ANY_SPEED or not strokes.one_speed else ():
+            if (found := look(strokes)) is not None:
+                strokes = strokes.without(found)
     return strokes

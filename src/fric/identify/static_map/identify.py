@@ -18,7 +18,7 @@ from fric.flaws import static_map as flaws
 from fric.flaws.channel import FORCE_TURNED, ONE_DIRECTION
 from fric.flaws.drift import DIRECTIONS_DIFFER, FRICTION_AGES, OFFSET_SHARED
 from fric.flaws.static_map import ONE_SPEED
-from fric.identify.static_map.corrections import AT_ANY_SPEED, OF_A_MAP, corrected
+from fric.identify.static_map.corrections import corrected
 from fric.identify.static_map.map_fit import MapFit, each_direction, fit_map, widened
 from fric.identify.static_map.points import Average, SpeedPoint, rounded_by
 from fric.identify.static_map.stribeck_fit import REPEATED
@@ -78,13 +78,10 @@ def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
     """
     motion = records[0].motion
     asked = Asked(motion, plant, delta, direction, over_position, weights, average, form, load, damping_error)
-    strokes = corrected(Strokes.of(records, asked), AT_ANY_SPEED)
-    _refuse_stuck_force(strokes)
+    strokes = corrected(Strokes.of(records, asked))
     amiss = record_flaws(strokes.logs, "static")
-    speed = np.abs(strokes.velocity)
-    if np.ptp(speed) <= 0.02 * speed.max():
+    if strokes.one_speed:
         return _at_one_speed(strokes, amiss)
-    strokes = corrected(strokes, OF_A_MAP)
     if direction == "each" and not strokes.both_directions:
         hint = "Log strokes in both directions, or use `direction='both'`."
         raise FricError("only one direction was measured", hint=hint)
@@ -100,8 +97,8 @@ def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
         + "; 95 % intervals by profile likelihood"
     )
     half = min(fit.estimates[name].half_width for name in ("F_c", "offset") if name in fit.estimates)
-    level, stretches = float(np.median(np.abs(fit.problem.F))), strokes.stretches
-    varies = stroke_flaws(stretches.pairs, stretches.place, force=level, half_width=half, taken_off=taken_off)
+    level, pairs = float(np.median(np.abs(fit.problem.F))), list(strokes.stretches.values())
+    varies = stroke_flaws(pairs, strokes.stretches.place, force=level, half_width=half, taken_off=taken_off)
     warnings = (*amiss, *strokes.notices, *notices, *varies)
     return StaticFit(
         records[0].axis, motion, tuple(strokes.points), fit, negative, {}, warnings, method, plant,
@@ -113,20 +110,7 @@ def stroke_forces(
     records: Sequence[Log | ForceVelocity], motion: Motion, plant: Plant | None
 ) -> tuple[SpeedPoint, ...]:
     """Return the points that a map is fitted to, corrected by default as in `identify_static`."""
-    strokes = corrected(Strokes.of(records, Asked(motion, plant)), AT_ANY_SPEED)
-    speed = np.abs(strokes.velocity)
-    several = np.ptp(speed) > 0.02 * speed.max()
-    return tuple((corrected(strokes, OF_A_MAP) if several else strokes).points)
-
-
-def _refuse_stuck_force(strokes: Strokes) -> None:
-    force = strokes.force
-    if np.ptp(force) <= 1e-9 * np.abs(force).max(initial=0.0):
-        raise FricError(
-            f"every stroke took the same force, {strokes.asked.says(float(force[0]), 'force')}",
-            where=strokes.records[0].source,
-            hint="Is it the right column? Friction changes its sign with the direction.",
-        )
+    return tuple(corrected(Strokes.of(records, Asked(motion, plant))).points)
 
 
 def _directions_predict(fit: MapFit) -> tuple[MapFit, bool]:
@@ -147,15 +131,17 @@ def _both_directions(strokes: Strokes, fit: MapFit) -> tuple[MapFit, None, list[
     elif asked.plant is None and asked.load is None and np.median(force[v > 0]) < np.median(force[v < 0]):
         notices.append(FORCE_TURNED.found())
     if asked.load is not None:
-        fit = replace(fit, estimates={**fit.estimates, "offset": _known(asked.load, asked.motion)})
+        fit = replace(fit, estimates={**fit.estimates, "offset": replace(asked.of(asked.load, "force"), fixed=True)})
     return fit, None, [*notices, *damping_notices(fit), *map_notices(fit)]
 
 
 def _each_direction(strokes: Strokes, fit: MapFit) -> tuple[MapFit, MapFit, list[Notice]]:
     """Return the map of each direction, with the offset of both, and warnings."""
     asked, notices = strokes.asked, list[Notice]()
-    shared = fit.estimates["offset"] if asked.load is None else _known(asked.load, asked.motion)
-    if asked.load is None:  # where more than the level differs, the level will too
+    shared = fit.estimates["offset"]
+    if asked.load is not None:
+        shared = replace(asked.of(asked.load, "force"), fixed=True)
+    else:  # where more than the level differs, the level will too
         differ = bool(directions_differ(fit))
         notices.append(OFFSET_SHARED.found(offset=asked.of(float(shared), "force"), differ=differ))
     maps: list[MapFit] = []
@@ -170,10 +156,6 @@ def _each_direction(strokes: Strokes, fit: MapFit) -> tuple[MapFit, MapFit, list
     return maps[0], maps[1], notices
 
 
-def _known(load: float, motion: Motion) -> Estimate:
-    return Estimate(load, si_unit("force", motion), fixed=True)
-
-
 def _at_one_speed(strokes: Strokes, amiss: Sequence[Notice]) -> StaticFit:
     """Return the friction at the only logged speed."""
     asked, sign = strokes.asked, np.sign(strokes.velocity)
@@ -185,26 +167,22 @@ def _at_one_speed(strokes: Strokes, amiss: Sequence[Notice]) -> StaticFit:
     if len(F) > 1:
         half = max(half, float(stdtrit(len(F) - 1, 0.975)) * float(np.std(F, ddof=1)) / sqrt(len(F)))
     half = float(np.hypot(half, rounded_by(strokes.points)))
-    at_speed = {
-        "velocity": Estimate(speed, si_unit("velocity", asked.motion)),
-        "force": Estimate.around(float(np.mean(F)), si_unit("force", asked.motion), half),
-    }
-    warnings = (*amiss, *strokes.notices, ONE_SPEED.found(speed=asked.of(speed, "velocity")))
-    method = f"mean of the strokes; average {asked.average}"
-    first = strokes.records[0]
-    return StaticFit(
-        first.axis, asked.motion, tuple(strokes.points), None, None, at_speed, warnings, method, asked.plant
+    velocity, force = (
+        asked.of(speed, "velocity"),
+        Estimate.around(float(np.mean(F)), si_unit("force", asked.motion), half),
     )
+    warnings = (*amiss, *strokes.notices, ONE_SPEED.found(speed=velocity))
+    return StaticFit(
+        strokes.records[0].axis, asked.motion, tuple(strokes.points), None, None,
+        {"velocity": velocity, "force": force}, warnings, f"mean of the strokes; average {asked.average}", asked.plant,
+    )  # fmt: skip
 
 
-TAKEN = 0.05
-"""Tolerance of the plant's damping, as a share, before the strokes contradict it."""
-DIFFERENT = 1e-3
-"""Probability by chance below which directions count as different."""
+TAKEN = 0.05  # Tolerance of the plant's damping, as a share, before the strokes contradict it
+DIFFERENT = 1e-3  # Probability by chance below which directions count as different
 MISSED = 0.005
 """Common error of a map in both directions at a speed (rms) over the force above which there is a warning."""
-SEEN = 0.5
-"""Least share of the fall from F_s to F_c above the slowest stroke for strokes to determine F_s."""
+SEEN = 0.5  # Least share of the fall from F_s to F_c above the slowest stroke for strokes to determine F_s
 
 
 def map_notices(fit: MapFit) -> Iterator[Notice]:
@@ -302,11 +280,9 @@ def directions_differ(fit: MapFit) -> Sequence[Notice]:
     n = len(v) - len(problem.free) - 2
     if n < 4 or len(np.unique(np.sign(problem.v))) < 2:
         return []
-    even = (
-        np.column_stack([v, np.exp(-v / fit.solution.theta["v_s"]), np.ones_like(v)]) / problem.standard_error[:, None]
-    )
+    even = np.column_stack([v, np.exp(-v / fit.solution.theta["v_s"]), np.ones_like(v)])
+    even, r = even / problem.standard_error[:, None], fit.residual / problem.standard_error
     J = problem.jacobian(fit.solution.theta) / problem.standard_error[:, None]
-    r = fit.residual / problem.standard_error
     size = np.linalg.norm(J, axis=0)
     Q, _ = np.linalg.qr(J[:, size > 0] / size[size > 0])
     rest = r - Q @ (Q.T @ r)

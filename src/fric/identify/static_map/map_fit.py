@@ -29,12 +29,9 @@ from fric.units import si_unit
 
 CLEARLY = 0.8
 """Ratio of errors below which a free shape factor is used: it is correlated with F_s at stick-slip strokes."""
-LEAST_RISE = 1e-6
-"""Least rise of F_s with age, as a share of F_s."""
-DIFFERENT = 1e-3
-"""Probability of such a gain by chance below which a richer form is used."""
-FEWEST = 8
-"""Least number of strokes for a richer form."""
+LEAST_RISE = 1e-6  # Least rise of F_s with age, as a share of F_s
+DIFFERENT = 1e-3  # Probability of such a gain by chance below which a richer form is used
+FEWEST = 8  # Least number of strokes for a richer form
 DESCRIPTIONS = {
     "stribeck": "by eq. (2)",
     "coulomb": "without its fall",
@@ -86,11 +83,6 @@ class HeldOut:
     def as_dict(self) -> dict[str, float]:
         """Return the errors of all forms [N], by name."""
         return {text: self[form] for form, text in DESCRIPTIONS.items() if form in self.errors} | dict(self.also)
-
-
-def left_out_errors(problem: StribeckProblem, solution: MapSolution) -> Real:
-    """Return the error at each stroke when it is held out [N], shape (n,)."""
-    return by_leverage(problem, *_misfit(problem, solution))
 
 
 def _misfit(problem: StribeckProblem, solution: MapSolution) -> tuple[Real, Real]:
@@ -168,10 +160,10 @@ def chosen(fitted: FittedMap, *, fall: bool, shape: bool, fixed: bool) -> tuple[
     """
     plain, solution = fitted.problem, fitted.solution
     name = "stribeck" if plain.fall else "coulomb"
-    held_out = HeldOut(1 / plain.standard_error**2, name, {name: left_out_errors(plain, solution)})
+    held_out = HeldOut(1 / plain.standard_error**2, name, {name: by_leverage(plain, *_misfit(plain, solution))})
     if fall and plain.fall:
         simple = _solved(fitted, replace(plain, fall=False, swing=None), None, fixed=fixed)
-        held_out = held_out.entered("coulomb", left_out_errors(simple.problem, simple.solution))
+        held_out = held_out.entered("coulomb", by_leverage(simple.problem, *_misfit(simple.problem, simple.solution)))
         if not simplest([held_out["coulomb"], held_out["stribeck"]]) or at_bound(plain, solution):
             held_out, fitted = replace(held_out, form="coulomb"), simple
     if not fitted.problem.fall:
@@ -196,12 +188,12 @@ def _with_shape(fitted: FittedMap, held_out: HeldOut, *, shape: bool, fixed: boo
     """Return the fit, with its shape factor free if allowed and clearly better, and its errors."""
     plain, solution = fitted.problem, fitted.solution
     freed = _solved(fitted, replace(plain, delta=None), solution, fixed=fixed)
-    tried = held_out.entered("delta", left_out_errors(freed.problem, freed.solution))
+    misfits = _misfit(plain, solution), _misfit(freed.problem, freed.solution)
+    tried = held_out.entered("delta", by_leverage(freed.problem, *misfits[1]))
     if tried.ages is not None and not simplest([tried["delta"], tried["ages"]]):
         tried = replace(tried, ages=None)
     low, high = DELTA_RANGE
     inside = low * 1.01 < freed.solution.theta["delta"] < high / 1.01 and not at_bound(freed.problem, freed.solution)
-    misfits = _misfit(plain, solution), _misfit(freed.problem, freed.solution)
     if shape and tried.ages is None and inside and clearly_better(tried, "delta", 1, plain, misfits):
         return freed, replace(tried, form="delta")
     return fitted, tried
@@ -231,7 +223,7 @@ def each_direction(problem: StribeckProblem, solution: MapSolution, damping: flo
         )  # fmt: skip
         if side.degrees_of_freedom < 2:
             return None
-        errors[same] = left_out_errors(side, side.solve(start=solution))
+        errors[same] = by_leverage(side, *_misfit(side, side.solve(start=solution)))
     return errors
 
 

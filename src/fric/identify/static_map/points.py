@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import compress
 from typing import Literal, Self
 
 import numpy as np
@@ -19,20 +20,14 @@ from fric.statistics import robust_deviation
 from fric.units import readable, si_unit
 
 Average = Literal["robust", "median"]
-ROW = ", row "
-"""Separator of the name of a table and the number of a row."""
+ROW = ", row "  # Separator of the name of a table and the number of a row
 SWINGS = 0.03
 """Root mean square of the velocity about its mean, over that mean, above which a stroke counts as swinging."""
-UNEVEN = 0.25
-"""Largest relative difference in speed of the halves of a stroke with ripple."""
-ENOUGH = 4096
-"""Number of samples searched for a swing; of more, means are used."""
-RISES, SPEED_ALIKE = 0.02, 0.05
-"""Least rise of the force in the second half of a stroke that ends in pre-sliding, as a share, and largest relative
-difference in speed of two strokes.
-"""
-ENDS = 0.15
-"""Share of the travel left out at either end of a stroke with ripple, for its ramps."""
+UNEVEN = 0.25  # Largest relative difference in speed of the halves of a stroke with ripple
+ENOUGH = 4096  # Number of samples searched for a swing; of more, means are used
+RISES = 0.02  # Least rise of the force in the second half of a stroke that ends in pre-sliding, as a share
+SPEED_ALIKE = 0.05  # Largest relative difference in speed of two strokes that repeat each other
+ENDS = 0.15  # Share of the travel left out at either end of a stroke with ripple, for its ramps
 
 
 @dataclass(frozen=True)
@@ -73,15 +68,15 @@ def stroke_points(
 
     Raises FricError: When a record logged no force, or none holds a stroke.
     """
-    tables = [record for record in records if isinstance(record, ForceVelocity)]
     logs = logs_of_strokes(records)
-    points, notices = table_points(tables, plant)
+    points, notices = table_points([record for record in records if isinstance(record, ForceVelocity)], plant)
     without, step = [], force_step(logs)
     for log in logs:
-        found, reason = _points_of(log, average, plant, step)
-        points += found
-        if reason:
-            without.append(f"{log.name} ({reason})")
+        found = _points_of(log, average, plant, step)
+        if isinstance(found, str):
+            without.append(f"{log.name} ({found})")
+        else:
+            points += found
     if not points:
         stated = any(log.kind == "constant-velocity" for log in logs)
         kinds = ", ".join(sorted({log.kind for log in logs if log.kind}))
@@ -104,21 +99,12 @@ def slid(points: Sequence[SpeedPoint]) -> tuple[list[SpeedPoint], list[SpeedPoin
     one direction and lowers it in the other. Only the slowest strokes can end in pre-sliding, and are left out if they
     are at most half of all.
     """
-    rising = [point for point in points if _rises(point)]
-    speeds = np.array([abs(point.velocity) for point in points])
-    ended = []
-    for point in rising:
-        back = [other for other in points if abs(other.velocity + point.velocity) <= SPEED_ALIKE * abs(point.velocity)]
-        if all(any(other is some for some in rising) for other in back):
-            ended.append(point)
-    fastest = max((abs(point.velocity) for point in ended), default=0.0)
-    if (
-        not ended
-        or 2 * len(ended) > len(points)
-        or np.count_nonzero(speeds < (1.0 - SPEED_ALIKE) * fastest) > len(ended)
-    ):
-        return list(points), []
-    return [point for point in points if not any(point is other for other in ended)], ended
+    v, rising = np.array([point.velocity for point in points]), np.array([_rises(point) for point in points])
+    ended = rising & [bool(rising[np.abs(v + back) <= SPEED_ALIKE * abs(back)].all()) for back in v]
+    slower = np.abs(v) < (1.0 - SPEED_ALIKE) * np.max(np.abs(v[ended]), initial=0.0)
+    if 2 * ended.sum() > len(points) or slower.sum() > ended.sum():
+        ended[:] = False
+    return list(compress(points, ~ended)), list(compress(points, ended))
 
 
 def _rises(point: SpeedPoint) -> bool:
@@ -154,19 +140,20 @@ def force_step(logs: Sequence[Log]) -> float:
     return (lattice_step(np.concatenate(forces)) or 0.0) if forces else 0.0
 
 
-def _points_of(log: Log, method: Average, plant: Plant | None, step: float) -> tuple[list[SpeedPoint], str]:
+def _points_of(log: Log, method: Average, plant: Plant | None, step: float) -> list[SpeedPoint] | str:
+    """Return the points of a record, or the reason why there is none."""
     force = log.require("force", "the friction map")
-    segments, reason = steady_segments(log), ""
+    segments = steady_segments(log)
     if not segments:
         rippling = _inner_part(log) if log.kind == "constant-velocity" else "no segment at constant velocity"
         if isinstance(rippling, str):
-            return [], rippling
+            return rippling
         segments = [rippling]
     points = []
     for segment in segments:
         part = slice(segment.start, segment.stop)
         mean = average(force[part], method, step)
-        damping = plant.K_f * plant.A / plant.B * segment.velocity if plant else 0.0
+        damping = plant.damping * segment.velocity if plant else 0.0
         swing = velocity_swing(log, segment)
         error = float(np.hypot(mean.standard_error, 0.5 * np.std(force[part]) if swing > STICKS else 0.0))
         points.append(
@@ -176,7 +163,7 @@ def _points_of(log: Log, method: Average, plant: Plant | None, step: float) -> t
                 stretch=(log, segment),
             )
         )  # fmt: skip
-    return points, reason
+    return points
 
 
 def _inner_part(log: Log) -> Segment | str:
@@ -232,19 +219,13 @@ def velocity_swing(log: Log, segment: Segment) -> float:
     top = min(0.25 * sampling, SWINGS / np.sqrt(2) * abs(segment.velocity) / count if count else np.inf)
     if float(np.std(z)) * 2 * np.pi * top < SWINGS * abs(segment.velocity):
         return 0.0
-    power = _power(z)
+    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(n) / n)  # Hann's, and the share of the variance of each line
+    power = 2 * np.abs(np.fft.rfft(z * window)) ** 2 / (n * float(window @ window))
     f = np.arange(len(power)) * sampling / n
     floor = max(float(np.median(power[f > 0.25 * sampling])), (count**2 / 12) * 2 / n)
     seen = (f <= top) & (f >= 2 * sampling / n) & (power > 12 * floor)
     swing = float(np.sqrt(np.sum((2 * np.pi * f[seen]) ** 2 * power[seen]))) / abs(segment.velocity)
     return swing if swing > SWINGS else 0.0
-
-
-def _power(z: Real) -> Real:
-    """Return the share of the variance of each line under Hann's window."""
-    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(len(z)) / len(z))
-    power: Real = 2 * np.abs(np.fft.rfft(z * window)) ** 2 / (len(z) * float(window @ window))
-    return power
 
 
 def standard_errors(table: ForceVelocity) -> Real:
@@ -291,14 +272,10 @@ def _error_notices(table: ForceVelocity) -> list[Notice]:
     return [ERRORS_OF_MEANS.found(f"'{table.name}'", why=why)]
 
 
-HUBER = 1.345
-"""Huber's tuning constant: 95 % efficiency on Gaussian noise (Huber 1964)."""
-GLITCH = 8.0
-"""Deviations from the median beyond which a sample is a glitch, if few are."""
-LEVELS = 16
-"""Number of levels of a segment's force up to which its steps are coarse."""
-GLITCHES = 0.01
-"""Largest share of glitches in the samples: more are real motion."""
+HUBER = 1.345  # Huber's tuning constant: 95 % efficiency on Gaussian noise (Huber 1964)
+GLITCH = 8.0  # Deviations from the median beyond which a sample is a glitch, if few are
+LEVELS = 16  # Number of levels of a segment's force up to which its steps are coarse
+GLITCHES = 0.01  # Largest share of glitches in the samples: more are real motion
 
 
 @dataclass(frozen=True)
@@ -385,8 +362,7 @@ def median(samples: Real, step: float = 0.0) -> Mean:
     return Mean(middle, float(np.hypot((high - low) / 2, rounding)), tau, rounding)
 
 
-SHORT = 32
-"""Number of lags summed one by one before a Fourier transform of all."""
+SHORT = 32  # Number of lags summed one by one before a Fourier transform of all
 
 
 def autocorrelation_time(x: Real, window: float = 5.0) -> float:

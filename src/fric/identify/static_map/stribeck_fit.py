@@ -29,8 +29,7 @@ from fric.statistics import robust_deviation
 
 PARAMETERS = (*STATIC_PARAMETERS, "offset")
 DELTA_RANGE = (0.3, 3.0)
-V_S_BEYOND = 5.0
-"""v_s is searched from the lowest speed divided by this to the highest speed times this."""
+V_S_BEYOND = 5.0  # v_s is searched from the lowest speed divided by this to the highest speed times this
 
 
 @dataclass(frozen=True)
@@ -39,10 +38,6 @@ class MapSolution:
 
     theta: Mapping[str, float]
     cost: float
-
-    def vector(self) -> Real:
-        """Return the parameters in the order of `PARAMETERS`."""
-        return np.array([self.theta[name] for name in PARAMETERS])
 
 
 @dataclass(frozen=True)
@@ -104,73 +99,50 @@ class StribeckProblem:
 
     def solve(self, held: Mapping[str, float] | None = None, start: MapSolution | None = None) -> MapSolution:
         """Return the minimum, with some parameters held at a value; local from ``start`` where that is given."""
-        held = {} if held is None else dict(held)
-        if self.delta is not None:
-            held.setdefault("delta", self.delta)
+        fixed = ({} if self.delta is None else {"delta": self.delta}) | dict(held or {})
         if not self.with_offset:
-            held.setdefault("offset", self.offset)
+            fixed.setdefault("offset", self.offset)
         if not self.fall:
-            held |= {"v_s": float(np.abs(self.v).min()), "delta": 1.0 if self.delta is None else self.delta}
-        low, high = np.log(self.v_s_range())
-        searched = [("v_s", low, high), ("delta", *DELTA_RANGE)]
-        searched = [row for row in searched if row[0] not in held]
+            fixed |= {"v_s": float(np.abs(self.v).min()), "delta": 1.0 if self.delta is None else self.delta}
+        ends = {"v_s": np.log(self.v_s_range()), "delta": DELTA_RANGE}
+        searched = [name for name in ends if name not in fixed]
         if not searched:
-            return self._project(held, held["v_s"], held["delta"])
+            return self._project(fixed, fixed["v_s"], fixed["delta"])
 
-        def shape(x: Real) -> tuple[float, float]:
-            found = dict(zip((row[0] for row in searched), x, strict=True))
-            v_s = held["v_s"] if "v_s" in held else float(np.exp(found["v_s"]))
-            return v_s, held["delta"] if "delta" in held else float(found["delta"])
+        def at(x: Real) -> MapSolution:
+            found = dict(zip(searched, x.tolist(), strict=True))
+            v_s = fixed["v_s"] if "v_s" in fixed else float(np.exp(found["v_s"]))
+            return self._project(fixed, v_s, (fixed | found)["delta"])
 
         def cost(x: Real) -> float:
-            return self._project(held, *shape(x)).cost
+            return at(x).cost
 
-        lower, upper = np.array([[row[1], row[2]] for row in searched]).T
+        lower, upper = np.array([ends[name] for name in searched]).T
         if start is None:
             x = _direct(cost, lower, upper)
         else:
             near = {"v_s": np.log(start.theta["v_s"]), "delta": start.theta["delta"]}
-            x = np.clip([near[row[0]] for row in searched], lower, upper)
-        return self._project(held, *shape(_polished(cost, x, lower, upper, near=start is not None)))
+            x = np.clip([near[name] for name in searched], lower, upper)
+        return at(_polished(cost, x, lower, upper, near=start is not None))
 
     def _project(self, held: Mapping[str, float], v_s: float, delta: float) -> MapSolution:
         """Minimise over the linear parameters at given v_s and delta, with F_s ≥ F_c ≥ 0 and sigma ≥ 0."""
         sign, g = self._sign, self._shares(v_s, delta)
-        F = self.F.copy()
-        columns: dict[str, Real] = {}
-        if "F_c" in held:
-            F -= held["F_c"] * sign
-            if self.fall:
-                columns["rise"] = sign * g  # F_s - F_c
-        elif "F_s" in held:
-            F -= held["F_s"] * sign * g
-            columns["F_c"] = sign * (1.0 - g)  # from 0 to F_s
+        F = self.F - held.get("offset", 0.0) - held.get("sigma", 0.0) * self.v
+        if "F_s" in held and "F_c" not in held:
+            F, columns = F - held["F_s"] * sign * g, {"F_c": sign * (1.0 - g)}  # from 0 to F_s
         else:
-            columns |= {"F_c": sign, "rise": sign * g} if self.fall else {"F_c": sign}
-        if "sigma" in held:
-            F -= held["sigma"] * self.v
-        else:
+            F, columns = F - held.get("F_c", 0.0) * sign, {} if "F_c" in held else {"F_c": sign}
+            columns |= {"rise": sign * g} if self.fall else {}  # F_s - F_c
+        if "sigma" not in held:
             columns["sigma"] = self.v
-        free_offset = "offset" not in held
-        if not free_offset:
-            F -= held["offset"]
-        found = self._nonnegative(columns, F, free_offset)
-        if "F_s" in held and found["F_c"] > held["F_s"]:
-            found = self._nonnegative(
-                {name: column for name, column in columns.items() if name != "F_c"},
-                F - held["F_s"] * columns["F_c"],
-                free_offset,
-            ) | {"F_c": held["F_s"]}
+        found = self._nonnegative(columns, F, "offset" not in held)
+        if found.get("F_c", 0.0) > held.get("F_s", np.inf):
+            F = F - held["F_s"] * columns.pop("F_c")
+            found = self._nonnegative(columns, F, "offset" not in held) | {"F_c": held["F_s"]}
         F_c = held.get("F_c", found.get("F_c", 0.0))
-        theta = {
-            "F_c": F_c,
-            "F_s": held["F_s"] if "F_s" in held else F_c + found.get("rise", 0.0),
-            "v_s": v_s,
-            "delta": delta,
-            "sigma": held["sigma"] if "sigma" in held else found["sigma"],
-            "offset": held["offset"] if "offset" in held else found["offset"],
-        }
-        return MapSolution(theta, found["cost"])
+        known = {"F_s": F_c + found.get("rise", 0.0), **found, **held, "F_c": F_c, "v_s": v_s, "delta": delta}
+        return MapSolution({name: known[name] for name in PARAMETERS}, found["cost"])
 
     def _nonnegative(self, columns: Mapping[str, Real], F: Real, free_offset: bool) -> dict[str, float]:
         """Weighted non-negative least squares, with a free offset, if any, projected out first."""
@@ -339,16 +311,11 @@ def nonnegative(A: Real, b: Real, most: int) -> tuple[Real, float]:
     return x, rest
 
 
-REPEATED = 0.05
-"""Ratio of speeds, less one, up to which two strokes repeat each other."""
-SWUNG = 0.3
-"""Share of what averaging over a swing does to a force that is its error: the swing is no sine."""
-MOST_OUTLYING = 0.15
-"""Largest share of strokes that count as outliers: where more deviate, the map does not fit."""
-OUTLYING = 5.0
-"""Standard deviations from the map beyond which the deviation of a stroke is in its weight."""
-REPEATS = 1e-3
-"""Share of the force to which friction repeats at best."""
+REPEATED = 0.05  # Ratio of speeds, less one, up to which two strokes repeat each other
+SWUNG = 0.3  # Share of what averaging over a swing does to a force that is its error: the swing is no sine
+MOST_OUTLYING = 0.15  # Largest share of strokes that count as outliers: where more deviate, the map does not fit
+OUTLYING = 5.0  # Standard deviations from the map beyond which the deviation of a stroke is in its weight
+REPEATS = 1e-3  # Share of the force to which friction repeats at best
 
 
 class FittedMap(NamedTuple):

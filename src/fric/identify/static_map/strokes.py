@@ -9,6 +9,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.drive.plant import Plant
+from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.static_map import STROKES_IN_PRESLIDING
 from fric.identify.static_map.points import Average, SpeedPoint, slid, stroke_points
@@ -55,29 +56,28 @@ class Asked:
         return readable(value, si_unit(dimension, self.motion), digits)
 
 
-class Stretches:
-    """The samples of the strokes that do not swing."""
+class Stretches(dict[int, tuple[Log, Segment]]):
+    """Record and steady segment of the strokes that do not swing, by the number of the point."""
 
-    def __init__(self, points: Sequence[SpeedPoint], logs: Sequence[Log]) -> None:
+    @classmethod
+    def of(cls, points: Sequence[SpeedPoint], logs: Sequence[Log]) -> Self:
+        """Return the stretches of points; none where records share a name."""
         unique = len({log.name for log in logs}) == len(logs)
-        steady = [(n, p.stretch) for n, p in enumerate(points) if unique and p.stretch is not None and not p.swing]
-        self.by_number: dict[int, tuple[Log, Segment]] = {n: stretch for n, stretch in steady if stretch is not None}
-        """Record and steady segment, by the number of the point."""
-
-    @property
-    def pairs(self) -> list[tuple[Log, Segment]]:
-        """Record and steady segment of each."""
-        return list(self.by_number.values())
+        return cls({n: p.stretch for n, p in enumerate(points) if unique and p.stretch is not None and not p.swing})
 
     @property
     def with_position(self) -> dict[int, tuple[Log, Segment]]:
-        """Those whose position was logged, by the number of the point."""
-        return {n: pair for n, pair in self.by_number.items() if pair[0].position is not None}
+        """Those whose position was logged."""
+        return {n: pair for n, pair in self.items() if pair[0].position is not None}
 
     @cached_property
     def place(self) -> OverPlace | None:
         """What the force shows at the same places again."""
-        return over_place(self.pairs)
+        return over_place(list(self.values()))
+
+
+Into = Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem]
+"""A change of the problem that is fitted to points."""
 
 
 @dataclass(frozen=True)
@@ -91,8 +91,7 @@ class Correction:
     notices: Sequence[Notice] = ()  # Its warnings
     tried: Mapping[str, float] = field(default_factory=dict)
     """Error at held-out strokes [N] of what was not taken, by name."""
-    into: Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem] | None = None
-    """What it changes of the problem."""
+    into: Into | None = None  # What it changes of the problem
     between_records: Mapping[str, Estimate] = field(default_factory=dict)
     """Standard deviation of the level [1] and the offset [N] of records."""
 
@@ -109,24 +108,31 @@ class Strokes:
     notices: tuple[Notice, ...] = ()
     tried: Mapping[str, float] = field(default_factory=dict)
     """Errors at held-out strokes of what was tried beside the forms of the map [N], by name."""
-    into: tuple[Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem], ...] = ()
+    into: tuple[Into, ...] = ()
     between_records: Mapping[str, Estimate] = field(default_factory=dict)
 
     @classmethod
     def of(cls, records: Sequence[Log | ForceVelocity], asked: Asked) -> Self:
-        """Return the strokes of records."""
+        """Return the strokes of records; raise FricError when there is none, or all took the same force."""
         points, notices = stroke_points(records, average=asked.average, plant=asked.plant)
         points, ended = slid(points)
         if ended:
             speeds = [asked.of(v, "velocity") for v in dict.fromkeys(point.velocity for point in ended)]
             notices.append(STROKES_IN_PRESLIDING.found(speeds=speeds))
-        return replace(cls.at(points, asked, records), notices=tuple(notices))
+        found = replace(cls.at(points, asked, records), notices=tuple(notices))
+        force = found.force
+        if np.ptp(force) <= 1e-9 * np.abs(force).max(initial=0.0):
+            raise FricError(
+                f"every stroke took the same force, {asked.says(float(force[0]), 'force')}", where=records[0].source,
+                hint="Is it the right column? Friction changes its sign with the direction.",
+            )  # fmt: skip
+        return found
 
     @classmethod
     def at(cls, points: Sequence[SpeedPoint], asked: Asked, records: Sequence[Log | ForceVelocity] = ()) -> Self:
         """Return the strokes of points that are known."""
         logs = [record for record in records if isinstance(record, Log)]
-        return cls(asked, records, points, Stretches(points, logs), np.empty((0, len(points))))
+        return cls(asked, records, points, Stretches.of(points, logs), np.empty((0, len(points))))
 
     @property
     def logs(self) -> list[Log]:
@@ -147,6 +153,12 @@ class Strokes:
     def size(self) -> float:
         """Median size of the forces [N]."""
         return float(np.median(np.abs(self.force)))
+
+    @property
+    def one_speed(self) -> bool:
+        """Whether all points have the same speed, so that there is no map."""
+        speed = np.abs(self.velocity)
+        return bool(np.ptp(speed) <= 0.02 * speed.max())
 
     @property
     def both_directions(self) -> bool:
