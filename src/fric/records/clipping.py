@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fric.arrays import Mask, Real
+from fric.arrays import Indices, Mask, Real
 from fric.errors import FricError
 from fric.flaws.channel import CLIPPED_UNUSED
 from fric.log import Log
@@ -30,23 +30,25 @@ def clipped(values: Real) -> Mask:
     instead of samples.
     """
     found = np.zeros(len(values), bool)
-    span, step = float(np.ptp(values)) if len(values) else 0.0, counts(values) if len(values) else None
-    if span == 0.0 or (step is not None and span < LEVELS * step):
+    if not len(values) or not _fine(values):
         return found
+    step = counts(values)
     lasting = np.diff(np.flatnonzero(np.diff(values)))
     held = int(np.quantile(lasting, 0.05, method="lower")) if len(lasting) else 1
     rounding = 1e-9 * float(np.ptp(np.quantile(values, [0.005, 0.995])))  # apart from a single absurd sample
     for side in (values, -values):
         top = side >= side.max() - rounding
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], top, [False]]).astype(int)))
-        runs, often = edges[1::2] - edges[::2], np.count_nonzero(top)
+        runs, often = np.diff(_runs(top))[:, 0], np.count_nonzero(top)
         below = np.count_nonzero(side >= side.max() - 1.5 * step) - often if step else 0
-        stuck = runs.max() >= STUCK * held or (
-            often >= 4 * STUCK * held and runs.mean() >= 2.0 * held
-        )  # crests are short
-        if stuck and often > 3 * below:
+        repeats = often >= 4 * STUCK * held and runs.mean() >= 2.0 * held  # crests are short
+        if (repeats or runs.max() >= STUCK * held) and often > 3 * below:
             found |= top
     return found
+
+
+def _runs(mask: Mask) -> Indices:
+    """Return the first sample, and one past the last, of each run in a mask, shape (runs, 2)."""
+    return np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int))).reshape(-1, 2)
 
 
 def drive_off(log: Log) -> Mask:
@@ -54,15 +56,11 @@ def drive_off(log: Log) -> Mask:
 
     A coarse force that is mostly 0 at rest is not judged: its other levels are missing.
     """
-    if log.force is None or log.position is None:
-        return np.zeros(len(log), bool)
-    still = np.append(np.diff(log.position) == 0.0, True) & (log.force == 0.0)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int)))
     found = np.zeros(len(log), bool)
-    step = counts(log.force)
-    if step is not None and float(np.ptp(log.force)) < LEVELS * step:
+    if log.force is None or log.position is None or not np.any(log.force == 0.0) or not _fine(log.force):
         return found
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+    still = np.append(np.diff(log.position) == 0.0, True) & (log.force == 0.0)
+    for begin, end in _runs(still):
         if end - begin > STUCK and log.time[end - 1] - log.time[begin] >= OFF:
             found[begin:end] = True
     return found
@@ -92,7 +90,7 @@ def clipped_among(records: Sequence[Real]) -> list[int]:
 def _fine(values: Real) -> bool:
     """Return whether a record shows values finer than its range."""
     span, step = float(np.ptp(values)), counts(values)
-    return span > 0.0 and (step is None or span > LEVELS * step)
+    return span > 0.0 and (step is None or span >= LEVELS * step)
 
 
 def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[Notice]]:

@@ -49,14 +49,11 @@ def transmission_of(log: Log) -> Transmission | None:
     z, turns = log.position, find_reversals(log.position)
     edges = np.array([0, *turns, len(z) - 1])
     whole = [(a, b) for a, b in pairwise(edges) if b - a >= SHORTEST]
-    lengths = np.array([abs(z[b] - z[a]) for a, b in whole])
-    stroke = np.full(len(z), -1)
+    stroke, sense = np.full(len(z), -1), np.zeros(len(z))
     for n, (a, b) in enumerate(whole):
-        gone = np.abs(z[a:b] - z[a])
-        stroke[a:b][gone > AFTER * lengths[n]] = n
-    used, sense = stroke >= 0, np.zeros(len(z))
-    for n, (a, b) in enumerate(whole):
-        sense[stroke == n] = np.sign(z[b] - z[a])
+        stroke[a:b][np.abs(z[a:b] - z[a]) > AFTER * abs(z[b] - z[a])] = n
+        sense[a:b] = np.sign(z[b] - z[a])
+    used = stroke >= 0
     label = stroke[used]
     if len(np.unique(label)) < STROKES or len(np.unique(sense[used])) < 2:
         return None

@@ -187,9 +187,8 @@ def inspect_response(record: FrequencyResponse) -> ResponseInspection:
     coherence = None if record.coherence is None else float(np.min(record.coherence))
     decades = float(np.log10(frequency[-1] / frequency[0])) if len(frequency) > 1 and frequency[0] > 0 else 0.0
     good = len(frequency) >= 8 and decades >= 1.0
-    why = f"{len(frequency)} frequencies over {decades:.1f} decades" + (
-        "" if good else ": 8 over one decade are needed"
-    )
+    why = f"{len(frequency)} frequencies over {decades:.1f} decades"
+    why += "" if good else ": 8 over one decade are needed"
     return ResponseInspection.of(
         record, kind="frequency-response", stated=True, uses=(Use("plant", good, why),), points=len(frequency),
         low=float(frequency.min()), high=float(frequency.max()), coherence=coherence,
@@ -228,19 +227,12 @@ BRANCH = 20  # Least number of samples in a branch between reversals
 
 
 def inspect(record: Record, *, flaws: bool = True) -> Inspected:
-    """Return the content of a record and its uses.
+    """Return the content of a record in time or in frequency or of a table, and its uses.
 
-    Parameters
-    ----------
-    record
-        A record in time or in frequency, or a table of forces and velocities.
-    flaws
-        Whether warnings are wanted; without them only what bears on the uses is sought.
+    flaws: Whether warnings are wanted; without them only what bears on the uses is sought.
     """
-    if isinstance(record, FrequencyResponse):
-        return inspect_response(record)
-    if isinstance(record, ForceVelocity):
-        return inspect_table(record)
+    if not isinstance(record, Log):
+        return inspect_response(record) if isinstance(record, FrequencyResponse) else inspect_table(record)
     log = record
     channels = {name: _channel(log, name, values) for name, values in log.channels().items()}
     sampling, jitter, gaps = _clock(log.time)
@@ -264,10 +256,8 @@ def inspect(record: Record, *, flaws: bool = True) -> Inspected:
         pairs = [(log, segment) for segment in segments]
         warnings += stroke_flaws(pairs, over_place(pairs))
     kind = record.kind or recognised_kind(log, segments, rests, sine, rise, len(reversals), stairs)
-    if kind not in {"constant-velocity", "motion"}:
-        segments = []
-    if kind not in {"presliding-sine", "sliding-sine"}:
-        sine = None
+    segments = segments if kind in {"constant-velocity", "motion"} else []
+    sine = sine if kind in {"presliding-sine", "sliding-sine"} else None
     if log.position is not None:
         found = replace(found, excites=excites(log.time, log.position))
     if log.position is not None and log.force is not None and len(reversals) > 1:
@@ -294,23 +284,17 @@ def distinct_speeds(segments: list[Segment]) -> tuple[float, ...]:
     """Return the velocities of segments in ascending order; equal speeds are replaced by their mean, by length."""
     speeds: list[list[Segment]] = []
     for segment in sorted(segments, key=lambda s: s.velocity):
-        if speeds and abs(segment.velocity - speeds[-1][0].velocity) <= max(
-            ONE_SPEED * abs(segment.velocity), 3.0 * np.hypot(segment.velocity_se, speeds[-1][0].velocity_se)
-        ):
-            speeds[-1].append(segment)
-        else:
-            speeds.append([segment])
+        first = speeds[-1][0] if speeds else segment
+        error = 3.0 * np.hypot(segment.velocity_se, first.velocity_se)
+        if first is segment or segment.velocity - first.velocity > max(ONE_SPEED * abs(segment.velocity), error):
+            speeds.append([])
+        speeds[-1].append(segment)
     return tuple(float(np.average([s.velocity for s in speed], weights=[len(s) for s in speed])) for speed in speeds)
 
 
 def _channel(log: Log, name: str, values: Real) -> Channel:
-    step = (
-        encoder_step(values) or None
-        if name == "position"
-        else None
-        if name in {"time", "reference"}
-        else counts(values)
-    )
+    step = None if name in {"time", "reference"} else counts(values)
+    step = encoder_step(values) or None if name == "position" else step
     clipped = clipped_samples(values) if name in {"force", "input"} else 0
     return Channel(log.unit(name), float(values.min()), float(values.max()), step, clipped)
 
@@ -330,12 +314,10 @@ def _static_use(found: Inspection) -> Use:
         return Use(purpose, False, "no force was logged")
     if not found.stretches:
         return Use(purpose, False, "no segment at constant velocity")
-    if found.channels["force"].clipped:
-        return Use(purpose, False, f"the force is clipped in {found.channels['force'].clipped} samples")
-    settled = [s for s in found.stretches if s.settled]
-    if not settled:
+    if clipped := found.channels["force"].clipped:
+        return Use(purpose, False, f"the force is clipped in {clipped} samples")
+    if (unsettled := sum(not segment.settled for segment in found.stretches)) == len(found.stretches):
         return Use(purpose, False, "the force never settles: longer strokes are needed")
-    unsettled = len(found.stretches) - len(settled)
     text = f"{len(found.speeds)} speeds" if len(found.speeds) > 1 else "one speed: a map takes records at others too"
     text += f", {unsettled} of {len(found.stretches)} segments not settled" if unsettled else ""
     return Use(purpose, True, text)
@@ -346,11 +328,10 @@ def _gms_use(found: Inspection, seen: float, stairs: Staircase | None) -> Use:
     purpose = "gms"
     if missing := [name for name in ("position", "force") if name not in found.channels]:
         return Use(purpose, False, f"no {' and no '.join(missing)} was logged")
-    if found.channels["force"].clipped:
-        return Use(purpose, False, f"the force is clipped in {found.channels['force'].clipped} samples")
+    if clipped := found.channels["force"].clipped:
+        return Use(purpose, False, f"the force is clipped in {clipped} samples")
     position, step = found.channels["position"], found.encoder_step
-    half = 0.5 * (position.high - position.low) if position.high is not None and position.low is not None else 0.0
-    amplitude = found.sine.amplitude if found.sine else half
+    amplitude = found.sine.amplitude if found.sine else 0.5 * (position.high - position.low)
     if found.kind == "sliding-sine" and len(found.reversals) < 3:
         return Use(purpose, True, "for the attraction parameter C; knots take a sine in pre-sliding")
     if len(found.reversals) < 3:
@@ -361,17 +342,15 @@ def _gms_use(found: Inspection, seen: float, stairs: Staircase | None) -> Use:
     if branch < BRANCH:
         return Use(purpose, False, f"{branch:.0f} samples a branch are too few")
     if found.rise and seen > found.rise:
-        return Use(
-            purpose, False, f"{SAMPLES} samples behind a reversal go through pre-sliding: log faster, or move slower"
-        )
+        why = f"{SAMPLES} samples behind a reversal go through pre-sliding: log faster, or move slower"
+        return Use(purpose, False, why)
     if found.kind not in PRESLIDING and (found.rise is None or found.rise <= LOOP_SHARE):
         return Use(purpose, False, f"pre-sliding is over in {100 * (found.rise or 0.0):.1f} % of a stroke")
     if stairs is not None and stairs.step < FINE * stairs.count:
         counts = f"{stairs.step / stairs.count:.1f} steps of the encoder, or of its noise"
         return Use(purpose, False, f"a micro-step is {counts}: {FINE:.0f} are needed, so take larger steps")
-    text = f"{len(found.reversals) - 1} branches" + (
-        f" of {2 * amplitude / step:.0f} steps of the encoder" if step else ""
-    )
+    text = f"{len(found.reversals) - 1} branches"
+    text += f" of {2 * amplitude / step:.0f} steps of the encoder" if step else ""
     if found.slope is not None and found.slope > RISES:
         text += "; none of them slides: F_s takes `static=`, or a larger amplitude"
     return Use(purpose, True, text)
@@ -379,19 +358,17 @@ def _gms_use(found: Inspection, seen: float, stairs: Staircase | None) -> Use:
 
 def _too_slow(log: Log, rises: list[tuple[float, int, float]]) -> Use | None:
     """Return why a log shows no pre-sliding, if its force rises between samples or over a long travel; else None."""
-    samples, travel = (float(np.median([rise[n] for rise in rises])) if rises else np.inf for n in (1, 2))
+    if not rises:
+        return None
+    samples, travel = (float(np.median([rise[n] for rise in rises])) for n in (1, 2))
     usual = float(np.median(np.abs(np.diff(travelled(log)))))
-    if samples < 2 * SAMPLES or travel < 2 * SAMPLES * usual < np.inf:
+    over, moves = (readable(size, log.unit("position")) for size in (travel, usual))
+    if samples < 2 * SAMPLES or travel < 2 * SAMPLES * usual:
         rate = f"{1.0 / float(np.median(np.diff(log.time))):.3g} Hz"
-        length = readable(travel, log.unit("position")), readable(usual, log.unit("position"))
-        why = (
-            f"the force comes up within {length[0]} of a reversal, and a sample at {rate} moves {length[1]}: log faster"
-        )
+        why = f"the force comes up within {over} of a reversal, and a sample at {rate} moves {moves}: log faster"
         return Use("gms", False, why)
-    if samples < np.inf and travel > LONGEST[rotates(log.motion)]:
-        over = readable(travel, log.unit("position"))
-        return Use("gms", False, f"the force comes up over {over} after a reversal, which is no pre-sliding")
-    return None
+    why = f"the force comes up over {over} after a reversal, which is no pre-sliding"
+    return Use("gms", False, why) if travel > LONGEST[rotates(log.motion)] else None
 
 
 def _plant_use(found: Inspection) -> Use:
@@ -403,10 +380,9 @@ def _plant_use(found: Inspection) -> Use:
         if by_motion and "force" in found.channels:
             return Use(purpose, True, "a motion in both directions; B and K_f take an input too")
         return Use(purpose, False, "no input was logged")
-    if found.channels["input"].clipped:
-        return Use(purpose, False, f"the input is clipped in {found.channels['input'].clipped} samples")
-    if found.kind == "frequency-response":
-        return Use(purpose, True, "the excitation is broad-band")
+    if clipped := found.channels["input"].clipped:
+        return Use(purpose, False, f"the input is clipped in {clipped} samples")
     if by_motion:
         return Use(purpose, True, "a motion in both directions, with changing speed and acceleration")
-    return Use(purpose, False, "the excitation is not broad-band")
+    broad = found.kind == "frequency-response"
+    return Use(purpose, broad, f"the excitation is {'' if broad else 'not '}broad-band")

@@ -34,8 +34,7 @@ class Identifiability:
     slides: bool  # False where the force rises up to every reversal, so that no branch ever slides
     slope: float  # Least slope of the branches that come nearest to a plateau, relative to their mean slope
     peak: float  # Largest friction force: half of its swing between reversals [N]
-    # The shortest travel after a reversal that is seen [m]: a step of the encoder, and `SAMPLES` samples
-    resolved: float
+    resolved: float  # Shortest travel after a reversal that is seen [m]: a count, and that in `SAMPLES` samples
 
 
 def identifiability_of(records: Sequence[Prepared]) -> Identifiability:

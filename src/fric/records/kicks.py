@@ -37,20 +37,13 @@ class _Kick:
 
 @dataclass(frozen=True)
 class Tracking:
-    """The tracking error of a record.
+    """The tracking error of a record."""
 
-    reference: that was logged, or the sine that the motion follows between its reversals [m]
-    position: of the encoder that the loop is closed on: of two, the one that deviates less from the reference [m]
-    rest: deviation of that position without what goes with velocity and acceleration, as the lag of a loop does [m]
-    spans: of each reversal where the look at it begins, its sample, and where the look ends
-    far: samples far from reversals
-    """
-
-    reference: Real
-    position: Real
-    rest: Real
-    spans: list[tuple[int, int, int]]
-    far: Mask
+    reference: Real  # That was logged, or the sine that the motion follows between its reversals [m]
+    position: Real  # Of the encoder of the loop: of two, the one that deviates less from the reference [m]
+    rest: Real  # Deviation of that position without what goes with velocity and acceleration, as the lag of a loop [m]
+    spans: list[tuple[int, int, int]]  # Of each reversal where the look at it begins, its sample, where the look ends
+    far: Mask  # Samples far from reversals
 
 
 def tracking(log: Log) -> Tracking | None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import compress, pairwise
 
 import numpy as np
 
@@ -119,15 +119,11 @@ def _strokes(log: Log, followed: Tracking) -> list[_ModeStroke]:
 
 def _motions(strokes: Iterable[_ModeStroke]) -> Iterator[list[_ModeStroke]]:
     """Yield the strokes of each motion, in the order of time."""
-    groups = list[list[_ModeStroke]]()
-    for stroke in strokes:
-        for group in groups:
-            if np.allclose(group[0].motion, stroke.motion, rtol=STROKES_ALIKE, atol=0.0):
-                group.append(stroke)
-                break
-        else:
-            groups.append([stroke])
-    yield from groups
+    left = list(strokes)
+    while left:
+        alike = [np.allclose(left[0].motion, stroke.motion, rtol=STROKES_ALIKE, atol=0.0) for stroke in left]
+        yield list(compress(left, alike))
+        left = [stroke for stroke, taken in zip(left, alike, strict=True) if not taken]
 
 
 def _compared(log: Log, parts: list[ModePart], names: list[str]) -> tuple[list[float], list[float]]:
@@ -182,10 +178,11 @@ def _of_two(glitches: Real, least: float) -> list[bool | None] | None:
     """Return whether each error of a motion has the larger of two sizes, None if between; None for a single size."""
     sizes = np.log(np.maximum(glitches, 1e-300))
     order = np.sort(sizes)
-    splits = [n for n in range(2, len(order) - 1)]
-    if not splits:
+    if len(order) < 4:
         return None
-    n = min(splits, key=lambda n: n * float(order[:n].var()) + (len(order) - n) * float(order[n:].var()))
+    n = min(
+        range(2, len(order) - 1), key=lambda n: n * float(order[:n].var()) + (len(order) - n) * float(order[n:].var())
+    )
     low, high = float(np.median(order[:n])), float(np.median(order[n:]))
     gap = high - low
     off = np.minimum(np.abs(sizes - low), np.abs(sizes - high))

@@ -23,18 +23,13 @@ FINE = 0.01  # Share of the travel of a sample under which the encoder's step do
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion without the encoder's steps.
+    """A motion without the encoder's steps, arrays of shape (n,)."""
 
-    time: Sample instants [s], shape (n,).
-    position, velocity, acceleration: The motion [m], [m/s], [m/s²] at those instants, each of shape (n,).
-    step: The encoder's step [m]; 0 where none is visible.
-    """
-
-    time: Real
-    position: Real
-    velocity: Real
-    acceleration: Real
-    step: float
+    time: Real  # Sample instants [s]
+    position: Real  # [m]
+    velocity: Real  # [m/s]
+    acceleration: Real  # [m/s²]
+    step: float  # The encoder's step [m]; 0 where none is visible
 
 
 def smooth_motion(time: Real, position: Real) -> Motion:
@@ -123,11 +118,9 @@ def _rests(t: Real, z: Real, counted: Indices, step: float) -> tuple[Real, Real,
     These readings keep the spline on its level during a dwell.
     """
     bounds = np.concatenate([[0], counted + 1, [len(z)]])
-    starts, lengths = bounds[:-1], np.diff(bounds)
-    number = lengths // REST
-    where = np.repeat(starts, number) + REST // 2
-    order = np.arange(len(where)) - np.repeat(np.cumsum(number) - number, number)
-    place = where + REST * order
+    number = np.diff(bounds) // REST
+    order = np.arange(number.sum()) - np.repeat(np.cumsum(number) - number, number)
+    place = np.repeat(bounds[:-1], number) + REST // 2 + REST * order
     return t[place], z[place], np.full(len(place), step / np.sqrt(12))
 
 
@@ -205,7 +198,7 @@ class Conditioning:
         The corner is five times the bandwidth of the motion, so that the filter leaves its acceleration alone; the
         decimated signals reach to twice that bandwidth, and 4.9 periods of the corner are left out at the start.
 
-        Raises FricError: When the corner is not below half the sampling rate, or a count is negative.
+        Raises FricError: When the corner is not below half the sampling rate.
         """
         cutoff = min(5 * BANDWIDTH, 0.2 * sampling) if cutoff is None else cutoff
         if not 0 < cutoff < sampling / 2:
@@ -214,8 +207,6 @@ class Conditioning:
             )
         decimation = max(1, round(0.8 * sampling / 2 / (2 * BANDWIDTH))) if decimation is None else decimation
         border = round(4.9 * sampling / cutoff) if border is None else border
-        if decimation < 1 or border < 0:
-            raise FricError("decimation is at least 1, and the border not negative")
         return cls(cutoff, decimation, border)
 
 

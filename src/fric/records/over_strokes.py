@@ -26,10 +26,8 @@ LASTING = 0.7  # Least duration of a stroke for a rate [s]
 FASTEST = 0.02  # Rate [1/s] above which the force is settling, not warming up
 SETTLING = 3.0  # Largest ratio of the rates in whole strokes and in their later halves without settling
 STUCK = 1e-9  # Least uncertainty of the slope over a stroke, as a share of the force, unless the force is at a bound
-REPEATED, FEWEST = 0.05, 4
-"""Relative difference of speeds up to which strokes repeat each other, and number of speeds above which each is left
-out.
-"""
+REPEATED = 0.05  # Relative difference of speeds up to which strokes repeat each other
+FEWEST = 4  # Number of speeds above which each is left out
 LIKELY_RATE, SURE_RATE = 0.99, 0.999  # Probabilities above which a rate is likely, and surely, not zero
 
 
@@ -47,12 +45,11 @@ class OverPlace:
 class OverTime:
     """Change of the magnitude of the force in time, at all speeds."""
 
-    rate: float  # rate, half: relative rate and half of its 95 % interval [1/s]
-    half: float
-    # Time from the first record to the last with a common clock, else that of all records together [s]
-    duration: float
-    clocked: bool  # clocked, sure: whether the records have a common clock, and whether the rate is no chance
-    sure: bool
+    rate: float  # Relative rate [1/s]
+    half: float  # Half its 95 % interval [1/s]
+    duration: float  # From the first record to the last with a common clock, else that of all records together [s]
+    clocked: bool  # Whether the records have a common clock
+    sure: bool  # Whether the rate is no chance
 
     @property
     def change(self) -> float:
@@ -68,14 +65,17 @@ def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
 
     strokes: Constant-velocity segments, each with its record.
     """
-    cut = [_cut(log, segment) for log, segment in strokes if log.position is not None and log.force is not None]
+    cut = [
+        (log.position[segment.start : segment.stop], log.force[segment.start : segment.stop], segment.velocity)
+        for log, segment in strokes if log.position is not None and log.force is not None
+    ]  # fmt: skip
     if len(cut) < 4:
         return None
     low, high = min(z.min() for z, *_ in cut), max(z.max() for z, *_ in cut)
     edges = np.linspace(low, high, PLACES + 1)
-    profiles = [(_profile(z, F, edges), sign, v) for z, F, sign, v in cut]
-    same = _common([(a, b) for (a, s, v), (b, r, w) in combinations(profiles, 2) if s == r and v != w])
-    opposite = _common([(a, b) for (a, s, _), (b, r, _) in combinations(profiles, 2) if s != r])
+    profiles = [(_profile(z, F, edges), v) for z, F, v in cut]
+    same = _common([(a, b) for (a, v), (b, w) in combinations(profiles, 2) if v * w > 0.0 and v != w])
+    opposite = _common([(a, b) for (a, v), (b, w) in combinations(profiles, 2) if v * w < 0.0])
     if same is None or opposite is None or not same.sure or same.correlation < STROKES_AGREE:
         return None
     # F = ±F_r + c ± w: strokes of one direction share c + w, and opposite strokes c² - w² on average
@@ -89,21 +89,13 @@ def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class _Common:
-    """The common part of pairs of strokes: covariance [N²], median correlation, whether it is sure, number of pairs."""
+class _Common(NamedTuple):
+    """The common part of pairs of strokes."""
 
-    covariance: float
-    correlation: float
+    covariance: float  # [N²]
+    correlation: float  # Median
     sure: bool
     strokes: int
-
-
-def _cut(log: Log, segment: Segment) -> tuple[Real, Real, float, float]:
-    part = slice(segment.start, segment.stop)
-    assert log.position is not None
-    assert log.force is not None
-    return log.position[part], log.force[part], float(np.sign(segment.velocity)), abs(segment.velocity)
 
 
 def _profile(z: Real, F: Real, edges: Real) -> Real:
@@ -186,16 +178,11 @@ def along_axis(strokes: Sequence[tuple[Log, Segment]]) -> tuple[float, float] | 
 class _Trends(NamedTuple):
     """The terms of the slopes of strokes in time."""
 
-    values: list[float]
-    """Relative rate [1/s], force over position and friction over position [N/m]."""
-    errors: list[float]
-    """Their standard errors."""
-    freedom: int
-    """Degrees of freedom of the errors."""
-    apart: list[float]
-    """Relative rate of forward and backward strokes, and of the slower and the faster half [1/s]."""
-    logged: list[float]
-    """Median slope of the logged force over the force, of forward and backward strokes [1/s]."""
+    values: list[float]  # Relative rate [1/s], force over position and friction over position [N/m]
+    errors: list[float]  # Their standard errors
+    freedom: int  # Degrees of freedom of the errors
+    apart: list[float]  # Relative rate of forward and backward strokes, and of the slower and the faster half [1/s]
+    logged: list[float]  # Median slope of the logged force over it, of forward and backward strokes [1/s]
 
 
 def _trends(strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bool = True) -> _Trends | None:

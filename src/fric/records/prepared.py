@@ -32,30 +32,21 @@ if TYPE_CHECKING:
 
 
 def acting_force(time: Real, force: Real, delay: float) -> Real:
-    """Return the force that acts at each sample, for a logged force that acts later by a delay.
+    """Return the force [N] that acts at each sample, for a logged force (n,) that acts later by a delay.
 
     It is interpolated between samples, and constant beyond the ends. A lag of the force is only corrected here.
 
-    time, force: Instants [s] and logged force [N], each of shape (n,).
-    delay: Delay of the action of the logged force [s], ``T_d - force_lag`` of a plant; negative where it is logged
-        late.
+    delay: ``T_d - force_lag`` of a plant [s]; negative where the force is logged late.
     """
-    if delay == 0.0:
-        return force
-    return np.asarray(np.interp(time, time + delay, force))
+    return force if delay == 0.0 else np.asarray(np.interp(time, time + delay, force))
 
 
 class Drive(NamedTuple):
-    """Force constant and delay of a record without a known plant.
+    """Force constant and delay of a record without a known plant."""
 
-    K_f: Force constant [N/V]; None where it is not known.
-    T_d: Delay of the force after its voltage [s].
-    force_lag: Lag of the logged force behind that voltage [s].
-    """
-
-    K_f: float | None = None
-    T_d: float = 0.0
-    force_lag: float = 0.0
+    K_f: float | None = None  # Force constant [N/V]; None where it is not known
+    T_d: float = 0.0  # Delay of the force after its voltage [s]
+    force_lag: float = 0.0  # Lag of the logged force behind that voltage [s]
 
 
 def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", "input"], float]:
@@ -73,11 +64,9 @@ def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", 
 MOST_REPLAYED = 400_000  # Largest number of samples of all records in a fit; of more, every n-th is used
 PARTS = 16  # Parts of a stroke, in either direction, within which the error of a model counts as common
 CYCLES = 3  # Least number of whole cycles for resampling cycles; with fewer, pieces of equal length are resampled
-UNLIKE, LOADED = 3.0, 0.002
-"""Bounds on the difference of the first stroke from the next where a record begins loaded: ratio to the difference of
-later strokes, and share of the range of the force."""
+UNLIKE = 3.0  # Ratio of the difference of the first strokes to that of later ones where a record begins loaded
+LOADED = 0.002  # Least difference of the first strokes, as a share of the range of the force
 PIECES = 10  # Number of pieces of equal length for resampling without cycles
-
 ONE_WAY = 0.01  # Ratio of the fastest speeds in both directions below which a motion has only one direction
 
 
@@ -87,14 +76,9 @@ class Prepared:
 
     log: Log  # The record
     motion: Motion  # Its motion, without the encoder's steps
-    # Friction force [N], shape (n,): what drove the axis at that instant, less inertia and linear damping where a plant
-    # is known
-    force: Real
-    # Samples that are compared, shape (n,). What comes before the first reversal is not among them, since the state in
-    # which the record begins is not known.
-    used: Mask
-    # Samples at which the motion reverses, shape (r,); of a record in sliding, at which its velocity does
-    reversals: Indices
+    force: Real  # Friction [N], shape (n,): the acting force, less inertia and linear damping where a plant is known
+    used: Mask  # Samples that are compared, shape (n,), from the first reversal on: the state before is not known
+    reversals: Indices  # Samples at which the motion reverses, shape (r,); of a record in sliding, its velocity
     done: Preparation  # What was made of the record
 
     @property
@@ -235,11 +219,10 @@ def prepared(
     if not logs:
         raise FricError("there is no record", hint="Name a log with a force.")
     refuse_several_axes(logs)
+    pairs = zip(logs, filters or [None] * len(logs), strict=True)
+    records = tuple(_prepared(log, plant, drive, conditioning) for log, conditioning in pairs)
     if filters:
-        return tuple(
-            _prepared(log, plant, drive, conditioning) for log, conditioning in zip(logs, filters, strict=True)
-        )
-    records = tuple(_prepared(log, plant, drive, None) for log in logs)
+        return records
     every = -(-sum(len(record.log) for record in records) // MOST_REPLAYED)
     return tuple(record.thinned(every) for record in records)
 
@@ -248,9 +231,8 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
     given = plant or drive or Drive()
     force, source, lag = drive_force(log, given)
     if not np.ptp(force):
-        raise FricError(
-            "the force does not change", where=log.where, hint="Is it the right column? Friction changes its sign."
-        )
+        hint = "Is it the right column? Friction changes its sign."
+        raise FricError("the force does not change", where=log.where, hint=hint)
     position = travelled(log)
     try:
         motion = smooth_motion(log.time, position) if filters is None else filtered_motion(log, filters)

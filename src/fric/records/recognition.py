@@ -20,10 +20,8 @@ AROUND = 0.9  # Share of a motion's spectrum about its strongest line, above whi
 SINE_SAMPLES = 1 << 17  # Samples at most in which its frequency is sought
 SWINGS = 0.25  # Swing of the velocity over its mean above which a sine in sliding is no ripple of a stroke
 REPEATS = 1.5  # Least number of cycles of a sine in sliding, without those at the ends
-PIECES, QUIET, PAUSES = 400, 0.02, 0.05
-"""Number of pieces of a record, largest travel in a pause over that of a fast piece, and share of pauses between
-moves.
-"""
+PIECES = 400  # Number of pieces of a record that are searched for pauses
+QUIET, PAUSES = 0.02, 0.05  # Largest travel in a pause over that of a fast piece, and share of pauses between moves
 LINES = 9.0  # Least number of spectral lines with the power of a broad-band excitation; strokes have at most five
 RISING_SHARE = 0.01
 """Share of the stroke in which the force rises after a reversal, above which a sine is in pre-sliding."""
@@ -43,16 +41,11 @@ RESTS = 0.3  # Least share of time at rest between the steps of a staircase
 
 @dataclass(frozen=True)
 class Staircase:
-    """Small equal steps up and down, with a rest after each.
+    """Small equal steps up and down, with a rest after each."""
 
-    step: size of a step [m]
-    count: of the encoder, or three standard deviations of the noise [m]
-    reversals: samples at which its direction changes: the middle of the rest there
-    """
-
-    step: float
-    count: float
-    reversals: Indices
+    step: float  # Size of a step [m]
+    count: float  # Of the encoder, or three standard deviations of the noise [m]
+    reversals: Indices  # Samples at which its direction changes: the middle of the rest there
 
 
 def fitted_staircase(position: Real) -> Staircase | None:
@@ -62,13 +55,11 @@ def fitted_staircase(position: Real) -> Staircase | None:
     noise up to a tenth of the motion: in a steady motion the levels would not be further apart.
     """
     every = -(-len(position) // STAIRCASE_SAMPLES)
-    x = position[::every]
-    finest = max(2.0 * visible_step(position), 1e-4 * float(np.ptp(x)))
-    within = finest
+    x, count = position[::every], visible_step(position)
+    within = max(2.0 * count, 1e-4 * float(np.ptp(x)))
     while 0.0 < within < 0.1 * float(np.ptp(x)):
         if (found := _levels(x, within)) is not None:
-            step, reversals = found
-            return Staircase(step, visible_step(position), every * reversals)
+            return Staircase(found[0], count, every * found[1])
         within *= 2.0
     return None
 
@@ -163,7 +154,6 @@ def fitted_sine(time: Real, position: Real) -> Sine | None:
     peak = int(np.argmax(spectrum[1:])) + 1
     if spectrum[max(peak - 2, 0) : peak + 3].sum() < AROUND * spectrum.sum():
         return None
-    guess = peak / span
     thin = max(len(t) // 4096, 1)
     t, z, line = t[::thin], z[::thin], line[::thin]
     spread *= len(t) / len(level)
@@ -175,8 +165,7 @@ def fitted_sine(time: Real, position: Real) -> Sine | None:
         residual = z - basis @ weights
         return float(residual @ residual), weights
 
-    width = 1.0 / span
-    frequency = guess
+    width, frequency = 1.0 / span, peak / span
     for _ in range(6):  # the misfit has one minimum within a line's width: narrow it down
         trial = frequency + width * np.linspace(-1.0, 1.0, 9)
         frequency = float(min(trial[trial > 0.2 / span], key=lambda f: fit(f)[0]))
@@ -192,25 +181,14 @@ def fitted_sine(time: Real, position: Real) -> Sine | None:
 
 
 def recognised_kind(
-    log: Log,
-    segments: list[Segment],
-    rests: list[tuple[int, int]],
-    sine: Sine | None,
-    rise: float | None,
-    reversals: int,
-    stairs: Staircase | None = None,
-) -> Kind:
+    log: Log, segments: list[Segment], rests: list[tuple[int, int]], sine: Sine | None, rise: float | None,
+    reversals: int, stairs: Staircase | None,
+) -> Kind:  # fmt: skip
     """Return the kind of a record by its motion.
 
     A staircase before sliding; a sine; a broad-band excitation; a motion back and forth before sliding, of any shape;
-    strokes at constant velocity, if that is most of the time in motion; else a motion.
-
-    log: The record.
-    segments, rests: What `fric.records.segments.segments_and_rests` found in it.
-    sine: What `fitted_sine` found.
-    rise: What `force_rise` found: it separates pre-sliding from sliding. Without a force, pre-sliding is assumed.
-    reversals: How many reversals it has.
-    stairs: What `fitted_staircase` found.
+    strokes at constant velocity, if that is most of the time in motion; else a motion. The arguments are what
+    `segments_and_rests`, `turns_of` and `force_rise` found: without a force, pre-sliding is assumed.
     """
     if stairs is not None and rise is not None and rise > LOOP_SHARE:
         return "micro-steps"
@@ -289,12 +267,10 @@ def _is_rigid(log: Log) -> bool:
         return False
     velocity = log.velocity if log.velocity is not None else np.gradient(travelled(log), log.time)
     terms = np.column_stack([np.gradient(velocity, log.time), velocity, np.sign(velocity), np.ones_like(velocity)])
-    size = np.abs(terms).max(axis=0)
-    if not size.all():
-        return False
-    values = np.linalg.lstsq(terms / size, log.force, rcond=None)[0]
-    left = log.force - terms / size @ values
-    return bool(values[:3].min() >= 0.0 and left.var() < (1.0 - RIGID) * log.force.var())
+    terms /= np.maximum(np.abs(terms).max(axis=0), 1e-300)
+    values = np.linalg.lstsq(terms, log.force, rcond=None)[0]
+    left = log.force - terms @ values
+    return bool(terms.any(axis=0).all() and values[:3].min() >= 0.0 and left.var() < (1.0 - RIGID) * log.force.var())
 
 
 def _is_broad_band(log: Log) -> bool:

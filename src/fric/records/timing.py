@@ -28,8 +28,7 @@ WINDOW = 32  # Number of samples in a window for comparison of noise with speed
 ABOVE = 7.0  # Noise by jitter over that of the encoder step above which there is a warning: encoder errors cause less
 SMALL = 1e-3  # Harmless jitter in sampling intervals: the printed digits of a position have the same effect
 SURE = 5.0  # Standard errors above which noise grows with speed
-SHARE, ERRORS = 1.0 / 3.0, 3.0
-"""Least share of the noise that grows with speed under jitter, and its least number of standard errors."""
+SHARE, ERRORS = 1.0 / 3.0, 3.0  # Least share of the noise that grows with speed, and its least standard errors
 COUNTS = 8.0  # Encoder steps per sample above which a double step is visible
 LOST = 3  # Least number of double steps for a warning; one may be a jerk of the drive
 MISSING = 0.05  # Largest share of missing samples in an uneven record that is resampled
@@ -47,25 +46,17 @@ class Timing:
 
 
 def timing(log: Log) -> Timing:
-    """Return the errors of a record's clock from its position.
-
-    log: A record; without a position, or with fewer than 256 samples, no errors are found.
-    """
+    """Return the errors of a record's clock from its position: none without, or with fewer than 256 samples."""
     z, t = log.position, log.time
     if z is None or len(z) < 8 * WINDOW:
         return Timing()
-    steps, dt = np.diff(z), np.diff(t)
-    even = dt < GAP * np.median(dt)
-    step = lattice_step(z) or 0.0
-    lost = _lost(steps[even], step)
-    if lost:
-        return Timing(lost=lost)
-    return _jitter(z, t, step)
+    dt, step = np.diff(t), lattice_step(z) or 0.0
+    lost = _lost(np.diff(z)[dt < GAP * np.median(dt)], step)
+    return Timing(lost=lost) if lost else _jitter(z, t, step)
 
 
 def _lost(steps: Real, encoder: float) -> float:
     """Return the share of steps of double length between two of the usual length."""
-    n = len(steps)
     usual = median_filter(steps, 9, mode="nearest")
     steady = np.abs(usual) > max(COUNTS * encoder, 1e-12 * float(np.abs(steps).max()))
     if steady.sum() < WINDOW:
@@ -77,8 +68,7 @@ def _lost(steps: Real, encoder: float) -> float:
         return 0.0
     ratio = np.where(steady, steps / np.where(steady, usual, 1.0), 1.0)
     double = steady & (np.abs(ratio - np.rint(ratio)) < 0.25) & (np.rint(ratio) >= 2.0)
-    alone = np.zeros(n, dtype=bool)
-    alone[1:-1] = double[1:-1] & (np.abs(ratio[:-2] - 1.0) < 0.35) & (np.abs(ratio[2:] - 1.0) < 0.35)
+    alone = double[1:-1] & (np.abs(ratio[:-2] - 1.0) < 0.35) & (np.abs(ratio[2:] - 1.0) < 0.35)
     odd = steady & (np.abs(ratio - 1.0) > 0.35) & ~double
     if alone.sum() < LOST or odd.sum() > 0.3 * alone.sum():
         return 0.0
@@ -89,9 +79,8 @@ def _jitter(z: Real, t: Real, encoder: float) -> Timing:
     """Return the deviation of the instants, and its effect on the position, by regression of noise on speed²."""
     count = len(z) // WINDOW
     power, higher = (_power(z, order, count) for order in ORDERS)
-    speed = np.abs(z[WINDOW - 1 : count * WINDOW : WINDOW] - z[: count * WINDOW : WINDOW])
-    speed = (speed / (t[WINDOW - 1 : count * WINDOW : WINDOW] - t[: count * WINDOW : WINDOW]))[1:-1]
-    v2 = speed**2
+    moved, lasted = (x[WINDOW - 1 : count * WINDOW : WINDOW] - x[: count * WINDOW : WINDOW] for x in (z, t))
+    v2 = (moved / lasted)[1:-1] ** 2
     wide = np.convolve(np.diff(t) > GAP * np.median(np.diff(t)), np.ones(2 * max(ORDERS) + 1), mode="same") > 0
     gaps = np.append(wide, False)[: count * WINDOW].reshape(count, WINDOW)
     whole = ~np.asarray(np.any(gaps, axis=1))[1:-1]
@@ -103,13 +92,14 @@ def _jitter(z: Real, t: Real, encoder: float) -> Timing:
     tau2 = excess / v2[moving]
     found = float(np.median(tau2))
     error = 1.2533 * robust_deviation(tau2 - found) / np.sqrt(moving.sum())
-    displaced = float(np.sqrt(np.median(v2[moving]) * max(found, 0.0)))
+    speed = float(np.sqrt(np.median(v2[moving])))
+    displaced = speed * max(found, 0.0) ** 0.5
     small = found < (SMALL * float(np.median(np.diff(t)))) ** 2
     # no encoder's noise is many of its steps; where these are not seen, it is noise that does not grow with speed
     unseen = encoder == 0.0 and not _grows(v2, power, whole, floor)
     if small or found < SURE * error or displaced < ABOVE * encoder / np.sqrt(12.0) or unseen:
-        return Timing(speed=float(np.sqrt(np.median(v2[moving]))))
-    return Timing(float(np.sqrt(found)), displaced, speed=float(np.sqrt(np.median(v2[moving]))))
+        return Timing(speed=speed)
+    return Timing(float(np.sqrt(found)), displaced, speed=speed)
 
 
 def _grows(v2: Real, power: Real, whole: Mask, floor: float) -> bool:
@@ -182,12 +172,8 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
     channels: dict[str, Any] = {
         name: CubicSpline(log.time, values)(even) for name, values in log.channels().items() if name != "time"
     }
-    off = float(np.abs(_phase(log.time, period)).max())
-    text = SAMPLING_UNEVEN.found(log.name, missing=missing, samples=intervals + 1, off=off)
-    return replace(log, time=even, **channels), [text]
-
-
-def _phase(time: Real, period: float) -> Real:
-    """Return the difference of each instant from the nearest even instant [samples]."""
-    at = (time - time[0]) / period
-    return np.asarray(at - np.rint(at))
+    at = (log.time - log.time[0]) / period
+    off = float(np.abs(at - np.rint(at)).max())
+    return replace(log, time=even, **channels), [
+        SAMPLING_UNEVEN.found(log.name, missing=missing, samples=intervals + 1, off=off)
+    ]
