@@ -55,6 +55,8 @@ class Notice(str):
         carried: bool = False,
     ) -> Notice:
         """Return the notice."""
+        if severity not in get_args(Severity):
+            raise FricError(f"'{severity}' is no severity", hint=f"There are {', '.join(get_args(Severity))}.")
         made = super().__new__(cls, f"{where}: {says}" if where else says)
         made.code, made.severity, made.values, made.where, made.carried = code, severity, values, where, carried
         return made

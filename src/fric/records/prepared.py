@@ -219,8 +219,8 @@ def prepared(
     if not logs:
         raise FricError("there is no record", hint="Name a log with a force.")
     refuse_several_axes(logs)
-    pairs = zip(logs, filters or [None] * len(logs), strict=True)
-    records = tuple(_prepared(log, plant, drive, conditioning) for log, conditioning in pairs)
+    settings: Sequence[Conditioning | None] = filters or [None] * len(logs)
+    records = tuple(_prepared(log, plant, drive, one) for log, one in zip(logs, settings, strict=True))
     if filters:
         return records
     every = -(-sum(len(record.log) for record in records) // MOST_REPLAYED)

@@ -542,5 +542,7 @@ def _circle(machine: Path, feed: float, run_file: Path, figure: Path) -> None:
     subject = read_machine(machine)
     test = Circle(feed=feed)
     runs = [run_circle(subject, scheme, test) for scheme in choose_schemes("all")]
+    if not runs:
+        raise FricError("there is no scheme to run")
     write_runs(run_file, runs, json.dumps(facts(subject, runs)), most_samples=MOST_SAMPLES, force=True)
     save_figure(polar_figure(runs), figure, force=True)
