@@ -52,6 +52,16 @@ class Columns(Protocol):
         """Return a column."""
 
 
+def _require_least(record: Any, bounds: Mapping[str, float]) -> None:
+    """Raise a `FricError` where a value of a table is below the least that its column allows."""
+    for name, least in bounds.items():
+        values = getattr(record, name)
+        if values is not None and values.min() < least:
+            row, bound = int((values < least).argmax()), f"{least:g} at least" if round(least) == least else "above 0"
+            raise FricError(f"{name} is {values[row]:g} in row {row + 1}, and is {bound}", where=record.where,
+                            hint="Look at the columns: is this the right table? Leave such rows out.")  # fmt: skip
+
+
 class _FromFile:
     name: str
     source: str
@@ -217,6 +227,12 @@ class FrequencyResponse(_FromFile):
         Standard deviation of the magnitude over the magnitude, and of the phase [rad], shape (n,), where it is known.
     name, axis, motion, source, sha256
         As in `Log`.
+
+    Raises
+    ------
+    FricError
+        Where `fric.series.keep` raises, a frequency does not increase from above 0 Hz, a magnitude is not positive, or
+        a coherence is not above 0 and at most 1.
     """
 
     frequency: Real
@@ -232,7 +248,23 @@ class FrequencyResponse(_FromFile):
 
     def __post_init__(self) -> None:
         axis_name(self.axis, self.where)
-        keep(self, RESPONSE_DIMENSIONS, self.where, motion=self.motion)
+        keep(self, RESPONSE_DIMENSIONS, self.where, motion=self.motion, least=3)
+        above = float(np.finfo(float).tiny)
+        _require_least(self, {"frequency": above, "magnitude": above, "coherence": above, "deviation": 0.0})
+        if not (np.diff(self.frequency) > 0).all() or (self.coherence is not None and self.coherence.max() > 1 + 1e-9):
+            raise FricError("the frequencies do not increase, or a coherence is above 1", where=self.where,
+                            hint="Sort the table by frequency, and look at the unit of the coherence.")  # fmt: skip
+
+    def relative_deviation(self, averages: int = 1) -> Real | None:
+        """Return the deviation; where there is none that by the coherence γ², √((1 − γ²)/(2 n γ²)); None without both.
+
+        It is that of the real and of the imaginary part of a response averaged over n records (Bendat and Piersol,
+        Random Data).
+        """
+        if self.deviation is not None or self.coherence is None:
+            return self.deviation
+        coherence = np.clip(self.coherence, 1e-6, 1 - 1e-9)
+        return np.sqrt((1 - coherence) / (2 * averages * coherence))
 
     def __repr__(self) -> str:
         f = self.frequency
@@ -280,12 +312,7 @@ class ForceVelocity(_FromFile):
     def __post_init__(self) -> None:
         axis_name(self.axis, self.where)
         keep(self, FORCE_VELOCITY_DIMENSIONS, self.where, motion=self.motion)
-        for name, least in (("deviation", 0.0), ("error", 0.0), ("n", 1.0)):
-            values = self.columns().get(name, np.full(1, least))
-            if values.min() < least:
-                row = int((values < least).argmax())
-                raise FricError(f"{name} is {values[row]:g} in row {row + 1}, and is {least:g} at least",
-                                where=self.where, hint="Look at the columns: is this the right table?")  # fmt: skip
+        _require_least(self, {"deviation": 0.0, "error": 0.0, "n": 1.0})
 
     def __repr__(self) -> str:
         return f"<ForceVelocity '{self.name}' of the {self.motion} axis {self.axis}: {len(self.velocity)} velocities>"

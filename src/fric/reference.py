@@ -242,15 +242,7 @@ def circle(
         Samples a second [Hz].
     direction
         1 counter-clockwise, -1 clockwise.
-
-    Raises
-    ------
-    FricError
-        When radius, feed or revolutions are not positive.
     """
-    for name, value in (("radius", radius), ("feed", feed), ("number of revolutions", revolutions)):
-        if not value > 0:
-            raise FricError(f"the {name} of the circle is {value:g}", hint="Give a positive value.")
     omega = direction * feed / radius
     ramp = pi / abs(omega)  # a quarter turn: half the feed on average
     t = instants(ramp + revolutions * 2 * pi / abs(omega), sampling, more=1)

@@ -126,7 +126,7 @@ def test_a_run_file_tells_its_machine_and_a_log_does_not(table, tmp_path):
 
 def test_what_is_nothing_to_learn_with_is_refused(table):
     with pytest.raises(FricError, match="rounds"):
-        learn(table, Circle(), 0)
+        fric.learn(table, rounds=0)
     with pytest.raises(FricError, match="learn with"):
         Learning.at(0.1, share=1.5)
 

@@ -1,5 +1,6 @@
 """What a fuzzer found that knows only the documentation: a sentence each, or what can be believed."""
 
+import sys
 import warnings
 from itertools import pairwise
 from pathlib import Path
@@ -12,16 +13,18 @@ import pytest
 from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
+from fric.cli.main import main
 from fric.documents.mapping import MappingDocument
 from fric.errors import FricError
 from fric.figures.style import new_figure, save_figure
+from fric.identify.gms.hunting import _left_over
 from fric.identify.static_map.map_fit import aged
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.io.circle import FEEDFORWARD, read_feedforward
 from fric.io.ingest import ingest
 from fric.io.ingest_circle import StatedCircle, ingest_circles
 from fric.io.readers import matlab, tdms
-from fric.log import Log
+from fric.log import FrequencyResponse, Log
 from fric.records.kicks import _around_reversals
 from fric.records.recognition import force_rises
 from fric.report.collect import ContourTest
@@ -108,3 +111,33 @@ def test_a_matlab_file_that_unpacks_to_what_no_memory_holds(tmp_path: Path, monk
         savemat(tmp_path / "a.mat", {"time": np.zeros(100_000), "position": np.zeros(100_000)}, do_compression=packed)
         with pytest.raises(FricError, match="unpacks to 2 MB"):
             ingest(tmp_path / "a.mat", tmp_path / "a.h5")
+
+
+def test_a_wrong_usage_is_told_without_what_does_not_print(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["fric", "schema", "plant", "a\u202eb\x1b[2J"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 2
+    assert set("\x1b\u202e").isdisjoint(told := capsys.readouterr().err)
+    assert "unexpected extra argument" in told
+
+
+def test_a_record_that_is_simulated_again_and_then_rests_leaves_a_force() -> None:
+    """As a sine on coarse counts whose simulated axis did not reverse."""
+    rest = SimpleNamespace(force=np.full(9, 2.0), fitted=lambda _: np.zeros(9), used=np.ones(9, bool), reversals=[])
+    assert _left_over(cast("Any", None), [cast("Any", rest)]) == 2.0
+
+
+@pytest.mark.parametrize(("column", "row", "value"), [
+    ("frequency", 0, 0.0), ("frequency", 3, 1.0), ("magnitude", 2, -1.0), ("coherence", 1, 0.0), ("coherence", 1, 60.0),
+    ("deviation", 4, -0.1),
+])  # fmt: skip
+def test_a_response_is_held_by_its_type_to_what_every_reader_of_it_bears(column: str, row: int, value: float) -> None:
+    columns = {"frequency": np.arange(1.0, 9.0), "magnitude": np.ones(8), "phase": np.zeros(8)}
+    columns |= {"coherence": np.full(8, 0.9), "deviation": np.full(8, 0.1)}
+    FrequencyResponse(**columns)
+    columns[column][row] = value
+    with pytest.raises(FricError, match=r"row|increase"):
+        FrequencyResponse(**columns)

@@ -256,8 +256,6 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     tests: A circle test, or two of one radius and feed in both directions: these separate mismatch from squareness.
     Raises FricError: When there is no whole revolution, or the tests are not of one circle.
     """
-    if not tests:
-        raise FricError("there is no circle test to diagnose")
     tested = tuple(revolutions(test) for test in tests)
     _require_one_circle(tests)
     radius, both = tests[0].radius, len(tests) > 1

@@ -189,10 +189,8 @@ def learn(
     how: Settings; by default set by the feed.
     observer: Whether the disturbance observer is on, where all axes have one.
     done: Called after each of `circles_to_learn` circles.
-    Raises FricError: When there are no rounds, or the machine cannot run the circle.
+    Raises FricError: When the machine cannot run the circle.
     """
-    if rounds < 1:
-        raise FricError(f"{rounds} rounds are none to learn from", hint="Give 1 or more.")
     how = how or Learning.at(test.feed)
     names = pair(machine, both=True)
     axes = {name: machine.axes[name] for name in names}

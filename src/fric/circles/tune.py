@@ -249,8 +249,6 @@ def tune(
     loop: Whether loops that do not hold their falling friction are redesigned (`fric.design.falling`).
     Raises FricError: When a test lacks a channel, or an axis that the machine has, or there is no nominal GMS model.
     """
-    if not tests:
-        raise FricError("there is no circle to tune with", hint="Record one at 100 and one at 10 mm/s.")
     names = tests[0].names
     for test in tests:
         if test.names != names or test.is_ball_bar:

@@ -7,6 +7,7 @@ import signal
 import sys
 import warnings
 from types import FrameType
+from typing import Any
 
 import typer
 
@@ -14,7 +15,7 @@ import fric
 from fric.cli.command import group
 from fric.cli.commands import COMMANDS
 from fric.cli.console import ERR, prepare_streams
-from fric.errors import FricError, printable
+from fric.errors import FricError, clean, printable
 
 app = group(
     "fric",
@@ -77,7 +78,11 @@ def main() -> None:
         signal.signal(number, _interrupt)
     try:
         try:
-            app()
+            sys.exit(app(standalone_mode=False))
+        except _UsageError as error:  # which tells the words of the line as they are
+            error.message = clean(error.message)
+            error.show()
+            sys.exit(error.exit_code)
         finally:
             sys.stdout.flush()
             gc.freeze()  # the process ends: no garbage is looked for once more
@@ -96,6 +101,7 @@ def main() -> None:
         _fail("interrupted\nOutputs that were not finished are not there.", 128 + _STRUCK[-1])
 
 
+_UsageError: Any = typer.BadParameter.__base__
 _NAMES = (errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES, errno.EPERM)
 _FULL = (errno.ENOSPC, errno.EPIPE, errno.EIO, errno.EDQUOT)
 

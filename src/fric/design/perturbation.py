@@ -103,9 +103,6 @@ def measured_perturbation(
 ) -> Perturbation:
     """Return Delta from a measured response.
 
-    Where the response has no deviation, it follows from the coherence γ²: the relative deviation of the real and of
-    the imaginary part of a response averaged over n records is √((1 − γ²)/(2 n γ²)) (Bendat and Piersol, Random Data).
-
     response: The measured response Z/U, hold of the controller's output included.
     plant: Eq. (1) as it was fitted; its A and B are those of G_n.
     averages: Records that the coherence was averaged over.
@@ -113,27 +110,13 @@ def measured_perturbation(
         images in it; None for a response in continuous time.
     lowest: Lowest frequency at which the response shows the plant [Hz]: lines below it, and those below the first
         reliable line, are left out.
-    Raises FricError: When a frequency is not positive, or a coherence not between 0 and 1.
     """
-    f = np.asarray(response.frequency, float)
-    if f.size == 0 or f[0] <= 0:
-        raise FricError("a frequency is not positive", where=response.where, hint="Leave the row of 0 Hz out.")
+    f = response.frequency
     G_m = response.magnitude * np.exp(1j * response.phase)
     s = 2j * np.pi * f
     G_n = plant.B / (s * (s + plant.A))
-    deviation = response.deviation
-    if deviation is None:
-        deviation = np.zeros(f.size)
-        if response.coherence is not None:
-            coherence = np.asarray(response.coherence, float)
-            if not np.all((coherence > 0) & (coherence <= 1)):
-                raise FricError(
-                    "a coherence is not above 0 and at most 1",
-                    where=response.where,
-                    hint="Leave these frequencies out.",
-                )
-            deviation = np.sqrt((1 - coherence) / (2 * averages * coherence))
-    radius = CIRCLE_95 * deviation * np.abs(G_m / G_n)
+    deviation = response.relative_deviation(averages)
+    radius = CIRCLE_95 * (np.zeros(f.size) if deviation is None else deviation) * np.abs(G_m / G_n)
     sure = np.flatnonzero((radius < SURE) & (f >= lowest * (1 - 1e-9)))
     if sure.size:  # below the first reliable line, where friction hides the response, it does not show the plant
         f, G_m, G_n, radius = (values[sure[0] :] for values in (f, G_m, G_n, radius))

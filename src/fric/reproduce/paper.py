@@ -22,7 +22,6 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import AxisPart, MachineDocument, read_machine, read_machine_document
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document, write_document
-from fric.errors import FricError
 from fric.estimate import Estimate, in_digits
 from fric.figures.circle import polar_figure
 from fric.figures.style import save_figure
@@ -542,7 +541,5 @@ def _circle(machine: Path, feed: float, run_file: Path, figure: Path) -> None:
     subject = read_machine(machine)
     test = Circle(feed=feed)
     runs = [run_circle(subject, scheme, test) for scheme in choose_schemes("all")]
-    if not runs:
-        raise FricError("there is no scheme to run")
     write_runs(run_file, runs, json.dumps(facts(subject, runs)), most_samples=MOST_SAMPLES, force=True)
     save_figure(polar_figure(runs), figure, force=True)

@@ -108,13 +108,10 @@ def outcomes(study: Callable[[int], T], machines: int, *, workers: int | None = 
     machines: How many.
     workers: Processes, 1 for this process alone. Where not given, one a core; this process alone for few machines,
         which it runs before others have started.
-    Raises FricError: When there are no machines or workers, or a process was killed.
+    Raises FricError: When a process was killed.
     """
     if workers is None:
         workers = min(default_workers(), machines // MACHINES_BY_START) or 1
-    for what, number in (("machines", machines), ("workers", workers)):
-        if number < 1:
-            raise FricError(f"{number} {what} are none to work with", hint="Give 1 or more.")
     if (workers := min(workers, machines)) == 1:
         yield map(study, range(machines))
         return
@@ -160,8 +157,6 @@ def cluster_outcomes(
         raise FricError(
             "a Dask cluster needs distributed, which is not installed", hint="pip install 'fric[dask]'"
         ) from None
-    if machines < 1:
-        raise FricError(f"{machines} machines are none to work with", hint="Give 1 or more.")
     try:
         client: Any = distributed.Client(address, timeout=timeout, set_as_default=False)
     except (OSError, ValueError) as error:

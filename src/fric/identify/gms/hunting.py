@@ -108,12 +108,13 @@ class Hunting:
         """
         model = as_filed(search.coordinates.build(x))
         plant = as_filed(self.plant or usual_plant(float(np.sum(search.coordinates.values(x)["gms"]["k"]))))
-        again = [self._made_again(record, model, plant, lags, rng) for record in search.records if _counts(record)]
+        hunting = [record for record in search.records if _counts(record)]
+        again = [self._made_again(record, model, plant, lags, rng) for record in hunting]
         rest = [record for record in search.records if not _counts(record)]
         made = Search(search.coordinates, [*again, *rest]).weighed(x)
         residual, gradient = made.residual(x), made.gradient(x) @ seen
         of_again = sum(int(record.used.sum()) for record in again)
-        whole = sum(int(record.used.sum()) for record in search.records if _counts(record))
+        whole = sum(int(record.used.sum()) for record in hunting)
         residual[of_again:] = 0.0  # the weight of the other records is kept
         gradient[of_again:] *= np.sqrt(of_again / whole)
         step = -np.linalg.lstsq(gradient, residual, rcond=None)[0]
@@ -122,7 +123,7 @@ class Hunting:
         covariance = replay_covariance(gradient, residual, made.records, quantile, most=1.0)
         distance = float(step @ np.linalg.pinv(covariance, hermitian=True) @ step)
         sure = max(1.0 - len(step) / distance, 0.0) if distance > 0.0 else 0.0
-        left = [_left_over(model, records) for records in (search.records, again)]
+        left = [_left_over(model, records) for records in (hunting, again)]
         hunts = left[0] / max(left[1], 1e-300)
         return np.asarray(sure * (min(hunts, 1.0) if self.plant else hunts) * step)
 
@@ -156,6 +157,6 @@ def _counts(record: Prepared) -> bool:
 
 
 def _left_over(model: FrictionModel, records: Sequence[Prepared]) -> float:
-    """Return the residual force of records that hunt, root mean square [N]."""
-    rest = [(record.force - record.fitted(model))[record.used] for record in records if _counts(record)]
+    """Return the residual force of records, root mean square [N]."""
+    rest = [(record.force - record.fitted(model))[record.used] for record in records]
     return float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))

@@ -105,18 +105,8 @@ def measure_response(
 
 
 def _table(record: FrequencyResponse) -> MeasuredResponse:
-    if record.frequency.size < 3 or not np.all(np.diff(record.frequency) > 0) or record.frequency[0] <= 0:
-        raise FricError(
-            "a response needs three frequencies or more, increasing from above 0 Hz", where=record.where,
-            hint="Sort the table and leave the row of 0 Hz out.",
-        )  # fmt: skip
-    if not np.all(record.magnitude > 0):
-        raise FricError("a magnitude is not positive", where=record.where, hint="Leave these frequencies out.")
-    deviation, warnings = record.deviation, list[Notice]()
-    if deviation is None and record.coherence is not None:
-        coherence = np.clip(record.coherence, 1e-6, 1 - 1e-9)
-        deviation = np.sqrt((1 - coherence) / (2 * coherence))
-    elif deviation is None:
+    deviation, warnings = record.relative_deviation(), list[Notice]()
+    if deviation is None:
         deviation = np.full(record.frequency.size, 1.0)
         warnings = [NO_COHERENCE.found()]
     table = replace(record, phase=np.unwrap(record.phase), deviation=deviation)

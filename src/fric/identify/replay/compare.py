@@ -67,12 +67,7 @@ def split_by_cycles(records: Sequence[Prepared], cycles: int) -> tuple[Split, ..
 
 
 def split_by_folds(records: Sequence[Prepared], folds: int) -> tuple[Split, ...]:
-    """Return ``parts`` splits: each record is cut into as many parts, and each part is scored by a fit to the others.
-
-    Raises FricError: When there are fewer than two folds.
-    """
-    if folds < 2:
-        raise FricError(f"{folds} fold leaves nothing to score", hint="Ask for two or more.")
+    """Return ``folds`` splits: each record is cut into as many parts, each of which a fit to the others scores."""
     part = [(np.cumsum(record.used) - 1) * folds // max(int(record.used.sum()), 1) for record in records]
     return tuple(
         Split(
