@@ -15,7 +15,6 @@ from time import perf_counter, process_time
 from typing import Any
 
 import fric
-from fric.cli.special import run_here
 from tests.automatic.fleet_rig import make_fleet
 
 MACHINES = int(os.environ.get("FRIC_FLEET", "100"))
@@ -40,13 +39,13 @@ def run() -> Iterator[tuple[str, str, str]]:
         logs = Path(folder) / "logs"
         make_fleet(logs, MACHINES, DRIFTED)
         begin, cpu = perf_counter(), process_time()
-        alone = fric.auto(logs, output=Path(folder) / "alone", workers=1, run=run_here)
+        alone = fric.auto(logs, output=Path(folder) / "alone", workers=1)
         clock, cpu = perf_counter() - begin, process_time() - cpu
         cluster = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
         with cluster, distributed.Client(cluster) as client:
             before = client.run(process_time)
             begin = perf_counter()
-            shared = fric.auto(logs, output=Path(folder) / "shared", scheduler=cluster.scheduler_address, run=run_here)
+            shared = fric.auto(logs, output=Path(folder) / "shared", scheduler=cluster.scheduler_address)
             clock_shared = perf_counter() - begin
             spent = {worker: now - before[worker] for worker, now in client.run(process_time).items()}
         truth = {f"machine-{n:03d}" for n in DRIFTED}

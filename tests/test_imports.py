@@ -5,9 +5,13 @@ from __future__ import annotations
 import re
 from collections import Counter
 from graphlib import CycleError, TopologicalSorter
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 
 import grimp
+
+import benchmarks
 
 ROOT = Path(__file__).parents[1]
 
@@ -53,3 +57,9 @@ def test_contributing_names_every_room() -> None:
         path.stem for path in (ROOT / "src/fric").iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()
     }
     assert rooms == there - {"__init__", "__main__"}
+
+
+def test_every_benchmark_finds_what_it_imports() -> None:
+    """Type checks and other tests do not reach them: one imported a name that had moved for weeks."""
+    for module in iter_modules(benchmarks.__path__, "benchmarks."):
+        import_module(module.name)
