@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fric import FricError
-from fric.identify.gms.knots import BARE, Blocks, blocks_from_knots, choose_blocks, fit_blocks
+from fric.identify.gms.knots import STRONG, Blocks, blocks_from_knots, choose_blocks, fit_blocks
 from fric.identify.gms.virgin_curve import VirginCurve
 from tests.identify.presliding import APART, TABLE_1
 
@@ -84,7 +84,7 @@ def test_a_block_is_taken_where_it_explains_more_than_its_two_parameters_cost(wo
     true = Blocks(np.array([66e6, 4e6, 0.4e6]), np.array([1e-6, 20e-6, 50e-6]))
     curve = exact(true, 150e-6)
     missed = np.sum((curve.force - fit_blocks(curve, 2)(curve.displacement)) ** 2)
-    cost = 2 * np.log(len(curve.force)) + BARE
+    cost = 2 * np.log(len(curve.force)) + STRONG
     scatter = np.sqrt(missed / (worth * cost))
     assert scatter > 10 * 0.005 * curve.level  # far above how well friction repeats
     noisy = replace(curve, band=np.full(len(curve.force), 2 * scatter))

@@ -21,8 +21,9 @@ MOST_BLOCKS = 6
 """Largest number of blocks that the information criterion may choose by default."""
 REPEATABLE = 0.005
 """Friction repeats along a drive to half a per cent at best: a block must change the curve by more than that."""
-BARE = 2.0
-"""Difference of Schwarz's criterion that is "not worth more than a bare mention" (Kass, Raftery, JASA 90, 1995)."""
+STRONG = 6.0
+"""Difference of Schwarz's criterion below which evidence for a block is not strong (Kass, Raftery, JASA 90, 1995): runs
+whose B differs by 1e-13 scatter by 2.5."""
 LEAST_SHARE = 1e-5
 """Least share of a block in the friction, a few steps of a 16-bit force channel."""
 
@@ -118,7 +119,7 @@ class Choice:
 
     candidates: tuple[Blocks, ...]  # The fit with 1, 2, … blocks
     rms: tuple[float, ...]  # Misfit of each [N]
-    # Schwarz's criterion of each: the fewest blocks are chosen whose criterion is the least, to `BARE`
+    # Schwarz's criterion of each: the fewest blocks are chosen whose criterion is the least, to `STRONG`
     criterion: tuple[float, ...]
     spread: float  # Median spread that a point of the curve is given [N]
     unit: str = "N"  # Unit of the force, for messages
@@ -126,7 +127,7 @@ class Choice:
     @property
     def chosen(self) -> int:
         """Index of the chosen fit."""
-        return simplest(self.criterion, BARE)
+        return simplest(self.criterion, STRONG)
 
     @property
     def blocks(self) -> Blocks:
