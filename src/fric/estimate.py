@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
-from math import floor, isinf, log10
+from math import exp, floor, isinf, log10
 from typing import Any, Literal, Self, TypeVar
 
 from fric.units import prefixed, significant
 
-STAYS = {"leaves": False}
-"""Metadata of a dataclass's field that documents leave out."""
+STAYS = {"leaves": False}  # Metadata of a dataclass's field that documents leave out
 
 Value = float | tuple[float, ...]
 Interval = tuple[float, float]
@@ -49,6 +48,12 @@ class Estimate:
     def around(cls, value: float, unit: str, half_width: float, *, source: str = "") -> Estimate:
         """Return a value with a 95 % interval of the same half-width to either side."""
         return cls(value, unit, (value - half_width, value + half_width), source=source)
+
+    @classmethod
+    def around_log(cls, value: float, unit: str, half_width: float) -> Estimate:
+        """Return a positive value with a 95 % interval that is symmetric in its logarithm."""
+        factor = exp(min(half_width, 700.0))
+        return cls(value, unit, (value / factor, value * factor))
 
     @property
     def half_width(self) -> float:
@@ -174,8 +179,7 @@ def note_of(entry: Mapping[str, Any]) -> str:
     return ", ".join(flag for flag in ("fixed", "assumed") if entry.get(flag))
 
 
-DIGITS = 8
-"""Largest number of digits of a value."""
+DIGITS = 8  # Largest number of digits of a value
 
 
 def _size(value: float, interval: Any) -> float:

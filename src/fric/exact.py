@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from fric.arrays import Real
 from fric.kernels.elementary import cos, exp, log, sin
 
-Matrix = list[list[float]]
-"""A matrix by its rows."""
+Matrix = list[list[float]]  # A matrix by its rows
 
 
 def each(function: Callable[[float], float], x: NDArray[np.floating[Any]]) -> Real:

@@ -23,7 +23,7 @@ from fric.control.scheme import Scheme
 from fric.design.blocks import design_block
 from fric.design.loop import SampledLoop
 from fric.documents.machine_files import read_machine
-from fric.drive.sampled import SampledPlant
+from fric.drive.plant import SampledPlant
 from fric.friction.gms import GMS
 from fric.simulate.axis import setting_of
 from fric.simulate.circle import Circle, run_circle

@@ -11,8 +11,7 @@ from fric.control.inverse_model import DifferenceEquation, DisturbanceObserver
 from fric.control.q_filter import Q_FILTERS, QFilter
 from fric.design.loop import SampledLoop
 from fric.design.margins import margins
-from fric.drive.plant import LinearPlant
-from fric.drive.sampled import SampledPlant
+from fric.drive.plant import LinearPlant, SampledPlant
 from tests.design.plants import CASCADE_X, CASCADE_Y, X, Y
 
 AXES = pytest.mark.parametrize(("plant", "cascade"), [(X, CASCADE_X), (Y, CASCADE_Y)], ids=["x", "y"])

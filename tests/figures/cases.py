@@ -359,10 +359,10 @@ def gms() -> Case:
     panels = []
     loops = sorted(fit.hysteresis, key=lambda one: one.amplitude)
     for axes, one in zip(figure.axes, loops, strict=False):
-        z = one.motion.position * 1e6
+        z = one.record.motion.position * 1e6
         middle = 0.5 * (z.max() + z.min())
         z = z - middle * (abs(middle) > 2e6 * one.amplitude)
-        panels.append(Panel(axes, [part(z, one.force)], several=True))
+        panels.append(Panel(axes, [part(z, one.record.force)], several=True))
     knots = np.sort(fit.model.slip_displacements) * float(fit.alpha_sum)
 
     def virgin(x: Any) -> Any:
@@ -376,8 +376,9 @@ def gms() -> Case:
         limits = ((lambda _, y=force - band: y), (lambda _, y=force + band: y))
         panels.append(Panel(axes, [curve(z[seen], force), function(virgin), curve(at, virgin(at))], [limits]))
     for axes, record in zip(figure.axes[len(loops) + 2 :], fit.records, strict=True):
-        rest = np.where(record.used | record.held_out, record.measured - record.replayed, np.nan)
-        panels.append(Panel(axes, [curve(record.time, y) for y in (record.measured, record.replayed, rest)]))
+        time, measured = record.record.motion.time, record.record.force
+        rest = np.where(record.record.used | record.held_out, measured - record.replayed, np.nan)
+        panels.append(Panel(axes, [curve(time, y) for y in (measured, record.replayed, rest)]))
     return figure, panels
 
 

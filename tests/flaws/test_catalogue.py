@@ -26,11 +26,11 @@ from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.response import FALSE, RESPONSE_MISFIT, UNSURE
 from fric.flaws.static_map import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.flaws.unit import BOUNDS, UNUSUAL
-from fric.identify.gms import notices as gms
+from fric.identify.gms import fit as gms
 from fric.identify.plant import force_constant, rigid_body
 from fric.identify.plant.frequency_response import measure_response
 from fric.identify.plant.identify import described
-from fric.identify.replay import replay_intervals
+from fric.identify.replay.replay_intervals import Solved
 from fric.identify.static_map.identify import identify_static
 from fric.identify.static_map.points import RISES, table_points
 from fric.identify.static_map.strokes import Asked, Strokes
@@ -155,7 +155,7 @@ def hysteresis(**more: object) -> list[Notice]:
         "mismatch": 0.0, "hollow": 0.0, "cycles": 5, "saturates": True, "plant": True, "gap": 50.0,
         "loaded": False,
     } | more  # fmt: skip
-    record = N(name="a", done=N(inertia_share=given["share"]))
+    record = N(name="a", motion=N(step=1e-6), done=N(inertia_share=given["share"]))
 
     class Rate(float):
         assumed = given["assumed"]
@@ -168,7 +168,7 @@ def hysteresis(**more: object) -> list[Notice]:
     fit = N(
         motion="linear", static_given=given["static_given"], static=N(F_s=100.0), curve=curve, asked=given["asked"],
         blocks=[N(), N()], reason="the data show two.",
-        hysteresis=[N(name="a", motion=N(step=1e-6), record=record, loaded=given["loaded"])],
+        hysteresis=[N(record=record, loaded=given["loaded"])],
         model=N(slip_displacements=np.array([given["first"] * 4e-6, 1.0])), C=Rate(1e4), refined=True,
         alpha_sum=Estimate(given["level"], "1"), records=[],
     )  # fmt: skip
@@ -228,7 +228,7 @@ def near_an_end(size: float, scale: str, seen: bool = True) -> list[Notice]:
     parameter = N(label="sigma", lower=0.0, upper=1.0, scale=scale, block=None, parameter=N(lower=0.0, at_least=None))
     coordinates = N(free=[parameter], lower=np.zeros(1), upper=np.ones(1))
     x = near if scale == "linear" else 1.0 - near if seen else 0.5
-    return list(replay_intervals.edges(coordinates, np.array([x]), np.array([seen]), np.zeros((1, 1))))
+    return list(Solved(coordinates, np.array([x]), np.array([seen]), np.zeros((1, 1)), 2.0).edges())
 
 
 def shaped(size: float) -> list[Notice]:

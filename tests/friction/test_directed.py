@@ -82,7 +82,7 @@ def test_identify_gms_finds_the_blocks_behind_two_maps():
     two, one = Directed(fit.model, BACK), replace(fit.model, static=mean_map(PAPER, BACK))
     two = replace(two, model=replace(fit.model, static=PAPER))
     offsets = [
-        [r.record.record_part(r.measured - r.record.replay(model))[0] for r in fit.records] for model in (two, one)
+        [r.record.record_part(r.record.force - r.record.replay(model))[0] for r in fit.records] for model in (two, one)
     ]
     assert offsets[0] == pytest.approx([12.0, 12.0], abs=0.3)
     assert offsets[1][1] == pytest.approx(12.0 - 16.5, abs=1.5)

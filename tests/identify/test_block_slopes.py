@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from fric.friction.gms import GMS
-from fric.identify.replay.coordinates import Coordinates, coordinates_of, search_ranges
-from fric.identify.replay.replay_search import Search, block_slopes
+from fric.identify.replay.replay_search import Coordinates, Search, block_slopes, coordinates_of, search_ranges
 from fric.records.prepared import prepared
 from tests.identify.presliding import PAPER, TABLE_1, record
 

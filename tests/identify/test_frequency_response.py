@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from scipy.signal import chirp, lfilter
 
-from fric.drive.sampled import SampledPlant
+from fric.drive.plant import SampledPlant
 from fric.errors import FricError
-from fric.identify.plant.frequency_response import measure_response
-from fric.identify.plant.spectra import find_period
+from fric.identify.plant.frequency_response import find_period, measure_response
 from fric.log import FrequencyResponse, Log
 from tests.identify.excited_axis import RATE, X, excite, multisine, shaken
 

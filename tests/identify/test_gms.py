@@ -135,7 +135,7 @@ def test_cycles_held_out_are_replayed():
     fit = identify_gms(pair(cycles=7), static=PAPER, cycles=(1, 3), blocks=4)
     for one in fit.records:
         assert one.held_out.any()
-        assert not (one.held_out & one.used).any()
+        assert not (one.held_out & one.record.used).any()
         assert one.rmse_held_out == pytest.approx(1.0, rel=0.15)
 
 

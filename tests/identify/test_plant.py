@@ -12,7 +12,7 @@ from fric.documents.machine_files import read_machine
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.identify.plant.identify import identify_plant
-from fric.identify.plant.response_fit import PlantFit, modelled
+from fric.identify.plant.response_fit import PlantFit
 from fric.log import FrequencyResponse, Log
 from fric.reference import Reference
 from fric.reference import multisine as reference_multisine
@@ -75,7 +75,7 @@ def test_the_hold_is_more_than_its_delay() -> None:
     images = f[:, None] + RATE * np.arange(-4000, 4001)
     s = 2j * np.pi * images
     held = (1 - np.exp(-s * T_s)) / (s * T_s) * replace(X, T_d=X.transport_delay(RATE)).response(images)
-    np.testing.assert_allclose(modelled(X, f, RATE), held.sum(axis=1), rtol=1e-6)
+    np.testing.assert_allclose(X.response(f, RATE), held.sum(axis=1), rtol=1e-6)
     log = shaken(X, seed=1, position_noise=0.0, voltage_noise=0.0, resolution=0.0)
     held, plain = identify_plant([log]), identify_plant([log], continuous=True)
     assert plain.hold is None

@@ -14,9 +14,8 @@ from fric.documents.machine_files import read_machine
 from fric.drive.plant import LinearPlant
 from fric.drive.resonance import Encoder, Resonance
 from fric.errors import FricError
-from fric.identify.plant.frequency_response import measure_response
+from fric.identify.plant.frequency_response import find_period, measure_response
 from fric.identify.plant.identify import identify_plant
-from fric.identify.plant.spectra import find_period
 from fric.io.hdf5 import read_logs
 from fric.log import FrequencyResponse
 from fric.notice import Notice

@@ -14,8 +14,8 @@ from fric.documents.machine_files import read_machine
 from fric.documents.yaml import write_document
 from fric.identify.gms.hunting import Hunting
 from fric.identify.gms.virgin_curve import find_cycles
-from fric.identify.replay.coordinates import search_ranges
 from fric.identify.replay.replay_fit import replay_information
+from fric.identify.replay.replay_search import search_ranges
 from fric.planning.choose import choose, prior_axis
 from fric.planning.expected import identified
 from fric.planning.next_record import by_what_they_leave

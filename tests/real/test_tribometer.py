@@ -26,13 +26,13 @@ def test_five_loops_foretell_the_rest(tmp_path):
     fit = identify_gms(read_logs(tmp_path / "log.h5"), blocks=4, cycles=(1, 5))
     (record,) = fit.records
     assert 2.0 < fit.static.F_s < 2.6
-    assert record.held_out.sum() > 0.5 * len(record.time)
+    assert record.held_out.sum() > 0.5 * len(record.record.force)
     assert record.rmse_held_out < 0.16
     curve = fit.curve
     assert len(fit.blocks) == 4
     assert np.sqrt(np.mean((curve.force - fit.blocks(curve.displacement)) ** 2)) < 0.022
     assert fit.curve_rmse < 0.022
     # the replay must be worth its parameters: a plain Coulomb level is ten times worse
-    level = np.where(np.gradient(record.position, record.time) >= 0, 1, -1) * fit.static.F_s
+    level = np.where(np.gradient(record.record.motion.position, record.record.motion.time) >= 0, 1, -1) * fit.static.F_s
     held = record.held_out
-    assert np.std((record.measured - level)[held]) > 5 * record.rmse_held_out
+    assert np.std((record.record.force - level)[held]) > 5 * record.rmse_held_out

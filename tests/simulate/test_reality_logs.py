@@ -8,8 +8,7 @@ import pytest
 from scipy.signal import freqz
 
 from fric.documents.machine_files import read_machine
-from fric.drive.plant import LinearPlant
-from fric.drive.sampled import SampledPlant
+from fric.drive.plant import LinearPlant, SampledPlant
 from fric.drive.sensing import Encoder, low_pass_pole
 from fric.errors import FricError
 from fric.log import Log

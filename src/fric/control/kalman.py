@@ -4,7 +4,7 @@
 
     x = [z, ż, d],   z̈ = B·(u_t(t - T_d) + d) - A·ż,   d[n+1] = d[n] + w[n],   measured = z + e
 
-with the plant sampled exactly, the delay of the voltage included (`fric.drive.sampled`). The gains are those of the
+with the plant sampled exactly, the delay of the voltage included (`fric.drive.plant`). The gains are those of the
 steady state (discrete algebraic Riccati equation). With white w and e, and A small beside the cutoff, the filter's
 poles are those of a third-order Butterworth filter of angular frequency ``ω = (B·sqrt(q/r))^(1/3)``, q and r the
 intensities of w and e: so the cutoff determines q/r, and is the design parameter. Lampaert, Swevers, Al-Bender,
@@ -19,7 +19,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
-from fric.drive.sampled import SampledPlant
+from fric.drive.plant import SampledPlant
 from fric.exact import riccati
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block

@@ -24,8 +24,7 @@ from fric.arrays import Complex, Real
 from fric.control.base import ControlBlock, Setting
 from fric.control.cascade import Cascade
 from fric.control.probe import Probed, impulses, probed
-from fric.drive.plant import LinearPlant
-from fric.drive.sampled import SampledPlant
+from fric.drive.plant import LinearPlant, SampledPlant
 from fric.reference import Reference
 
 LAST_VOLTAGE = ("input", "control")

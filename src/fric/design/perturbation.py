@@ -11,7 +11,6 @@ import numpy as np
 from fric.arrays import Complex, Real
 from fric.control.q_filter import QFilter
 from fric.drive.plant import LinearPlant
-from fric.drive.sampled import SampledPlant
 from fric.errors import FricError
 from fric.log import FrequencyResponse
 
@@ -120,7 +119,7 @@ def measured_perturbation(
     sure = np.flatnonzero((radius < SURE) & (f >= lowest * (1 - 1e-9)))
     if sure.size:  # below the first reliable line, where friction hides the response, it does not show the plant
         f, G_m, G_n, radius = (values[sure[0] :] for values in (f, G_m, G_n, radius))
-    expected = plant.response(f) if sampling is None else SampledPlant.of(plant, sampling).response(f, sampling)
+    expected = plant.response(f, sampling)
     return Perturbation(f, G_m / G_n - 1.0, radius, G_m / expected, measured=True)
 
 

@@ -1,5 +1,7 @@
 """The plant of one axis, eq. (1) of the paper."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, fields
 from math import isfinite
 
@@ -11,8 +13,7 @@ from fric.kernels.elementary import exp, expm1
 from fric.series import GAIN
 from fric.verb import require_numbers
 
-MOST_SAMPLES = 10_000
-"""Samples that a delay is at most."""
+MOST_SAMPLES = 10_000  # Samples that a delay is at most
 
 
 def hold_delay(sampling: float) -> float:
@@ -47,7 +48,8 @@ class LinearPlant:
         require_numbers(self, (field.name for field in fields(self)))
         for field in fields(self):
             value = getattr(self, field.name)
-            if not (value > 0 or (field.name in {"A", "T_d"} and value == 0) or _signed(field.name, value)):
+            signed = field.name == "force_lag" and isfinite(value)
+            if not (value > 0 or (field.name in {"A", "T_d"} and value == 0) or signed):
                 raise FricError(f"{field.name} of the plant is {value:g}", hint=f"{field.name} is a positive number.")
             if not abs(value) <= GAIN:
                 raise FricError(f"{field.name} of the plant is {value:g}, which no drive has", hint="Look at its unit.")
@@ -73,8 +75,14 @@ class LinearPlant:
             )
         return max(delay, 0.0)
 
-    def response(self, frequency: Real) -> Complex:
-        """Return Z/U [m/V] at the frequencies [Hz], shape (n,)."""
+    def response(self, frequency: Real, hold: float | None = None) -> Complex:
+        """Return Z/U [m/V] at frequencies [Hz], shape (n,); with a hold [Hz], from sample to sample behind it, exactly.
+
+        The hold's half sample is in T_d, and only the rest of it is transport; the other effects of hold and sampling
+        (2.6 % of magnitude at an eighth of the sampling rate) are in the response.
+        """
+        if hold is not None:
+            return SampledPlant.of(self, hold).response(frequency, hold)
         s = 2j * np.pi * np.asarray(frequency, float)
         return np.asarray(self.B * np.exp(-s * self.T_d) / (s * (s + self.A)))
 
@@ -85,18 +93,12 @@ class LinearPlant:
         """
         x = self.A * T
         if x < 1e-3:  # the closed forms cancel; the next term of the series is below 1e-13
-            once, twice = (
-                T * (1 - x / 2 * (1 - x / 3 * (1 - x / 4))),
-                T * T / 2 * (1 - x / 3 * (1 - x / 4 * (1 - x / 5))),
-            )
+            once = T * (1 - x / 2 * (1 - x / 3 * (1 - x / 4)))
+            twice = T * T / 2 * (1 - x / 3 * (1 - x / 4 * (1 - x / 5)))
         else:
             once = -expm1(-x) / self.A
             twice = (T - once) / self.A
         return np.array([[1.0, once], [0.0, exp(-x)]]), self.B * np.array([twice, once])
-
-
-def _signed(name: str, value: float) -> bool:
-    return name == "force_lag" and isfinite(value)
 
 
 @dataclass(frozen=True)
@@ -125,3 +127,34 @@ class Plant(LinearPlant):
     def damping(self) -> float:
         """Linear damping ``M·A`` [N·s/m]: part of a force logged at constant velocity besides friction."""
         return self.M * self.A
+
+
+@dataclass(frozen=True)
+class SampledPlant:
+    """Eq. (1) behind a zero-order hold, sampled: x[n+1] = Phi x[n] + late·u[n−whole−1] + early·u[n−whole]."""
+
+    Phi: Real  # State matrix of [position, velocity], shape (2, 2)
+    late: Real  # late, early: the effect of the older and of the newer of two inputs on a sample, each of shape (2,)
+    early: Real
+    whole: int  # Whole samples of transport delay
+
+    @classmethod
+    def of(cls, plant: LinearPlant, sampling: float) -> SampledPlant:
+        """Return the plant sampled at a rate [Hz]; raise `FricError` where T_d is shorter than half a sample."""
+        T_s = 1.0 / sampling
+        delay = plant.transport_delay(sampling)
+        whole = int(delay / T_s + 1e-9)
+        share = max(delay - whole * T_s, 0.0)
+        Phi, _ = plant.held(T_s)
+        Phi_early, early = plant.held(T_s - share)
+        _, late = plant.held(share)
+        moved = Phi_early[:, 0] * late[0] + Phi_early[:, 1] * late[1]  # sums in this order, on every processor
+        return cls(Phi, moved, early, whole)
+
+    def response(self, frequency: Real, sampling: float) -> Complex:
+        """Return Z/U from sample to sample [m/V], shape (n,), at frequencies [Hz], shape (n,)."""
+        step = np.expm1(2j * np.pi * np.asarray(frequency, float) / sampling)  # z − 1, exact at low frequencies
+        z = 1.0 + step
+        position, velocity = (self.early[i] + self.late[i] / z for i in (0, 1))
+        kept = 1.0 - self.Phi[1, 1]
+        return np.asarray(z**-self.whole * (position + self.Phi[0, 1] * velocity / (step + kept)) / step)

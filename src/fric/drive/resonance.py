@@ -7,7 +7,6 @@ import numpy as np
 
 from fric.arrays import Complex, Real
 from fric.drive.plant import LinearPlant
-from fric.drive.sampled import SampledPlant
 from fric.errors import FricError
 
 Encoder = Literal["motor", "table"]
@@ -67,4 +66,4 @@ class Resonance:
             return plant.response(frequency) * factor
         far = 1 / (1 - self.ratio) if self.encoder == "motor" else 0.0
         base = np.sinc(np.asarray(frequency) / hold) * plant.response(frequency)
-        return far * SampledPlant.of(plant, hold).response(frequency, hold) + (factor - far) * base
+        return far * plant.response(frequency, hold) + (factor - far) * base

@@ -45,7 +45,7 @@ def values_of(part: ExportedPart, number: Callable[[float], str]) -> dict[str, A
         "title": what if part.role == "compensation" else f"Axis {part.axis} with its friction",
         "equations": EQUATIONS[part.role],
         "first_line": plain_text(type(model)).partition(". ")[0].rstrip("."),
-        "packed": plain_text(model.packed).removeprefix("Return ").rstrip("."),
+        "packed": model.layout.replace("…", "..."),
         "unit": unit,
         "force_unit": force_unit,
         "states": max(part.initial_state.size, 1),

@@ -60,22 +60,24 @@ def draw_gms(fit: GMSFit) -> Figure:
 def _cycle(axes: Axes, fit: GMSFit, hysteresis: HysteresisCycles, force: Scale) -> None:
     """Draw one record, with what is selected of it in colour."""
     length = prefixed(hysteresis.amplitude, si_unit("position", fit.motion))
-    middle = 0.5 * (hysteresis.motion.position.max() + hysteresis.motion.position.min())
+    record = hysteresis.record
+    position = record.motion.position
+    middle = 0.5 * (position.max() + position.min())
     far = abs(middle) > 2.0 * hysteresis.amplitude
-    z, F = (hysteresis.motion.position - middle * far) * length[0], hysteresis.force * force[0]
+    z, F = (position - middle * far) * length[0], record.force * force[0]
     axes.plot(z, F, color=GREY, lw=0.6, label="record")
     ends = dict(fit.curve.record)
-    start = max((end for end in ends.values() if end < 0.95 * ends.get(hysteresis.name, np.inf)), default=0.0)
+    start = max((end for end in ends.values() if end < 0.95 * ends.get(record.name, np.inf)), default=0.0)
     label: str | None = "selected"
-    for first, reversal, last in hysteresis.chosen() if hysteresis.name in ends else []:
+    for first, reversal, last in hysteresis.chosen() if record.name in ends else []:
         for a, b in ((first, reversal), (reversal, last)):
             part = slice(a, b + 1)
-            travel = 0.5 * np.abs(hysteresis.motion.position[part] - hysteresis.motion.position[a])
+            travel = 0.5 * np.abs(position[part] - position[a])
             chosen = travel >= start
             axes.plot(z[part][chosen], F[part][chosen], color=VERMILION, lw=0.9, label=label)
             label = None
     place = "position from the middle" if far else "position"
-    axes.set(xlabel=f"{place} [{length[1]}]", ylabel=f"friction [{force[1]}]", title=hysteresis.name)
+    axes.set(xlabel=f"{place} [{length[1]}]", ylabel=f"friction [{force[1]}]", title=record.name)
     axes.legend(loc="center")
 
 
@@ -159,11 +161,11 @@ def cycles_figure(cycles: Sequence[ReplayedCycle], motion: Motion) -> Figure:
 
 def _replay(axes: Axes, record: Replay, force: Scale, *, legend: bool) -> None:
     """Draw measured and replayed force over time, and what is left."""
-    t = record.time
-    axes.plot(t, record.measured * force[0], color=GREY, lw=1.6, label="measured")
+    t, measured = record.record.motion.time, record.record.force
+    axes.plot(t, measured * force[0], color=GREY, lw=1.6, label="measured")
     axes.plot(t, record.replayed * force[0], color=BLUE, lw=0.8, label="replayed")
-    seen = record.used | record.held_out
-    difference = np.where(seen, record.measured - record.replayed, np.nan)
+    seen = record.record.used | record.held_out
+    difference = np.where(seen, measured - record.replayed, np.nan)
     axes.plot(t, difference * force[0], color=VERMILION, lw=0.5, label="difference")
     if record.held_out.any():
         axes.axvspan(t[record.held_out][0], t[-1], color=ORANGE, alpha=0.12, lw=0, label="held out")

@@ -57,8 +57,8 @@ hold at rest.
 class FrictionModel(ABC):
     """A friction model. Each is a frozen dataclass whose fields are its parameters, in one file.
 
-    A subclass states its `name` (also its key in friction files), its `parameters`, the `properties` it claims and
-    its compiled `step` (see `fric.kernels.signatures`), and defines how its parameters are packed for the step.
+    A subclass states its `name` (also its key in friction files), its `parameters`, the `properties` it claims, its
+    compiled `step` (see `fric.kernels.signatures`) and the state in which the step begins.
     """
 
     name: ClassVar[str]
@@ -80,10 +80,7 @@ class FrictionModel(ABC):
     def from_sections(cls, sections: Mapping[str, Mapping[str, Estimate]]) -> Self:
         """Return the model that the sections of a friction file (``static``, ``gms``, …) give, all in SI.
 
-        Raises
-        ------
-        FricError
-            When the model's section, or one of its parameters that has no default, is not there.
+        Raises FricError: When the model's section, or one of its parameters that has no default, is not there.
         """
         return cls(**cls.fields_from(sections))
 
@@ -100,13 +97,13 @@ class FrictionModel(ABC):
             )
         given = {key: estimate.value for key, estimate in section.items() if key in wanted}
         for p in cls.parameters:
-            if p.per_block and isinstance(one := given.get(p.name, ()), float):
-                given[p.name] = (one,)
-            elif not p.per_block and isinstance(given.get(p.name), tuple):
+            value = given.get(p.name, ())
+            values = value if isinstance(value, tuple) else (value,)
+            if p.per_block:
+                given |= {p.name: values} if values else {}
+            elif isinstance(given.get(p.name), tuple):
                 raise FricError(f"{p.name} of '{cls.name}' has several values, and there is one", hint=f"{p.doc}.")
-        for p in cls.parameters:
-            values = given.get(p.name, ())
-            if not all(p.lower <= value <= p.upper for value in (values if isinstance(values, tuple) else (values,))):
+            if not all(p.lower <= value <= p.upper for value in values):
                 raise FricError(
                     f"{p.name} of '{cls.name}' is {given[p.name]}, but {p.doc} lies between {p.lower:g} and {p.upper:g}"
                 )
@@ -115,20 +112,24 @@ class FrictionModel(ABC):
     @classmethod
     def typical(cls) -> Self:
         """Return the model with its parameters' typical values."""
-        return cls(**cls.typical_fields())
-
-    @classmethod
-    def typical_fields(cls) -> dict[str, Any]:
-        """Return the fields of `typical`."""
-        return {parameter.name: parameter.typical for parameter in cls.parameters}
+        sections = cls.declared().items()
+        return cls.from_sections({name: {p.name: Estimate(p.typical, "") for p in of} for name, of in sections})
 
     @abstractmethod
     def steady_state(self, v: Real | float) -> Real | float:
         """Return the friction force [N] after a long time at constant velocity v [m/s]."""
 
-    @abstractmethod
     def packed(self) -> Real:
-        """Return the parameters as the compiled step reads them."""
+        """Return the parameters as the step reads them: numbers, then the values of all blocks, in their order."""
+        numbers = [getattr(self, p.name) for p in self.parameters if not p.per_block]
+        return np.array([*numbers, *(value for p in self.parameters if p.per_block for value in getattr(self, p.name))])
+
+    @property
+    def layout(self) -> str:
+        """The order of `packed`, as in ``[F_c, sigma, k_1 … k_N]``."""
+        of = [sorted(parameters, key=lambda p: p.per_block) for parameters in self.declared().values()]
+        names = (f"{p.name}_1 … {p.name}_N" if p.per_block else p.name for parameters in of for p in parameters)
+        return f"[{', '.join(names)}]"
 
     @abstractmethod
     def initial_state(self) -> Real:
@@ -137,19 +138,41 @@ class FrictionModel(ABC):
     def replay(self, time: Real, position: Real, velocity: Real | None = None, state: Real | None = None) -> Real:
         """Return the friction force [N], shape (n,), along a motion, by the compiled step.
 
-        Parameters
-        ----------
-        time, position
-            The motion [s], [m], each of shape (n,).
-        velocity
-            Velocity at each sample [m/s], shape (n,); central differences of the position where not given.
-        state
-            State at the first sample, changed in place to that at the last; relaxed where it is not given.
+        time, position: The motion [s], [m], each of shape (n,).
+        velocity: Velocity at each sample [m/s], shape (n,); central differences of the position where not given.
+        state: State at the first sample, changed in place to that at the last; relaxed where it is not given.
         """
         time, position = np.ascontiguousarray(time, float), np.ascontiguousarray(position, float)
         v = np.gradient(position, time, edge_order=2) if velocity is None else np.ascontiguousarray(velocity, float)
         state = self.initial_state() if state is None else state
         return replay(type(self).step, position, v, time, state, self.packed())
+
+
+@dataclass(frozen=True)
+class Wrapped(FrictionModel):
+    """A friction model around another, whose name it bears; it is simulated only.
+
+    model: The model within.
+    """
+
+    model: FrictionModel
+
+    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    properties: ClassVar[frozenset[Property]] = frozenset()
+    identified: ClassVar[bool] = False
+
+    @property
+    def name(self) -> str:  # type: ignore[override]
+        """The name of the model within."""
+        return self.model.name
+
+    def steady_state(self, v: Real | float) -> Real | float:
+        """Return the friction force of the model within after a long time at constant velocity [N]."""
+        return self.model.steady_state(v)
+
+    def initial_state(self) -> Real:
+        """Return the state of the model within at rest."""
+        return self.model.initial_state()
 
 
 @cache

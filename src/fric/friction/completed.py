@@ -7,14 +7,13 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.exact import each
-from fric.friction.base import FrictionModel, Parameter, Property
+from fric.friction.base import Wrapped
 from fric.kernels.elementary import exp
 from fric.kernels.inner import address_of
 from fric.kernels.left_over import AHEAD, TravelGrid, left_over_step, travels_along
 from fric.kernels.signatures import Step
 
-PLAY = 1e-6
-"""Travel back that makes a reversal [m]: fluctuations by encoder counts are smaller."""
+PLAY = 1e-6  # Travel back that makes a reversal [m]: fluctuations by encoder counts are smaller
 KNEE, RATIO, STEP_BEYOND = 28, 0.25, 3e-4
 """Points that are a ratio ``e^RATIO`` apart, up to a millimetre, and the distance of those behind [m]."""
 
@@ -33,7 +32,7 @@ def since_reversal(position: Real) -> tuple[Real, Real]:
 
 
 @dataclass(frozen=True)
-class Completed(FrictionModel):
+class Completed(Wrapped):
     """A friction model, and an added force ``r(s, direction)`` over the travel s since the last reversal.
 
     With the residual of a measured motion it explains that motion for any parameters of the model. Since pre-sliding,
@@ -43,23 +42,10 @@ class Completed(FrictionModel):
     forwards, backwards: The added force [N], at the first of `travels`.
     """
 
-    model: FrictionModel
     forwards: tuple[float, ...]
     backwards: tuple[float, ...]
 
-    parameters: ClassVar[tuple[Parameter, ...]] = ()
-    properties: ClassVar[frozenset[Property]] = frozenset()
     step: ClassVar[Step] = left_over_step
-    identified: ClassVar[bool] = False
-
-    @property
-    def name(self) -> str:  # type: ignore[override]
-        """The name of the model."""
-        return self.model.name
-
-    def steady_state(self, v: Real | float) -> Real | float:
-        """Return the friction force of the model after a long time at constant velocity [N]."""
-        return self.model.steady_state(v)
 
     def packed(self) -> Real:
         """Return ``[address of the model's step, grid, force forwards, force backwards, the model's parameters]``."""
@@ -68,4 +54,4 @@ class Completed(FrictionModel):
 
     def initial_state(self) -> Real:
         """Return the state at rest, before any travel."""
-        return np.concatenate([np.zeros(AHEAD), self.model.initial_state()])
+        return np.concatenate([np.zeros(AHEAD), super().initial_state()])

@@ -86,10 +86,6 @@ class Dahl(FrictionModel):
         """Return ``F_c·sign(v) + sigma·v`` [N] at velocity v [m/s]."""
         return self.F_c * np.sign(v) + self.sigma * np.asarray(v)
 
-    def packed(self) -> Real:
-        """Return ``[F_c, sigma_0, n, sigma]``."""
-        return np.array([self.F_c, self.sigma_0, self.n, self.sigma])
-
     def initial_state(self) -> Real:
         """Return ``[v, F_0]`` at rest."""
         return np.zeros(2)

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from fric.arrays import Real
-from fric.friction.base import FrictionModel, Parameter, Property
+from fric.friction.base import FrictionModel, Wrapped
 from fric.friction.stribeck import OnStaticMap, StaticMap
 from fric.kernels.inner import address_of, step_at
 from fric.kernels.signatures import Step, compiled_step
@@ -29,7 +29,7 @@ def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> floa
 
 
 @dataclass(frozen=True)
-class Directed(FrictionModel):
+class Directed(Wrapped):
     """A friction model with the level ``s_+(v)`` forwards and ``s_-(v)`` backwards, and viscous friction likewise.
 
     A friction file with ``static_negative`` gives each of its models in this form; a force that both directions
@@ -39,18 +39,9 @@ class Directed(FrictionModel):
     negative: Static map of the negative direction.
     """
 
-    model: FrictionModel
     negative: StaticMap
 
-    parameters: ClassVar[tuple[Parameter, ...]] = ()
-    properties: ClassVar[frozenset[Property]] = frozenset()
     step: ClassVar[Step] = _step
-    identified: ClassVar[bool] = False
-
-    @property
-    def name(self) -> str:  # type: ignore[override]
-        """The name of the model."""
-        return self.model.name
 
     @property
     def backward(self) -> FrictionModel:
@@ -64,13 +55,14 @@ class Directed(FrictionModel):
         v = np.asarray(v, float)
         return np.where(v < 0, self.backward.steady_state(v), self.model.steady_state(v))
 
-    def packed(self) -> Real:
-        """Return ``[address of the model's step, its parameters forwards, its parameters backwards]``."""
-        return np.array([address_of(type(self.model).step), *self.model.packed(), *self.backward.packed()])
+    @property
+    def layout(self) -> str:
+        """The order of `packed`."""
+        return "[address of the model's step, its parameters forwards, its parameters backwards]"
 
-    def initial_state(self) -> Real:
-        """Return the state of the model at rest."""
-        return self.model.initial_state()
+    def packed(self) -> Real:
+        """Return the parameters as `layout` says."""
+        return np.array([address_of(type(self.model).step), *self.model.packed(), *self.backward.packed()])
 
 
 def directed(model: FrictionModel, negative: StaticMap | None) -> FrictionModel:

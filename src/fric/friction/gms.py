@@ -10,8 +10,7 @@ from numba import types
 from fric.arrays import Real
 from fric.errors import FricError
 from fric.friction.base import Parameter, Property
-from fric.friction.blocks import OnBlocks
-from fric.friction.stribeck import stribeck_level
+from fric.friction.stribeck import OnBlocks, stribeck_level
 from fric.kernels.increments import relax, reversal, shares
 from fric.kernels.signatures import Step, compiled, compiled_step
 
@@ -185,10 +184,6 @@ class GMS(OnBlocks):
         super().__post_init__()
         if not self.C > 0:
             raise FricError("C of gms must be positive")
-
-    def packed(self) -> Real:
-        """Return ``[F_c, F_s, v_s, delta, sigma, C, alpha_1 … alpha_N, k_1 … k_N]``."""
-        return np.array([*self.static.packed(), self.C, *self.alpha, *self.k])
 
     def initial_state(self) -> Real:
         """Return ``[v, |s(v)|, F_1 … F_N, phase_1 … phase_N]`` at rest.

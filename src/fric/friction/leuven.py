@@ -9,16 +9,14 @@ from numba import types
 
 from fric.arrays import Real
 from fric.friction.base import Parameter, Property
-from fric.friction.blocks import OnBlocks
-from fric.friction.stribeck import stribeck_level
+from fric.friction.stribeck import OnBlocks, stribeck_level
 from fric.kernels.elementary import expm1, log1p, power
 from fric.kernels.increments import reversal
 from fric.kernels.signatures import Step, compiled, compiled_step
 
 _FLOAT, _ARRAY = types.float64, types.float64[::1]
 
-FINEST = 0.02
-"""Change of F_h/s in one substep; a step that changes it by less is taken whole."""
+FINEST = 0.02  # Change of F_h/s in one substep; a step that changes it by less is taken whole
 
 
 @compiled(_FLOAT(_FLOAT, _ARRAY, _ARRAY), makes_arrays=False)
@@ -138,10 +136,6 @@ class Leuven(OnBlocks):
     )
     properties: ClassVar[frozenset[Property]] = frozenset({"pre-sliding", "frictional lag"})
     step: ClassVar[Step] = _step
-
-    def packed(self) -> Real:
-        """Return ``[F_c, F_s, v_s, delta, sigma, sigma_1, n, alpha_1 … alpha_N, k_1 … k_N]``."""
-        return np.array([*self.static.packed(), self.sigma_1, self.n, *self.alpha, *self.k])
 
     def initial_state(self) -> Real:
         """Return ``[v, F_h, F_1 … F_N]`` at rest."""

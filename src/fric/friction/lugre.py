@@ -66,10 +66,6 @@ class LuGre(OnStaticMap):
     properties: ClassVar[frozenset[Property]] = frozenset({"pre-sliding", "frictional lag"})
     step: ClassVar[Step] = _step
 
-    def packed(self) -> Real:
-        """Return ``[F_c, F_s, v_s, delta, sigma, sigma_0, sigma_1]``."""
-        return np.array([*self.static.packed(), self.sigma_0, self.sigma_1])
-
     def initial_state(self) -> Real:
         """Return ``[v, |s(v)|, sigma_0·ζ]`` at rest."""
         return np.array([0.0, self.static.F_s, 0.0])

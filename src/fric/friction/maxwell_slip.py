@@ -87,10 +87,6 @@ class MaxwellSlip(FrictionModel):
         """Return ``Σ W_i·sign(v) + sigma·v`` [N] at velocity v [m/s]."""
         return sum(self.W) * np.sign(v) + self.sigma * np.asarray(v)
 
-    def packed(self) -> Real:
-        """Return ``[sigma, W_1 … W_N, k_1 … k_N]``."""
-        return np.array([self.sigma, *self.W, *self.k])
-
     def initial_state(self) -> Real:
         """Return ``[v, F_1 … F_N]`` at rest."""
         return np.zeros(1 + len(self.W))

@@ -58,9 +58,7 @@ class Rolling(GMS):
 
     name: ClassVar[str] = "rolling"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(
-            "amplitude", "ratio", upper=1.0, doc="relative amplitude along the stroke", per_block=True, typical=()
-        ),
+        Parameter("amplitude", "ratio", upper=1.0, doc="relative size along the stroke", per_block=True, typical=()),
         Parameter("pitch", "position", doc="period along the stroke", per_block=True, typical=()),
         Parameter("phase", "angle", lower=float("-inf"), doc="phase where the run begins", per_block=True, typical=()),
     )
@@ -78,20 +76,30 @@ class Rolling(GMS):
             )
 
     @classmethod
+    def declared(cls) -> dict[str, tuple[Parameter, ...]]:
+        """Return the parameters of the GMS model, and the waves."""
+        return {**GMS.declared(), **super().declared()}
+
+    @classmethod
     def fields_from(cls, sections: Mapping[str, Mapping[str, Estimate]]) -> dict[str, Any]:
         """Return the fields that a friction file gives: its waves and its GMS model."""
         return {**GMS.fields_from(sections), **super(GMS, cls).fields_from(sections)}
 
-    @classmethod
-    def typical_fields(cls) -> dict[str, Any]:
-        """Return the fields of `typical`: those of GMS, on a guideway without waves."""
-        return {**GMS.typical_fields(), **super(GMS, cls).typical_fields()}
+    @property
+    def even(self) -> GMS:
+        """The GMS model without waves."""
+        return GMS(self.static, self.alpha, self.k, self.C)
+
+    @property
+    def layout(self) -> str:
+        """The order of `packed`."""
+        return "[waves, (amplitude, pitch, phase) of each wave, GMS parameters]"
 
     def packed(self) -> Real:
-        """Return ``[waves, (amplitude, pitch, phase) of each wave, GMS parameters]``."""
+        """Return the parameters as `layout` says."""
         waves = np.column_stack([self.amplitude, self.pitch, self.phase]).ravel()
-        return np.array([len(self.amplitude), *waves, *super().packed()])
+        return np.array([len(self.amplitude), *waves, *self.even.packed()])
 
     def initial_state(self) -> Real:
         """Return ``[z, the GMS parameters at z, GMS state]`` of a relaxed contact."""
-        return np.array([0.0, *super().packed(), *super().initial_state()])
+        return np.array([0.0, *self.even.packed(), *super().initial_state()])

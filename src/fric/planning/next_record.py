@@ -21,8 +21,8 @@ from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.identify.gms.hunting import Hunting
 from fric.identify.gms.virgin_curve import find_cycles
-from fric.identify.replay.coordinates import Ranges, search_ranges
 from fric.identify.replay.replay_fit import replay_information
+from fric.identify.replay.replay_search import Ranges, search_ranges
 from fric.identify.static_map.points import stroke_points
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log

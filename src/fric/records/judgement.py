@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import stdtrit
 
-from fric.arrays import Indices, Real
+from fric.arrays import Indices, Mask, Real
 from fric.estimate import Estimate
 from fric.flaws.channel import ENCODER_TOO_COARSE
 from fric.flaws.drift import ENERGY_DRIFTS, ENERGY_IN_ONE_SEGMENT
@@ -196,3 +196,17 @@ def energy_warnings(energies: Real, ends: Real) -> list[Notice]:
     if abs(change) <= max(half, CHANGES * abs(usual)):
         return []
     return [ENERGY_DRIFTS.found(change=change / usual, half=half / abs(usual))]
+
+
+def energy_changes(record: Prepared, modelled: Real, seen: Mask) -> Iterator[Notice]:
+    """Yield the warnings about changes during a record, by the ratio of its cycles' energy to that of a model.
+
+    modelled: The model's force along the motion [N], shape (n,).
+    seen: Samples whose cycles count, shape (n,).
+    """
+    motion, reversals = record.motion, record.reversals
+    reversals = reversals[seen[np.minimum(reversals, len(seen) - 1)]]
+    measured, replayed = (cycle_energies(motion.position, force, reversals) for force in (record.force, modelled))
+    usual = float(np.sum(replayed)) / max(len(replayed), 1)
+    for notice in energy_warnings(measured / replayed * usual, motion.time[reversals[::2]]):
+        yield notice.at(f"record '{record.name}'")

@@ -244,10 +244,10 @@ def _measured(
     hysteresis = []
     for log in waves:
         cycle = find_cycles(prepared([log], plant)[0])
-        motion, force = cycle.motion, cycle.force
+        motion, force = cycle.record.motion, cycle.record.force
         found.append(cycle)
         replayed = model.replay(log.time, motion.position, motion.velocity)
-        start = int(cycle.reversals[0])  # the state before the first reversal is not known
+        start = int(cycle.record.reversals[0])  # the state before the first reversal is not known
         every = max(1, (len(force) - start) // CYCLE_POINTS)
         part = slice(start, None, every)
         middle = 0.5 * float(motion.position.max() + motion.position.min())

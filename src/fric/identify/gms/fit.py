@@ -1,20 +1,24 @@
-"""An identified GMS model, with the records that it was identified from."""
+"""An identified GMS model, the records that it was identified from, and warnings about what they do not determine."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
 from fric.arrays import Mask, Real
 from fric.estimate import Covariance, Estimate
+from fric.flaws import blocks
+from fric.flaws.channel import FIRST_BLOCK_UNRESOLVED
+from fric.flaws.drift import FRICTION_DIFFERS, REST_RAISES_FRICTION
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.knots import Blocks, Choice
 from fric.identify.gms.virgin_curve import HysteresisCycles, VirginCurve
 from fric.notice import Notice
-from fric.records.judgement import cycle_energies, energy_per_cycle
+from fric.records.judgement import RESOLVED, cycle_energies, energy_changes, energy_per_cycle
 from fric.records.prepared import Prepared
-from fric.units import Motion
+from fric.units import Motion, si_unit
 
 
 @dataclass(frozen=True)
@@ -37,37 +41,17 @@ class Replay:
         return "sliding" if self.record.slides else "presliding"
 
     @property
-    def time(self) -> Real:
-        """Instants [s], shape (n,)."""
-        return self.record.motion.time
-
-    @property
-    def position(self) -> Real:
-        """Motion [m], shape (n,)."""
-        return self.record.motion.position
-
-    @property
-    def measured(self) -> Real:
-        """Friction force: the logged force less inertia and damping [N], shape (n,)."""
-        return self.record.force
-
-    @property
-    def used(self) -> Mask:
-        """Samples that the fit used, shape (n,)."""
-        return self.record.used
-
-    @property
     def energy(self) -> Estimate | None:
         """Energy lost per cycle [J], over all whole cycles from the first one in the fit; None in sliding."""
         if self.record.slides:
             return None
-        reversals = self.record.reversals[self.record.reversals >= int(np.argmax(self.used))]
-        return energy_per_cycle(cycle_energies(self.position, self.measured, reversals))
+        reversals = self.record.reversals[self.record.reversals >= int(np.argmax(self.record.used))]
+        return energy_per_cycle(cycle_energies(self.record.motion.position, self.record.force, reversals))
 
     @property
     def rmse(self) -> float:
         """Residual over the samples used [N]."""
-        return self._rms(self.used)
+        return self._rms(self.record.used)
 
     @property
     def rmse_held_out(self) -> float | None:
@@ -75,7 +59,7 @@ class Replay:
         return self._rms(self.held_out) if self.held_out.any() else None
 
     def _rms(self, chosen: Mask) -> float:
-        return float(np.sqrt(np.mean((self.measured - self.replayed)[chosen] ** 2)))
+        return float(np.sqrt(np.mean((self.record.force - self.replayed)[chosen] ** 2)))
 
 
 @dataclass(frozen=True)
@@ -114,7 +98,7 @@ class GMSFit:
     @property
     def rmse(self) -> float:
         """Residual over all samples used [N]."""
-        rest = [(record.measured - record.replayed)[record.used] for record in self.records]
+        rest = [(one.record.force - one.replayed)[one.record.used] for one in self.records]
         return float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
 
     @property
@@ -143,3 +127,92 @@ class GMSFit:
         )
         refined = ", refined by replay of all records" if self.refined else ""
         return f"{start}{refined}; intervals by leaving out cycles, and by misfit that comes again"
+
+
+INERTIA = 0.1  # Share of inertia in the force above which a sine is too fast
+INSEPARABLE = 0.01
+"""Two blocks are not separable when a single block in their place changes the curve by less than this share of F_s."""
+HOLLOW = 0.02  # Share of F_s by which a virgin curve is below a concave curve, beyond its error, that gives a warning
+LEVEL = 0.03  # Deviation of Σ alpha from 1 that gives a warning
+
+
+def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[Notice]:
+    """Yield the warnings of a fit.
+
+    sliding_logged: Whether a record in sliding was among the logs.
+    plant_given: Whether inertia and damping were subtracted.
+    """
+    metre, newton, F_s = si_unit("position", fit.motion), si_unit("force", fit.motion), fit.static.F_s
+    if not fit.static_given:
+        yield blocks.NO_STATIC_MAP.found(F_s=Estimate(F_s, newton))
+    yield from _saturation(fit, metre, newton)
+    if fit.asked not in {None, len(fit.blocks)}:
+        yield blocks.FEWER_BLOCKS.found(why=fit.reason)
+    step = max(cycle.record.motion.step for cycle in fit.hysteresis)
+    slips = [Estimate(float(slip), metre) for slip in fit.model.slip_displacements]
+    if float(slips[0]) < RESOLVED * step:
+        yield FIRST_BLOCK_UNRESOLVED.found(slip=slips[0], step=Estimate(step, metre))
+    for n, gap in enumerate(pair_gaps(fit.blocks)):
+        if gap < INSEPARABLE * F_s and len(slips) == len(fit.blocks):
+            found = {"n": n + 1, "m": n + 2, "slip": slips[n], "next": slips[n + 1]}
+            yield blocks.BLOCKS_INSEPARABLE.found(**found, gap=Estimate(float(gap), newton))
+    shares = {cycle.record.name: cycle.record.done.inertia_share or 0.0 for cycle in fit.hysteresis}
+    fast = {name: share for name, share in shares.items() if share > INERTIA}
+    for name, share in fast.items():
+        yield blocks.SINE_TOO_FAST.found(f"record '{name}'", share=share, slower=float(np.sqrt(share / INERTIA)))
+    if loaded := [cycle.record.name for cycle in fit.hysteresis if cycle.loaded]:
+        yield blocks.BEGINS_LOADED.found(records=loaded)
+    if fit.C.assumed:
+        why = (
+            "pre-sliding records do not determine it"
+            if not sliding_logged
+            else "no static map is given"
+            if not fit.static_given
+            else "the fit was not refined by replay"
+            if not fit.refined
+            else "the sliding record does not determine it to a factor of ten (is the plant that of the log?)"
+        )
+        C = Estimate(float(fit.C), si_unit("force rate", fit.motion))
+        yield blocks.C_ASSUMED.found(C=C, why=why, logged=sliding_logged)
+    elif not plant_given:
+        yield blocks.C_WITHOUT_PLANT.found()
+    if fit.curve.saturates and abs(float(fit.alpha_sum) - 1.0) > LEVEL:
+        yield blocks.LEVEL_DIFFERS.found(level=float(fit.alpha_sum))
+    if abs(fit.curve.mismatch) > LEVEL * F_s + fit.curve.mismatch_half:
+        flaw = REST_RAISES_FRICTION if fit.curve.mismatch > 0 else FRICTION_DIFFERS
+        yield flaw.found(by=Estimate(abs(fit.curve.mismatch), newton))
+    where, hollow = fit.curve.hollow
+    if hollow > HOLLOW * F_s and not fast:  # inertia makes it hollow too
+        sizes = {"slip": Estimate(where, metre), "hollow": Estimate(hollow, newton)}
+        yield blocks.LOST_MOTION.found(**sizes, share=hollow / F_s)
+    if len(fit.curve.cycles) < 2:
+        yield blocks.ONE_CYCLE.found()
+    cycled = [one for one in fit.records if one.kind == "presliding"]
+    changes = (energy_changes(one.record, one.replayed, one.record.used | one.held_out) for one in cycled)
+    yield from chain.from_iterable(changes)
+
+
+def _saturation(fit: GMSFit, metre: str, newton: str) -> Iterator[Notice]:
+    if fit.curve.saturates:
+        return
+    extent, end = float(fit.curve.displacement[-1]), float(fit.curve.force[-1])
+    force = Estimate(end, newton)
+    if not fit.static_given:
+        amplitude = Estimate(3.0 * extent, metre)
+        yield blocks.NEVER_SLIDES.found(force=force, names="F_s", slope=0.0, amplitude=amplitude, static=True)
+        return
+    amplitude = Estimate(max(1.5 * float(fit.model.slip_displacements[-1]), 2.0 * extent), metre)
+    missing = Estimate(max(fit.static.F_s - end, 0.0), newton)
+    found = {"extent": Estimate(extent, metre), "force": force, "missing": missing}
+    yield blocks.NEVER_SATURATES.found(**found, amplitude=amplitude)
+
+
+def pair_gaps(pairs: Blocks) -> Real:
+    """Return the largest change of the virgin curve when two neighbours are merged [N], shape (N - 1,).
+
+    The merged block has their total stiffness and limit; the greatest change is where it slips.
+    """
+    k, limit = pairs.k, pairs.limit
+    merged = (limit[:-1] + limit[1:]) / (k[:-1] + k[1:])
+    both = np.minimum(k[:-1] * merged, limit[:-1]) + np.minimum(k[1:] * merged, limit[1:])
+    return np.asarray(limit[:-1] + limit[1:] - both)

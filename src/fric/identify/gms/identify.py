@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -18,7 +19,7 @@ from fric.friction import FrictionModel
 from fric.friction.directed import directed, mean_map
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
-from fric.identify.gms.fit import GMSFit, Replay
+from fric.identify.gms.fit import GMSFit, Replay, notices_of
 from fric.identify.gms.hunting import PLACES, Hunting
 from fric.identify.gms.knots import (
     MOST_BLOCKS,
@@ -29,10 +30,9 @@ from fric.identify.gms.knots import (
     fit_blocks,
     fit_without_cycles,
 )
-from fric.identify.gms.notices import notices_of
 from fric.identify.gms.virgin_curve import VirginCurve, find_cycles, virgin_curve, with_all_errors
-from fric.identify.replay.lateness import CLEAR, credible, lateness_notice, moved_back, one_lag, suspected
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
+from fric.identify.replay.replay_intervals import credible, lateness_notice, mean_lag, one_lag, suspected
 from fric.log import Log
 from fric.notice import Notice
 from fric.plausibility import of_shares, settled
@@ -45,8 +45,7 @@ from fric.units import Motion, si_unit
 
 T = TypeVar("T")
 
-ASSUMED_C = 1e4
-"""Attraction parameter [N/s] without a record in sliding: a lag s/C of 10 to 16 ms for Table 1."""
+ASSUMED_C = 1e4  # Attraction parameter [N/s] without a record in sliding: a lag s/C of 10 to 16 ms for Table 1
 UNDETERMINED = float(np.log(10.0))
 """Half width of the interval of log C above which the sliding record does not determine it: a factor of ten."""
 
@@ -96,12 +95,10 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     doubtful = settled(
         of_shares((record.log, record.done.inertia_share, record.done.damping_share) for record in ready)
     )
-    hunting = Hunting(plant, places)
-
-    def identified(records: Sequence[Prepared]) -> tuple[GMSFit, Mapping[str, Estimate]]:
-        asked = static, negative, blocks, most_blocks, knots, refined, cycles, hunting
-        return _identified(records, sum(map(_is_slow, records)), *asked)
-
+    identified = partial(
+        _identified, static=static, negative=negative, blocks=blocks, most_blocks=most_blocks, knots=knots,
+        refined=refined, cycles=cycles, hunting=Hunting(plant, places),
+    )  # fmt: skip
     try:
         result, lateness = _on_time(ready, identified)
     except FricError as error:
@@ -149,35 +146,21 @@ def _without_one(
 def _on_time(
     ready: Sequence[Prepared], identified: Callable[[Sequence[Prepared]], tuple[GMSFit, Mapping[str, Estimate]]]
 ) -> tuple[GMSFit, list[Notice]]:
-    """Return the fit, with the common lag of the force corrected if that is better, and the warnings.
-
-    A lag is one step from a fit (`lateness`), and is estimated again with the force moved by the first estimate: a step
-    from records that are 3.5 samples late finds 2.4 of them, and a second step 3.6.
-    """
+    """Return the fit, with the common lag of the force corrected if that is better, and the warnings."""
     fit, late = identified(ready)
-    if not suspected(ready, late):
+    if not suspected(ready, late) or not one_lag(late):
         return fit, []
-
-    def moved() -> tuple[GMSFit, Mapping[str, Estimate]]:
-        records, by = moved_back(ready, late)
-        again, left = identified(records)
-        return again, {
-            name: Estimate.around(by + float(estimate), estimate.unit, estimate.half_width)
-            for name, estimate in left.items()
-        }
-
-    again, late = moved()
-    if one_lag(late, 1.0):
-        again, late = moved()
-    if not one_lag(late, CLEAR):
-        return fit, []
-    sure = simplest([fit.rmse, again.rmse]) == 1 and credible(ready, late)
+    sure = credible(ready, late)
+    if sure:
+        by = float(mean_lag(late.values()))
+        again, _ = identified([record.later(by) if record.name in late else record for record in ready])
+        sure = simplest([fit.rmse, again.rmse]) == 1
     return again if sure else fit, [lateness_notice(ready, late, sure=sure)]
 
 
 def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     ready: Sequence[Prepared],
-    count: int,
+    *,
     static: StaticMap | None,
     negative: StaticMap | None,
     blocks: int | None,
@@ -188,6 +171,7 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     hunting: Hunting,
 ) -> tuple[GMSFit, Mapping[str, Estimate]]:
     """Return the fit to prepared records, of which the first are in pre-sliding, and the lags of their forces."""
+    count = sum(map(_is_slow, ready))
     hysteresis = [find_cycles(record, cycles) for record in ready[:count]]
     curve = virgin_curve(hysteresis, static, negative)
     between = mean_map(static, negative) if static is not None else None

@@ -4,7 +4,7 @@ N blocks with slip displacements ``d_1 < … < d_N`` give the curve ``V(z) = Σ 
 knots d_i, and concave exactly when every k_i is positive.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import nlopt
@@ -17,15 +17,13 @@ from fric.identify.gms.virgin_curve import VirginCurve
 from fric.identify.static_map.stribeck_fit import nonnegative
 from fric.search import minimised
 
-MOST_BLOCKS = 6
-"""Largest number of blocks that the information criterion may choose by default."""
+MOST_BLOCKS = 6  # Largest number of blocks that the information criterion may choose by default
 REPEATABLE = 0.005
 """Friction repeats along a drive to half a per cent at best: a block must change the curve by more than that."""
 STRONG = 6.0
 """Difference of Schwarz's criterion below which evidence for a block is not strong (Kass, Raftery, JASA 90, 1995): runs
 whose B differs by 1e-13 scatter by 2.5."""
-LEAST_SHARE = 1e-5
-"""Least share of a block in the friction, a few steps of a 16-bit force channel."""
+LEAST_SHARE = 1e-5  # Least share of a block in the friction, a few steps of a 16-bit force channel
 
 
 @dataclass(frozen=True)
@@ -73,7 +71,7 @@ def blocks_from_knots(knots: Real, force: Real) -> Blocks:
     return Blocks(k, knots)
 
 
-def fit_blocks(curve: VirginCurve, count: int, seed: int = 0, begun: list[Real] | None = None) -> Blocks:
+def fit_blocks(curve: VirginCurve, count: int, begun: list[Real] | None = None) -> Blocks:
     """Fit a concave piecewise-linear curve of ``count`` blocks by weighted least squares.
 
     NLopt places the knots: one after the other where each helps most, all refined by Sbplx, and again after a global
@@ -82,25 +80,16 @@ def fit_blocks(curve: VirginCurve, count: int, seed: int = 0, begun: list[Real] 
     displacement is then where the curve reaches ``curve.level``.
 
     count: Number of blocks.
-    seed: Seed of CRS2.
     begun: Knots placed one after the other, by number of knots, shared with fits of other numbers of blocks.
     """
-    z, force, weight = curve.displacement, curve.force, weights(curve)
-    extent = float(z[-1])
-    low, high = np.log(max(float(z[0]), 1e-4 * extent)), np.log(extent)
+    extent = float(curve.displacement[-1])
+    low, high = np.log(max(float(curve.displacement[0]), 1e-4 * extent)), np.log(extent)
     sliding = curve.saturates
-    column, rows, weighted = z[:, None], weight[:, None], weight * force
-
-    def solved(knots: Real) -> tuple[Real, float]:
-        d = np.exp(knots) if sliding else np.append(np.exp(knots), extent)
-        limit, rest = nonnegative(rows * np.minimum(column / d, 1.0), weighted, 100 * count)
-        return limit / d, rest**2
-
+    solved = _stiffnesses(curve, [] if sliding else [extent])
     free = count if sliding else count - 1
-    knots = _placed(lambda x: solved(x)[1], low, high, free, seed, begun) if free else np.zeros(0)
-    order = np.argsort(knots)
-    k, _ = solved(knots[order])
-    d = np.exp(knots[order])
+    knots = _placed(lambda x: solved(x)[1], low, high, free, begun) if free else np.zeros(0)
+    knots = np.sort(knots)
+    k, d = solved(knots)[0], np.exp(knots)
     if not sliding:
         left = curve.level - float(k[:-1] @ d)
         d = np.append(d, max(left / k[-1], extent) if k[-1] > 0 else extent)
@@ -146,7 +135,7 @@ class Choice:
         )
 
 
-def choose_blocks(curve: VirginCurve, most: int = MOST_BLOCKS, seed: int = 0, unit: str = "N") -> Choice:
+def choose_blocks(curve: VirginCurve, most: int = MOST_BLOCKS, unit: str = "N") -> Choice:
     """Choose the number of blocks by Schwarz's information criterion, ``BIC(N) = Σ r²/σ² + 2·N·ln n``.
 
     σ holds the scatter of the cycles, the blur of the encoder, and a floor of 0.5 % of the level (`REPEATABLE`).
@@ -154,7 +143,6 @@ def choose_blocks(curve: VirginCurve, most: int = MOST_BLOCKS, seed: int = 0, un
     Points of the curve within one step of the encoder count as a single point: n is their number. The search ends when
     the criterion has risen twice.
 
-    curve, seed: See `fit_blocks`.
     most: Number of blocks to try up to.
     unit: Unit of the force, for messages.
     """
@@ -166,7 +154,7 @@ def choose_blocks(curve: VirginCurve, most: int = MOST_BLOCKS, seed: int = 0, un
     candidates, rms, criterion = [], [], []
     begun: list[Real] = []
     for count in range(1, most + 1):
-        blocks = fit_blocks(curve, count, seed, begun)
+        blocks = fit_blocks(curve, count, begun)
         residual = curve.force - blocks(curve.displacement)
         candidates.append(blocks)
         rms.append(float(np.sqrt(np.mean(residual**2))))
@@ -181,17 +169,11 @@ def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
 
     blocks: The fit to all cycles.
     """
-    z, weight = curve.displacement, weights(curve)
-    extent = float(z[-1])
+    extent = float(curve.displacement[-1])
     inside = blocks.displacement < extent * (1 - 1e-9)
     start = np.log(blocks.displacement[inside])
     beyond = np.full(len(blocks) - len(start), extent)
-
-    def solved(knots: Real, force: Real) -> tuple[Real, float]:
-        d = np.append(np.exp(knots), beyond)
-        limit, rest = nonnegative(weight[:, None] * np.minimum(z[:, None] / d, 1.0), weight * force, 100 * len(d))
-        return limit / d, rest**2
-
+    solved = _stiffnesses(curve, beyond)
     found = []
     for other in curve.without_cycles():
         knots = start
@@ -209,9 +191,23 @@ def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
     return found
 
 
-def _placed(
-    cost: Callable[[Real], float], low: float, high: float, count: int, seed: int, begun: list[Real] | None
-) -> Real:
+def _stiffnesses(curve: VirginCurve, beyond: Sequence[float] | Real) -> Callable[..., tuple[Real, float]]:
+    """Return the stiffnesses of blocks, and their misfit, as a function of the logarithms of their knots.
+
+    beyond: Knots of further blocks, which are not searched [m].
+    """
+    weight = weights(curve)
+    place, rows = curve.displacement[:, None], weight[:, None]
+
+    def solved(knots: Real, force: Real = curve.force) -> tuple[Real, float]:
+        d = np.append(np.exp(knots), beyond)
+        limit, rest = nonnegative(rows * np.minimum(place / d, 1.0), weight * force, 100 * len(d))
+        return limit / d, rest**2
+
+    return solved
+
+
+def _placed(cost: Callable[[Real], float], low: float, high: float, count: int, begun: list[Real] | None) -> Real:
     """Return the knots (logarithms) of least cost; see `fit_blocks`."""
     bounds = np.full(count, low), np.full(count, high)
     grid = np.linspace(low, high, 40)
@@ -221,7 +217,7 @@ def _placed(
         best = min(tried, key=cost)
         begun.append(_optimized(nlopt.LN_SBPLX, cost, best, bounds[0][: len(best)], bounds[1][: len(best)]))
     greedy = begun[count - 1]
-    nlopt.srand(seed + 1)
+    nlopt.srand(1)
     roamed = _optimized(nlopt.GN_CRS2_LM, cost, greedy, *bounds)
     roamed = _optimized(nlopt.LN_SBPLX, cost, roamed, *bounds)
     return (greedy, roamed)[simplest([cost(greedy), cost(roamed)])]

@@ -22,11 +22,10 @@ import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.special import stdtrit
 
-from fric.arrays import Indices, Real
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
 from fric.records.judgement import SATURATED, STEPS, least_slope
-from fric.records.motion import Motion
 from fric.records.prepared import Prepared, begins_loaded, strokes_of
 from fric.records.resolution import lattice_step
 
@@ -35,46 +34,27 @@ from fric.records.resolution import lattice_step
 class HysteresisCycles:
     """A pre-sliding record and its cycles."""
 
-    record: Prepared  # The record as it was prepared
-    reversals: Indices  # Samples at which the motion reverses, shape (m,)
+    record: Prepared  # The record as it was prepared, with the reversals of its strokes
     cycles: tuple[int, int]  # Number of the first and last cycle (from 1) that the identification uses
     loaded: bool = False  # Whether the contact was loaded where it begins: its first stroke is left out
 
     @property
-    def name(self) -> str:
-        """Name of the record."""
-        return self.record.name
-
-    @property
-    def motion(self) -> Motion:
-        """The motion without encoder steps."""
-        return self.record.motion
-
-    @property
-    def force(self) -> Real:
-        """Friction force [N], without inertia and linear damping if a plant is known, shape (n,)."""
-        return self.record.force
-
-    @property
     def amplitude(self) -> float:
         """Half of the median stroke [m]."""
-        return 0.5 * float(np.median(np.abs(np.diff(self.motion.position[self.reversals]))))
+        return 0.5 * float(np.median(np.abs(np.diff(self.record.motion.position[self.record.reversals]))))
 
     def chosen(self) -> list[tuple[int, int, int]]:
         """Return the samples of start, reversal and end of the used cycles."""
-        whole = [
-            (self.reversals[n], self.reversals[n + 1], self.reversals[n + 2])
-            for n in range(0, len(self.reversals) - 2, 2)
-        ]
-        return [(int(a), int(b), int(c)) for a, b, c in whole[self.cycles[0] - 1 : self.cycles[1]]]
+        r = self.record.reversals.tolist()
+        return [(r[n], r[n + 1], r[n + 2]) for n in range(0, len(r) - 2, 2)][self.cycles[0] - 1 : self.cycles[1]]
 
     def for_replay(self) -> Prepared:
         """Return the part of the record that is compared: from first to last reversal of the chosen cycles."""
-        n, (first, last) = len(self.force), self.cycles
-        whole = (len(self.reversals) - 1) // 2
+        n, (first, last), reversals = len(self.record.force), self.cycles, self.record.reversals
+        whole = (len(reversals) - 1) // 2
         used = np.zeros(n, dtype=bool)
-        used[self.reversals[2 * (first - 1)] : n if (first, last) == (1, whole) else self.reversals[2 * last]] = True
-        return replace(self.record, used=used, reversals=self.reversals)
+        used[reversals[2 * (first - 1)] : n if (first, last) == (1, whole) else reversals[2 * last]] = True
+        return replace(self.record, used=used)
 
 
 def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> HysteresisCycles:
@@ -102,7 +82,7 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
         raise FricError(
             f"cycle {first} was asked for, and there are {count}", where=where, hint="Choose `cycles=` anew."
         )
-    hysteresis = HysteresisCycles(record, reversals, (first, min(last, count)), loaded)
+    hysteresis = HysteresisCycles(replace(record, reversals=reversals), (first, min(last, count)), loaded)
     if hysteresis.amplitude < STEPS * motion.step:
         raise FricError(
             f"the amplitude is {hysteresis.amplitude / motion.step:.1f} steps of the encoder, "
@@ -113,8 +93,7 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
     return hysteresis
 
 
-CLOSING = 0.03
-"""Share of a branch at its end that gives the force at the reversal."""
+CLOSING = 0.03  # Share of a branch at its end that gives the force at the reversal
 SLIDING = 0.85
 """Share of the highest force above which a dip is the Stribeck fall along a fast stroke, and not backlash."""
 NEIGHBOURS, SCATTERING = 5, 21
@@ -226,15 +205,6 @@ def with_all_errors(curve: VirginCurve, model: Real) -> VirginCurve:
     return replace(curve, band=np.sqrt(sum(part**2 for part in parts)))
 
 
-@dataclass(frozen=True)
-class _Branches:
-    """The binned curve of each cycle of one record."""
-
-    displacement: Real
-    cycles: Real
-    level: float
-
-
 def virgin_curve(
     hysteresis: Sequence[HysteresisCycles], static: StaticMap | None = None, negative: StaticMap | None = None
 ) -> VirginCurve:
@@ -259,21 +229,21 @@ def virgin_curve(
     parts, extent, steps = [], 0.0, list[tuple[float, float]]()
     last: tuple[Real, Real] | None = None
     for group in groups:
-        branches = [_branches(one, (static, negative), max(cycle.amplitude for cycle in group)) for one in group]
-        merged = np.vstack([b.cycles for b in branches])
-        place = np.nanmean(np.vstack([b.displacement for b in branches]), axis=0)
+        widest = max(cycle.amplitude for cycle in group)
+        places, cycles, levels = zip(*(_branches(one, (static, negative), widest) for one in group), strict=True)
+        merged, place = np.vstack(cycles), np.nanmean(np.vstack(places), axis=0)
         seen = np.isfinite(merged).mean(axis=0) > 0.5
         keep = seen & (place > extent)
         if last is not None and keep.any():
             continued = np.array([np.interp(last[0], place[seen], row[seen]) for row in merged])
             steps.append(_apart(last[1], continued))
-        parts.append((group[0].name, place[keep], merged[:, keep], float(np.mean([b.level for b in branches]))))
+        parts.append((group[0].record.name, place[keep], merged[:, keep], float(np.mean(levels))))
         extent = float(place[keep].max(initial=extent))
         last = (place[keep][-NEIGHBOURS:], merged[:, keep][:, -NEIGHBOURS:]) if keep.any() else last
     mismatch, half = max(steps, key=lambda step: abs(step[0]), default=(0.0, 0.0))
     coarse = max(lattice_step(cycle.record.log.require("force", "the virgin curve")) or 0.0 for cycle in ordered)
     return replace(
-        _spliced(parts, mismatch), mismatch_half=half, step=max(cycle.motion.step for cycle in ordered),
+        _spliced(parts, mismatch), mismatch_half=half, step=max(cycle.record.motion.step for cycle in ordered),
         force_step=coarse, steps=tuple(step for step, _ in steps),
     )  # fmt: skip
 
@@ -305,22 +275,22 @@ def _spliced(parts: list[tuple[str, Real, Real, float]], mismatch: float) -> Vir
 
 def _branches(
     hysteresis: HysteresisCycles, maps: tuple[StaticMap | None, StaticMap | None], amplitude: float
-) -> _Branches:
-    """Return the halved branches of one record, each cycle the mean of its two directions, binned."""
-    z, v = hysteresis.motion.position, hysteresis.motion.velocity
-    static, force, ratio = maps[0], hysteresis.force, np.ones(len(v))
+) -> tuple[Real, Real, float]:
+    """Return the halved branches of one record, binned: displacement, the mean of each cycle's directions, level."""
+    motion, force, static = hysteresis.record.motion, hysteresis.record.force, maps[0]
+    z, v, ratio = motion.position, motion.velocity, np.ones(len(motion.velocity))
     if static is not None:
         back = maps[1] or static
         force = force - np.where(v < 0, back.sigma, static.sigma) * v
         swing = np.where(v < 0, back.level(v) + static.F_s, static.level(v) + back.F_s)
         ratio = swing / (static.F_s + back.F_s)
-    edges = _edges(amplitude, hysteresis.motion.step)
+    edges = _edges(amplitude, motion.step)
     cycles, places, levels = [], [], []
     for first, reversal, last in hysteresis.chosen():
         halves = [(first, reversal), (reversal, last)]
         signs = [1.0 if z[b] > z[a] else -1.0 for a, b in halves]
         ends = [
-            _closing(sign * z[a : b + 1], v[a : b + 1], sign * force[a : b + 1], hysteresis.motion.step)
+            _closing(sign * z[a : b + 1], v[a : b + 1], sign * force[a : b + 1], motion.step)
             for sign, (a, b) in zip(signs, halves, strict=True)
         ]
         level = 0.5 * (ends[0] + ends[1])
@@ -336,7 +306,7 @@ def _branches(
     table, where = np.array(cycles), np.array(places)
     count = np.isfinite(where).sum(axis=0)
     place = np.where(count > 0, np.nansum(where, axis=0) / np.maximum(count, 1), 0.5 * (edges[1:] + edges[:-1]))
-    return _Branches(place, table, float(np.mean(levels)))
+    return place, table, float(np.mean(levels))
 
 
 def _binned(at: Real, value: Real, edges: Real) -> tuple[Real, Real]:

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import optimize
 from scipy.special import stdtrit
 
-from fric.arrays import Complex, Real
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.channel import (
@@ -27,25 +27,19 @@ from fric.flaws.channel import (
     MASS_DIFFERS,
 )
 from fric.identify.plant.frequency_response import SEGMENTS, MeasuredResponse, measure_response
-from fric.identify.plant.response_fit import COARSEST
+from fric.identify.plant.response_fit import Lines, at, residual_of, select
 from fric.log import Log
 from fric.notice import Notice
 from fric.records.segments import steady_segments
 from fric.statistics import smoother_than_noise
 from fric.units import Motion, si_unit
 
-LEAST_FILTER = 0.2
-"""T_f [samples] above which the lag counts as a filter."""
-FORM = 0.01
-"""Error of the lag of a filter [samples] that is treated as continuous."""
-DESCRIBED = 0.1
-"""Lag [samples] above which there is a warning."""
-DEAD = 0.01
-"""Share of the input (rms) above which a dead zone gives a warning."""
-PARTS, SURE = 8, 6.0
-"""Parts of a record that determine a dead zone, and standard errors above which they do."""
-DIFFERS = 0.05
-"""Share by which a force constant or a mass that the user states may differ from the identified value."""
+LEAST_FILTER = 0.2  # T_f [samples] above which the lag counts as a filter
+FORM = 0.01  # Error of the lag of a filter [samples] that is treated as continuous
+DESCRIBED = 0.1  # Lag [samples] above which there is a warning
+DEAD = 0.01  # Share of the input (rms) above which a dead zone gives a warning
+PARTS, SURE = 8, 6.0  # Parts of a record that determine a dead zone, and standard errors above which they do
+DIFFERS = 0.05  # Share by which a force constant or a mass that the user states may differ from the identified value
 
 
 @dataclass(frozen=True)
@@ -115,9 +109,7 @@ def force_constant(
     half = quantile * np.sqrt(np.diag(covariance))
     K_f = float(np.exp(values[0]))
     lag = float(values[1] + values[2])
-    half_width_lag = quantile * float(
-        np.sqrt(max(np.array([0.0, 1.0, 1.0]) @ covariance @ np.array([0.0, 1.0, 1.0]), 0.0))
-    )
+    half_width_lag = quantile * float(np.sqrt(max(covariance[1:, 1:].sum(), 0.0)))
     if filtered:  # the unknown form and rate of the filter add an error of the lag
         half_width_lag = float(np.hypot(half_width_lag, FORM / sampling))
     late = Estimate.around(lag, si_unit("time", motion), half_width_lag)
@@ -125,7 +117,7 @@ def force_constant(
     if filtered:
         T_low, T_high = (float(values[2] + side * half[2]) for side in (-1, 1))
         corner = Estimate(1 / (2 * np.pi * float(values[2])), "Hz", (1 / (2 * np.pi * T_high), 1 / (2 * np.pi * T_low)))
-    found = Estimate(K_f, unit, (K_f * float(np.exp(-half[0])), K_f * float(np.exp(half[0]))))
+    found = Estimate.around_log(K_f, unit, float(half[0]))
     warnings += _lag_described(late, corner, sampling)
     warnings += [notice for log in answered if (notice := _dead_zone(log, *values[1:3])) is not None]
     if stated is not None and abs(K_f / float(stated) - 1) > max(DIFFERS, float(half[0])):
@@ -162,11 +154,8 @@ def _dead_zone(log: Log, delay: float, corner: float) -> Notice | None:
     error = float(found[:, 1].std(ddof=1)) / np.sqrt(PARTS)
     if jump > -max(DEAD * slope * float(np.sqrt(np.mean(log.input**2))), SURE * error):
         return None
-    zone, rises = (
-        Estimate(-jump / slope, log.unit("input")),
-        Estimate(float(slope), si_unit("force per input", log.motion)),
-    )
-    return DEAD_ZONE.found(log.where, zone=zone, slope=rises)
+    rises = Estimate(float(slope), si_unit("force per input", log.motion))
+    return DEAD_ZONE.found(log.where, zone=Estimate(-jump / slope, log.unit("input")), slope=rises)
 
 
 def _matters(lag: Estimate, sampling: float) -> bool:
@@ -204,21 +193,9 @@ def _lag_described(lag: Estimate, corner: Estimate | None, sampling: float) -> l
     return [FORCE_LAGS.found(lag=size, samples=abs(samples), late=samples, corner=corner)]
 
 
-FLOOR = 1e-5
-"""Least relative deviation of a line: the rounding of a logged force."""
-LONGEST = 25e-3
-"""Longest delay in the search [s], and four times the longest lead."""
-FEWEST = 8
-"""Least number of lines for the fit of the lag, if the record has them."""
-
-
-class ForceLines(NamedTuple):
-    """The lines of one record: frequency [Hz], F/U [N/V], its relative deviation, lines per independent line."""
-
-    frequency: Real
-    response: Complex
-    deviation: Real
-    correlation: float
+FLOOR = 1e-5  # Least relative deviation of a line: the rounding of a logged force
+LONGEST = 25e-3  # Longest delay in the search [s], and four times the longest lead
+FEWEST = 8  # Least number of lines for the fit of the lag, if the record has them
 
 
 class FittedLag(NamedTuple):
@@ -230,32 +207,24 @@ class FittedLag(NamedTuple):
     residual: Real  # Real and imaginary parts over their deviation, shape (2, n), by frequency
 
 
-def force_lines(measured: MeasuredResponse) -> ForceLines:
-    """Return the lines of a response of force to input that are sure; raise `FricError` where there are not three."""
-    table = measured.table
-    deviation = np.asarray(table.deviation)
-    used = (deviation <= COARSEST) & (table.frequency < 0.45 * (measured.sampling or np.inf))
-    if np.count_nonzero(used) < 3:
-        raise FricError("fewer than three frequencies are sure", where=table.where)
-    return ForceLines(
-        table.frequency[used], measured.response[used], np.maximum(deviation[used], FLOOR), measured.correlation
-    )
+def force_lines(measured: MeasuredResponse) -> Lines:
+    """Return the lines of a response of force to input that are sure; raise `FricError` where there are too few."""
+    lines, _ = select(measured, hold=measured.sampling, coherence=0.0, least=3)
+    return lines._replace(deviation=np.maximum(lines.deviation, FLOOR))
 
 
-def lag_in_band(lines: ForceLines, filtered: bool = True) -> FittedLag:
+def lag_in_band(lines: Lines, filtered: bool = True) -> FittedLag:
     """Fit the widest band from the lowest line on whose residual is noise, not a pattern."""
     top = float(lines.frequency.max())
     while True:
-        used = lines.frequency <= top
-        part = ForceLines(lines.frequency[used], lines.response[used], lines.deviation[used], lines.correlation)
-        fitted = _fit(part, filtered)
+        fitted = _fit(at(lines, lines.frequency <= top), filtered)
         fewer = np.count_nonzero(lines.frequency <= top / 2)
         if fewer < FEWEST or not any(smoother_than_noise(part, -3.09) for part in fitted.residual):
             return fitted
         top /= 2
 
 
-def _fit(lines: ForceLines, filtered: bool) -> FittedLag:
+def _fit(lines: Lines, filtered: bool) -> FittedLag:
     """Fit ln K_f, τ, and T_f where there is a filter, on the complex logarithm; the lines share the misfit."""
     omega = 2 * np.pi * lines.frequency
     top = float(omega.max())
@@ -265,11 +234,8 @@ def _fit(lines: ForceLines, filtered: bool) -> FittedLag:
 
     def residual(x: Real) -> Real:
         model = np.exp(x[0] - 1j * omega * x[1]) / (1 + 1j * omega * (x[2] if filtered else 0.0))
-        ratio = np.log(lines.response / model)
-        weight = 1 / np.hypot(lines.deviation, misfit)
-        return np.concatenate([ratio.real * weight, ratio.imag * weight])
+        return residual_of(model, lines, misfit)
 
-    freedom = max((2 * len(omega) - n) / lines.correlation, 1.0)
     for _ in range(8):
         found = optimize.least_squares(
             residual, start, bounds=(lower, np.inf), x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12
@@ -278,15 +244,15 @@ def _fit(lines: ForceLines, filtered: bool) -> FittedLag:
         chi2 = 2 * float(found.cost) / max(2 * len(omega) - n, 1)
         if abs(chi2 - 1) < 0.02 or (misfit == 0.0 and chi2 < 1):
             break
-        plain = np.hypot(lines.deviation, misfit)
-        grown = float(np.median(plain)) * float(np.sqrt(max(chi2, 1e-12)))
+        grown = float(np.median(np.hypot(lines.deviation, misfit))) * float(np.sqrt(max(chi2, 1e-12)))
         misfit = float(np.sqrt(max(grown**2 - float(np.median(lines.deviation)) ** 2, 0.0)))
     covariance, J = np.zeros((3, 3)), np.asarray(found.jac)
     covariance[:n, :n] = np.linalg.pinv(J.T @ J) * max(chi2, 1.0) * lines.correlation
+    freedom = max((2 * len(omega) - n) / lines.correlation, 1.0)
     return FittedLag(np.append(found.x, [0.0] * (3 - n)), covariance, freedom, found.fun.reshape(2, -1))
 
 
-def _first_delay(lines: ForceLines) -> float:
+def _first_delay(lines: Lines) -> float:
     """Return the delay [s] near the best, from a grid: the phase is wrapped, and so are delays beyond 1/spacing."""
     omega = 2 * np.pi * lines.frequency
     weight = np.minimum(1 / lines.deviation, 1e3) ** 2
@@ -304,20 +270,16 @@ def pooled_lags(fits: Sequence[FittedLag]) -> tuple[Real, Real, float]:
         return fits[0].values, fits[0].covariance, freedom
     values = np.array([fit.values for fit in fits])
     variances = np.array([np.diag(fit.covariance) for fit in fits]) + 1e-30
-    mean, variance = np.zeros(3), np.zeros(3)
-    for n in range(3):
-        weight = 1 / variances[:, n]
-        mean[n] = weight @ values[:, n] / weight.sum()
-        excess = float(weight @ (values[:, n] - mean[n]) ** 2) / (len(fits) - 1)
-        variance[n] = max(excess, 1.0) / weight.sum()
+    weights = 1 / variances
+    mean = (weights * values).sum(axis=0) / weights.sum(axis=0)
+    excess = (weights * (values - mean) ** 2).sum(axis=0) / (len(fits) - 1)
+    variance = np.maximum(excess, 1.0) / weights.sum(axis=0)
     joint = fits[0].covariance / np.sqrt(np.outer(variances[0], variances[0]))
     return mean, joint * np.sqrt(np.outer(variance, variance)), freedom
 
 
-MEANS = 4
-"""Least number of steady segments for a line through their means."""
-BENT = 0.02
-"""Largest deviation of the means from their line, as a share of their range."""
+MEANS = 4  # Least number of steady segments for a line through their means
+BENT = 0.02  # Largest deviation of the means from their line, as a share of their range
 
 
 def steady_force_constant(logs: Sequence[Log], motion: Motion) -> tuple[Estimate | None, tuple[Notice, ...]]:

@@ -19,7 +19,7 @@ from fric.flaws import response
 from fric.flaws.channel import K_F_MISSING
 from fric.flaws.response import A_HOLDS_FRICTION, A_OPEN
 from fric.identify.plant.force_constant import against_mass, force_constant
-from fric.identify.plant.frequency_response import MeasuredResponse, measure_response
+from fric.identify.plant.frequency_response import MeasuredResponse, driven_alike, measure_response
 from fric.identify.plant.response_fit import (
     UNDETERMINED,
     FrictionInfluence,
@@ -27,11 +27,11 @@ from fric.identify.plant.response_fit import (
     PlantFit,
     PlantSolution,
     ResponseFit,
+    at,
     near,
     select,
     solve,
 )
-from fric.identify.plant.spectra import driven_alike
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_several_axes
 from fric.notice import Notice
 from fric.records.flaws import record_flaws
@@ -42,8 +42,7 @@ from fric.units import rotates
 
 GAINS_APART = 0.05
 """Share by which the friction's gain must differ between two records for their amplitudes to be compared."""
-SURE = 0.99
-"""Probability below which two responses count as different."""
+SURE = 0.99  # Probability below which two responses count as different
 
 
 Method = Literal["response", "motion"]
@@ -69,31 +68,17 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     amplitude, the describing function of Coulomb friction is removed from A; if friction cannot be separated from A, A
     is assumed to be 0.
 
-    Parameters
-    ----------
-    records
-        Records of an excited axis, or measured responses.
-    hold
-        Sampling rate of the hold [Hz]; that of the record where not given.
-    continuous
-        Take every response as that of eq. (1) itself, without hold and sampling.
-    coherence
-        Least coherence of a line.
-    band
-        Lowest and highest frequency [Hz].
-    period, segment
-        As in `measure_response` [s].
-    given_force_constant
-        K_f [N/V], where no force was logged.
-    mass
-        Moving mass [kg], where the user knows it: K_f/B is checked against it, or K_f taken from it.
-    strokes
-        Records at constant velocity, which determine K_f where no record of a response has a force.
-
-    Raises
-    ------
-    FricError
-        When a record gives no response, too few lines are certain, or the sign of input or position is wrong.
+    records: Records of an excited axis, or measured responses.
+    hold: Sampling rate of the hold [Hz]; that of the record where not given.
+    continuous: Take every response as that of eq. (1) itself, without hold and sampling.
+    coherence: Least coherence of a line.
+    band: Lowest and highest frequency [Hz].
+    period, segment: As in `measure_response` [s].
+    given_force_constant: K_f [N/V], where no force was logged.
+    mass: Moving mass [kg], where the user knows it: K_f/B is checked against it, or K_f taken from it.
+    strokes: Records at constant velocity, which determine K_f where no record of a response has a force.
+    Raises FricError: When a record gives no response, too few lines are certain, or the sign of input or position is
+        wrong.
     """
     # of the records as they were logged: what is made up for along a cubic looks like jitter
     clocks = [record_flaws([given], "plant") if isinstance(given, Log) else [] for given in records]
@@ -135,7 +120,7 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
         estimates["A"] = replace(estimates["A"], value=0.0, ci95=(0.0, high), assumed=True)
     return PlantFit(
         fits[0].measured.table.axis, motion, estimates, solution, tuple(fits), influence, rate, transport,
-        _second_mass(solution), (*notices, *others, *chain.from_iterable(clocks)),
+        solution.second_mass(), (*notices, *others, *chain.from_iterable(clocks)),
     )  # fmt: skip
 
 
@@ -164,21 +149,6 @@ def _measured(
         if known is not None and driven is not None and np.any(driven != known.driven):
             measured[n] = measure_response(records[n], period=period, segment=segment, driven=driven)
     return measured
-
-
-def _second_mass(solution: PlantSolution) -> dict[str, Estimate] | None:
-    found = solution.form.resonance(solution.values)
-    if found is None:
-        return None
-    half = solution.half_widths()[3 + solution.form.friction :]
-    f, zeta, ratio = found.frequency, found.damping, found.ratio
-    known = len(half) > 2
-    limits = (ratio - float(half[2]), ratio + float(half[2])) if known else None
-    return {
-        "frequency": Estimate(f, "Hz", (f * float(np.exp(-half[0])), f * float(np.exp(half[0])))),
-        "ratio": Estimate(ratio, "1", limits, assumed=not known),
-        "damping": Estimate(zeta, "1", (zeta * float(np.exp(-half[1])), zeta * float(np.exp(min(half[1], 20.0))))),
-    }
 
 
 def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[PlantSolution, FrictionInfluence]:
@@ -258,18 +228,12 @@ def plant_records(
 
 UNLIKE = 0.02
 """Misfit of eq. (1) above which a second mass is searched for [1]."""
-OFF = 6.0
-"""Ratio to the usual residual above which a line is an outlier."""
-VISIBLE = 0.01
-"""Least relative residual of an outlying line."""
-MOST_OUTLIERS = 0.35
-"""Largest share of outlying lines: with more, the model is wrong."""
-ROUGH = 0.03
-"""Misfit assumed in the search for the best start [1]."""
-GAIN = 40.0
-"""Least relative reduction of the sum of bounded squared residuals by an accepted second mass."""
-BELOW = 3.0
-"""Least ratio of a second mass's frequency to the lowest line: below it, lines show the rigid axis."""
+OFF = 6.0  # Ratio to the usual residual above which a line is an outlier
+VISIBLE = 0.01  # Least relative residual of an outlying line
+MOST_OUTLIERS = 0.35  # Largest share of outlying lines: with more, the model is wrong
+ROUGH = 0.03  # Misfit assumed in the search for the best start [1]
+GAIN = 40.0  # Least relative reduction of the sum of bounded squared residuals by an accepted second mass
+BELOW = 3.0  # Least ratio of a second mass's frequency to the lowest line: below it, lines show the rigid axis
 
 
 class Found(NamedTuple):
@@ -372,17 +336,8 @@ def _off(lines: Lines, solution: PlantSolution) -> Complex:
     return np.asarray(np.log(lines.response / solution.response(lines.frequency, lines.hold)))
 
 
-def at(lines: Lines, kept: Mask) -> Lines:
-    """Return a part of the lines."""
-    return lines._replace(
-        frequency=lines.frequency[kept], response=lines.response[kept], deviation=lines.deviation[kept]
-    )
-
-
-SMALL = 0.03
-"""Largest share of friction in a correct A."""
-QUIET = 20.0
-"""Largest frequency in the search for friction's harmonics [Hz]; above it encoder steps cause more voltage."""
+SMALL = 0.03  # Largest share of friction in a correct A
+QUIET = 20.0  # Largest frequency in the search for friction's harmonics [Hz]; above it encoder steps cause more voltage
 
 
 def described(
@@ -399,9 +354,20 @@ def described(
     """
     for fit in fits:
         name = fit.measured.table.name
-        yield from (Notice.of(warning).at(name) for warning in fit.measured.warnings)
-        yield from _of_lines(name, fit)
-    yield from _of_mode(solution)
+        yield from (warning.at(name) for warning in fit.measured.warnings)
+        if fit.stand_off:
+            yield response.LINES_STAND_OFF.found(name, count=len(fit.stand_off), lines=list(fit.stand_off))
+        if (size := fit.solution.misfit) > 0:
+            f = fit.measured.table.frequency[fit.used]
+            worst = float(f[int(np.argmax(np.abs(np.log(fit.measured.response[fit.used] / fit.model(f)))))])
+            found = {"misfit": size, "worst": worst, "highest": 0.5 * worst}
+            yield response.RESPONSE_MISFIT.found(name, wrong=size >= response.FALSE, **found)
+    if (mode := solution.form.resonance(solution.values)) is not None:
+        by_motor = mode.encoder == "motor"
+        frequency, share = Estimate(mode.frequency, "Hz"), mode.ratio if by_motor else 0.0
+        yield response.SECOND_MASS.found(encoder=mode.encoder, frequency=frequency, share=share)
+        if by_motor:
+            yield response.SPRING_IN_SERIES.found()
     yield from _of_friction(fits, friction, estimates)
     if float(estimates["A"]) <= float(solution.half_widths()[0]):
         lowest = min(float(fit.measured.table.frequency[fit.used].min()) for fit in fits)
@@ -412,28 +378,6 @@ def described(
     yield response.A_HOLDS_VISCOUS.found()
     if "K_f" not in estimates:
         yield K_F_MISSING.found()
-
-
-def _of_lines(name: str, fit: ResponseFit) -> Iterator[Notice]:
-    if fit.stand_off:
-        yield response.LINES_STAND_OFF.found(name, count=len(fit.stand_off), lines=list(map(float, fit.stand_off)))
-    if fit.solution.misfit > 0:
-        f = fit.measured.table.frequency[fit.used]
-        off = np.abs(np.log(fit.measured.response[fit.used] / fit.model(f)))
-        worst, size = float(f[int(np.argmax(off))]), fit.solution.misfit
-        yield response.RESPONSE_MISFIT.found(
-            name, misfit=size, worst=worst, wrong=size >= response.FALSE, highest=0.5 * worst
-        )
-
-
-def _of_mode(solution: PlantSolution) -> Iterator[Notice]:
-    mode = solution.form.resonance(solution.values)
-    if mode is None:
-        return
-    share = mode.ratio if mode.encoder == "motor" else 0.0
-    yield response.SECOND_MASS.found(encoder=mode.encoder, frequency=Estimate(mode.frequency, "Hz"), share=share)
-    if mode.encoder == "motor":
-        yield response.SPRING_IN_SERIES.found()
 
 
 def _of_friction(
@@ -449,12 +393,11 @@ def _of_friction(
         return
     if friction.compared or not np.any(np.nan_to_num(gains) > 0):
         return
-    gain = float(np.nanmax(gains))
-    B = float(estimates["B"])
-    each = f"each volt of Coulomb friction adds {gain * B:.3g} 1/s to it"
+    gain = float(np.nanmax(gains)) * float(estimates["B"])
+    per, unit = gain, "volt"
     if "K_f" in estimates:
-        each = f"each {'N*m' if estimates['K_f'].unit.startswith('N*m') else 'N'} of Coulomb friction adds "
-        each += f"{gain * B / float(estimates['K_f']):.3g} 1/s to it"
+        per, unit = gain / float(estimates["K_f"]), estimates["K_f"].unit.partition("/")[0]
+    each = f"each {unit} of Coulomb friction adds {per:.3g} 1/s to it"
     added = [_friction_seen(fit) for fit in fits]
     small = all(value is not None and value < SMALL for value in added)
     yield response.A_HOLDS_FRICTION.found(each=each, small=small, limit=SMALL)

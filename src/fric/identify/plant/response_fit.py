@@ -12,7 +12,6 @@ from scipy.special import chdtri, stdtrit
 from fric.arrays import Complex, Mask, Real
 from fric.drive.plant import LinearPlant, hold_delay
 from fric.drive.resonance import Encoder, Resonance
-from fric.drive.sampled import SampledPlant
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.plant.frequency_response import MeasuredResponse
@@ -20,8 +19,7 @@ from fric.notice import Notice
 from fric.statistics import jackknife, widened
 from fric.units import Motion, si_unit
 
-COARSEST = 0.3
-"""Relative deviation up to which the logarithm of a response is practically unbiased."""
+COARSEST = 0.3  # Relative deviation up to which the logarithm of a response is practically unbiased
 
 
 class Lines(NamedTuple):
@@ -38,25 +36,27 @@ class Lines(NamedTuple):
 
 
 def select(
-    measured: MeasuredResponse, *, hold: float | None, coherence: float, band: tuple[float, float] = (0.0, np.inf)
-) -> tuple[Lines, Mask]:
+    measured: MeasuredResponse, *, hold: float | None, coherence: float, band: tuple[float, float] = (0.0, np.inf),
+    least: int = 4,
+) -> tuple[Lines, Mask]:  # fmt: skip
     """Return the lines of a response that are certain enough, and their selection, shape (n,).
 
     hold: Sampling rate of the hold [Hz], or None.
     coherence: Least coherence.
     band: Lowest and highest frequency [Hz].
-    Raises FricError: When fewer than four lines are left.
+    least: Least number of lines.
+    Raises FricError: When fewer lines are left.
     """
     table = measured.table
     f = table.frequency
     deviation = np.ones_like(f) if table.deviation is None else table.deviation
-    known = measured.method != "table" or table.coherence is None
+    known = measured.method != "table"
     used = (f >= band[0]) & (f <= band[1]) & (f < (np.inf if hold is None else 0.45 * hold))
     if table.coherence is not None:
         used &= table.coherence >= coherence
-    if measured.method != "table":
+    if known:
         used &= deviation <= COARSEST
-    if np.count_nonzero(used) < 4:
+    if np.count_nonzero(used) < least:
         raise FricError(
             f"{np.count_nonzero(used)} of {len(f)} frequencies have a coherence of {coherence:g} or more"
             + (f" between {band[0]:g} and {band[1]:g} Hz" if band != (0.0, np.inf) else ""),
@@ -66,9 +66,16 @@ def select(
     floor = 1e-9  # a response without any noise weighs much, but not infinitely
     lines = Lines(
         f[used], measured.response[used], np.maximum(deviation[used], floor), hold, measured.reversing or 0.0,
-        measured.correlation, known and measured.method != "table",
+        measured.correlation, known,
     )  # fmt: skip
     return lines, used
+
+
+def at(lines: Lines, kept: Mask) -> Lines:
+    """Return a part of the lines."""
+    return lines._replace(
+        frequency=lines.frequency[kept], response=lines.response[kept], deviation=lines.deviation[kept]
+    )
 
 
 def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float]:
@@ -104,16 +111,12 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float
     return at, best
 
 
-UNDETERMINED = 0.5
-"""Assumed share of the table in the moving mass, if it is not determined."""
-BLOCKS, FEWEST = 10, 5
-"""Number of blocks of neighbouring lines for the jackknife, and the least number."""
+UNDETERMINED = 0.5  # Assumed share of the table in the moving mass, if it is not determined
+BLOCKS, FEWEST = 10, 5  # Number of blocks of neighbouring lines for the jackknife, and the least number
 SCATTER_BY_CHANCE = float(chdtri(BLOCKS - 1, 0.1)) / (BLOCKS - 1)
 """Ratio of the variances by blocks and by scatter that chance exceeds in one of ten cases."""
-OTHER_RATIOS = (0.2, 0.8)
-"""Other possible shares of the table, if it is not determined."""
-MISFIT = 0.99
-"""Quantile of chi-squared above which the residuals exceed noise."""
+OTHER_RATIOS = (0.2, 0.8)  # Other possible shares of the table, if it is not determined
+MISFIT = 0.99  # Quantile of chi-squared above which the residuals exceed noise
 
 
 class ResponseForm(NamedTuple):
@@ -143,7 +146,8 @@ class ResponseForm(NamedTuple):
         self, x: Real, frequency: Real, hold: float | None, reversing: float = 0.0, share: float = UNDETERMINED
     ) -> Complex:
         """Return Z/U [m/V] of these parameters at frequencies [Hz], shape (n,)."""
-        return modelled(self.plant(x, reversing), frequency, hold, self.resonance(x, share))
+        plant, resonance = self.plant(x, reversing), self.resonance(x, share)
+        return resonance.response(plant, frequency, hold) if resonance else plant.response(frequency, hold)
 
 
 EQUATION_1 = ResponseForm()
@@ -175,34 +179,29 @@ class PlantSolution:
         """Return half the 95 % intervals, shape (p,)."""
         return float(stdtrit(self.freedom, 0.975)) * np.sqrt(np.diag(self.covariance))
 
+    def second_mass(self) -> dict[str, Estimate] | None:
+        """Return frequency, ratio and damping of the second mass with their 95 % intervals, where there is one."""
+        found = self.form.resonance(self.values)
+        if found is None:
+            return None
+        f, zeta, ratio, half = found.frequency, found.damping, found.ratio, self.half_widths()[3 + self.form.friction :]
+        known = len(half) > 2
+        limits = (ratio - float(half[2]), ratio + float(half[2])) if known else None
+        return {
+            "frequency": Estimate.around_log(f, "Hz", float(half[0])),
+            "ratio": Estimate(ratio, "1", limits, assumed=not known),
+            "damping": Estimate.around_log(zeta, "1", float(min(half[1], 20.0))),
+        }
+
     def estimates(self, motion: Motion) -> dict[str, Estimate]:
         """Return A, B and T_d with their 95 % intervals; that of B is symmetric in its logarithm."""
         A, log_B, T_d = (float(v) for v in self.values[:3])
         half = [float(h) for h in self.half_widths()[:3]]
-        B = exp(log_B)
         return {
             "A": Estimate.around(A, si_unit("rate", motion), half[0]),
-            "B": Estimate(B, si_unit("acceleration per input", motion), (B * exp(-half[1]), B * exp(half[1]))),
+            "B": Estimate.around_log(exp(log_B), si_unit("acceleration per input", motion), half[1]),
             "T_d": Estimate.around(T_d, "s", half[2]),
         }
-
-
-def modelled(plant: LinearPlant, frequency: Real, hold: float | None, resonance: Resonance | None = None) -> Complex:
-    """Return Z/U [m/V]: eq. (1), or from sample to sample behind a zero-order hold, exactly.
-
-    The hold's half sample is in T_d, and only the rest of it is transport; the other effects of hold and sampling (2.6
-    % of magnitude at an eighth of the sampling rate) are in the response.
-
-    plant: Eq. (1).
-    frequency: Frequencies [Hz], shape (n,).
-    hold: Sampling rate of the hold [Hz], None for the continuous response.
-    resonance: A second mass, if any.
-    """
-    if resonance is not None:
-        return resonance.response(plant, frequency, hold)
-    if hold is None:
-        return plant.response(frequency)
-    return SampledPlant.of(plant, hold).response(frequency, hold)
 
 
 def solve(
@@ -238,13 +237,17 @@ def solve(
         second = [float(np.log(resonance.frequency)), float(np.log(resonance.damping)), resonance.ratio]
         start, scale = np.append(start, second[:n]), scale + [0.05, 0.3, 0.05][:n]
         lower, upper = lower + [second[0] - 2.0, -9.0, 1e-3][:n], upper + [second[0] + 2.0, 0.0, 0.999][:n]
+
+    def model(x: Real, lines: Lines) -> Complex:
+        return form.response(x, lines.frequency, lines.hold, lines.reversing)
+
     correlation = max(lines.correlation for lines in sets)
     rows = sum(2 * len(lines.frequency) for lines in sets)
     freedom = max(rows / correlation - len(start), 1.0)
 
     def fitted(added: Sequence[float], start: Real) -> optimize.OptimizeResult:
         def residual(x: Real) -> Real:
-            return np.concatenate([_residual(form, x, lines, a) for lines, a in zip(sets, added, strict=True)])
+            return np.concatenate([residual_of(model(x, s), s, a) for s, a in zip(sets, added, strict=True)])
 
         return optimize.least_squares(
             residual, start, jac="3-point", bounds=(lower, upper), x_scale=scale, xtol=1e-10, ftol=1e-10, gtol=1e-10,
@@ -256,7 +259,7 @@ def solve(
     unexplained = chi2 * freedom > chdtri(freedom, 1 - MISFIT)
     if misfits is None and unexplained and all(lines.known for lines in sets):
         for _ in range(60):  # the misfit with which chi-squared is its freedom
-            added = [_misfit(form, found.x, lines) for lines in sets]
+            added = [_misfit(model(found.x, lines), lines, len(start)) for lines in sets]
             last, found = found.x, fitted(added, found.x)
             if np.allclose(found.x, last, rtol=1e-6, atol=1e-12):
                 break
@@ -266,9 +269,9 @@ def solve(
     covariance = widened(covariance, _left_out(found, sets, covariance) / quantile**2)
     if form.encoder == "table":
         for ratio in OTHER_RATIOS:
-            other = np.concatenate([_residual(form, found.x, lines, a, ratio)
-                                    for lines, a in zip(sets, added, strict=True)])  # fmt: skip
-            moved = np.linalg.lstsq(found.jac, other - found.fun, rcond=None)[0]
+            shares = [form.response(found.x, lines.frequency, lines.hold, lines.reversing, ratio) for lines in sets]
+            other = [residual_of(share, lines, a) for share, lines, a in zip(shares, sets, added, strict=True)]
+            moved = np.linalg.lstsq(found.jac, np.concatenate(other) - found.fun, rcond=None)[0]
             covariance = covariance + np.outer(moved, moved) / (len(OTHER_RATIOS) * quantile**2)
     return PlantSolution(found.x, covariance, plain, max(added), freedom, form)
 
@@ -294,17 +297,17 @@ def _left_out(found: optimize.OptimizeResult, sets: Sequence[Lines], covariance:
     return np.asarray(np.where(np.outer(sure, sure), moved, 0.0))
 
 
-def _residual(form: ResponseForm, x: Real, lines: Lines, misfit: float, share: float = UNDETERMINED) -> Real:
-    model = form.response(x, lines.frequency, lines.hold, lines.reversing, share)
-    ratio = np.log(lines.response / model)
+def residual_of(modelled: Complex, lines: Lines, misfit: float) -> Real:
+    """Return log magnitudes and phases over a model, each over its deviation, shape (2·n,)."""
+    ratio = np.log(lines.response / modelled)
     weight = 1 / np.hypot(lines.deviation, misfit)
     return np.concatenate([ratio.real * weight, ratio.imag * weight])
 
 
-def _misfit(form: ResponseForm, x: Real, lines: Lines) -> float:
+def _misfit(modelled: Complex, lines: Lines, count: int) -> float:
     """Return the relative deviation at which chi-squared of a response equals its degrees of freedom."""
-    squares = _residual(form, x, lines, 0.0).reshape(2, -1) ** 2 * lines.deviation**2
-    n = max(squares.size - len(x), 1)
+    squares = residual_of(modelled, lines, 0.0).reshape(2, -1) ** 2 * lines.deviation**2
+    n = max(squares.size - count, 1)
 
     def excess(misfit: float) -> float:
         return float(np.sum(squares / (lines.deviation**2 + misfit**2))) - n

@@ -34,8 +34,7 @@ from fric.units import Motion, readable, si_unit
 
 UNLIKE = 0.05
 """Share of the viscous friction by which the directions differ from their mean, above which there is a warning."""
-REST = 0.01
-"""Share of the largest speed below which the axis counts as resting."""
+REST = 0.01  # Share of the largest speed below which the axis counts as resting
 
 
 @dataclass(frozen=True)
@@ -188,24 +187,20 @@ def _plant(  # noqa: PLR0913 - what a motion tells and what is given besides
     K_f: Estimate | None, delay: float | None, sampling: float, motion: Motion,
 ) -> dict[str, Estimate]:  # fmt: skip
     """Return A = F_v/M, B = K_f/M, and their intervals by the delta method."""
-    M = values[0]
-    share = np.array([1.0]) if direction == "both" else np.array([0.5, 0.5])
-    viscous = [1] if direction == "both" else [1, 3]
-    gradient = np.zeros(len(values))
-    A = float(share @ values[viscous] / M)
-    gradient[0], gradient[viscous] = -A / M, share / M
-    found = {
-        "A": Estimate.around(A, si_unit("rate", motion), quantile * float(np.sqrt(gradient @ covariance @ gradient)))
-    }
+    M, viscous = values[0], np.zeros(len(values))  # the mean of the directions
+    viscous[[1] if direction == "both" else [1, 3]] = 1.0 if direction == "both" else 0.5
+    A = float(viscous @ values / M)
+    gradient = viscous / M
+    gradient[0] = -A / M
+    half = quantile * float(np.sqrt(gradient @ covariance @ gradient))
+    found = {"A": Estimate.around(A, si_unit("rate", motion), half)}
     k = 1.0 if channel == "input" else None if K_f is None else float(K_f)
     if k is not None:
-        B = k / M
-        relative = quantile * np.sqrt(covariance[0, 0]) / abs(M)
+        B = float(k / M)
+        relative = quantile * float(np.sqrt(covariance[0, 0])) / abs(float(M))
         if channel == "force" and K_f is not None and isinstance(K_f.ci95, tuple):
             relative = float(np.hypot(relative, K_f.half_width / k))
-        found["B"] = Estimate(
-            float(B), si_unit("acceleration per input", motion), (float(B * (1 - relative)), float(B * (1 + relative)))
-        )
+        found["B"] = Estimate.around(B, si_unit("acceleration per input", motion), B * relative)
     unit = si_unit("time", motion)
     found["T_d"] = (
         Estimate(hold_delay(sampling), unit, assumed=True) if delay is None else Estimate(delay, unit, fixed=True)

@@ -12,27 +12,20 @@ from fric.arrays import Mask, Real
 from fric.choice import ranked
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.flaws.drift import RECORDS_VARY
+from fric.flaws.drift import ENERGY_DRIFTS, ENERGY_IN_ONE_SEGMENT, RECORDS_VARY
 from fric.friction import FrictionModel
-from fric.friction.stribeck import StaticMap
+from fric.friction.directed import directed
+from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay, record_notices
 from fric.notice import Notice
 from fric.records.prepared import Prepared
 from fric.threads import one_blas_thread
 
-Masks = tuple[Mask, ...]
+Masks = tuple[Mask, ...]  # Samples of each record, each of shape (n,)
 
 
-@dataclass(frozen=True)
-class Split:
-    """The samples to fit and to score, as a mask for each record."""
-
-    fitted: Masks  # fitted, scored: masks of the records' samples, each of shape (n,)
-    scored: Masks
-
-
-def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple[Split, ...]:
-    """Return a split: fit the records of these names, score the others.
+def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple[Masks, ...]:
+    """Return a split, the samples to fit of each record: all of the records of these names; the others are scored.
 
     Raises FricError: When a name has no record, or no record is left to score.
     """
@@ -42,46 +35,33 @@ def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple
             raise FricError(f"there is no record '{name}'", hint=f"The records are {', '.join(names)}.")
     if set(names) <= set(fitted):
         raise FricError("every record is fitted, and none is left to score", hint="Leave one out of `fit_on=`.")
-    none = [np.zeros(len(record.force), bool) for record in records]
-    chosen = [record.used if name in fitted else no for record, name, no in zip(records, names, none, strict=True)]
-    others = [no if name in fitted else record.used for record, name, no in zip(records, names, none, strict=True)]
-    return (Split(tuple(chosen), tuple(others)),)
+    return (tuple(record.used & (record.log.name in fitted) for record in records),)
 
 
-def split_by_cycles(records: Sequence[Prepared], cycles: int) -> tuple[Split, ...]:
+def split_by_cycles(records: Sequence[Prepared], cycles: int) -> tuple[Masks, ...]:
     """Return a split: fit the first cycles of every record after its first reversal, score the rest.
 
     Raises FricError: When a record has no more cycles than that.
     """
-    fitted, scored = [], []
     for record in records:
         if len(record.reversals) < 2 * cycles + 2:
             raise FricError(
                 f"there are {max(len(record.reversals) - 1, 0) // 2} cycles", where=record.log.where,
                 hint="Fit fewer of them, and leave some to score.",
             )  # fmt: skip
-        first = np.arange(len(record.force)) < record.reversals[2 * cycles]
-        fitted.append(record.used & first)
-        scored.append(record.used & ~first)
-    return (Split(tuple(fitted), tuple(scored)),)
+    return (tuple(r.used & (np.arange(len(r.force)) < r.reversals[2 * cycles]) for r in records),)
 
 
-def split_by_folds(records: Sequence[Prepared], folds: int) -> tuple[Split, ...]:
+def split_by_folds(records: Sequence[Prepared], folds: int) -> tuple[Masks, ...]:
     """Return ``folds`` splits: each record is cut into as many parts, each of which a fit to the others scores."""
     part = [(np.cumsum(record.used) - 1) * folds // max(int(record.used.sum()), 1) for record in records]
     return tuple(
-        Split(
-            tuple(record.used & (p != fold) for record, p in zip(records, part, strict=True)),
-            tuple(record.used & (p == fold) for record, p in zip(records, part, strict=True)),
-        )
-        for fold in range(folds)
+        tuple(record.used & (p != fold) for record, p in zip(records, part, strict=True)) for fold in range(folds)
     )
 
 
-NEAR = 0.3
-"""Time after a reversal that counts as near it [s]."""
-LENGTHS = 10.0
-"""Pre-sliding lengths after a reversal that count as near it."""
+NEAR = 0.3  # Time after a reversal that counts as near it [s]
+LENGTHS = 10.0  # Pre-sliding lengths after a reversal that count as near it
 
 
 def presliding_length(record: Prepared) -> float:
@@ -113,39 +93,38 @@ def near_reversals(record: Prepared, presliding: float) -> Mask:
 
 
 @dataclass(frozen=True)
-class Score:
-    """Score of a model."""
+class Baseline:
+    """Residual of held-out samples without a dynamic model: a useful model leaves less."""
 
-    name: str  # The model
-    fits: tuple[ReplayFit, ...]  # Its fit in each split
+    name: str  # What is subtracted
     parameters: int  # Number of parameters that were fitted
-    # Measured minus replayed force [N] of each record, from the split that scores a sample; nan where none does
+    # Measured less modelled force [N] of each record, from the split that scores a sample; nan where none does
     residual: tuple[Real, ...]
     rms: float  # rms, rms_near: root mean square of that over all samples scored, and over those near reversals [N]
     rms_near: float
+
+
+@dataclass(frozen=True)
+class Score(Baseline):
+    """The same of a model."""
+
+    fits: tuple[ReplayFit, ...]  # Its fit in each split
     rms_fitted: float  # Root mean square over the samples that were fitted, of all splits [N]
+    nanoseconds: float  # Time of one replayed step [ns]
     # What the model saves of the description of the fitted samples against a constant force, by BIC [bit]: ``n·log2(rms
     # of the force/rms of the residual) - p/2·log2(n)``, with n the number of independent residuals of the model that
     # has most of them
-    bits: float
-    bits_per_parameter: float  # That, for each parameter
-    nanoseconds: float  # Time of one replayed step [ns]
+    bits: float = float("nan")
 
     @property
     def model(self) -> FrictionModel:
         """The model fitted by the first split."""
         return self.fits[0].model
 
-
-@dataclass(frozen=True)
-class Baseline:
-    """Residual without a dynamic model: a useful model leaves less."""
-
-    name: str  # What is subtracted
-    parameters: int  # Number of parameters that were fitted
-    residual: tuple[Real, ...]  # As of a `Score` [N]
-    rms: float  # Root mean square of that over all samples scored [N]
-    rms_near: float  # The same near reversals [N]
+    @property
+    def bits_per_parameter(self) -> float:
+        """That, for each parameter."""
+        return self.bits / max(self.parameters, 1)
 
 
 @dataclass(frozen=True)
@@ -171,7 +150,7 @@ class Comparison:
 def compare_models(
     names: Sequence[str],
     records: Sequence[Prepared],
-    splits: Sequence[Split],
+    splits: Sequence[Masks],
     *,
     static: Mapping[str, Estimate] | None = None,
     negative: StaticMap | None = None,
@@ -187,14 +166,14 @@ def compare_models(
 
     names: Models to compare.
     records: See `fric.records.prepared.prepared`.
-    splits: The samples to fit and to score.
+    splits: The samples to fit; the others are scored.
     static, negative, blocks, seed: As in `identify_by_replay`.
     advance: Called after each model.
     Raises FricError: When there is no such model, or nothing to score.
     """
     lengths = tuple(presliding_length(record) for record in records)
     near = tuple(near_reversals(record, length) for record, length in zip(records, lengths, strict=True))
-    if not any(mask.any() for split in splits for mask in split.scored):
+    if not any((r.used & ~mask).any() for split in splits for r, mask in zip(records, split, strict=True)):
         raise FricError("there is no sample to score", where=records[0].log.where)
     scores = []
     for name in names:
@@ -204,119 +183,111 @@ def compare_models(
     independent = max(score.fits[0].independent for score in scores)
     scores = sorted((_with_bits(score, independent) for score in scores), key=lambda score: score.parameters)
     scores = [scores[n] for n in ranked([score.rms for score in scores])]
-    columns = {"constant force": _nothing, "Coulomb and viscous": _coulomb_viscous}
+    plain = [
+        _baseline("constant force", 0, _nothing, records, splits, near),
+        _baseline("Coulomb and viscous", 2, _coulomb_viscous, records, splits, near),
+    ]
     if static and {"F_c", "F_s", "v_s"} <= set(static):
-        columns["static map"] = partial(_static_map, static, negative)
-    plain = tuple(_baseline(name, look, records, splits, near) for name, look in columns.items())
-    others: list[Score | Baseline] = [*scores[1:], *plain]
+        forward = StaticMap(**{name: float(static[name]) for name in STATIC_PARAMETERS if name in static})
+        plain.append(_baseline("static map", 0, lambda _: _of_map(forward, negative), records, splits, near))
+    others: list[Baseline] = [*scores[1:], *plain]
     leads = {other.name: _lead(records, scores[0].residual, other.residual) for other in others}
     winner = scores[0].name if leads and all(lead > error for lead, error in leads.values()) else None
-    amiss = record_notices(records)  # of all records, and once: the warnings of a fit are of some records only
-    of_records = {notice.code for notice in amiss}
+    # of all records, and once: the warnings of a fit are of some records only
+    amiss = record_notices(records, scores[0].model)
     amiss += [warning for warning in scores[0].fits[0].warnings if warning.code == RECORDS_VARY.code]
-    of_records.add(RECORDS_VARY.code)
+    of_records = {notice.code for notice in amiss}
+    of_records |= {flaw.code for flaw in (RECORDS_VARY, ENERGY_DRIFTS, ENERGY_IN_ONE_SEGMENT)}
     warnings = [
         warning.at(score.name)
         for score in scores
         for warning in score.fits[0].warnings
         if warning.code not in of_records
     ]
-    return Comparison(tuple(scores), tuple(records), near, lengths, plain, winner, leads, (*amiss, *warnings))
+    return Comparison(tuple(scores), tuple(records), near, lengths, tuple(plain), winner, leads, (*amiss, *warnings))
+
+
+Modelled = Callable[[Prepared], Real]  # The force of a fit along a record [N], shape (n,)
+
+
+def _held_out(
+    fit: Callable[[Sequence[Prepared]], Modelled], records: Sequence[Prepared], splits: Sequence[Masks]
+) -> tuple[tuple[Real, ...], Real]:
+    """Return what fits leave of the samples that they did not see, by record, and of those that they saw, in one row.
+
+    The terms of a record are fitted to the samples seen, or to the others where none was.
+    """
+    residual = tuple(np.full(len(record.force), np.nan) for record in records)
+    seen = []
+    for split in splits:
+        chosen = [record.restricted(mask) for record, mask in zip(records, split, strict=True)]
+        modelled = fit(chosen)
+        for record, fitted, into in zip(records, chosen, residual, strict=True):
+            left = record.force - modelled(record)
+            left = left - record.own @ (fitted if fitted.used.any() else record).record_part(left)
+            scored = record.used & ~fitted.used
+            into[scored] = left[scored]
+            seen.append(left[fitted.used])
+    return residual, np.concatenate(seen)
 
 
 def _scored(
-    name: str, fitting: Callable[..., ReplayFit], records: Sequence[Prepared], splits: Sequence[Split], near: Masks
+    name: str, fitting: Callable[..., ReplayFit], records: Sequence[Prepared], splits: Sequence[Masks], near: Masks
 ) -> Score:
     fits: list[ReplayFit] = []
-    residual = [np.full(len(record.force), np.nan) for record in records]
-    fitted: list[Real] = []
-    for split in splits:
-        chosen = [record.restricted(mask) for record, mask in zip(records, split.fitted, strict=True)]
-        fit = fitting(chosen, start=fits[0].model if fits else None)
-        fits.append(fit)
-        for record, mask, scored, rest in zip(records, split.fitted, split.scored, residual, strict=True):
-            left = _score(record, record.force - record.replay(fit.model), mask, scored, rest)
-            fitted.append(left[mask & record.used])
-    all_of_it, all_near = np.concatenate(residual), np.concatenate(near)
+
+    def fit(chosen: Sequence[Prepared]) -> Modelled:
+        fits.append(fitting(chosen, start=fits[0].model if fits else None))
+        return lambda record: record.replay(fits[-1].model)
+
+    residual, seen = _held_out(fit, records, splits)
     spent = min(_seconds(fits[0].model, records) for _ in range(3))
-    return Score(
-        name=name,
-        fits=tuple(fits),
-        parameters=len(fits[0].x),
-        residual=tuple(residual),
-        rms=_rms(all_of_it),
-        rms_near=_rms(all_of_it[all_near]),
-        rms_fitted=_rms(np.concatenate(fitted)),
-        bits=float("nan"),
-        bits_per_parameter=float("nan"),
-        nanoseconds=spent / sum(len(record.force) for record in records) * 1e9,
-    )
-
-
-def _nothing(record: Prepared) -> Real:
-    return np.empty((len(record.force), 0))
-
-
-def _coulomb_viscous(record: Prepared) -> Real:
-    return np.column_stack([np.sign(record.motion.velocity), record.motion.velocity])
-
-
-def _static_map(static: Mapping[str, Estimate], negative: StaticMap | None, record: Prepared) -> Real:
-    v = record.motion.velocity
-    forward = StaticMap(
-        **{
-            parameter.name: float(static[parameter.name])
-            for parameter in StaticMap.parameters
-            if parameter.name in static
-        }
-    )
-    backward = negative or forward
-    force = np.sign(v) * np.where(v < 0, backward.level(v), forward.level(v))
-    return np.asarray((force + v * np.where(v < 0, backward.sigma, forward.sigma))[:, np.newaxis])
+    steps = sum(len(record.force) for record in records)
+    return Score(name, len(fits[0].x), residual, *_sizes(residual, near), tuple(fits), _rms(seen), spent / steps * 1e9)
 
 
 def _baseline(
-    name: str, columns: Callable[[Prepared], Real], records: Sequence[Prepared], splits: Sequence[Split], near: Masks
-) -> Baseline:
-    """Return the residual of columns fitted by least squares to the models' samples; a map has the factor 1."""
-    of_records, known = [columns(record) for record in records], name == "static map"
-    count = of_records[0].shape[1]
-    residual = [np.full(len(record.force), np.nan) for record in records]
-    for split in splits:
-        rows = []
-        for X, record, mask in zip(of_records, records, split.fitted, strict=True):
-            fitted = record.restricted(mask)  # the terms of the record are projected out (Frisch and Waugh)
-            both = np.column_stack([X, record.force])
-            rows.append((both - record.own @ np.column_stack([fitted.record_part(y) for y in both.T]))[fitted.used])
-        A, y = np.vstack(rows)[:, :count], np.vstack(rows)[:, count]
-        factor = np.ones(count) if known else np.linalg.lstsq(A, y, rcond=None)[0]
-        for X, record, mask, scored, left in zip(
-            of_records, records, split.fitted, split.scored, residual, strict=True
-        ):
-            _score(record, record.force - X @ factor, mask, scored, left)
-    everything = np.concatenate(residual)
-    return Baseline(
-        name, 0 if known else count, tuple(residual), _rms(everything), _rms(everything[np.concatenate(near)])
-    )
+    name: str, parameters: int, fit: Callable[[Sequence[Prepared]], Modelled], records: Sequence[Prepared],
+    splits: Sequence[Masks], near: Masks,
+) -> Baseline:  # fmt: skip
+    residual, _ = _held_out(fit, records, splits)
+    return Baseline(name, parameters, residual, *_sizes(residual, near))
 
 
-def _score(record: Prepared, left: Real, fitted: Mask, scored: Mask, into: Real) -> Real:
-    """Keep the residuals of the scored samples, without the terms of the record, fitted to the other samples."""
-    source = record.restricted(fitted)
-    if not source.used.any():
-        source = record.restricted(scored)
-    if source.used.any():
-        left = left - record.own @ source.record_part(left)
-    into[scored] = left[scored]
-    return left
+def _nothing(chosen: Sequence[Prepared]) -> Modelled:
+    return lambda record: np.zeros(len(record.force))
+
+
+def _coulomb_viscous(chosen: Sequence[Prepared]) -> Modelled:
+    """Fit both by least squares, with the terms of each record projected out (Frisch and Waugh)."""
+
+    def columns(record: Prepared) -> Real:
+        return np.column_stack([np.sign(record.motion.velocity), record.motion.velocity])
+
+    rows = []
+    for record in chosen:
+        both = np.column_stack([columns(record), record.force])
+        rows.append((both - record.own @ np.column_stack([record.record_part(y) for y in both.T]))[record.used])
+    A = np.vstack(rows)
+    factor = np.linalg.lstsq(A[:, :2], A[:, 2], rcond=None)[0]
+    return lambda record: columns(record) @ factor
+
+
+def _of_map(forward: StaticMap, negative: StaticMap | None) -> Modelled:
+    model = directed(forward, negative)
+    return lambda record: np.asarray(model.steady_state(record.motion.velocity))
 
 
 def _with_bits(score: Score, independent: float) -> Score:
     fit = score.fits[0]
     force = np.concatenate([record.force[record.used] - record.force[record.used].mean() for record in fit.records])
     penalty = 0.5 * score.parameters * np.log2(max(independent, 1.0))
-    saved = float(independent * np.log2(_rms(force) / max(fit.rmse, 1e-300)) - penalty)
-    return replace(score, bits=saved, bits_per_parameter=saved / max(score.parameters, 1))
+    return replace(score, bits=float(independent * np.log2(_rms(force) / max(fit.rmse, 1e-300)) - penalty))
+
+
+def _sizes(residual: Sequence[Real], near: Masks) -> tuple[float, float]:
+    everything = np.concatenate(residual)
+    return _rms(everything), _rms(everything[np.concatenate(near)])
 
 
 def _rms(values: Real) -> float:

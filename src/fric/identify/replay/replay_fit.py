@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 import numpy as np
 from scipy.special import stdtrit
 
 from fric.arrays import Real
+from fric.columns import PRESLIDING
 from fric.errors import FricError, near
 from fric.estimate import Covariance, Estimate, Interval
 from fric.flaws.blocks import EXPLAINS_LITTLE, NEVER_SLIDES, PARAMETER_UNSEEN
@@ -15,27 +17,36 @@ from fric.flaws.drift import RECORDS_VARY
 from fric.friction import FrictionModel, models
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
-from fric.identify.replay.coordinates import LEVEL, Coordinate, Coordinates, Ranges, coordinates_of, search_ranges
-from fric.identify.replay.lateness import lateness, of_timing
 from fric.identify.replay.placement import Placement, placed
 from fric.identify.replay.replay_intervals import (
     Beyond,
+    Key,
     Levels,
-    edges,
-    joint,
+    Solved,
+    lateness,
     levels_of,
-    limits,
-    order,
+    of_timing,
     replay_covariance,
     slopes,
     white,
 )
-from fric.identify.replay.replay_search import HOP, Point, Search
+from fric.identify.replay.replay_search import (
+    HOP,
+    LEVEL,
+    Coordinate,
+    Coordinates,
+    Point,
+    Ranges,
+    Search,
+    coordinates_of,
+    search_ranges,
+)
 from fric.notice import Notice
 from fric.records.flaws import record_flaws
-from fric.records.judgement import identifiability_of, too_coarse
+from fric.records.judgement import energy_changes, identifiability_of, too_coarse
 from fric.records.preparation import DIMENSIONS, Own
 from fric.records.prepared import Prepared
+from fric.records.recognition import kind_of
 from fric.statistics import DIFFERENT
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
@@ -113,8 +124,9 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
     """
     model = fitted_model(name)
     records = [record.trimmed() for record in records if record.used.any()]
-    if static is not None:
-        records = [_as_it_tells_the_lag(record) for record in records]
+    if static is not None:  # a lag in sliding is seen beside a known map
+        of_lag = [r.log.kind == "sliding-sine" and not r.slides and not len(r.reversals) for r in records]
+        records = [record.in_sliding() if lag else record for record, lag in zip(records, of_lag, strict=True)]
     held = _held(model, fix or {}, free, static)
     coordinates = Coordinates.of(
         model, search_ranges(records), blocks=blocks, held=held, level=with_level, negative=negative
@@ -164,15 +176,11 @@ def _falls(search: Search, best: Point, coordinate: Coordinate) -> bool:
     return not (isinstance(v_s, float) and v_s > fastest)
 
 
-def record_notices(records: Sequence[Prepared]) -> list[Notice]:
+def record_notices(records: Sequence[Prepared], model: FrictionModel) -> list[Notice]:
     """Return the warnings about records that any fit by replay has, for any model."""
-    return [*too_coarse(records), *record_flaws([record.log for record in records], "gms")]
-
-
-def _as_it_tells_the_lag(record: Prepared) -> Prepared:
-    """Return the part of a record in sliding that determines the lag; other records are unchanged."""
-    of_lag = record.log.kind == "sliding-sine" and not record.slides and not len(record.reversals)
-    return record.in_sliding() if of_lag else record
+    cycled = [record for record in records if kind_of(record.log) in PRESLIDING]
+    changes = chain.from_iterable(energy_changes(record, record.replay(model), record.used) for record in cycled)
+    return [*too_coarse(records), *record_flaws([record.log for record in records], "gms"), *changes]
 
 
 def fitted_model(name: str) -> type[FrictionModel]:
@@ -216,46 +224,37 @@ def _described(
 ) -> ReplayFit:
     """Return the fit with intervals and warnings."""
     coordinates, records = search.coordinates, tuple(search.records)
-    motion = records[0].log.motion
-    x, seen = best.x, search.seen(best)
-    quantile = float(stdtrit(max(len(best.residual) - len(x), 1), 0.975))
-    covariance, levels = np.full((len(x), len(x)), np.nan), None
+    motion, x, seen = records[0].log.motion, best.x, search.seen(best)
+    covariance, levels, quantile = np.full((len(x), len(x)), np.nan), None, _quantile(best, len(x))
     if seen.any():
-        shown = best.gradient[:, seen]
-        covariance[np.ix_(seen, seen)] = replay_covariance(shown, best.residual, records, quantile)
-        covariance[np.ix_(seen, seen)] += of_timing(search, best, shown, quantile)
-        if (levels := levels_of(search, best, shown, quantile)) is not None:
-            covariance[np.ix_(seen, seen)] += levels.gained
-        if beyond is not None:
-            covariance[np.ix_(seen, seen)] += beyond(search, x, np.eye(len(x))[:, seen])
+        basis = np.eye(len(x))[:, seen]
+        levels = levels_of(search, best, best.gradient @ basis, quantile)
+        covariance[np.ix_(seen, seen)] = _covariance(search, best, basis, quantile, beyond)
+        covariance[np.ix_(seen, seen)] += 0.0 if levels is None else levels.gained
     if placement is not None and len(placement.places) and seen.all():
         free = [placement.search.coordinates.free.index(c) for c in coordinates.free]
         covariance += placement.unsettled(float(np.sqrt(np.mean(best.residual**2))))[np.ix_(free, free)]
-    values = coordinates.values(x)
-    within, notices = opened(coordinates, values, limits(coordinates, x, covariance, seen, quantile), records)
-    blocks = order(coordinates, values)
+    solved = Solved(coordinates, x, seen, covariance, quantile)
+    within, notices = _opened(solved, records)
+    blocks = solved.order()
     estimates: dict[str, dict[str, Estimate]] = {}
     scaled: dict[str, dict[str, Estimate]] = {}
     for section, parameters in coordinates.model.declared().items():
         estimates[section], scaled[section] = {}, {}
         for p in parameters:
-            key, value, fitted = (section, p.name), values[section][p.name], within.get((section, p.name))
-            interval: Interval | tuple[Interval, ...] | None = None
+            key, value, fitted = (section, p.name), solved.values[section][p.name], within.get((section, p.name))
+            interval: Interval | tuple[Interval, ...] | None = fitted and fitted[0]
             if isinstance(value, tuple):
-                value = tuple(value[n] for n in blocks)
-                interval = tuple(fitted[n] for n in blocks) if fitted else None
-            elif fitted:
-                interval = fitted[0]
+                value, interval = tuple(value[n] for n in blocks), fitted and tuple(fitted[n] for n in blocks)
             unit, undetermined = si_unit(p.dimension, motion), key in assumed
             found = Estimate(value, unit, interval, fixed=interval is None and not undetermined, assumed=undetermined)
-            kept = section == "static" and static is not None and fitted is None and p.name in static
-            estimates[section][p.name], scaled[section][p.name] = (static[p.name] if kept else found), found  # type: ignore[index]
-    model = coordinates.on_guideway(coordinates.model.from_sections(scaled), values)
+            kept = static if section == "static" and static and fitted is None else {}
+            estimates[section][p.name], scaled[section][p.name] = kept.get(p.name, found), found
+    model = coordinates.on_guideway(coordinates.model.from_sections(scaled), solved.values)
     level = Estimate(1.0, "1")
     if (of_level := ("static", LEVEL.name)) in within:
-        level = Estimate(values["static"][LEVEL.name], "1", within[of_level][0])
-    warnings += [*notices, *record_notices(records)]
-    warnings += edges(coordinates, x, seen, covariance)
+        level = Estimate(solved.values["static"][LEVEL.name], "1", within[of_level][0])
+    warnings += [*notices, *record_notices(records, model), *solved.edges()]
     residual = replace(search, weights=None).residual(x)
     force = np.concatenate([record.force[record.used] for record in records])
     rmse = float(np.sqrt(np.mean(residual**2)))
@@ -274,7 +273,7 @@ def _described(
         warnings.append(RECORDS_VARY.found(by=by, order=each, one_speed=False))
     return ReplayFit(
         model, records[0].log.axis, motion, estimates, records, level, own, rmse, r2, independent, coordinates, x,
-        joint(coordinates, x, covariance, seen, blocks), lateness(search, best, quantile), tuple(warnings), between,
+        solved.joint(), lateness(search, best, quantile), tuple(warnings), between,
     )  # fmt: skip
 
 
@@ -291,66 +290,55 @@ def _scatter(
     return found
 
 
-Limits = dict[tuple[str, str], tuple[tuple[float, float], ...]]
-
-
-def opened(
-    coordinates: Coordinates,
-    values: Mapping[str, Mapping[str, float | tuple[float, ...]]],
-    within: Limits,
-    records: Sequence[Prepared],
-) -> tuple[Limits, list[Notice]]:
-    """Return intervals, open if the records set no upper limit, and the warnings about them.
+def _opened(
+    solved: Solved, records: Sequence[Prepared]
+) -> tuple[dict[Key, tuple[tuple[float, float], ...]], list[Notice]]:
+    """Return the 95 % intervals, open if the records set no upper limit, and the warnings about them.
 
     Where no branch slides, the largest force seen is only a lower bound of F_c and F_s, and v_s is not determined. A
     stiffness whose spring yields before the encoder shows motion after a reversal is a lower bound; records of a few
     encoder steps do not determine it.
-
-    coordinates: The searched coordinates.
-    values, within: Values and intervals by section and name.
     """
-    seen, motion, notices, found = identifiability_of(records), records[0].log.motion, [], dict(within)
-    declared = {(s, p.name): p for s, parameters in coordinates.model.declared().items() for p in parameters}
-    forces = [key for key in within if key in declared and declared[key].dimension == "force"]
-    if not seen.slides and forces:
-        for key in forces:
-            found[key] = tuple((seen.peak if len(within[key]) == 1 else low, np.inf) for low, _ in within[key])
-        for key in (key for key in within if key in declared and declared[key].dimension == "velocity"):
-            found[key] = tuple((0.0, np.inf) for _ in within[key])  # how friction falls once it slides
-        peak, names = Estimate(seen.peak, si_unit("force", motion)), " and ".join(name for _, name in forces)
+    seen, motion, notices, found = identifiability_of(records), records[0].log.motion, list[Notice](), solved.limits()
+    of: dict[str, list[Key]] = {"force": [], "velocity": [], "stiffness": []}
+    for key, slope in solved.slopes.items():
+        of.setdefault(slope.parameter.dimension, []).append(key)
+    if not seen.slides and of["force"]:
+        for key in of["force"]:
+            found[key] = tuple((seen.peak if len(found[key]) == 1 else low, np.inf) for low, _ in found[key])
+        found |= {key: ((0.0, np.inf),) * len(found[key]) for key in of["velocity"]}  # how it falls once it slides
+        peak, names = Estimate(seen.peak, si_unit("force", motion)), " and ".join(name for _, name in of["force"])
         notices.append(NEVER_SLIDES.found(force=peak, names=names, slope=seen.slope, amplitude=None, static=False))
     if len(too_coarse(records)) == len(records):
-        for key in (key for key in within if key in declared and declared[key].dimension == "stiffness"):
-            found[key] = tuple((0.0, np.inf) for _ in within[key])
-        return found, notices
-    level, length = _level(values), si_unit("position", motion)
-    for key, known in within.items():
-        if key not in declared or declared[key].dimension != "stiffness" or level is None:
-            continue
-        k = np.atleast_1d(np.asarray(values[key[0]][key[1]], float))
-        slips = np.broadcast_to(level, k.shape) / k
+        return found | {key: ((0.0, np.inf),) * len(found[key]) for key in of["stiffness"]}, notices
+    values = {name: np.asarray(value) for section in solved.values.values() for name, value in section.items()}
+    for section, name in of["stiffness"]:
+        limit = values.get("W", values.get("alpha", 1.0) * values.get("F_s", values.get("F_c", np.inf)))
+        slips = np.atleast_1d(limit / values[name])
         if (slips < seen.resolved).any():
-            found[key] = tuple(
-                (low, np.inf if slip < seen.resolved else high) for (low, high), slip in zip(known, slips, strict=True)
+            found[section, name] = tuple(
+                (low, np.inf if slip < seen.resolved else high)
+                for (low, high), slip in zip(found[section, name], slips, strict=True)
             )
-            slip, resolved = (Estimate(float(item), length) for item in (slips.min(), seen.resolved))
-            notices.append(STIFFNESS_UNRESOLVED.found(name=key[1], slip=slip, resolved=resolved))
+            slip, least = (Estimate(float(item), si_unit("position", motion)) for item in (slips.min(), seen.resolved))
+            notices.append(STIFFNESS_UNRESOLVED.found(name=name, slip=slip, resolved=least))
     return found, notices
 
 
-def _level(
-    values: Mapping[str, Mapping[str, float | tuple[float, ...]]],
-) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None:
-    """Return the force at which the springs of a model give way [N]: of each block, or of the only spring."""
-    every = {name: np.asarray(value, float) for section in values.values() for name, value in section.items()}
-    if "W" in every:
-        return every["W"]
-    level = every.get("F_s", every.get("F_c"))
-    return None if level is None else np.asarray(every["alpha"] * level) if "alpha" in every else level
+def _quantile(point: Point, count: int) -> float:
+    """Return the half-width of a 95 % interval in standard deviations, where a number of parameters is fitted."""
+    return float(stdtrit(max(len(point.residual) - count, 1), 0.975))
 
 
-BLIND = 1e-6
-"""Share of the largest effect of a direction below which records do not determine a direction."""
+def _covariance(search: Search, point: Point, basis: Real, quantile: float, beyond: Beyond | None) -> Real:
+    """Return the covariance of a solution in some directions (p, s): of residuals, of timing, and beyond both."""
+    shown = point.gradient @ basis
+    found = replay_covariance(shown, point.residual, search.records, quantile)
+    found = found + of_timing(search, point, shown, quantile)
+    return found if beyond is None else np.asarray(found + beyond(search, point.x, basis))
+
+
+BLIND = 1e-6  # Share of the largest effect of a direction below which records do not determine a direction
 
 
 def replay_information(
@@ -376,13 +364,7 @@ def replay_information(
     S, V = np.linalg.svd(here.gradient, full_matrices=False)[1:]
     seen = BLIND * S[0] < S
     basis = np.eye(len(x)) if seen.all() else V[seen].T
-    shown = here.gradient @ basis
-    freedom = max(len(here.residual) - len(basis.T), 1)
-    quantile = float(stdtrit(freedom, 0.975))
-    covariance = replay_covariance(shown, here.residual, search.records, quantile)
-    covariance += of_timing(search, here, shown, quantile)
-    if beyond is not None:
-        covariance += beyond(search, x, basis)
+    covariance = _covariance(search, here, basis, _quantile(here, len(basis.T)), beyond)
     information = basis @ np.linalg.inv(covariance) @ basis.T
     levels = [n for n, c in enumerate(coordinates.free) if c.parameter is LEVEL]
     kept = [n for n in range(len(x)) if n not in levels]
