@@ -12,6 +12,9 @@ from fric.arrays import Real
 from fric.errors import FricError
 
 QUADRANTS = ("+x", "+y", "-x", "-y")
+"""The four reversals of a circle, by where they lie: at +x and -x the x axis reverses, at +y and -y the y axis."""
+WINDOW = pi / 6  # Half the width of the window around a reversal in which its glitch is looked for [rad]
+SWINGS = 5  # Least number of swings about a smooth error that count as an oscillation
 
 
 def of_axes(names: Sequence[str], known: Collection[str]) -> tuple[str, ...]:
@@ -22,14 +25,6 @@ def of_axes(names: Sequence[str], known: Collection[str]) -> tuple[str, ...]:
 def beside(name: str) -> tuple[str, str]:
     """Return the names of both axes of a circle if one is known: y is the second axis, any other name the first."""
     return ("x", "y") if name == "y" else (name, "y")
-
-
-"""The four reversals of a circle, by where they lie: at +x and -x the x axis reverses, at +y and -y the y axis."""
-
-WINDOW = pi / 6
-"""Half the width of the window around a reversal in which its glitch is looked for [rad]."""
-SWINGS = 5
-"""Least number of swings about a smooth error that count as an oscillation."""
 
 
 class Figures(NamedTuple):
@@ -46,29 +41,40 @@ class Figures(NamedTuple):
         return max(map(abs, self.glitches), default=0.0)
 
 
+class Judged:
+    """The characteristic values of an error along a contour."""
+
+    error: Real
+
+    @property
+    def glitches(self) -> tuple[float, ...]:
+        """The signed glitch at each reversal [m]."""
+        raise NotImplementedError
+
+    @property
+    def glitch(self) -> float:
+        """The largest magnitude of the glitches [m]; 0 where no axis reverses."""
+        return max(map(abs, self.glitches), default=0.0)
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the error [m]."""
+        return float(np.sqrt(np.mean(self.error**2)))
+
+    @property
+    def range(self) -> float:
+        """Largest less smallest error [m]."""
+        return float(np.ptp(self.error))
+
+
 @dataclass(frozen=True)
-class Circularity:
+class Circularity(Judged):
     """The radial error over one steady revolution."""
 
     angle: Real  # Angle on the circle, from the +x axis [rad], in the order of the motion, shape (n,)
     error: Real  # Radial error ``rho - radius`` [m], positive outwards, shape (n,)
     # Glitch at +x, +y, -x and -y [m]: the signed peak of ``rho - median(rho)`` within 30° of the reversal
     quadrants: tuple[float, float, float, float]
-
-    @property
-    def glitch(self) -> float:
-        """The largest magnitude of the four glitches [m]."""
-        return max(map(abs, self.quadrants))
-
-    @property
-    def rms(self) -> float:
-        """Root mean square of the radial error [m]."""
-        return float(np.sqrt(np.mean(self.error**2)))
-
-    @property
-    def range(self) -> float:
-        """Largest less smallest radial error [m]."""
-        return float(np.ptp(self.error))
 
     @property
     def glitches(self) -> tuple[float, ...]:
@@ -147,7 +153,7 @@ class Reversal:
 
 
 @dataclass(frozen=True)
-class ContourError:
+class ContourError(Judged):
     """The distance from a path, along it."""
 
     station: Real  # Distance travelled [m], shape (n,)
@@ -159,24 +165,9 @@ class ContourError:
     oscillation: ClassVar[float] = 0.0
 
     @property
-    def glitch(self) -> float:
-        """The largest magnitude of the glitches [m]; 0 where no axis reverses."""
-        return max((abs(reversal.glitch) for reversal in self.reversals), default=0.0)
-
-    @property
     def glitches(self) -> tuple[float, ...]:
         """The glitch at each reversal [m]."""
         return tuple(reversal.glitch for reversal in self.reversals)
-
-    @property
-    def rms(self) -> float:
-        """Root mean square of the contour error [m]."""
-        return float(np.sqrt(np.mean(self.error**2)))
-
-    @property
-    def range(self) -> float:
-        """Largest less smallest contour error [m]."""
-        return float(np.ptp(self.error))
 
 
 def contour_error(path: Real, velocity: Real, motion: Real, sampling: float) -> ContourError:

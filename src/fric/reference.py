@@ -15,10 +15,7 @@ from fric.kernels.spline import Ends, spline_slopes
 
 MOST_SAMPLES = 20_000_000
 """Largest number of samples of a motion: 80 minutes at 4 kHz, one to two gigabytes of traces."""
-
-
-MOST_LEAD = 1.0
-"""Largest lead [s]: four times the longest delay of a loop."""
+MOST_LEAD = 1.0  # Largest lead [s]: four times the longest delay of a loop
 
 
 def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
@@ -60,12 +57,8 @@ class Reference:
 
     def __add__(self, other: Reference) -> Reference:
         """Return the sum of two motions of one length."""
-        return Reference(
-            self.sampling,
-            self.position + other.position,
-            self.velocity + other.velocity,
-            self.acceleration + other.acceleration,
-        )
+        parts = ("position", "velocity", "acceleration")
+        return Reference(self.sampling, *(getattr(self, part) + getattr(other, part) for part in parts))
 
     def ahead(self, lead: float) -> Reference:
         """Return the motion a lead later, at the same instants.
@@ -230,18 +223,10 @@ def circle(
     The feed grows smoothly from rest over a quarter turn that begins 45° before the +x axis; so the whole
     revolutions begin and end at 45°, halfway between two reversals (135° for the other direction of turning).
 
-    Parameters
-    ----------
-    radius
-        Radius [m].
-    feed
-        Speed along the circle [m/s].
-    revolutions
-        Revolutions at full feed.
-    sampling
-        Samples a second [Hz].
-    direction
-        1 counter-clockwise, -1 clockwise.
+    radius, feed: Radius [m], and speed along the circle [m/s].
+    revolutions: Revolutions at full feed.
+    sampling: Samples a second [Hz].
+    direction: 1 counter-clockwise, -1 clockwise.
     """
     omega = direction * feed / radius
     ramp = pi / abs(omega)  # a quarter turn: half the feed on average

@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from fric.simulate.machine import Machine
     from fric.simulate.monte_carlo import MonteCarlo
 
-SHARE = 0.95
-"""Share of the drawn machines that stay below the reported value."""
+SHARE = 0.95  # Share of the drawn machines that stay below the reported value
 CLOSE = 1.25
 """Ratio of the predicted to the measured glitch, either way, up to which agreement within intervals is called trust."""
 
@@ -42,18 +41,13 @@ class Candidate:
     scheme: Scheme  # The scheme
     glitches: tuple[float, ...]  # Signed glitch at each reversal [m]
     glitch: float  # The largest magnitude of them [m]; the median over places where it depends on counts
-    # The same at each place between two counts [m], the same places for every scheme; empty where one run is enough
-    # (`fric.simulate.contour_run`)
-    places: tuple[float, ...] = ()
+    places: tuple[float, ...] = ()  # The same at each place between two counts [m]; empty where one run is enough
     warnings: tuple[Notice, ...] = ()  # Warnings of the simulation; severity ``wrong`` forbids the scheme
-    # Glitch on each of the machines that were drawn [m], the same machines for every scheme; nan on a machine where the
-    # scheme cannot run. Empty where none was drawn.
+    # Glitch on each of the machines that were drawn [m], the same for every scheme; nan where the scheme cannot run
     drawn: tuple[float, ...] = ()
-    # Oscillation where no axis reverses [m] (`fric.contour.Circularity.oscillation`); 0 where it is not known
-    oscillation: float = 0.0
+    oscillation: float = 0.0  # Oscillation where no axis reverses [m]; 0 where it is not known
     swings: tuple[float, ...] = ()  # The same on each of the machines that were drawn [m]; empty where it is not known
-    # Results on the machines drawn from what was identified, with the encoder's step included, and why that must
-    # not be trusted; None where they were drawn otherwise, or none was
+    # Results on machines drawn from what was identified, with the encoder's step; None where none was drawn so
     predicted: Predicted | None = None
 
     @property
@@ -128,14 +122,12 @@ class Evidence:
     disagreements: Sequence[Notice] = ()  # Where a measured circle is not as predicted, with the likely cause
     notices: Sequence[Notice] = ()  # What the files that the machine is made of, and the runs, warn of
     distrust: Sequence[Notice] = ()  # Why no interval of a prediction must be trusted
-    # What speaks against the machine's files, and not against the machines that were drawn: they were made to agree
-    # with the circle that shows it
+    # What speaks against the machine's files, but not against machines that were made to agree with a measured circle
     settled: Sequence[Notice] = ()
     # The largest glitch that was measured on this circle [m], by name of the scheme that was on
     measured: Mapping[str, float] = field(default_factory=dict)
     tolerance: float | None = None  # Glitch that is allowed [m]; None where none was given
-    # machine, circle: names of the machine's file and of the measured circle's, for what to type next
-    machine: str = "MACHINE.yaml"
+    machine: str = "MACHINE.yaml"  # machine, circle: names of both files, for what to type next
     circle: str = "CIRCLE.h5"
     command: str = ""  # The command that simulated; empty where it is not known
     rotary: bool = False  # Whether all axes are rotary, which no circle is of
@@ -163,8 +155,7 @@ class Verdict:
     choice: Candidate | None  # What is recommended; None where nothing is
     headline: str  # The verdict in a sentence or two
     why: tuple[Notice, ...] = ()  # Why it is not to be trusted yet; empty where it is
-    # What less, or more, effort would change, as far as differences are sure; what must not be used
-    effort: tuple[str, ...] = ()
+    effort: tuple[str, ...] = ()  # What less or more effort would change, if that is sure; what must not be used
     next: tuple[str, ...] = ()  # What to type next
     kept: bool | None = None  # Whether the tolerance is kept on 95 % of the machines; None where none was given
     settled: tuple[Notice, ...] = ()  # As in `Evidence`
@@ -226,19 +217,17 @@ def candidates_of(
     runs: Sequence[ContourRun[Any, Any]], many: MonteCarlo | None = None, prediction: Prediction | None = None
 ) -> list[Candidate]:
     """Return the results of schemes on the given machine, and on the drawn machines."""
-    found = []
-    for n, run in enumerate(runs):
-        found.append(
-            Candidate(
-                scheme=run.scheme, glitches=tuple(glitch.median for glitch in run.glitches), glitch=run.chance().median,
-                places=tuple(place.glitch for place in run.places), warnings=run.warnings,
-                oscillation=run.chance("oscillation").median,
-                drawn=tuple(map(float, many.glitches[:, n])) if many else (),
-                swings=tuple(map(float, many.swings[:, n])) if many else (),
-                predicted=prediction.schemes.get(run.scheme.name) if prediction else None,
-            )
-        )  # fmt: skip
-    return found
+    return [
+        Candidate(
+            scheme=run.scheme, glitches=tuple(glitch.median for glitch in run.glitches), glitch=run.chance().median,
+            places=tuple(place.glitch for place in run.places), warnings=run.warnings,
+            oscillation=run.chance("oscillation").median,
+            drawn=tuple(map(float, many.glitches[:, n])) if many else (),
+            swings=tuple(map(float, many.swings[:, n])) if many else (),
+            predicted=prediction.schemes.get(run.scheme.name) if prediction else None,
+        )
+        for n, run in enumerate(runs)
+    ]  # fmt: skip
 
 
 def facts(machine: Machine, runs: Sequence[ContourRun[Any, Any]]) -> dict[str, Any]:
@@ -265,25 +254,19 @@ def evidence_of(
 ) -> Evidence:
     """Return the evidence of candidates from the `facts` in their run file; an older file has only some of them.
 
-    made: The facts.
-    candidates: What was run.
     prediction: Results on the machines drawn from what was identified. Where they were made to agree with measured
         circles, this explains a difference of such a circle from the machine file, and a difference that remains speaks
         against the prediction. With unknown gains it explains nothing: the machines agree with any circle.
-    compared: As in `Evidence`.
     disagreements: By file of a measured circle, where it differs from the prediction of the machine file. It is settled
         for a circle that all machines were made to agree with.
-    more: Further fields of `Evidence`.
+    compared, more: Further fields of `Evidence`.
     """
     distrust = prediction.distrust if prediction else ()
     seen = {Path(where.partition(", test ")[0]).name for where in (prediction.measured if prediction else ())}
     compared = compared or bool(seen)
     against = [notice for notice in distrust if flaw_of(notice).disagrees]
-    distrust = tuple(
-        notice
-        for notice in distrust
-        if notice not in against and not (compared and notice.code == NO_MEASURED_CIRCLE.code)
-    )
+    beside = {NO_MEASURED_CIRCLE.code} if compared else set()
+    distrust = tuple(notice for notice in distrust if notice not in against and notice.code not in beside)
     settled, unknown = list[Notice](), any(notice.code == GAINS_UNKNOWN.code for notice in distrust)
     for file, found in disagreements.items():
         (settled if Path(file).name in seen and not unknown else against).extend(found)
@@ -315,23 +298,18 @@ def machine_name(file: str) -> str:
     return names.get(str(Path(file)), file)
 
 
-EARNED = 0.05
-"""Share of the uncompensated glitch by which a scheme must be better to be worth its additional effort."""
-FEW = 20
-"""Machines below which a share of 95 % is a guess."""
-RESAMPLES = 400
-"""Resamples of the drawn machines for the interval of a difference."""
+EARNED = 0.05  # Share of the uncompensated glitch by which a scheme must be better to be worth its additional effort
+FEW = 20  # Machines below which a share of 95 % is a guess
+RESAMPLES = 400  # Resamples of the drawn machines for the interval of a difference
 CYCLE = 0.5e-6
 """Oscillation below which nothing is called a limit cycle [m].
 
 On the machines of configs/reality, waves and cogging leave up to 0.75 µm with and without compensation, encoders 0.2
-µm; limit cycles of too fast observers on a second mass leave 3 to 31 µm.
-"""
+µm; limit cycles of too fast observers on a second mass leave 3 to 31 µm."""
 CYCLE_RATIO = 2.5
-"""Ratio of the oscillation to that without compensation from which it is a limit cycle.
-
-A loop with a peak sensitivity of 6 dB doubles the disturbances of the guideway.
-"""
+"""Ratio of the oscillation to that without compensation from which it is a limit cycle: a loop with a peak sensitivity
+of 6 dB doubles the disturbances of the guideway."""
+MACHINES = 100  # Machines to request where none, or too few, were drawn
 
 
 def decide(evidence: Evidence) -> Verdict:
@@ -339,19 +317,18 @@ def decide(evidence: Evidence) -> Verdict:
 
     It is the scheme of least effort among those as good as the best or, with a tolerance, those that keep it. A scheme
     with a limit cycle is never recommended, and no scheme against a measured circle.
-
-    evidence: What was run, drawn and measured.
     """
     why = tuple({_same(notice): notice for notice in distrust(evidence)}.values())
     refused = [(candidate, text) for candidate in evidence.candidates for text in forbidden(candidate, evidence)]
     usable = [candidate for candidate in evidence.candidates if all(candidate is not other for other, _ in refused)]
     kept = None if evidence.tolerance is None else False
     said = tuple(f"{candidate.named} must not be used: {text}" for candidate, text in refused)
+    given: dict[str, Any] = {"settled": tuple(evidence.settled), "compared": evidence.glitches}
     if evidence.disagreements or not usable:
+        following = tuple(steps(evidence, None))
         return Verdict(
-            choice=None, headline=nothing(evidence), why=why, effort=said, next=tuple(steps(evidence, None)), kept=kept,
-            settled=tuple(evidence.settled), compared=evidence.glitches,
-        )  # fmt: skip
+            choice=None, headline=nothing(evidence), why=why, effort=said, next=following, kept=kept, **given
+        )
     chosen = _choose(usable, evidence)
     why += tuple(chosen.predicted.distrust) if chosen.predicted else ()
     if evidence.tolerance is not None:
@@ -360,9 +337,8 @@ def decide(evidence: Evidence) -> Verdict:
         if seen > evidence.tolerance:
             why += (prediction.MEASURED_BEYOND.found(scheme=chosen.named, seen=Estimate(seen, "m")),)
     return Verdict(
-        choice=chosen, headline=headline(chosen, bare(usable), evidence, kept=kept), why=why,
-        effort=(*_effort(chosen, usable, evidence), *said), kept=kept, settled=tuple(evidence.settled),
-        next=tuple(steps(evidence, chosen, kept=kept)), compared=evidence.glitches,
+        choice=chosen, headline=headline(chosen, bare(usable), evidence, kept=kept), why=why, kept=kept,
+        effort=(*_effort(chosen, usable, evidence), *said), next=tuple(steps(evidence, chosen, kept=kept)), **given,
     )  # fmt: skip
 
 
@@ -420,23 +396,12 @@ def distrust(evidence: Evidence) -> Iterator[Notice]:
 
 def _choose(usable: Sequence[Candidate], evidence: Evidence) -> Candidate:
     """Return the scheme of least effort of those that keep the tolerance; else of those as good as the best."""
-    best = min(usable, key=lambda candidate: candidate.stays_under)
-    good = [
-        candidate
-        for candidate in usable
-        if evidence.tolerance is not None and candidate.stays_under <= evidence.tolerance
-    ]
-    good = good or [
-        candidate for candidate in usable if candidate is best or not _worth(candidate, best, usable, evidence)
-    ]
+    best, without = min(usable, key=lambda candidate: candidate.stays_under), bare(usable)
+    least = EARNED * (max(candidate.middle for candidate in usable) if without is None else without.middle)
+    least = max(evidence.resolution, least)  # a smaller difference is not seen, or not worth the effort
+    good = [one for one in usable if evidence.tolerance is not None and one.stays_under <= evidence.tolerance]
+    good = good or [one for one in usable if one is best or not surely_less(best, one, least)]
     return min(good, key=lambda candidate: (candidate.demand, candidate.stays_under))
-
-
-def _worth(worse: Candidate, better: Candidate, usable: Sequence[Candidate], evidence: Evidence) -> bool:
-    """Return whether a glitch surely exceeds another, by more than an encoder step and what is worth the effort."""
-    without = bare(usable)
-    earned = EARNED * (max(candidate.middle for candidate in usable) if without is None else without.middle)
-    return surely_less(better, worse, max(evidence.resolution, earned))
 
 
 def surely_less(better: Candidate, worse: Candidate, least: float) -> bool:
@@ -492,29 +457,22 @@ def _between(low: float, high: float) -> str:
     return readable(high, "m", 2) if same else f"{readable(low, 'm', 2)} to {readable(high, 'm', 2)}"
 
 
-MACHINES = 100
-"""Machines to request where none, or too few, were drawn."""
-
-
 def headline(chosen: Candidate, without: Candidate | None, evidence: Evidence, *, kept: bool | None) -> str:
     """Return the verdict in a sentence: what to switch on, the glitch to expect, and the glitch now."""
-    text = _recommended(chosen, without, evidence)
-    if kept is False and evidence.tolerance is not None:
-        text = f"No scheme surely stays within {readable(evidence.tolerance, 'm')}. {text}"
-    return f"For a controller that fric designed: {text[0].lower()}{text[1:]}" if evidence.designed else text
-
-
-def _recommended(chosen: Candidate, without: Candidate | None, evidence: Evidence) -> str:
     on = f" on {evidence.axes[0].upper()}" if len(evidence.axes) == 1 else ""
     expected = f"glitch{on} {readable(chosen.middle, 'm', 2)}"
     if chosen.drawn:
         expected += f", at most {readable(chosen.stays_under, 'm', 2)} ({len(chosen.drawn)} varied machines)"
-    if len(evidence.candidates) == 1:
-        return f"Only {chosen.named} was run, so nothing is compared: expected {expected}."
-    if chosen is without:
-        return f"Leave it as it is: expected {expected}; no scheme is worth its effort."
     now = f"; now {readable(without.middle, 'm', 2)}" if without else ""
-    return f"Use {chosen.named}. Expected {expected}{now}."
+    if len(evidence.candidates) == 1:
+        text = f"Only {chosen.named} was run, so nothing is compared: expected {expected}."
+    elif chosen is without:
+        text = f"Leave it as it is: expected {expected}; no scheme is worth its effort."
+    else:
+        text = f"Use {chosen.named}. Expected {expected}{now}."
+    if kept is False and evidence.tolerance is not None:
+        text = f"No scheme surely stays within {readable(evidence.tolerance, 'm')}. {text}"
+    return f"For a controller that fric designed: {text[0].lower()}{text[1:]}" if evidence.designed else text
 
 
 def nothing(evidence: Evidence) -> str:

@@ -21,8 +21,17 @@ from fric.circles.next_circle import (
     worse_ahead,
 )
 from fric.circles.tune import cautious, loop_warnings, tune, tune_axis
-from fric.circles.tune_fit import Balance, BalanceCoordinates, at, fit, instrumented
-from fric.circles.tune_intervals import alike_warnings, groups_alike, timing_warnings, tuned_estimates
+from fric.circles.tune_fit import (
+    Balance,
+    BalanceCoordinates,
+    alike_warnings,
+    at,
+    fit,
+    groups_alike,
+    instrumented,
+    timing_warnings,
+    tuned_estimates,
+)
 from fric.circles.voltage import refined, voltage_record
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.circle_findings import write_tuned

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from fric import verdict
-from fric.circles import diagnose, glitches, next_circle, tune_intervals
+from fric.circles import diagnose, glitches, next_circle, tune_fit
 from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.design import observer
@@ -211,15 +211,15 @@ def tuned(feeds: tuple[float, ...] = (0.01, 0.1), x: float = 0.0, rms: float = 1
     coordinates = N(sides=lambda x: 0.05, names=names, bounds=np.ones(1), T_d=1e-3)
     found = N(noise=lambda: 1.0, rms=rms, x=np.array([x]), balance=N(coordinates=coordinates))
     tests = [N(feed=feed) for feed in feeds]
-    as_noise = patch.object(tune_intervals, "explained", lambda _: 1.0)
-    with patch.object(tune_intervals, "_drifts", lambda *_: ()), as_noise:
-        return list(tune_intervals.identifiability_warnings(N(name="x"), tests, found, found))
+    as_noise = patch.object(tune_fit, "explained", lambda _: 1.0)
+    with patch.object(tune_fit, "_drifts", lambda *_: ()), as_noise:
+        return list(tune_fit.identifiability_warnings(N(name="x"), tests, found))
 
 
 def timed(size: float) -> list[Notice]:
-    T_d = Estimate.around(1e-3 * (1.0 + size * tune_intervals.LATE), "s", 1e-6)
+    T_d = Estimate.around(1e-3 * (1.0 + size * tune_fit.LATE), "s", 1e-6)
     found = N(balance=N(coordinates=N(T_d=1e-3)))
-    return list(tune_intervals.timing_warnings(N(name="x"), found, T_d))
+    return list(tune_fit.timing_warnings(N(name="x"), found, T_d))
 
 
 def near_an_end(size: float, scale: str, seen: bool = True) -> list[Notice]:
@@ -271,8 +271,8 @@ def taken_apart(both: bool = True, **more: object) -> Iterable[Notice]:
     test = N(names=("x",), instrument=given["instrument"], is_ball_bar=given["instrument"] == "ball-bar")
     zero = Estimate.around(0.0, "m", 1e-7)
     geometry = {"mismatch": zero, "backlash.x": Estimate.around(given["backlash"], "m", 1e-6)}
-    circles = [N(count=given["revolutions"], errors={})]
-    return diagnose.identifiability_warnings([test], circles, geometry, both, [{"+x": given["angle"]}], 1.0)
+    circles = [N(count=given["revolutions"], errors={}, test=test)] * (1 + both)
+    return diagnose.identifiability_warnings(circles, geometry, [{"+x": given["angle"]}], 1.0)
 
 
 def kicked_circle(size: float) -> list[Notice]:
@@ -425,8 +425,8 @@ SHOWN: dict[str, Show] = {
     "never-slides": lambda s: hysteresis(saturates=not is_so(s), static_given=False),
     "model-shape": shaped,
     "law-differs": next_circles,
-    "one-feed": lambda s: tuned(feeds=(0.1, 0.1 * tune_intervals.FEEDS_APART / s)),
-    "circle-misfit": lambda s: tuned(rms=s * tune_intervals.MISFIT),
+    "one-feed": lambda s: tuned(feeds=(0.1, 0.1 * tune_fit.FEEDS_APART / s)),
+    "circle-misfit": lambda s: tuned(rms=s * tune_fit.MISFIT),
     "direction": lambda s: tuned(side=is_so(s)),
     "tuned-at-bound": lambda s: tuned(x=0.97 * s),
     "position-late": timed,

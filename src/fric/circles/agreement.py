@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from fric.arrays import Real
 from fric.circles.diagnose import Diagnosis, diagnose
 from fric.circles.glitches import Glitch, GlitchPulse, smoothed
 from fric.circles.measured import measured_from_run
@@ -19,8 +18,7 @@ from fric.simulate.circle import Circle, run_circle
 from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import Study
 
-DRAWS = 24
-"""Machines that are drawn from the intervals of a machine file."""
+DRAWS = 24  # Machines that are drawn from the intervals of a machine file
 CAUSES = {
     "level": "the level: K_f, the level of friction or a gain differs",
     "width": "the width: the stiffness before sliding differs",
@@ -53,19 +51,14 @@ def predict(
     machine: Machine,
     scheme: Scheme,
     known: Mapping[str, Any] | None = None,
-    *,
-    draws: int = DRAWS,
     done: Callable[[], object] = lambda: None,
 ) -> tuple[Diagnosis, dict[str, tuple[float, float]] | None]:
     """Return the prediction of a machine for the measured circle, with the range of its glitches.
 
     The interval is that of machines drawn from the uncertainty of the identified machine, widened by an encoder step.
 
-    measured: The circle test.
-    machine: The machine, as identified.
     scheme: The compensation that was switched on.
     known: The distribution of machines, as arguments of `Study`; None if the machine file has no intervals.
-    draws: Machines that are drawn.
     done: Called after each circle.
     Raises FricError: When the machine cannot run the circle.
     """
@@ -77,12 +70,12 @@ def predict(
     if not known:
         return found, None
     study, drawn = Study(machine, (scheme,), circle, accuracy=1e-8, **known), []
-    for n in range(draws):
+    for n in range(DRAWS):
         quadrants = study(n).quadrants[0]
         if np.isfinite(quadrants).all():  # else it is not stable, or needs more voltage than there is
             drawn.append(quadrants)
         done()
-    if len(drawn) < draws // 2:
+    if len(drawn) < DRAWS // 2:
         return found, None
     around = np.quantile(np.array(drawn), [0.025, 0.975], axis=0) - np.array(run.circularity.quadrants)
     # quantiles of so few draws lie too near: a tenth of their distance is added to either side
@@ -147,23 +140,18 @@ def _cause(found: Glitch, said: Glitch, pulse: GlitchPulse, other: GlitchPulse) 
     grid = np.radians(np.arange(-10.0, 30.0, 0.25))
     seen, said_at = np.interp(grid, *smoothed(pulse, width)), smoothed(other, width)
     best = (np.inf, 1.0, 1.0, 0.0)
-    half = max(np.radians(1.0), _fwhm_angle(said_at))
+    phi, mean = said_at
+    top = int(np.argmax(np.abs(mean)))
+    below = np.flatnonzero(np.abs(mean) <= np.abs(mean[top]) / 2)
+    left, right = below[below < top].max(initial=-1) + 1, below[below > top].min(initial=len(mean)) - 1
+    half = max(np.radians(1.0), float(phi[right] - phi[left]))
     for w in np.geomspace(0.3, 3.0, 25):
         for d in np.linspace(-1.5, 1.5, 25) * half:
             p = np.interp((grid - d) / w, *said_at, left=0.0, right=0.0)
             power = float(p @ p)
             g = float(p @ seen) / power if power > 0 else 0.0
-            left = float(np.sum((seen - g * p) ** 2)) * (1 + 1e-3 * (log(w) ** 2 + (d / half) ** 2))
-            if left < best[0]:
-                best = (left, g, w, d / half)
+            cost = float(np.sum((seen - g * p) ** 2)) * (1 + 1e-3 * (log(w) ** 2 + (d / half) ** 2))
+            best = min(best, (cost, g, w, d / half), key=lambda one: one[0])
     _, g, w, d = best
     sizes = {"level": abs(log(max(abs(g), 1e-3))), "width": abs(log(w)), "place": abs(d)}
     return max(sizes, key=lambda name: sizes[name])
-
-
-def _fwhm_angle(curve: tuple[Real, Real]) -> float:
-    phi, mean = curve
-    top = int(np.argmax(np.abs(mean)))
-    below = np.flatnonzero(np.abs(mean) <= np.abs(mean[top]) / 2)
-    left, right = below[below < top].max(initial=-1) + 1, below[below > top].min(initial=len(mean)) - 1
-    return float(phi[right] - phi[left])

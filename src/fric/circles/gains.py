@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,35 +21,26 @@ from fric.log import Log
 from fric.notice import Notice
 from fric.statistics import robust_deviation
 
-FED = 0.7
-"""Largest share of the voltage's error that remains with feedforward, for a controller with feedforward."""
-VOLTAGE_MISSED = 0.06
-"""Largest error of a stated controller, as a share of the fed back voltage."""
-GAIN = 0.1
-"""Least difference of a gain [1] that counts, where another gain would explain the error."""
-WINDOW = 0.01
-"""Time over which means of a recorded voltage and of the stated controller's are compared [s]."""
+FED = 0.7  # Largest share of the voltage's error that remains with feedforward, for a controller with feedforward
+VOLTAGE_MISSED = 0.06  # Largest error of a stated controller, as a share of the fed back voltage
+GAIN = 0.1  # Least difference of a gain [1] that counts, where another gain would explain the error
+WINDOW = 0.01  # Time over which means of a recorded voltage and of the stated controller's are compared [s]
 TRIED, CLEAR = tuple(np.geomspace(0.25, 4.0, 17)), 0.8
 """Trial gains over the stated gains, and the largest accepted share of their error."""
-QUIET = 0.25
-"""Largest ratio of the median to the total error of a controller whose error is in pulses, and was added."""
-ABOVE = 6.0
-"""Times the spread of quiet samples above which a voltage was added."""
+QUIET = 0.25  # Largest ratio of the median to the total error of a controller whose error is in pulses, and was added
+ABOVE = 6.0  # Times the spread of quiet samples above which a voltage was added
 
 
 @dataclass(frozen=True)
 class StatedController:
     """A recorded voltage beside that of the stated controller."""
 
-    # recorded, given: both [V], shape (n,); the constant in which they differ, an integral that had begun before, is
-    # taken out
+    # Both [V], shape (n,), without the constant in which they differ: an integral that had begun before
     recorded: Real
     given: Real
     added: Real | None  # What was added to the controller's output [V], shape (n,); None where none is seen
-    # What is left between them, without what was added, over the recorded voltage less what is fed forward [1]
-    apart: float
-    # K_p, K_i: gains that the recorded voltage shows, over the stated gains [1]; None for a gain that is stated as 0
-    K_p: float
+    apart: float  # What is left between them, without that, over the recorded voltage less what is fed forward [1]
+    K_p: float  # K_p, K_i: gains that the recorded voltage shows, over the stated gains [1]; None of one stated as 0
     K_i: float | None
     explained: float  # What even these leave, over the same [1]
     missed: float  # Median difference of both [V], without what was added
@@ -62,19 +54,25 @@ class StatedController:
     def describe(self) -> str:
         """Return a sentence on the differences."""
         gains = f"K_p is {self.K_p:.2f} times" + ("" if self.K_i is None else f", K_i {self.K_i:.2f} times")
-        alike = (
-            "" if abs(self.K_p - (self.K_i or self.K_p)) > GAIN else " (as another K_v or a scaled voltage shows too)"
-        )
+        differ = abs(self.K_p - (self.K_i or self.K_p)) > GAIN
+        alike = "" if differ else " (as another K_v or a scaled voltage shows too)"
         why = f"; it shows that {gains} what is stated{alike}" if self.explained < 0.5 * self.apart else ""
         return f"The stated controller misses the recorded voltage by {self.apart:.0%} of what is fed back{why}"
 
 
+class StatedVoltage(NamedTuple):
+    """The output of a stated controller along a recorded motion [V], each of shape (n,)."""
+
+    given: Real  # All
+    proportional: Real
+    integral: Real
+
+
 def stated_voltage(
     cascade: Cascade, plant: LinearPlant, reference: Real, measured: Real, rate: float, *, ahead: bool
-) -> tuple[Real, Real, Real]:
-    """Return the output of a controller along a recorded motion [V], (n,): all, proportional part, integral part.
+) -> StatedVoltage:
+    """Return the output of a controller along a recorded motion.
 
-    cascade: The controller.
     plant: The plant of its inverse model.
     reference, measured: Reference, and position as the encoder measures it [m], shape (n,).
     rate: Samples a second [Hz].
@@ -87,12 +85,8 @@ def stated_voltage(
     start = (float(measured[1]) - float(measured[0])) * rate
     ready = sampled.ready(Setting(plant, sampled, position=float(measured[0]), velocity=start, seen=seen))
     state, rows = ready.state.copy(), np.zeros((len(Commands._fields), 1))
-    volts = np.array(
-        [
-            ready.step(Sample(r, v, a, z, 0.0, 0.0, 0.0, 0.0), 0, rows, state, ready.parameters)
-            for r, v, a, z in zip(reference, velocity, acceleration, measured, strict=True)
-        ]
-    )
+    samples = zip(reference, velocity, acceleration, measured, strict=True)
+    volts = np.array([ready.step(Sample(*now, *[0.0] * 4), 0, rows, state, ready.parameters) for now in samples])
     # volts[n] = K_p·e[n] + K_i·T·Σe: the error follows from the volts, and both parts from that
     each, inverse = sampled.K_i / rate, 1.0 / (sampled.K_p + sampled.K_i / rate)
     error, total = np.empty(len(volts)), 0.0
@@ -101,22 +95,17 @@ def stated_voltage(
         total += error[n]
     proportional = sampled.K_p * error
     model = (acceleration + plant.A * velocity) / plant.B if ahead else np.zeros(len(volts))
-    return volts + model, proportional, volts - proportional
+    return StatedVoltage(volts + model, proportional, volts - proportional)
 
 
-def against_stated(
-    cascade: Cascade, plant: LinearPlant, reference: Real, measured: Real, voltage: Real, rate: float, *, ahead: bool
-) -> StatedController:
+def against_stated(cascade: Cascade, stated: StatedVoltage, voltage: Real, rate: float) -> StatedController:
     """Compare a recorded voltage with that of the stated controller, and find a voltage added to it.
 
     A wrong gain gives an error wherever its part acts; a voltage added to the output is in pulses that no gain makes,
     with the controller alone between them. Gains are those of both parts of the stated voltage that explain most of the
     recorded voltage.
-
-    cascade, plant, reference, measured, rate, ahead: As in `stated_voltage`.
-    voltage: The recorded voltage [V], shape (n,).
     """
-    given, proportional, integral = stated_voltage(cascade, plant, reference, measured, rate, ahead=ahead)
+    given, proportional, integral = stated
     rest = voltage - (given - proportional - integral)
     parts = np.column_stack([proportional, *([integral] if cascade.K_i > 0 else [])])
     seen, seen_parts = _smooth(rest, rate), np.column_stack([_smooth(part, rate) for part in parts.T])
@@ -124,10 +113,8 @@ def against_stated(
     gains, constant = _gains(seen, seen_parts, 1e-3 * size)
     difference = voltage - given
     difference = difference - float(np.median(difference))
-    missed = robust_deviation(difference)
-    left = seen - seen_parts @ gains - constant
-    spread = robust_deviation(left)
-    swing, added = float(np.std(left)), None
+    missed, left = robust_deviation(difference), seen - seen_parts @ gains - constant
+    spread, swing, added = robust_deviation(left), float(np.std(left)), None
     if spread < QUIET * swing and spread < VOLTAGE_MISSED * size < swing:
         added = np.where(np.abs(left) > max(ABOVE * spread, 1e-3 * size), difference, 0.0)
         kept = added == 0.0
@@ -152,12 +139,8 @@ def _gains(rest: Real, parts: Real, least: float) -> tuple[Real, float]:
     it for a gain. So the gains of `TRIED` with the most samples within `ABOVE` times the median residual are chosen, or
     the stated gains unless others have far more; least squares then use these samples.
     """
-    tried = [np.ones(parts.shape[1])]
-    for size in TRIED:
-        tried += [
-            np.full(parts.shape[1], size),
-            *(np.where(row, size, 1.0) for row in np.eye(parts.shape[1], dtype=bool)),
-        ]
+    each = [np.ones(parts.shape[1], bool), *np.eye(parts.shape[1], dtype=bool)]
+    tried = [np.ones(parts.shape[1]), *(np.where(row, size, 1.0) for size in TRIED for row in each)]
     rests = [rest - parts @ gains for gains in tried]
     rests = [rest - np.median(rest) for rest in rests]
     scale = ABOVE * max(min(map(robust_deviation, rests)), least)
@@ -176,23 +159,19 @@ def _gains(rest: Real, parts: Real, least: float) -> tuple[Real, float]:
 def controller_behind(
     log: Log, plant: LinearPlant, cascade: Cascade, reference: Real, voltage: Real, rate: float
 ) -> tuple[bool, Real, tuple[Notice, ...]]:
-    """Return whether a controller uses feedforward, the voltage added to its output [V], and warnings about both.
+    """Return whether a stated controller feeds forward, the voltage added to its output [V], and warnings about both.
 
-    log: The record, with a position.
-    plant, cascade: The identified plant and the stated controller.
-    reference, voltage: Recorded reference [m] and voltage [V], each of shape (n,).
-    rate: Its sampling [Hz].
+    reference, voltage: Recorded reference [m] and voltage [V], each of shape (n,), at a rate [Hz].
     """
-    measured, given = log.require("position", "a validation"), log.added
-    feedback = voltage - (0.0 if given is None else given)
+    measured = log.require("position", "a validation")
+    added = np.zeros(len(voltage)) if log.added is None else log.added
     plain, fed = (
-        against_stated(cascade, plant, reference, measured, feedback, rate, ahead=ahead) for ahead in (False, True)
-    )
+        against_stated(cascade, stated_voltage(cascade, plant, reference, measured, rate, ahead=ahead),
+                       voltage - added, rate)
+        for ahead in (False, True)
+    )  # fmt: skip
     ahead = fed.missed < FED * plain.missed
-    held, warnings = fed if ahead else plain, []
-    if ahead:
-        warnings.append(FEEDFORWARD_FOUND.found(log.where))
-    added = np.zeros(len(voltage)) if given is None else given
+    held, warnings = fed if ahead else plain, [FEEDFORWARD_FOUND.found(log.where)] if ahead else []
     if held.added is not None:
         added = added + held.added
         share, most = float(np.mean(held.added != 0.0)), float(np.abs(held.added).max())
@@ -202,19 +181,14 @@ def controller_behind(
     return ahead, added, tuple(warnings)
 
 
-NAMES = ("K_v", "K_p", "K_i", "velocity_filter")
-UNITS = ("1/s", "V*s/m", "V/m", "Hz")
-START = 0.1
-"""Share of a record that is left out, since the initial state of the filter is not known."""
+UNITS = {"K_v": "1/s", "K_p": "V*s/m", "K_i": "V/m", "velocity_filter": "Hz"}
+START = 0.1  # Share of a record that is left out, since the initial state of the filter is not known
 CORNERS = (0.02, 0.05, 0.12, 0.25)
 """Corners of the velocity filter over the sampling rate, from which a search starts."""
 EXPLAINED, EXPLAINED_OF_LOG = 0.9, 0.98
-"""Least share of the voltage beyond feedforward that gains must explain to be accepted.
-
-A log does not say that compensation was off; a compensation is no sum of these gains.
-"""
-WIDEST = 0.25
-"""Largest relative half-width of gains that a log determines."""
+"""Least share of the voltage beyond feedforward that gains must explain to be accepted. A log does not say that
+compensation was off; a compensation is no sum of these gains."""
+WIDEST = 0.25  # Largest relative half-width of gains that a log determines
 USUAL = Cascade(1.0, 1.0, 1.0, velocity_filter=500.0, sampling=4000.0)
 """Velocity filter and sampling that are assumed where a log is too slow to show them: those of `design controller`."""
 LAG = 0.5 / (pi * USUAL.velocity_filter) + 0.5 / USUAL.sampling
@@ -279,9 +253,11 @@ def controller_of_logs(logs: Iterable[Log]) -> FoundController:
     found = [fit for log in whole[:MOST_LOGS] if (fit := _of_log(log)) is not None]
     if not found:
         raise FricError("no record in closed loop shows the gains", hint="Give the controller's gains.")
-    return min(
-        found, key=lambda fit: sum(fit.estimates[name].half_width / float(fit.estimates[name]) for name in NAMES[:3])
-    )
+
+    def width(fit: FoundController) -> float:
+        return sum(fit.estimates[name].half_width / float(fit.estimates[name]) for name in ("K_v", "K_p", "K_i"))
+
+    return min(found, key=width)
 
 
 def _of_log(log: Log) -> FoundController | None:
@@ -312,13 +288,10 @@ def _of_log(log: Log) -> FoundController | None:
 
 def _controller(found: Real, half: Real, explained: float, rate: float | None, where: str) -> FoundController:
     """Return the controller for logarithms of its gains and the half-widths of their intervals [1]."""
-    values = dict(zip(NAMES, np.exp(found).tolist(), strict=True))
+    values = dict(zip(UNITS, np.exp(found).tolist(), strict=True))
     with np.errstate(over="ignore"):  # what the data do not limit
-        factors = np.exp(half)
-    estimates = {
-        key: Estimate(values[key], unit, (values[key] / by, values[key] * by))
-        for key, unit, by in zip(NAMES, UNITS, factors.tolist(), strict=False)
-    }
+        factors = zip(UNITS, np.exp(half).tolist(), strict=False)
+    estimates = {key: Estimate(values[key], UNITS[key], (values[key] / by, values[key] * by)) for key, by in factors}
     if rate is None:
         estimates["velocity_filter"] = Estimate(USUAL.velocity_filter, "Hz", assumed=True)
         estimates["sampling"] = Estimate(USUAL.sampling, "Hz", assumed=True)
@@ -384,9 +357,7 @@ class _Fit:
         for corner in CORNERS[-1:] if filters else CORNERS:
             start = self._linear(corner * self.rate)
             start = start if filters else np.append(start, np.log(corner * self.rate))
-            tried.append(
-                least_squares(rest_of, start, x_scale=0.1, max_nfev=30)
-            )  # fmt: skip
+            tried.append(least_squares(rest_of, start, x_scale=0.1, max_nfev=30))
         best = min(tried, key=lambda solution: solution.cost)
         found = np.append(best.x, filters)
         other = found.copy()
@@ -397,15 +368,13 @@ class _Fit:
 
     def _linear(self, corner: float) -> Real:
         """Return start values of the logarithms of K_v, K_p and K_i, by a fit that is linear in sums of gains."""
-        error = self.r - self.z
-        pole = low_pass_pole(corner, self.rate)
         from scipy.signal import lfilter
 
+        error, pole = self.r - self.z, low_pass_pole(corner, self.rate)
         rate_of = lfilter([1.0 - pole], [1.0, -pole], np.diff(error, prepend=error[0]) * self.rate)
-        parts = np.column_stack([rate_of, error, np.cumsum(error) / self.rate])[self.used]
-        D, P, integral = np.linalg.lstsq(
-            np.column_stack([self._off(part) for part in parts.T]), self.without, rcond=None
-        )[0]
+        parts = (rate_of, error, np.cumsum(error) / self.rate)
+        columns = np.column_stack([self._off(part[self.used]) for part in parts])
+        D, P, integral = np.linalg.lstsq(columns, self.without, rcond=None)[0]
         D = max(abs(float(D)), 1e-9)
         roots = np.abs(np.roots([1.0, -P / D, integral / D]))
         high, low = max(float(roots.max()), 1e-3), max(float(roots.min()), 1e-3)

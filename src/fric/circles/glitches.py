@@ -9,21 +9,15 @@ from scipy.special import stdtrit
 from fric.arrays import Indices, Real
 from fric.contour import QUADRANTS, WINDOW
 
-LEAST = 12
-"""Least number of samples for a parabola."""
+LEAST = 12  # Least number of samples for a parabola
 NARROWER = 0.45
 """Share of the widest window with a valid parabola that is used for the peak: its bias is then a quarter of the noise.
-At 0.6 it was 0.7 of it, and intervals held 86 %.
-"""
-
-SUDDEN = 0.02
-"""Longest time in which a kick moves an axis inwards [s]."""
-KICK = 0.12
-"""Least ratio of depth inwards to height outwards of a kick."""
+At 0.6 it was 0.7 of it, and intervals held 86 %."""
+SUDDEN = 0.02  # Longest time in which a kick moves an axis inwards [s]
+KICK = 0.12  # Least ratio of depth inwards to height outwards of a kick
 AHEAD = 0.25
 """Share of its depth that a kick has reached a fifth of `SUDDEN` before the reversal, above which it is too early."""
-STUCK = 0.2
-"""Height outwards over the depth of the kick after it, above which the kick is too late."""
+STUCK = 0.2  # Height outwards over the depth of the kick after it, above which the kick is too late
 
 
 @dataclass(frozen=True)
@@ -69,11 +63,8 @@ def smoothed(pulse: GlitchPulse, width: float) -> tuple[Real, Real]:
 
 def noise_of(pulse: GlitchPulse) -> float:
     """Return the standard deviation of a sample about its neighbourhood [m], by second differences within a turn."""
-    found = []
-    for revolution in np.unique(pulse.revolution):
-        second = np.diff(pulse.rest[pulse.revolution == revolution], 2)
-        if len(second):
-            found.append(float(np.mean(second**2)) / 6.0)
+    seconds = (np.diff(pulse.rest[pulse.revolution == turn], 2) for turn in np.unique(pulse.revolution))
+    found = [float(np.mean(second**2)) / 6.0 for second in seconds if len(second)]
     return sqrt(float(np.median(found))) if found else 0.0
 
 
@@ -83,7 +74,6 @@ def glitch_of(pulse: GlitchPulse, radius: float, base: float, resolution: float)
     The peak is that of a parabola, over the widest window around it (to both sides, or to one side, where the pulse
     rises at once) in which a parabola fits within the noise of a sample.
 
-    radius: Radius of the circle [m].
     base: Standard error of the subtracted geometry, at the reversal [m].
     resolution: One step of the encoder [m]; 0 where none is seen.
     """
@@ -103,7 +93,10 @@ def glitch_of(pulse: GlitchPulse, radius: float, base: float, resolution: float)
     sign = 1.0 if mean[top] >= 0 else -1.0
     low, high = _half_height(phi, sign * mean, top)
     place, value, se = _parabola(pulse, phi[top], max(high - low, width), sigma, sign)
-    scatter = _between_revolutions(pulse, place, max((high - low) / 4, LEAST * spacing))
+    near = np.abs(pulse.phi - place) <= max((high - low) / 4, LEAST * spacing) / 2
+    turns = (near & (pulse.revolution == turn) for turn in np.unique(pulse.revolution[near]))
+    means = [float(np.mean(pulse.rest[turn])) for turn in turns]
+    scatter = float(np.std(means, ddof=1)) if len(means) > 2 else 0.0  # between revolutions
     count = len(np.unique(pulse.revolution))
     se = sqrt(max(se, scatter / sqrt(count)) ** 2 + base**2)
     half_width = float(stdtrit(max(4 * (count - 1), 8), 0.975)) * se
@@ -141,15 +134,15 @@ def _parabola(pulse: GlitchPulse, about: float, width: float, sigma: float, sign
     if best is None:
         half = LEAST // 2
         a = min(max(centre - half, 0), max(len(pulse.phi) - LEAST, 0))
-        vertex, value, unit, rss = _parabola_through(pulse, a, min(a + LEAST, len(pulse.phi)), sign)
+        vertex, value, unit, rss = _peak_of(pulse, a, min(a + LEAST, len(pulse.phi)), sign)
         return vertex, value, unit * max(sigma, sqrt(rss / (LEAST - 3)))
     # the widest window that fits passes a bias of up to (8/n)^¼ of a sample's noise, which falls with its width cubed
-    vertex = _parabola_through(pulse, *best, sign)[0]
+    vertex = _peak_of(pulse, *best, sign)[0]
     at = int(np.searchsorted(pulse.phi, vertex))
     a, b = at - int(NARROWER * (at - best[0])), at + int(NARROWER * (best[1] - at))
     if b - a < LEAST:
         a, b = best
-    vertex, value, unit, _ = _parabola_through(pulse, a, b, sign)
+    vertex, value, unit, _ = _peak_of(pulse, a, b, sign)
     return vertex, value, unit * sigma
 
 
@@ -162,23 +155,13 @@ def _fitted(pulse: GlitchPulse, a: int, b: int) -> tuple[Real, Real, tuple[float
     return p, X, (float(middle), float(half)), float(np.sum((pulse.rest[a:b] - X @ p) ** 2))
 
 
-def _parabola_through(pulse: GlitchPulse, a: int, b: int, sign: float) -> tuple[float, float, float, float]:
+def _peak_of(pulse: GlitchPulse, a: int, b: int, sign: float) -> tuple[float, float, float, float]:
     """Return place [rad] and height [m] of a parabola's peak, its error over that of a sample, and the squares left."""
     p, X, (middle, half), rss = _fitted(pulse, a, b)
     vertex = -p[1] / (2 * p[2]) if sign * p[2] < 0 else (-1.0 if sign * p[1] < 0 else 1.0)
     at = np.array([1.0, vertex := float(np.clip(vertex, -1.0, 1.0)), vertex**2])
     error = sqrt(float(at @ np.linalg.pinv(X.T @ X) @ at))
     return middle + half * vertex, float(at @ p), error, rss
-
-
-def _between_revolutions(pulse: GlitchPulse, place: float, width: float) -> float:
-    """Return the standard deviation between revolutions of the mean around the peak [m]; 0 of one revolution."""
-    near = np.abs(pulse.phi - place) <= width / 2
-    means = [
-        float(np.mean(pulse.rest[near & (pulse.revolution == revolution)]))
-        for revolution in np.unique(pulse.revolution[near])
-    ]
-    return float(np.std(means, ddof=1)) if len(means) > 2 else 0.0
 
 
 def kick_of(pulse: GlitchPulse, rate: float, resolution: float) -> str:
@@ -188,7 +171,6 @@ def kick_of(pulse: GlitchPulse, rate: float, resolution: float) -> str:
     before the reversal. A motion inwards within `SUDDEN` is due to a compensation: too early if before the reversal,
     too late if the axis stuck before it, too low if it still sticks after it, else too high.
 
-    pulse: The pulse.
     rate: Feed over radius [rad/s].
     resolution: One step of the encoder [m]; 0 where none is seen.
     """

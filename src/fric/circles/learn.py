@@ -88,9 +88,9 @@ class LearnedFeedforward:
 
     test: MeasuredCircle  # The circle that it is for
     how: Learning  # How it was learned
-    # time, reference, voltage: by axis: instants [s], reference [m] and voltage against friction [V], each of shape
-    # (n,)
-    time: Mapping[str, Real]
+    time: Mapping[
+        str, Real
+    ]  # By axis: instants [s], reference [m] and voltage against friction [V], each of shape (n,)
     reference: Mapping[str, Real]
     voltage: Mapping[str, Real]
     warnings: tuple[Notice, ...]  # What the user should know
@@ -106,9 +106,8 @@ def learn_from(
 ) -> LearnedFeedforward:
     """Return the feedforward of the next round from a measured circle.
 
-    test: The circle test, with reference, position and voltage.
     machine: The machine, whose nominal plants are taken.
-    how: How; by the feed where not given.
+    how: By the feed where not given.
     before: By axis, the feedforward against friction in this round [V], shape (n,); none where not given.
     Raises FricError: When a channel is missing, or the previous feedforward has a different length.
     """
@@ -135,10 +134,8 @@ def learn_from(
 
 OTHERS = ((1.0, 0.5), (2 / 3, 1.0))
 """Circles on which the learned voltage is tried, where it does not fit: shares of radius and feed."""
-VOLT = 1e-6
-"""Step of the learned voltage [V], below that of any converter: rounding errors of filters do not propagate."""
-GAINS = 0.9
-"""Share of the first glitch above which learning has no effect."""
+VOLT = 1e-6  # Step of the learned voltage [V], below any converter's: rounding errors of filters do not propagate
+GAINS = 0.9  # Share of the first glitch above which learning has no effect
 
 
 @dataclass(frozen=True)
@@ -153,12 +150,11 @@ class Round:
 class Learned:
     """A contour that was learned in simulation."""
 
-    machine: Machine  # The machine
-    how: Learning  # How it was learned
-    # The rounds at the place whose last glitch is the median; the first feeds forward the controllers' models; each run
-    # holds its errors at all places
+    machine: Machine
+    how: Learning
+    # Rounds at the place whose last glitch is the median, each with its errors at all places; first the models' own
     rounds: tuple[Round, ...]
-    # Errors of other circles with the last feedforward, by angle: radius, feed [m], [m/s], and median glitch [m]
+    # Other circles with the last feedforward, by angle: radius, feed [m], [m/s], and median glitch [m]
     carried: tuple[tuple[float, float, float], ...]
     warnings: tuple[Notice, ...]  # What the user should know
 
@@ -185,15 +181,13 @@ def learn(
     """Learn a circle in simulation, from the friction that the controllers believe, or from none.
 
     machine: The machine; its nominal plants are what is learned with.
-    rounds: How often the circle is learned from.
-    how: Settings; by default set by the feed.
+    rounds, how: How often the circle is learned from, and how; by the feed where not given.
     observer: Whether the disturbance observer is on, where all axes have one.
     done: Called after each of `circles_to_learn` circles.
     Raises FricError: When the machine cannot run the circle.
     """
     how = how or Learning.at(test.feed)
-    names = pair(machine, both=True)
-    axes = {name: machine.axes[name] for name in names}
+    axes = {name: machine.axes[name] for name in pair(machine, both=True)}
     watched = observer and all(axis.observer is not None for axis in axes.values())
     scheme = Scheme("learned", "learned", blocks=(OBSERVER,) if watched else ())
     references = _references(test, axes)
@@ -201,13 +195,14 @@ def learn(
         require_voltage(axis, references[name])
     modelled = all("gms" in axis.nominal_friction.models for axis in axes.values())
     counts = any(axis.encoder.resolution > 0 for axis in axes.values())
-    places = [machine.placed(n / PLACES).axes for n in range(PLACES if counts else 1)]
+    placed = [machine.placed(n / PLACES).axes for n in range(PLACES if counts else 1)]
+    places = [{name: every[name] for name in axes} for every in placed]
     fed = {name: _nominal_friction(axis, references[name]) for name, axis in axes.items()}
     feedforwards = [fed] * len(places)
     learned: list[list[Round]] = [[] for _ in places]
     for n in range(rounds + 1):
-        for own, placed, fed in zip(learned, places, feedforwards, strict=True):
-            run = _run({name: placed[name] for name in names}, scheme, test, fed)
+        for own, here, fed in zip(learned, places, feedforwards, strict=True):
+            run = _run(here, scheme, test, fed)
             own.append(Round(replace(run, scheme=_named(scheme, n, modelled)), dict(fed)))
         done()
         if n < rounds:
@@ -221,16 +216,19 @@ def learn(
     carried = []
     for of_radius, of_feed in OTHERS:
         other = replace(test, radius=test.radius * of_radius, feed=test.feed * of_feed)
-        glitches = [
-            _carried({name: placed[name] for name in names}, own[-1], references, other, scheme)
-            for own, placed in zip(learned, places, strict=True)
-        ]
+        each = zip(learned, places, strict=True)
+        glitches = [_carried(here, own[-1], references, other, scheme) for own, here in each]
         carried.append((other.radius, other.feed, float(np.median(glitches))))
         done()
     found = _middle(learned)
     chances = [circle.run.chance() for circle in found]
-    best, worst = chances[-1].median, max(glitch for *_, glitch in carried)
-    warnings = [] if worst <= 1.2 * best else [_for_one_circle(best, carried)]
+    best, warnings = chances[-1].median, []
+    if not max(glitch for *_, glitch in carried) <= 1.2 * best:
+        others = ", ".join(
+            f"{glitch * 1e6:.2f} µm at {feed * 1e3:.4g} mm/s on {radius * 1e3:.4g} mm"
+            for radius, feed, glitch in carried
+        )
+        warnings.append(flaws.LEARNED_FOR_ONE_CIRCLE.found(best=Estimate(best, "m"), others=others))
     warnings += wrong_shape((circle.run.scheme, chance.median) for circle, chance in zip(found, chances, strict=True))
     least = min(chances, key=lambda chance: chance.median)
     if best > 1.5 * least.median and all(rise > 0 for rise in (chances[-1] - least).values):
@@ -255,13 +253,6 @@ def _middle(learned: Sequence[Sequence[Round]]) -> list[Round]:
         replace(item, run=replace(item.run, places=tuple(figures(rounds[n].run.contour) for rounds in learned)))
         for n, item in enumerate(learned[order[len(order) // 2]])
     ]
-
-
-def _for_one_circle(best: float, carried: list[tuple[float, float, float]]) -> Notice:
-    others = ", ".join(
-        f"{glitch * 1e6:.2f} µm at {feed * 1e3:.4g} mm/s on {radius * 1e3:.4g} mm" for radius, feed, glitch in carried
-    )
-    return flaws.LEARNED_FOR_ONE_CIRCLE.found(best=Estimate(best, "m"), others=others)
 
 
 def _references(test: Circle, axes: Mapping[str, Axis]) -> dict[str, Reference]:

@@ -19,10 +19,8 @@ from fric.series import keep
 if TYPE_CHECKING:
     from fric.simulate.circle import CircleRun
 
-MOST_MISSING = 4.0
-"""Average number of samples per recorded sample."""
-SMOOTHED = 200.0
-"""Corner of the filter over the tracking error [Hz]."""
+MOST_MISSING = 4.0  # Average number of samples per recorded sample
+SMOOTHED = 200.0  # Corner of the filter over the tracking error [Hz]
 
 
 def smoothed(t: Real, r: Real, error: Real, acceleration: Real | None = None) -> tuple[Real, Real]:
@@ -77,16 +75,12 @@ def even(time: Real, *channels: Real) -> tuple[Real, list[Real]]:
 
 Instrument = Literal["encoders", "grid", "ball-bar", ""]
 """Instrument that measured the position: encoders of the axes, grid encoder or ball bar; empty if not stated."""
-LEAST = 16
-"""Least number of samples of a circle test."""
-LARGEST_CIRCLE = 1e3
-"""Largest radius [m] and feed [m/s] of a circle test."""
+LEAST = 16  # Least number of samples of a circle test
+LARGEST_CIRCLE = 1e3  # Largest radius [m] and feed [m/s] of a circle test
 CHANNELS = ("time", "reference", "position", "input", "force")
 """Channels of an axis in a circle test."""
-STILL = 0.01
-"""Least travel of each axis of a circle, as a share of the radius."""
-SLOWEST = 900.0
-"""Least sampling rate that resolves a reversal [Hz]."""
+STILL = 0.01  # Least travel of each axis of a circle, as a share of the radius
+SLOWEST = 900.0  # Least sampling rate that resolves a reversal [Hz]
 
 
 @dataclass(frozen=True)
@@ -238,14 +232,8 @@ class MeasuredCircle:
         t = first.time
         if np.array_equal(t, second.time):
             return first, second
-        return first, AxisTrace(
-            **{
-                name: np.interp(t, second.time, channel)
-                for name, channel in second.channels().items()
-                if name != "time"
-            },
-            time=t,
-        )
+        there = {name: np.interp(t, second.time, values) for name, values in second.channels().items()}
+        return first, AxisTrace(**there | {"time": t})
 
     def following(self, *names: str) -> MeasuredCircle:
         """Return the test with axes that follow their reference exactly."""
@@ -278,14 +266,11 @@ def measured_from_run(run: CircleRun, source: str = "") -> MeasuredCircle:
     }
     if len(axes) == 1:  # the other follows its reference
         ((known, trace),) = axes.items()
-        references = dict(
-            zip(names := beside(known), test.references(1.0 / float(trace.time[1] - trace.time[0])), strict=True)
-        )
-        followed = {
-            name: AxisTrace(trace.time, reference.position, reference.position)
-            for name, reference in references.items()
+        references = test.references(1.0 / float(trace.time[1] - trace.time[0]))
+        axes = {
+            name: axes.get(name, AxisTrace(trace.time, reference.position, reference.position))
+            for name, reference in zip(beside(known), references, strict=True)
         }
-        axes = {name: axes.get(name, followed[name]) for name in names}
     return MeasuredCircle(
         test.radius, test.feed, test.direction, axes, instrument="encoders", name=run.scheme.name,
         scheme=run.scheme.name, source=source,

@@ -17,14 +17,14 @@ from zlib import crc32
 import numpy as np
 
 from fric.arrays import Real
-from fric.circles.gains import StatedController, against_stated, stated_voltage
+from fric.circles.gains import against_stated, stated_voltage
 from fric.circles.measured import MeasuredCircle
 from fric.circles.revolutions import fit_circle
 from fric.circles.tune_fit import TunedAxis, recorded_again
 from fric.circles.voltage import VoltageRecord, refined, voltage_record
 from fric.contour import QUADRANTS, circularity, of_axes
 from fric.control.scheme import OBSERVER, PAPER_SCHEMES, Scheme
-from fric.drive.plant import Plant, hold_delay
+from fric.drive.plant import hold_delay
 from fric.errors import FricError
 from fric.estimate import Estimate, as_filed
 from fric.flaws import circle as flaws
@@ -76,26 +76,23 @@ class LeftOver:
     def __call__(self, machine: Machine, index: int | None = None) -> Machine:
         """Return a machine completed by the residual force of its model on the circles.
 
-        machine: The machine: its plants and friction as they were identified, or drawn.
         index: Its number among those drawn, each of which has another share of the residual force; exactly the measured
             force where it is not given.
         """
-        axes = {
-            name: replace(machine.axes[name], friction=self._completed(machine.axes[name], index))
-            for name in self.records
-        }
-        return replace(machine, axes={**machine.axes, **axes})
-
-    def _completed(self, axis: Axis, index: int | None) -> Completed:
-        share = 1.0
-        if index is not None:
-            key = np.random.SeedSequence(self.seed, spawn_key=(index, crc32(f"left over {axis.name}".encode())))
-            share = exp(SHARE / 1.96 * np.random.default_rng(key).standard_normal())
-        return completed(axis.friction, [_left(record, axis) for record in self.records[axis.name]], share)
+        axes = dict(machine.axes)
+        for name, records in self.records.items():
+            axis, share = axes[name], 1.0
+            if index is not None:
+                key = np.random.SeedSequence(self.seed, spawn_key=(index, crc32(f"left over {name}".encode())))
+                share = exp(SHARE / 1.96 * np.random.default_rng(key).standard_normal())
+            axes[name] = replace(axis, friction=completed(axis.friction, [_left(one, axis) for one in records], share))
+        return replace(machine, axes=axes)
 
 
 def completed(friction: FrictionModel, left: Sequence[tuple[VoltageRecord, Real]], share: float = 1.0) -> Completed:
     """Return a friction model with its mean residual force in records, over the travel since the last reversal.
+
+    Between travels that were met it is interpolated over their root: so it rises with time near a reversal of a circle.
 
     left: Records, each with the residual force of the model at the samples used [N].
     share: Share of it that is taken.
@@ -104,10 +101,18 @@ def completed(friction: FrictionModel, left: Sequence[tuple[VoltageRecord, Real]
     sums, counts = np.zeros((2, len(grid))), np.zeros((2, len(grid)))
     for record, force in left:
         whole = record.revolution[record.used] >= 0
-        motion = np.array(since_reversal(record.position))[:, record.used]
-        _gather(motion[:, whole], force[whole], grid, sums, counts)
-    forwards, backwards = (share * _filled(grid, *pair) for pair in zip(sums, counts, strict=True))
-    return as_filed(Completed(friction, tuple(forwards), tuple(backwards)))
+        direction, travel = np.array(since_reversal(record.position))[:, record.used][:, whole]
+        nearest = np.searchsorted(0.5 * (grid[1:] + grid[:-1]), travel)
+        for row, sign in enumerate((1.0, -1.0)):
+            same = direction == sign
+            sums[row] += np.bincount(nearest[same], force[whole][same], len(grid))
+            counts[row] += np.bincount(nearest[same], minlength=len(grid))
+    sides = []
+    for total, count in zip(sums, counts, strict=True):
+        met = count > 0
+        mean = np.interp(np.sqrt(grid), np.sqrt(grid[met]), total[met] / count[met]) if met.any() else 0.0 * grid
+        sides.append(tuple(share * mean))
+    return as_filed(Completed(friction, *sides))
 
 
 def _with_voltage(test: MeasuredCircle, axis: Axis) -> MeasuredCircle:
@@ -115,38 +120,25 @@ def _with_voltage(test: MeasuredCircle, axis: Axis) -> MeasuredCircle:
     if trace is None or trace.input is not None or trace.reference is None or test.scheme not in ("", "a"):
         return test
     rate = (len(trace.time) - 1) / float(trace.time[-1] - trace.time[0])
-    given, *_ = stated_voltage(
-        axis.cascade, axis.nominal or axis.plant, trace.reference, trace.position, rate, ahead=True
-    )
+    plant = axis.nominal or axis.plant
+    given = stated_voltage(axis.cascade, plant, trace.reference, trace.position, rate, ahead=True).given
     return replace(test, axes={**test.axes, axis.name: replace(trace, input=given)})
 
 
 def _left(record: VoltageRecord, axis: Axis) -> tuple[VoltageRecord, Real]:
     """Return a record along its refined motion, and the residual force of a machine [N], at the samples used."""
-    plant = axis.plant
-    m, a = 1.0 / plant.B, plant.A / plant.B
-    replayed = refined(record, axis.friction, plant.T_d, (m, a, axis.constant_load / plant.K_f), plant.K_f)
+    plant, replayed = axis.plant, _replayed(record, axis, axis.friction)
     used = replayed.used
+    m, a = 1.0 / plant.B, plant.A / plant.B
     voltage = replayed.delayed(plant.T_d) - m * replayed.inertia[used] - a * replayed.damping[used]
     return replayed, plant.K_f * voltage - replayed.friction(axis.friction) - axis.constant_load
 
 
-def _gather(motion: Real, force: Real, grid: Real, sums: Real, counts: Real) -> None:
-    """Add forces to their nearest travels, row 0 forwards and row 1 backwards."""
-    direction, travel = motion
-    nearest = np.searchsorted(0.5 * (grid[1:] + grid[:-1]), travel)
-    for row, sign in enumerate((1.0, -1.0)):
-        same = direction == sign
-        sums[row] += np.bincount(nearest[same], force[same], len(grid))
-        counts[row] += np.bincount(nearest[same], minlength=len(grid))
-
-
-def _filled(grid: Real, sums: Real, counts: Real) -> Real:
-    """Return means, interpolated in time: near a reversal of a circle it is proportional to the root of the travel."""
-    met = counts > 0
-    if not met.any():
-        return np.zeros(len(grid))
-    return np.interp(np.sqrt(grid), np.sqrt(grid[met]), sums[met] / counts[met])
+def _replayed(record: VoltageRecord, axis: Axis, friction: FrictionModel) -> VoltageRecord:
+    """Return a record along the motion that an axis refines, with a friction model."""
+    plant = axis.plant
+    linear = 1.0 / plant.B, plant.A / plant.B, axis.constant_load / plant.K_f
+    return refined(record, friction, plant.T_d, linear, plant.K_f)
 
 
 SMEARED = 4.0
@@ -164,12 +156,11 @@ class CircleForecast:
 
     feed: float  # feed, radius: the circle [m/s], [m]
     radius: float
-    scheme: str  # The scheme
+    scheme: str
     chance: Chance  # Its largest glitch at each place between two counts [m]
     ci95: tuple[float, float]  # Its range [m]
     model: Chance  # The same as `chance`, with the identified friction alone
-    # Whether the residual makes the glitch larger than model and encoder explain
-    other_law: bool = False
+    other_law: bool = False  # Whether the residual makes the glitch larger than model and encoder explain
 
     @property
     def glitch(self) -> float:
@@ -192,10 +183,6 @@ def next_circles(
     circle is run at several places between two counts, and the median counts. The interval is that of machines drawn
     from the covariance of what was found, each at another place. Above, it is wider by `SMEARED` times the effect of
     the residual, which the filter reduces.
-
-    tests: The circle tests that were tuned with.
-    tuned: The axes of the circle, by name.
-    done: Called after each circle.
     """
     found = []
     rng = np.random.default_rng(0)
@@ -226,8 +213,7 @@ def next_circles(
 
 def law_warnings(predicted: Sequence[CircleForecast]) -> list[Notice]:
     """Return a warning where the residual makes a glitch larger than the model predicts."""
-    more = [circle for circle in predicted if circle.other_law]
-    if not more:
+    if not (more := [circle for circle in predicted if circle.other_law]):
         return []
     worst = max(more, key=lambda circle: circle.glitch - circle.alone)
     alone, glitch, most = (Estimate(value, "m") for value in (worst.alone, worst.glitch, worst.ci95[1]))
@@ -244,10 +230,9 @@ def _exceeds(chance: Chance, other: Chance) -> bool:
 def _of_the_encoder(
     test: MeasuredCircle, n: int, tuned: Mapping[str, TunedAxis], scheme: Scheme, again: Callable[[str], list[Real]]
 ) -> Chance:
-    """Return the residuals of the n-th circle, recorded again by machines whose friction is that of the model.
+    """Return the glitches of the n-th circle with residuals that `again` gives, of machines that are as the model.
 
-    The residual also contains the error of the encoder, which is added to friction in the same way. ``again`` gives the
-    residual of an axis whose circles are recorded again, see `recorded_again`.
+    The residual also contains the error of the encoder, which is added to friction in the same way.
     """
     glitches = []
     for place in range(PLACES):
@@ -262,19 +247,14 @@ def _of_the_encoder(
 def recorded_once_more(
     test: MeasuredCircle, n: int, before: Mapping[str, Axis], tuned: Mapping[str, TunedAxis]
 ) -> Chance:
-    """Return the glitch of a circle that is recorded again, with the former models of the controllers [m].
-
-    test, n: The circle that was recorded, and its number.
-    before, tuned: Its axes as they were, and what was found of them.
-    """
+    """Return the glitch of a circle that is recorded again, with the former models of the controllers [m]."""
     axes = {}
     for name, axis in tuned.items():
         true, old = _completed(axis, n), before[name]
         nominal = old.nominal or old.plant
         axes[name] = replace(old, plant=true.plant, friction=true.friction, load=true.load, nominal=nominal)
-    known = test.scheme in PAPER_SCHEMES
     found = []
-    for scheme in [test.scheme] if known else "fca":
+    for scheme in [test.scheme] if test.scheme in PAPER_SCHEMES else "fca":
         try:
             found.append(_chance(test, axes, PAPER_SCHEMES[scheme]))
         except FricError:  # an axis without observer, or a loop that the plant found does not leave stable
@@ -299,11 +279,8 @@ def _drawn(tuned: TunedAxis, rng: np.random.Generator) -> Axis:
     root = vectors @ (np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T)  # no sign of an eigenvector is in it
     x = tuned.after.x + root @ rng.standard_normal(len(values))
     x = np.clip(x, tuned.after.x - 1.5, tuned.after.x + 1.5)
-    plant = true.plant
-    late = max(coordinates.delay(x), hold_delay(true.cascade.sampling))
-    return replace(
-        true, friction=as_filed(coordinates.directed(x)), plant=as_filed(Plant(plant.A, plant.B, late, plant.K_f))
-    )
+    plant = replace(true.plant, T_d=max(coordinates.delay(x), hold_delay(true.cascade.sampling)))
+    return replace(true, friction=as_filed(coordinates.directed(x)), plant=as_filed(plant))
 
 
 def _chance(test: MeasuredCircle, axes: Mapping[str, Axis], scheme: Scheme) -> Chance:
@@ -348,12 +325,10 @@ def worse_ahead(
     predicted: What the next circles should show, for each the better scheme counts.
     again: Gives the glitch of the n-th circle, recorded again with the former models of the controllers [m].
     count: A count of the encoders [m].
-    doubtful: Whether friction of this shape does not explain the circles: only the upper end of a prediction counts
-        then.
+    doubtful: Whether friction of this shape does not explain the circles: then only upper ends of predictions count.
     """
     for n, test in enumerate(tests):
-        seen = measured_glitch(test)
-        ahead = [circle for circle in predicted if (circle.feed, circle.radius) == (test.feed, test.radius)]
+        seen, ahead = measured_glitch(test), _of(test, predicted)
         expected = min((circle.ci95[1] if doubtful else circle.glitch for circle in ahead), default=0.0)
         if expected <= max(seen, count):
             continue
@@ -372,11 +347,14 @@ def better_ahead(
 ) -> bool:
     """Return whether a next circle should be better than the recorded by more than chance; arguments as above."""
     for n, test in enumerate(tests):
-        seen, once_more = measured_glitch(test), again(n)
-        ahead = [circle.glitch for circle in predicted if (circle.feed, circle.radius) == (test.feed, test.radius)]
-        if ahead and min(ahead) < min(seen, once_more.median) - once_more.half:
+        once_more, ahead = again(n), [circle.glitch for circle in _of(test, predicted)]
+        if ahead and min(ahead) < min(measured_glitch(test), once_more.median) - once_more.half:
             return True
     return False
+
+
+def _of(test: MeasuredCircle, predicted: Sequence[CircleForecast]) -> list[CircleForecast]:
+    return [circle for circle in predicted if (circle.feed, circle.radius) == (test.feed, test.radius)]
 
 
 def measured_quadrants(test: MeasuredCircle) -> tuple[float, float, float, float]:
@@ -413,8 +391,8 @@ def distrusts(
 
     machine: The machine at the estimates, completed by the tests where there are any.
     notices: What its files warn of.
-    tests: Measured circles. Where one has no voltage, its friction is found with the stated gains: it agrees with any.
-    records: Their axes as balances of voltages.
+    tests, records: Measured circles, and their axes as balances of voltages. Where one has no voltage, its friction is
+        found with the stated gains: it agrees with any.
     circle: The circle that is predicted.
     """
     wrong = [
@@ -481,9 +459,7 @@ def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     """
     plant = axis.plant
     model = axis.friction.model if isinstance(axis.friction, Completed) else axis.friction
-    replayed = refined(
-        record, model, plant.T_d, (1 / plant.B, plant.A / plant.B, axis.constant_load / plant.K_f), plant.K_f
-    )
+    replayed = _replayed(record, axis, model)
     used = replayed.used
     alone = Machine("", {axis.name: replace(axis, friction=model)})
     others = [draw_machine(alone, 0, spreads={"stiffness": spread})[0].axes[axis.name] for spread in (SOFTER, STIFFER)]
@@ -511,18 +487,15 @@ def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     if record.test.scheme not in ("", "a"):
         return
     t, reference, measured, voltage = record.raw
-    from_file = axis.nominal or axis.plant
-
-    def against(volts: Real) -> StatedController:
-        return against_stated(axis.cascade, from_file, reference, measured, volts, 1 / record.sampled, ahead=True)
-
-    held = against(voltage)
+    rate = 1 / record.sampled
+    stated = stated_voltage(axis.cascade, axis.nominal or axis.plant, reference, measured, rate, ahead=True)
+    held = against_stated(axis.cascade, stated, voltage, rate)
     if held.as_stated:
         return
     velocity = np.gradient(reference, t)
     fed = np.column_stack([velocity, np.gradient(velocity, t), np.ones(len(t))])
     share, *_ = np.linalg.lstsq(fed, held.recorded - held.given, rcond=None)
-    if not against(voltage - fed @ share).as_stated:
+    if not against_stated(axis.cascade, stated, voltage - fed @ share, rate).as_stated:
         yield flaws.CONTROLLER_DIFFERS.found(f"axis {axis.name}", how=held.describe(), friction=False)
 
 

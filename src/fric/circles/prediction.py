@@ -17,7 +17,7 @@ from fric.notice import Notice
 from fric.simulate.contour_run import pair
 
 if TYPE_CHECKING:
-    from fric.simulate.monte_carlo import MonteCarlo, Study
+    from fric.simulate.monte_carlo import MonteCarlo
 
 
 @dataclass(frozen=True)
@@ -82,10 +82,8 @@ class Prediction:
         return scheme in self.schemes and self.schemes[scheme].trusted
 
 
-ENDS = 0.1
-"""Relative error of the distance of two quantiles, for the small number of machines drawn."""
-UNSTABLE = 0.05
-"""Largest share of machines with an unstable loop, for a trusted interval."""
+ENDS = 0.1  # Relative error of the distance of two quantiles, for the small number of machines drawn
+UNSTABLE = 0.05  # Largest share of machines with an unstable loop, for a trusted interval
 
 
 def predicted(
@@ -98,14 +96,16 @@ def predicted(
 ) -> Prediction:
     """Return the predictions of schemes on a circle, from the machines drawn from what was identified.
 
-    many: The machines that were run.
     widened, measured, distrust: As in `Prediction`.
     of_schemes: Reasons not to trust a single scheme, by scheme.
     """
     study = many.study
     names = pair(study.machine)
     axes = (study.only,) if study.only else tuple(name for name in names if name in study.machine.axes)
-    step = max(_step(study, name) for name in axes)
+    step = 0.0  # the largest error of an encoder
+    for name in axes:
+        off = study.discrepancies.get(name, {}).get("resolution")
+        step = max(step, study.machine.axes[name].encoder.resolution * (off.high if off else 1.0))
     schemes = {}
     for n, scheme in enumerate(study.schemes):
         ran = many.quadrants[np.isfinite(many.glitches[:, n]), n]
@@ -129,12 +129,6 @@ def predicted(
         study.circle.radius, study.circle.feed, axes, len(many), step, tuple(measured), schemes, dict(widened or {}),
         tuple(distrust),
     )  # fmt: skip
-
-
-def _step(study: Study, name: str) -> float:
-    """Return the possible error of the encoder of an axis [m]."""
-    off = study.discrepancies.get(name, {}).get("resolution")
-    return study.machine.axes[name].encoder.resolution * (off.high if off else 1.0)
 
 
 def _between(values: Real, step: float) -> Interval:

@@ -10,10 +10,8 @@ from fric.arrays import Indices, Real
 from fric.circles.measured import MeasuredCircle
 from fric.errors import FricError
 
-STEADY = 0.01
-"""Relative deviation of the feed from its median up to which a motion is steady."""
-ROUND = 2e-3
-"""Relative distance within which a measured radius or feed counts as a round number."""
+STEADY = 0.01  # Relative deviation of the feed from its median up to which a motion is steady
+ROUND = 2e-3  # Relative distance within which a measured radius or feed counts as a round number
 
 
 @dataclass(frozen=True)
@@ -51,8 +49,7 @@ def fit_circle(x: Real, y: Real) -> tuple[float, float, float]:
 def find_circles(time: Real, x: Real, y: Real, least: float = 1.0) -> list[FoundCircle]:
     """Return the circles of a motion: segments between rests along which it turns steadily around one point.
 
-    time: Sample instants [s], shape (n,).
-    x, y: Reference or measured position [m], shape (n,).
+    time, x, y: Sample instants [s], reference or measured position [m], each of shape (n,).
     least: Least number of revolutions at steady feed.
     """
     parts = (slice(*ends) for ends in _moving(time, x, y))
@@ -172,19 +169,16 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
         angle, deviation = np.unwrap(test.angle), test.deviation
         inside = slice(0, len(angle))
     else:
-        first, second = test.together()
-        x, y = first.position, second.position
-        if first.reference is not None and second.reference is not None:
-            a, b, _ = fit_circle(first.reference, second.reference)
-            angle = np.unwrap(np.arctan2(second.reference - b, first.reference - a))
-        else:
-            a, b, _ = fit_circle(x, y)
-            angle = np.unwrap(np.arctan2(y - b, x - a))
-        inside = steady(first.time, angle)
-        for name, trace in zip(test.names, (first, second), strict=True):
+        traces = test.together()
+        both = all(trace.reference is not None for trace in traces)
+        x, y = (trace.asked if both else trace.position for trace in traces)
+        a, b, _ = fit_circle(x, y)
+        angle = np.unwrap(np.arctan2(y - b, x - a))
+        inside = steady(traces[0].time, angle)
+        for name, trace in zip(test.names, traces, strict=True):
             if trace.reference is not None:
                 errors[name] = trace.reference - trace.position
-        deviation = np.hypot(x - a, y - b) - test.radius
+        deviation = np.hypot(traces[0].position - a, traces[1].position - b) - test.radius
     angle, deviation = angle[inside], deviation[inside]
     turned = np.abs(angle[-1] - angle)
     spare = max(1e-3, 1.5 * float(np.median(np.abs(np.diff(angle)))))  # of a last sample on the first

@@ -22,13 +22,16 @@ from fric.circles.tune_fit import (
     BalanceCoordinates,
     FittedBalance,
     TunedAxis,
+    alike_warnings,
     at,
     explained,
     fit,
     gms_of,
+    identifiability_warnings,
     instrumented,
+    timing_warnings,
+    tuned_estimates,
 )
-from fric.circles.tune_intervals import alike_warnings, identifiability_warnings, timing_warnings, tuned_estimates
 from fric.circles.voltage import refined, voltage_record
 from fric.design.falling import falling_margin, hold_falling
 from fric.drive.plant import Plant, hold_delay
@@ -45,8 +48,7 @@ from fric.simulate.machine import Axis, Machine, NominalFriction
 
 GROWS = 0.8
 """Margin of the falling branch below which a loop is redesigned: above it, errors grow by less than e² as an axis
-passes at 10 mm/s, and stiffer gains would cost as much by encoder noise.
-"""
+passes at 10 mm/s, and stiffer gains would cost as much by encoder noise."""
 UNHELD, CAUTION, LEAST = 0.9, 0.09, 0.97
 """Margin below which less than the whole friction is fed forward, the reduction per missing margin, and the least share
 that is fed forward. An axis that is pushed ahead of its friction runs away from it, an axis that lags sticks: of 46
@@ -55,9 +57,8 @@ tenth less for each margin missing. That costs 0.1 µm at 100 mm/s with an obser
 
 
 def _margin(one: TunedAxis) -> float:
-    axis = one.axis
-    blocks = () if axis.observer is None else (axis.observer,)
-    return falling_margin(one.nominal, axis.cascade, gms_of(one.friction), blocks)
+    blocks = () if one.axis.observer is None else (one.axis.observer,)
+    return falling_margin(one.nominal, one.axis.cascade, gms_of(one.friction), blocks)
 
 
 def holds(axis: TunedAxis) -> bool:
@@ -102,14 +103,11 @@ DISPLACED = 0.5e-6
 """Largest error of the position by a jittering clock [m]: more exceeds the error to compensate."""
 AGAIN, RESTS = 3, 0.01
 """Largest number of refinements of motion and fit, and the change of the logarithms at which they end."""
-
 FEWER = (
     ("level", "stiffness", "alpha", "k"), ("level", "C", "ratio", "v_s", "delta"), ("level",),
 )  # fmt: skip
 """Parts of the identified friction to keep, if all of it should make a circle worse: all but its fall with speed, which
-matters where a circle is slow; all but the stiffness, which matters where it is fast; only the level.
-"""
-
+matters where a circle is slow; all but the stiffness, which matters where it is fast; only the level."""
 MISFIT = "the residual is not friction of this shape"
 GROWING = "falling friction destabilises the loop (`loop=True` designs new gains)"
 
@@ -141,15 +139,13 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     starts = [start + np.array([0.0, np.log(stiffness), np.log(C), 0.0]) for stiffness, C in STARTS]
     found = fit(Balance(records, few, nominal.K_f), starts)
     done()
-    found = _again(found)
+    found, full = _again(found), False
     done()
-    full = False
     if found.plant[0] > 0 and found.rms > SHAPE * explained(found):
         for shape in (few.full(), None):
             richer = shape or found.balance.coordinates.sided()
             start = richer.moved(found.balance.coordinates, found.x)
-            other = fit(replace(found.balance, coordinates=richer), [start], found.rms)
-            other = _again(other)
+            other = _again(fit(replace(found.balance, coordinates=richer), [start], found.rms))
             compared = at(replace(found.balance, records=other.balance.records), found.x)
             if other.rms < GAIN * compared.rms:
                 found, full = other, full or shape is not None
@@ -159,9 +155,8 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     coordinates = found.balance.coordinates
     friction, T_d = coordinates.directed(found.x), coordinates.delay(found.x)
     m, a = found.plant[:2]
-    warnings = list(identifiability_warnings(axis, tests, before, found))
-    physical = bool(m > 0 and T_d >= hold_delay(axis.cascade.sampling))
-    if not physical:
+    warnings = list(identifiability_warnings(axis, tests, found))
+    if not (m > 0 and T_d >= hold_delay(axis.cascade.sampling)):  # no machine
         return TunedAxis(axis, friction, nominal, before, found, None, full, False, tuple(warnings))
     plant = Plant(A=max(float(a / m), 0.0), B=float(1 / m), T_d=T_d, K_f=nominal.K_f)
     estimates = tuned_estimates(found, plant)
@@ -181,11 +176,7 @@ def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
 
 
 def in_part(axis: TunedAxis, before: Axis, names: Sequence[str]) -> TunedAxis:
-    """Return a tuned axis with a part of the identified friction, and the plant, as nominal models.
-
-    before: The axis as it was.
-    names: Coordinates that are kept, those of blocks without their number; the others are as before.
-    """
+    """Return a tuned axis with some coordinates of the identified friction, and the plant, as nominal models."""
     coordinates = axis.after.balance.coordinates
     kept = np.array([name.rpartition("_")[0] in names or name in (*names, "T_d", "side") for name in coordinates.names])
     friction = as_filed(coordinates.directed(np.where(kept, axis.after.x, 0.0)))
@@ -194,20 +185,8 @@ def in_part(axis: TunedAxis, before: Axis, names: Sequence[str]) -> TunedAxis:
     return cautious(part)
 
 
-def part_warning(why: str, names: Sequence[str]) -> Notice:
-    """Return the warning that only a part of the result is kept, and why."""
-    words = "only the level of the identified friction is kept"
-    if len(names) > 1:
-        left = "stiffnesses" if "C" in names else "how friction falls with speed, and C"
-        words = f"all of the result is kept but {left}"
-    return TUNED_IN_PART.found(why=why, kept=words)
-
-
 def _again(found: FittedBalance) -> FittedBalance:
-    """Return the fit along the motion that the fit itself resolves more finely.
-
-    Each time the delay's error falls to a fifth; this is repeated until it converges.
-    """
+    """Return the fit along the motion that it resolves more finely; each time the delay's error falls to a fifth."""
     for _ in range(AGAIN):
         if not found.plant[0] > 0:
             break
@@ -283,7 +262,11 @@ def tune(
                 ahead = next_circles(tests, some)
                 if ahead and not worse_ahead(tests, ahead, once_more, count) and better_ahead(tests, ahead, once_more):
                     axes, predicted = some, ahead
-                    warnings.append(part_warning(why, kept))
+                    words = "only the level of the identified friction is kept"
+                    if len(kept) > 1:
+                        left = "stiffnesses" if "C" in kept else "how friction falls with speed, and C"
+                        words = f"all of the result is kept but {left}"
+                    warnings.append(TUNED_IN_PART.found(why=why, kept=words))
                     why = ""
                     break
         if why:

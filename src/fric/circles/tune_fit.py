@@ -1,39 +1,45 @@
 """The nominal model that explains the voltages of recorded circles: least squares with the plant eliminated.
 
 Also the effect of encoder counts: its error by a parametric bootstrap (`recorded_again`), and inertia and delay without
-their bias (`Instruments`).
+their bias (`Instruments`); intervals of friction and plant, and warnings about undetermined parameters.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
+from scipy.special import stdtrit
 
 from fric.arrays import Real
 from fric.circles.measured import AxisTrace, MeasuredCircle, low_pass
 from fric.circles.voltage import COMPARED, VoltageRecord, refined, voltage_record
 from fric.drive.plant import Plant
 from fric.errors import FricError
-from fric.estimate import Covariance, Estimate
+from fric.estimate import Covariance, Estimate, Interval
+from fric.flaws import circle
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed, mean_map
 from fric.friction.gms import GMS
-from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
+from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.notice import Notice
+from fric.records.judgement import CHANGES
 from fric.records.resolution import lattice_step
 from fric.simulate.machine import Axis
+from fric.statistics import hac_covariance, score_covariance
 
 FOUR = ("level", "stiffness", "C", "T_d")
 """The parameters tuned first."""
-PRIORS = {"level": 0.5, "stiffness": 1.0, "C": 2.0, "T_d": 0.15, "ratio": 0.3, "v_s": 0.7, "delta": 0.3, "side": 0.2}
+PRIORS = {
+    "level": 0.5, "stiffness": 1.0, "C": 2.0, "T_d": 0.15, "ratio": 0.3, "v_s": 0.7, "delta": 0.3, "side": 0.2,
+    "alpha": 0.4, "k": 0.7,
+}  # fmt: skip
 """Prior standard deviations of the coordinates' logarithms about their nominal values."""
-PRIOR_ALPHA, PRIOR_K = 0.4, 0.7
 
 
 @dataclass(frozen=True)
@@ -49,10 +55,7 @@ class BalanceCoordinates:
 
     @classmethod
     def of(cls, nominal: FrictionModel, T_d: float) -> BalanceCoordinates:
-        """Return the four coordinates about a nominal model, which may have a map for each direction.
-
-        Raises FricError: When it is no GMS model.
-        """
+        """Return the four coordinates about a nominal GMS model, which may have a map for each direction."""
         model = gms_of(nominal)
         if isinstance(nominal, Directed):
             static, other = model.static, nominal.negative
@@ -74,9 +77,7 @@ class BalanceCoordinates:
     @property
     def priors(self) -> Real:
         """Standard deviations of the coordinates, shape (p,)."""
-        return np.array(
-            [PRIOR_ALPHA if n.startswith("alpha") else PRIOR_K if n.startswith("k_") else PRIORS[n] for n in self.names]
-        )
+        return np.array([PRIORS.get(name) or PRIORS[name.rpartition("_")[0]] for name in self.names])
 
     @property
     def bounds(self) -> Real:
@@ -96,7 +97,9 @@ class BalanceCoordinates:
         model, half = self.friction(x), 0.5 * self.sides(x)
         if half == 0.0:
             return model
-        up, down = (_scaled(model.static, float(np.exp(sign * half))) for sign in (1.0, -1.0))
+        static = model.static
+        levels = (float(np.exp(sign * half)) for sign in (1.0, -1.0))
+        up, down = (replace(static, F_c=static.F_c * level, F_s=static.F_s * level) for level in levels)
         return Directed(replace(model, static=up), down)
 
     def friction(self, x: Real) -> GMS:
@@ -137,10 +140,6 @@ def gms_of(friction: FrictionModel) -> GMS:
     if not isinstance(model, GMS):
         raise FricError(f"the nominal friction is {model.name}, and circles tune a GMS model")
     return model
-
-
-def _scaled(static: StaticMap, level: float) -> StaticMap:
-    return replace(static, F_c=static.F_c * level, F_s=static.F_s * level)
 
 
 def parameters(model: GMS) -> dict[str, float | tuple[float, ...]]:
@@ -187,8 +186,9 @@ class Balance:
         """Number of neighbouring samples behind the filter per independent value."""
         return max(float(np.mean([record.rate for record in self.records])) / (2 * COMPARED), 1.0)
 
+    @cached_property
     def columns(self) -> Real:
-        """Return acceleration, velocity and the offsets of all circles, weighed, shape (n, 2 + circles)."""
+        """Acceleration, velocity and the offsets of all circles, weighed, shape (n, 2 + circles)."""
         found = np.zeros((len(self.weights), 2 + len(self.records)))
         for n, (record, part) in enumerate(zip(self.records, self.samples, strict=True)):
             found[part, 0], found[part, 1] = record.inertia[record.used], record.damping[record.used]
@@ -203,6 +203,38 @@ class Balance:
     def voltage(self, T_d: float) -> Real:
         """Return the control voltage as it acts a delay later, weighed, shape (n,)."""
         return self.weights * np.concatenate([record.delayed(T_d) for record in self.records])
+
+    @cached_property
+    def _last(self) -> dict[str, tuple[Any, Real]]:
+        """The last voltage, and the last friction, each with what it was made for."""
+        return {}
+
+    def _parts(self, x: Real) -> tuple[Real, Real]:
+        """Return the voltage, and that of friction, at a point; the last of each is kept."""
+        late, last = self.coordinates.delay(x), self._last
+        if "voltage" not in last or last["voltage"][0] != late:
+            last["voltage"] = late, self.voltage(late)
+        if "friction" not in last or last["friction"][0] != tuple(x):
+            last["friction"] = tuple(x), self.friction(x)
+        return last["voltage"][1], last["friction"][1]
+
+    def left(self, x: Real) -> Real:
+        """Return the voltage less that of friction, weighed."""
+        voltage, friction = self._parts(x)
+        return voltage - friction
+
+    def derivatives(self, x: Real) -> Real:
+        """Return the derivatives of `left`, shape (n, p)."""
+        voltage, friction = self._parts(x)
+        found = np.empty((len(voltage), len(x)))
+        for n, name in enumerate(self.coordinates.names):
+            moved = x.copy()
+            moved[n] += STEP
+            if name == "T_d":
+                found[:, n] = (self.voltage(self.coordinates.delay(moved)) - voltage) / STEP
+            else:
+                found[:, n] = (friction - self.friction(moved)) / STEP
+        return found
 
 
 @dataclass(frozen=True)
@@ -239,84 +271,41 @@ class FittedBalance:
         return float(np.sqrt(np.mean(np.square(known)))) if known else None
 
 
-class BalanceSearch:
-    """Residuals of a balance with its priors, in standard deviations, with linear parameters projected out."""
-
-    def __init__(self, balance: Balance, sigma: float = NOISE) -> None:
-        self.balance, self.priors, self.columns = balance, balance.coordinates.priors, balance.columns()
-        self.basis = np.linalg.qr(self.columns)[0]
-        self.scale = 1.0 / (sigma * np.sqrt(balance.alike))
-        self._voltage = lru_cache(1)(balance.voltage)
-        self._friction = lru_cache(1)(lambda x: balance.friction(np.array(x)))
-
-    def _parts(self, x: Real) -> tuple[Real, Real]:
-        """Return the voltage, and that of friction, weighed."""
-        return self._voltage(self.balance.coordinates.delay(x)), self._friction(tuple(x))
-
-    def left(self, x: Real) -> Real:
-        """Return the voltage less that of friction, weighed."""
-        voltage, friction = self._parts(x)
-        return voltage - friction
-
-    def derivatives(self, x: Real) -> Real:
-        """Return the derivatives of `left`."""
-        balance, (voltage, friction) = self.balance, self._parts(x)
-        found = np.empty((len(voltage), len(x)))
-        for n, name in enumerate(balance.coordinates.names):
-            moved = x.copy()
-            moved[n] += STEP
-            if name == "T_d":
-                found[:, n] = (balance.voltage(balance.coordinates.delay(moved)) - voltage) / STEP
-            else:
-                found[:, n] = (friction - balance.friction(moved)) / STEP
-        return found
-
-    def _free(self, values: Real) -> Real:
-        """Return values in standard deviations, with linear parameters projected out."""
-        return np.asarray(self.scale * (values - self.basis @ (self.basis.T @ values)))
-
-    def residual(self, x: Real) -> Real:
-        """Return the residual of the voltages, and the distance from the priors, in standard deviations."""
-        return np.concatenate([self._free(self.left(x)), x / self.priors])
-
-    def gradient(self, x: Real) -> Real:
-        """Return the derivatives of `residual`."""
-        return np.vstack([self._free(self.derivatives(x)), np.diag(1.0 / self.priors)])
-
-    def fine(self, x: Real, most: int) -> OptimizeResult:
-        """Return the least-squares point next to x within the bounds, in a bounded number of steps."""
-        bounds = self.balance.coordinates.bounds
-        start = np.clip(x, -0.99 * bounds, 0.99 * bounds)
-        return least_squares(
-            self.residual, start, self.gradient, (-bounds, bounds), ftol=RESTS, xtol=RESTS, max_nfev=most
-        )
-
-
 def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: int = 12) -> FittedBalance:
-    """Return the least-squares point of a balance with its priors, from the best of some starts.
+    """Return the least-squares point of a balance with its priors, linear parameters projected out.
 
-    balance: The balance.
     starts: Points to start from, each of shape (p,); all are searched coarsely, and the best to the end.
     sigma: Standard deviation of a sample relative to the priors [V].
     most: Steps at most.
     """
-    search, few = BalanceSearch(balance, max(sigma, NOISE)), most if len(starts) == 1 else 7
-    best = min((search.fine(x, few) for x in starts), key=lambda solution: solution.cost)
-    return at(balance, best.x if len(starts) == 1 else search.fine(best.x, most).x)
+    priors, bounds = balance.coordinates.priors, balance.coordinates.bounds
+    basis = np.linalg.qr(balance.columns)[0]
+    scale = 1.0 / (max(sigma, NOISE) * np.sqrt(balance.alike))
+
+    def free(values: Real) -> Real:
+        return np.asarray(scale * (values - basis @ (basis.T @ values)))
+
+    def residual(x: Real) -> Real:
+        return np.concatenate([free(balance.left(x)), x / priors])
+
+    def gradient(x: Real) -> Real:
+        return np.vstack([free(balance.derivatives(x)), np.diag(1.0 / priors)])
+
+    def fine(x: Real, most: int) -> OptimizeResult:
+        start = np.clip(x, -0.99 * bounds, 0.99 * bounds)
+        return least_squares(residual, start, gradient, (-bounds, bounds), ftol=RESTS, xtol=RESTS, max_nfev=most)
+
+    few = most if len(starts) == 1 else 7
+    best = min((fine(x, few) for x in starts), key=lambda solution: solution.cost)
+    return at(balance, best.x if len(starts) == 1 else fine(best.x, most).x)
 
 
 def at(balance: Balance, x: Real, plant: Real | None = None) -> FittedBalance:
-    """Return the residual at a point, with the plant that fits best there, or with a given plant (its offsets fitted).
-
-    balance: The balance.
-    x: The point, shape (p,).
-    plant: m [V·s²/m] and a [V·s/m] that are kept.
-    """
-    search = BalanceSearch(balance)
-    left, columns = search.left(x), search.columns
+    """Return the residual at a point, with the plant that fits best there, or with given m and a (offsets fitted)."""
+    left, columns = balance.left(x), balance.columns
     if plant is None:
         linear = np.linalg.lstsq(columns, left, rcond=None)[0]
-        gradient = np.hstack([search.derivatives(x), -columns])
+        gradient = np.hstack([balance.derivatives(x), -columns])
     else:
         offsets = np.linalg.lstsq(columns[:, 2:], left - columns[:, :2] @ plant, rcond=None)[0]
         linear, gradient = np.concatenate([plant, offsets]), -columns
@@ -349,17 +338,13 @@ def recorded_again(found: FittedBalance, draws: int = DRAWS) -> list[Real]:
             again = voltage_record(_once_more(found, n, rng), record.axis, record)
             records.append(refined(again, *found.truth(n)))
         once = replace(balance, records=tuple(records))
-        rest = once.voltage(balance.coordinates.delay(x)) - once.friction(x) - once.columns() @ found.plant
+        rest = once.voltage(balance.coordinates.delay(x)) - once.friction(x) - once.columns @ found.plant
         left.append(rest / balance.weights)
     return left
 
 
 def explained(found: FittedBalance) -> float:
-    """Return the rms of a fit's residual due to noise or to the encoder [V], whichever is larger.
-
-    Noise is the part that does not repeat from turn to turn; the encoder's part is the residual of circles recorded
-    again.
-    """
+    """Return the rms of a fit's residual due to noise (what does not repeat) or to the encoder [V], the larger."""
     again = [replace(found, residual=left).rms for left in recorded_again(found, FEW)]
     return max(found.noise() or 0.0, float(np.sqrt(np.mean(np.square(again)))))
 
@@ -433,13 +418,13 @@ class Instruments:
 
 def instrumented(found: FittedBalance) -> FittedBalance:
     """Return a fit moved to where its instruments leave no residual; unchanged if they are too weak."""
-    p, search, weights = len(found.x), BalanceSearch(found.balance), found.balance.weights
+    p, balance, weights = len(found.x), found.balance, found.balance.weights
     step = Instruments.of(found).error(weights * found.residual)
     x, plant = found.x + step[:p], found.plant + step[p:]
-    moved = replace(found, x=x, plant=plant, residual=(search.left(x) - search.columns @ plant) / weights)
-    if not moved.rms < GROWN * found.rms or np.any(np.abs(x) > found.balance.coordinates.bounds):
+    moved = replace(found, x=x, plant=plant, residual=(balance.left(x) - balance.columns @ plant) / weights)
+    if not moved.rms < GROWN * found.rms or np.any(np.abs(x) > balance.coordinates.bounds):
         return found
-    return replace(moved, gradient=np.hstack([search.derivatives(x), -search.columns]) / weights[:, None])
+    return replace(moved, gradient=np.hstack([balance.derivatives(x), -balance.columns]) / weights[:, None])
 
 
 def whole(found: FittedBalance) -> tuple[FittedBalance, Real]:
@@ -455,7 +440,7 @@ def whole(found: FittedBalance) -> tuple[FittedBalance, Real]:
         return found, np.zeros(len(found.x) + len(found.plant))
     balance = replace(found.balance, coordinates=shape)
     x = shape.moved(kept, found.x)
-    slopes = BalanceSearch(balance).derivatives(x) / balance.weights[:, None]
+    slopes = balance.derivatives(x) / balance.weights[:, None]
     lifted = replace(found, balance=balance, x=x, gradient=np.hstack([slopes, found.gradient[:, len(kept.names) :]]))
     step = Instruments.of(lifted).error(balance.weights * lifted.residual)
     return replace(lifted, residual=lifted.residual + lifted.gradient @ step), step
@@ -516,3 +501,287 @@ class TunedAxis:
         """Friction and plant by name, with their intervals; empty where the result is no machine."""
         found = self.estimates
         return {} if found is None else {**found.static, **found.gms, **found.plant}
+
+
+FEEDS_APART = 3.0
+"""Ratio of the feeds of two circles above which they hold different information."""
+LATE = 0.25
+"""Relative deviation of the delay from the nominal value that gives a warning, where its interval excludes it."""
+BLOCKS_ALIKE = 0.5
+"""Distance of two blocks' slip displacements, in the logarithm, below which they are not separable: the residual has
+several minima there, whose alpha and k differ by up to 20 %."""
+HALF_WIDTH = 2.31
+"""Half-width of a 95 % interval in standard deviations from a bootstrap of eight draws (Student's t)."""
+MISFIT = 3.0  # Largest residual of a result over the noise
+AT_BOUND = 0.97  # Share of a bound of the search above which a parameter counts as at it
+SMALL_STEP = 1e-4  # Step of derivatives between parameters and coordinates, in the logarithm
+SEEN = 0.08  # Uncertainty of a block's slip, as a share of an encoder step
+OPEN = 20.0  # Half of an interval of a logarithm above which the data set no limit
+UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "alpha": "1", "k": "N/m", "C": "N/s"}
+
+
+def identifiability_warnings(axis: Axis, tests: Sequence[MeasuredCircle], found: FittedBalance) -> Iterator[Notice]:
+    """Yield the warnings about undetermined parameters of an axis and about the fit."""
+    where, feeds = f"axis {axis.name}", sorted(test.feed for test in tests)
+    if feeds[-1] < FEEDS_APART * feeds[0]:
+        missing = (
+            "delay, inertia and how friction falls with speed above it (T_d may be off by half)"
+            if feeds[-1] < 0.03
+            else "v_s, delta, C and the weakest blocks, which show where a reversal is slow"
+        )
+        yield circle.ONE_FEED.found(where, feed=Estimate(feeds[-1], "m/s"), missing=missing)
+    noise = found.noise()
+    # the effect of encoder counts repeats from turn to turn, and is no misfit
+    if noise is not None and found.rms > MISFIT * noise and found.rms > SHAPE * explained(found):
+        yield circle.CIRCLE_MISFIT.found(where, left=Estimate(found.rms, "V"), noise=Estimate(noise, "V"))
+    yield from _drifts(axis, found)
+    coordinates = found.balance.coordinates
+    if "side" in coordinates.names:
+        side = coordinates.sides(found.x)
+        yield circle.DIRECTION.found(where, side=abs(side), positive=side > 0)
+    over = np.abs(found.x) / coordinates.bounds
+    if at_end := [name for name, share in zip(coordinates.names, over, strict=True) if share > AT_BOUND]:
+        yield circle.TUNED_AT_BOUND.found(where, names=at_end)
+
+
+def timing_warnings(axis: Axis, found: FittedBalance, T_d: Estimate) -> Iterator[Notice]:
+    """Yield the warning that position and voltage are shifted, if the interval of the delay shows it."""
+    nominal = found.balance.coordinates.T_d
+    low, high = (float(limit) for limit in np.ravel(T_d.ci95 or (T_d.value, T_d.value)))
+    if abs(float(T_d) - nominal) > LATE * nominal and not low <= nominal <= high:
+        flaw = circle.POSITION_LATE if float(T_d) > nominal else circle.POSITION_EARLY
+        delay, least, most, believed = (Estimate(value, "s") for value in (float(T_d), low, high, nominal))
+        yield flaw.found(f"axis {axis.name}", delay=delay, low=least, high=most, nominal=believed)
+
+
+def _drifts(axis: Axis, found: FittedBalance) -> Iterator[Notice]:
+    """Yield the circles in which the level of friction drifts: by a line in time besides the fit's parameters."""
+    balance = found.balance
+    J, residual = balance.weights[:, None] * found.gradient, balance.weights * found.residual
+    level = J[:, balance.coordinates.names.index("level")]
+    for record, part in zip(balance.records, balance.samples, strict=True):
+        time, along = record.time[record.used], np.zeros(len(level))
+        along[part] = level[part] * (time - time.mean()) / np.ptp(time)
+        apart = along - J @ np.linalg.lstsq(J, along, rcond=1e-9)[0]
+        change = -float(apart @ residual / (apart @ apart))
+        thin = slice(part.start, part.stop, record.quarter)
+        rest = residual + change * apart  # the drift itself is no error of it
+        half = 2.0 * float(np.sqrt(hac_covariance(apart[thin, None], rest[thin])[0, 0]))
+        if abs(change) > max(half, CHANGES):
+            feed = Estimate(record.feed, "m/s")
+            yield circle.CIRCLE_DRIFTS.found(f"axis {axis.name}", change=change, size=abs(change), half=half, feed=feed)
+
+
+def groups_alike(found: FittedBalance) -> list[list[int]]:
+    """Return groups of blocks that slip at about the same displacement, counted from 0."""
+    if not any(name.startswith("alpha") for name in found.balance.coordinates.names):
+        return []
+    model = found.balance.coordinates.friction(found.x)
+    slips = np.log(np.array(model.alpha) / np.array(model.k))
+    groups: list[list[int]] = []
+    for n in map(int, np.argsort(slips)):
+        if groups and slips[n] - slips[groups[-1][-1]] < BLOCKS_ALIKE:
+            groups[-1].append(n)
+        else:
+            groups.append([n])
+    return [sorted(group) for group in groups if len(group) > 1]
+
+
+def merged(found: FittedBalance) -> FittedBalance | None:
+    """Return a fit with its residual, and its derivatives where blocks that slip together have the same displacement.
+
+    There the blocks are not separable, and the distance that the fit found is noise. None where none slip together.
+    """
+    if not (groups := groups_alike(found)):
+        return None
+    names, x = found.balance.coordinates.names, found.x.copy()
+    model = found.balance.coordinates.friction(found.x)
+    for group in groups:
+        slip = sum(model.alpha[n] for n in group) / sum(model.k[n] for n in group)
+        for n in group:
+            x[names.index(f"k_{n + 1}")] += np.log(model.alpha[n] / model.k[n] / slip)
+    return replace(at(found.balance, x), residual=found.residual)
+
+
+def alike_warnings(axis: Axis, found: FittedBalance, estimates: TunedEstimates) -> Iterator[Notice]:
+    """Yield the warning about blocks that slip together, with their total share and stiffness."""
+    if not (groups := groups_alike(found)):
+        return
+    coordinates, covariance = found.balance.coordinates, estimates.coordinates
+    model = coordinates.friction(found.x)
+    together = []
+    for group in groups:
+        texts = []
+        for name, unit, values in (("alpha", "", model.alpha), ("k", " N/m", model.k)):
+            total, slope = sum(values[n] for n in group), np.zeros(len(coordinates.names))
+            for n in group:
+                slope[coordinates.names.index(f"{name}_{n + 1}")] = values[n] / total
+            if name == "alpha":  # shares of all
+                indices = [coordinates.names.index(f"alpha_{n + 1}") for n in range(len(values))]
+                slope[indices] -= np.array(values)
+            half = HALF_WIDTH * max(float(slope @ covariance @ slope), 0.0) ** 0.5
+            texts.append(f"{name} = {total:.4g} ({total * np.exp(-half):.4g} to {total * np.exp(half):.4g}){unit}")
+        together.append(f"{', '.join(str(n + 1) for n in group)} together have {' and '.join(texts)}")
+    yield circle.BLOCKS_ALIKE.found(f"axis {axis.name}", together="; ".join(together))
+
+
+def tuned_estimates(found: FittedBalance, plant: Plant) -> TunedEstimates:
+    """Return the result with intervals due to noise, correlated in any way, and to the encoder.
+
+    Where the shape was kept, an interval reaches from the value to the far end of that about a fit of the whole shape:
+    a shape that is off by little moves F_c by several half-widths before it shows in the residual.
+    """
+    left = recorded_again(found)
+    coordinates = _covariance(found, left)[: len(found.x), : len(found.x)]
+    found, step = whole(found)
+    covariance = _covariance(found, left)
+    names = found.balance.coordinates.names
+    p = len(names)
+    quantile = float(stdtrit(len(left), 0.975))
+    slope, labels = _logarithms(found)
+    spread = slope @ covariance @ slope.T
+    # blocks that slip together are separable only by where they were found: use the information on each where they do
+    # not
+    wide, at_one = spread, merged(found)
+    if at_one is not None:
+        wide = slope @ _covariance(at_one, left) @ slope.T
+    half = quantile * np.sqrt(np.maximum(np.maximum(np.diag(spread), np.diag(wide)), 0.0))
+    moved = slope @ step
+    halves, moves = (dict(zip(labels, map(float, values), strict=True)) for values in (half, moved))
+
+    def within(name: str, value: float) -> Interval:
+        if halves[name] + abs(moves[name]) > OPEN:
+            return 0.0, np.inf
+        low, high = min(moves[name] - halves[name], 0.0), max(moves[name] + halves[name], 0.0)
+        return value * float(np.exp(low)), value * float(np.exp(high))
+
+    fitted = {name for name, width in halves.items() if width > 1e-9}
+    sections: dict[str, Estimate] = {}
+    for name, value in parameters(found.balance.coordinates.friction(found.x)).items():
+        keys, known = _labels(name, value), not fitted.isdisjoint(_labels(name, value))
+        limits = tuple(map(within, keys, value)) if isinstance(value, tuple) else within(name, value)
+        sections[name] = Estimate(value, UNITS[name], limits if known else None, fixed=not known)
+    offsets, K_f = found.plant[2:], found.balance.K_f
+    error = quantile * float(np.sqrt(covariance[p + 2, p + 2] / len(offsets) + np.var(offsets))) * K_f
+    load = float(np.mean(offsets)) * K_f
+    static = {name: sections[name] for name in STATIC_PARAMETERS}
+    negative = None
+    if side := found.balance.coordinates.sides(found.x):
+        variance = covariance[names.index("side"), names.index("side")] if "side" in names else 0.0
+        wider = quantile * float(np.sqrt(variance)) / 2
+        levels = {name: static[name] for name in ("F_c", "F_s")}
+        static, negative = (
+            static | {name: _scaled(level, sign * side / 2, wider) for name, level in levels.items()}
+            for sign in (1, -1)
+        )
+    static["offset"] = Estimate.around(load, "N", error)
+    gms = {name: sections[name] for name in ("alpha", "k", "C")}
+    of_plant = {
+        "A": Estimate(plant.A, "1/s", within("A", plant.A) if plant.A > 0 else None),
+        "B": Estimate(plant.B, "m/(s^2*V)", within("B", plant.B)),
+        "T_d": Estimate(plant.T_d, "s", within("T_d", plant.T_d)),
+        "K_f": Estimate(plant.K_f, "N/V", fixed=True),
+    }
+    of_friction = [n for n, label in enumerate(labels) if label not in ("A", "B", "T_d") and label in fitted]
+    spread += np.outer(moved, moved)
+    joint = Covariance.of([labels[n] for n in of_friction], spread[np.ix_(of_friction, of_friction)], "log")
+    return TunedEstimates(static, negative, gms, of_plant, joint, coordinates)
+
+
+def _scaled(estimate: Estimate, shift: float, wider: float) -> Estimate:
+    """Return an estimate times e to the power of a shift, its interval wider by a share."""
+    value, *limits = (float(number) * float(np.exp(shift)) for number in (estimate, *np.ravel(estimate.ci95 or ())))
+    ci95 = (limits[0] * (1 - wider), limits[1] * (1 + wider)) if limits else None
+    return replace(estimate, value=value, ci95=ci95)
+
+
+def _covariance(about: FittedBalance, left: list[Real]) -> Real:
+    """Return the covariance of coordinates and plant about a point, (p + 2 + circles,) square; `left` of circles again.
+
+    Samples are thinned to four a period of the filter's corner: samples between them add no information. Scores are
+    correlated (autoregressions), and the priors add their variance. Level, delay, inertia and A, which the whole circle
+    determines, take the memory of their own error, ``(ZᵀJ + P)⁻¹·z·r``: that of their scores, in which C has a part, is
+    three times as wide (of the level up to ten times). The error from the encoder is added.
+    """
+    instruments, weights, p = Instruments.of(about), about.balance.weights, len(about.x)
+    rows, residuals = [], []
+    for record, part in zip(about.balance.records, about.balance.samples, strict=True):
+        chosen, more = slice(part.start, part.stop, record.quarter), np.sqrt(record.quarter)  # fewer samples weigh more
+        rows.append(more * instruments.Z[chosen])
+        residuals.append(more * (weights * about.residual)[chosen])
+    Z, lengths = np.vstack(rows), list(map(len, rows))
+
+    def remembered(regressors: Real) -> Real:  # circles that are recorded again show what recurs in each turn
+        scale = np.linalg.norm(regressors, axis=0)
+        scale[scale == 0] = 1.0
+        long_run = score_covariance(regressors / scale, np.concatenate(residuals), lengths, most=1.0)
+        return np.asarray(np.outer(scale, scale) * long_run)
+
+    covariance = instruments.solved(instruments.solved(remembered(Z)).T)
+    along = [*map(about.balance.coordinates.names.index, ("level", "T_d")), p, p + 1]
+    ratio = np.ones(len(covariance))
+    by_itself = np.diag(remembered(instruments.solved(Z.T).T[:, along]))
+    ratio[along] = np.sqrt(np.minimum(by_itself / np.diag(covariance)[along], 1.0))
+    covariance = covariance * np.outer(ratio, ratio)
+    covariance += instruments.solved(instruments.solved(np.diag(instruments.power * instruments.prior)).T)
+    errors = _beyond(about, left) * np.array([instruments.error(weights * array) for array in left])
+    covariance += errors.T @ errors / len(errors)
+    covariance[:p, :p] += np.diag(_of_the_encoder(about))
+    return np.asarray(covariance)
+
+
+def _beyond(about: FittedBalance, left: list[Real]) -> float:
+    """Return the ratio of the repeating part of the residual to that of circles recorded again.
+
+    At least 1. A larger ratio is not due to the encoder step: the encoder ripples, or friction has another shape.
+    """
+    again = float(np.sqrt(np.mean([replace(about, residual=array).rms ** 2 for array in left])))
+    repeats = max(about.rms**2 - (about.noise() or 0.0) ** 2, 0.0) ** 0.5
+    return max(1.0, repeats / again) if again > 0 else 1.0
+
+
+def _of_the_encoder(found: FittedBalance) -> Real:
+    """Return variances of the stiffnesses' logarithms by the encoder's resolution of a slip, shape (p,)."""
+    coordinates = found.balance.coordinates
+    model = coordinates.friction(found.x)
+    step = max(lattice_step(record.raw[2]) or 0.0 for record in found.balance.records)
+    variances = np.zeros(len(coordinates.names))
+    shares = [SEEN * step * k / (alpha * model.static.F_s) for alpha, k in zip(model.alpha, model.k, strict=True)]
+    for n, name in enumerate(coordinates.names):
+        if name == "stiffness":
+            variances[n] = shares[int(np.argmax(model.k))] ** 2
+        elif name.startswith("k_"):
+            variances[n] = shares[int(name[2:]) - 1] ** 2
+    return variances
+
+
+def _logarithms(found: FittedBalance) -> tuple[Real, list[str]]:
+    """Return derivatives of the parameters' logarithms by coordinates and plant, and the parameters' names."""
+    coordinates, p = found.balance.coordinates, len(found.x)
+    total = p + len(found.plant)
+
+    def all_of(x: Real, linear: Real) -> Real:
+        model = parameters(coordinates.friction(x))
+        flat = np.concatenate([np.atleast_1d(np.asarray(value, float)) for value in model.values()])
+        m, a = linear[:2]
+        tail = [max(a / m, 1e-12), 1 / m, coordinates.delay(x)]
+        return np.log(np.maximum(np.concatenate([flat, tail]), 1e-300))
+
+    here = all_of(found.x, found.plant)
+    slope = np.zeros((len(here), total))
+    for n in range(p):
+        moved = found.x.copy()
+        moved[n] += SMALL_STEP
+        slope[:, n] = (all_of(moved, found.plant) - here) / SMALL_STEP
+    for n in range(2):
+        step = SMALL_STEP * max(abs(found.plant[n]), 1e-9)
+        linear = found.plant.copy()
+        linear[n] += step
+        slope[:, p + n] = (all_of(found.x, linear) - here) / step
+    named = parameters(coordinates.friction(found.x)).items()
+    return slope, [*(label for name, value in named for label in _labels(name, value)), "A", "B", "T_d"]
+
+
+def _labels(name: str, value: float | tuple[float, ...]) -> list[str]:
+    """Return the name of a parameter, as ``k_1`` where each block has it."""
+    return [f"{name}_{n}" for n in range(1, len(value) + 1)] if isinstance(value, tuple) else [name]

@@ -62,7 +62,7 @@ class Validation:
 
 
 def validate_closed_loop(
-    log: Log, plant: Plant, cascade: Cascade, friction: FrictionModel, load: float = 0.0, cutoff: float | None = None
+    log: Log, plant: Plant, cascade: Cascade, friction: FrictionModel, load: float = 0.0
 ) -> Validation:
     """Return the simulated response of the identified axis to a recorded reference, with the controller of the drive.
 
@@ -74,7 +74,6 @@ def validate_closed_loop(
     log: A record with position, reference, and force or input, sampled at the controller's rate.
     plant, cascade, friction: The identified axis and its controller; ``K_i`` of 0 is a P/PD controller.
     load: Constant force against positive motion [N].
-    cutoff: Corner of the filter behind velocity and acceleration [Hz]; from the sampling rate where it is not given.
     Raises FricError: When a channel is missing, the record is sampled at another rate, or the simulation runs away.
     """
     reference = log.require("reference", "a closed-loop replay")
@@ -89,44 +88,40 @@ def validate_closed_loop(
     recorded = log.input if log.input is not None else force / plant.K_f
     ahead, added, warnings = controller_behind(log, plant, cascade, reference, recorded, rate)
     position, voltage = _run(log, rate, plant, cascade, friction, load, reference, added, ahead=ahead)
-    pairs, corner = _motions(log, rate, cutoff, position)
+    pairs, corner = _motions(log, rate, position)
     found = _scored("closed", log, friction, pairs | {"force": (force, plant.K_f * voltage)}, corner, rate)
     return replace(found, warnings=warnings)
 
 
-def validate_inverse(
-    log: Log, plant: Plant, friction: FrictionModel, load: float = 0.0, cutoff: float | None = None
-) -> Validation:
+def validate_inverse(log: Log, plant: Plant, friction: FrictionModel, load: float = 0.0) -> Validation:
     """Return the force that the identified axis needs along a recorded motion, behind the published filter.
 
     The force cross-test of one record by another's parameters (Janot, Gautier, Brunot 2019): position filtered forwards
     and backwards, central differences, both forces decimated in the same way, as `fric identify plant` does.
 
     log: A record with force, or input.
-    plant, friction, load, cutoff: As in `validate_closed_loop`; with a T_d of 0 if it was not measured.
+    plant, friction, load: As in `validate_closed_loop`; with a T_d of 0 if it was not measured.
     Raises FricError: When a channel is missing, the sampling is uneven, or the record is too short for the filter.
     """
     rate = even_sampling(log)
-    settings = Conditioning.of(rate, cutoff)
+    settings = Conditioning.of(rate)
     (record,) = prepared([log], plant, filters=[settings])
     asked = record.replay(friction) + record.taken_off + load
     measured, simulated = (thinned(force[record.used], settings.decimation) for force in (record.drive, asked))
     return _scored("inverse", log, friction, {"force": (measured, simulated)}, settings.cutoff, rate, settings)
 
 
-def validate_open_loop(
-    log: Log, plant: Plant, friction: FrictionModel, load: float = 0.0, cutoff: float | None = None
-) -> Validation:
+def validate_open_loop(log: Log, plant: Plant, friction: FrictionModel, load: float = 0.0) -> Validation:
     """Return the response of the identified axis to the measured input alone; errors of the model accumulate.
 
     log: A record with position, and input or force.
-    plant, friction, load, cutoff: As in `validate_closed_loop`.
+    plant, friction, load: As in `validate_closed_loop`.
     Raises FricError: When a channel is missing, or the sampling is uneven.
     """
     rate = even_sampling(log)
     voltage = log.input if log.input is not None else _driven(log, plant) / plant.K_f
     position, _ = _run(log, rate, plant, None, friction, load, log.require("position", "a validation"), voltage)
-    return _scored("open", log, friction, *_motions(log, rate, cutoff, position), rate)
+    return _scored("open", log, friction, *_motions(log, rate, position), rate)
 
 
 def _driven(log: Log, plant: Plant) -> Real:
@@ -187,10 +182,10 @@ Pairs = dict[str, tuple[Real, Real]]
 """Signals, measured and simulated, by name."""
 
 
-def _motions(log: Log, rate: float, cutoff: float | None, position: Real) -> tuple[Pairs, float]:
+def _motions(log: Log, rate: float, position: Real) -> tuple[Pairs, float]:
     """Return position, velocity and acceleration, and the corner of the filter behind the last two [Hz]."""
     z = log.require("position", "a validation"), position
-    settings = replace(Conditioning.of(rate, cutoff), border=0, decimation=0)
+    settings = replace(Conditioning.of(rate), border=0, decimation=0)
     measured, simulated = (filtered_motion(replace(log, position=array), settings) for array in z)
     v, a = (measured.velocity, simulated.velocity), (measured.acceleration, simulated.acceleration)
     return {"position": z, "velocity": v, "acceleration": a}, settings.cutoff

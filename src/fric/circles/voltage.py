@@ -20,22 +20,18 @@ if TYPE_CHECKING:
     from fric.friction import FrictionModel
 
 COMPARED = 70.0
-"""Corner of the filter over all voltages that are compared [Hz]. With more, the noise
-that encoder counts are in an acceleration weakens what is found of inertia, and the delay makes up for it: at 100 Hz
-B was 0.15 % high and T_d 4 to 10 % long, at 70 Hz neither was."""
-RUN_IN = 0.15
-"""Share of a record that is left out: friction's state where it begins is not known."""
+"""Corner of the filter over all voltages that are compared [Hz]. With more, the noise that encoder counts are in an
+acceleration weakens what is found of inertia, and the delay makes up for it: at 100 Hz B was 0.15 % high and T_d 4 to
+10 % long, at 70 Hz neither was."""
+RUN_IN = 0.15  # Share of a record that is left out: friction's state where it begins is not known
 BREAK_AWAY = 0.5e-6
 """The motion behind a reversal is sampled `FINE` times while it covers so much [m]."""
 FINE = 8
-ROWS = 400.0
-"""Least rate of the compared samples [Hz]: behind the filter, samples between them add no information."""
-LEAST, TURNED = 32, 1.5 * pi
-"""Samples that are compared, and angle that they cover [rad], at least."""
+ROWS = 400.0  # Least rate of the compared samples [Hz]: behind the filter, samples between them add no information
+LEAST, TURNED = 32, 1.5 * pi  # Samples that are compared, and angle that they cover [rad], at least
 SLIDING, COARSE = 0.35, 8
 """Where an axis moves faster than this share of the feed, friction is replayed from every n-th sample."""
-TAPS = 3.0
-"""Half of the length of the filter, in periods of its corner: what is beyond is 1e-5 of it."""
+TAPS = 3.0  # Half of the length of the filter, in periods of its corner: what is beyond is 1e-5 of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,9 +190,7 @@ def refined(
     Smoothing removes the fast motion after a reversal, and friction replayed along the rest sets in late. What the
     filter removes is restored from ``z̈ = (u(t - T_d) - a·ż - o - F/K_f)/m``, twice integrated.
 
-    model, T_d: The friction and the delay [s] found so far.
-    plant: m [V·s²/m], a [V·s/m] and the offset [V] found so far.
-    K_f: Force constant [N/V].
+    model, T_d, plant, K_f: What was found so far; the plant as m [V·s²/m], a [V·s/m] and the offset [V].
     """
     t, r, z_m, u = record.raw
     every = round((record.time[1] - record.time[0]) / (t[1] - t[0]))
@@ -216,10 +210,19 @@ def _seen(test: MeasuredCircle, t: Real, where: str) -> tuple[Real, Indices, Mas
 
     Raises FricError: When these are less than most of a revolution.
     """
-    angle, revolution, moving = _revolutions(test, t)
+    first, second = test.together()
+    x, y = first.asked, second.asked
+    a, b, _ = fit_circle(x, y)
+    whole = np.unwrap(np.arctan2(y - b, x - a))
+    inside = steady(first.time, whole)
+    began, ended = first.time[inside.start], first.time[inside.stop - 1]
+    angle, end = np.interp(t, first.time, whole), whole[inside.stop - 1]
+    back, count = np.abs(end - angle) / (2 * pi), int(np.abs(end - whole[inside.start]) / (2 * pi) + 1e-3)
+    within = (t >= began) & (t <= ended) & (back < count)
+    revolution = np.where(within, np.floor(back).astype(int), -1).astype(np.intp)
     rate = 1.0 / float(t[1] - t[0])
     edge = int(rate / COMPARED * 4)
-    used = moving & (t - t[0] >= RUN_IN * (t[-1] - t[0]))
+    used = (t >= first.time[0]) & (t <= ended) & (t - t[0] >= RUN_IN * (t[-1] - t[0]))
     used[:edge] = used[-edge:] = False
     used &= np.arange(len(t)) % max(int(rate / ROWS), 1) == 0
     if np.count_nonzero(used) < LEAST or np.ptp(angle[used]) < TURNED:
@@ -228,20 +231,3 @@ def _seen(test: MeasuredCircle, t: Real, where: str) -> tuple[Real, Indices, Mas
             hint="Record two revolutions at steady feed.",
         )  # fmt: skip
     return angle, revolution, used
-
-
-def _revolutions(test: MeasuredCircle, t: Real) -> tuple[Real, Indices, Mask]:
-    """Return angle, revolution and whether the axis is on its circle, at some instants."""
-    first, second = test.together()
-    x, y = first.asked, second.asked
-    a, b, _ = fit_circle(x, y)
-    whole = np.unwrap(np.arctan2(y - b, x - a))
-    inside = steady(first.time, whole)
-    end = whole[inside.stop - 1]
-    angle = np.interp(t, first.time, whole)
-    back = np.abs(end - angle) / (2 * pi)
-    within = (t >= first.time[inside.start]) & (t <= first.time[inside.stop - 1])
-    count = int(np.abs(end - whole[inside.start]) / (2 * pi) + 1e-3)
-    revolution = np.where(within & (back < count), np.floor(back).astype(int), -1)
-    moving = (t >= first.time[0]) & (t <= first.time[inside.stop - 1])
-    return angle, revolution.astype(np.intp), moving

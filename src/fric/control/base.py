@@ -151,21 +151,13 @@ class ControlBlock(ABC):
     def from_values(cls, values: Mapping[str, float], setting: Setting) -> Self:
         """Return the block that values by name [SI] give; what is not given is as in `designed`.
 
-        Raises
-        ------
-        FricError
-            When a name is not known, or a value is out of its bounds.
+        Raises FricError: When a name is not known, or a value is out of its bounds.
         """
         cls.check(values)
         if len(values) == len(cls.parameters):
             return cls(**values)
         usual = cls.designed(setting)
-        return cls(
-            **{
-                parameter.name: values.get(parameter.name, getattr(usual, parameter.name))
-                for parameter in cls.parameters
-            }
-        )
+        return cls(**{name: values.get(name, getattr(usual, name)) for name in (each.name for each in cls.parameters)})
 
     @abstractmethod
     def packed(self, setting: Setting) -> Real:

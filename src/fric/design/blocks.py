@@ -71,11 +71,9 @@ def design_block(
             f"'{kind.name}' misses {text}, at the smallest {kind.tuned} already",
             hint="Lower the gains of the controller, or ask for a larger peak sensitivity.",
         )
-    value, reason = (
-        (tuned.upper, "limited by no margin, but by its bound")
-        if found == inf
-        else (three_digits(found), f"limited by {text}")
-    )
+    value, reason = three_digits(min(found, 1e300)), f"limited by {text}"
+    if found == inf:
+        value, reason = tuned.upper, "limited by no margin, but by its bound"
     loop, blocks = loop_with(block := kind.tuned_to(value, setting), cascade, Delta, setting)
     return BlockDesign(block, loop.margins(blocks), reason, loop.response(blocks))
 
@@ -88,16 +86,11 @@ def loop_with(
     return WholeLoop(setting.plant, cascade, Delta, controller, setting), blocks
 
 
-GAINS = (0.25, 6.0)
-"""How much K_p and K_i together, and K_v, may differ from those of the cascade that is there, as factors."""
-FILTER = 1.0
-"""Largest corner of the velocity filter over the sampling rate: there the filter is the plain first difference."""
-STEPS = 160
-"""Loops that are tried; with twice as many J falls by less than 1 % on the axes of the paper."""
-PERIOD = 2.0
-"""Time between two like reversals of the disturbance [s]."""
-STEEPNESS = 30.0
-"""What a peak sensitivity that is too large by a share costs, in the logarithm of J."""
+GAINS = (0.25, 6.0)  # How much K_p and K_i together, and K_v, may differ from those of the present cascade, as factors
+FILTER = 1.0  # Largest corner of the velocity filter over the sampling rate: there it is the plain first difference
+STEPS = 160  # Loops that are tried; with twice as many J falls by less than 1 % on the axes of the paper
+PERIOD = 2.0  # Time between two like reversals of the disturbance [s]
+STEEPNESS = 30.0  # What a peak sensitivity that is too large by a share costs, in the logarithm of J
 
 
 @dataclass(frozen=True)
@@ -145,9 +138,7 @@ def design_jointly(
     smaller value of it keeps the peak sensitivity too.
 
     kind: An observer or a controller with a parameter that is tuned.
-    setting: The axis as its controller knows it: plant, cascade, friction.
-    peak_sensitivity: Largest M_s of the whole loop, a factor above 1.
-    perturbation: Delta, measured; that of the plant's delay alone where not given.
+    setting, peak_sensitivity, perturbation: As in `design_block`.
     Raises FricError: When the block does not feed back, or no loop keeps the peak sensitivity.
     """
     import nlopt
@@ -187,7 +178,8 @@ def design_jointly(
     optimizer.set_maxeval(STEPS)
     optimizer.set_xtol_abs(2e-3)
     found = minimised(optimizer, cost, np.clip(start, low + 1e-9, high - 1e-9))
-    chosen = _digits(cascade(found))
+    chosen, names = cascade(found), ("K_p", "K_i", "K_v", "velocity_filter")
+    chosen = replace(chosen, **{name: three_digits(float(getattr(chosen, name))) for name in names})  # rounded down
     block = design_block(kind, replace(setting, cascade=chosen), peak_sensitivity=peak_sensitivity, perturbation=Delta)
     whole, blocks = loop_with(block.block, chosen, Delta, replace(setting, cascade=chosen))
     before = step_compliance(WholeLoop(setting.plant, own, Delta))
@@ -201,9 +193,3 @@ def _first(kind: type[ControlBlock], setting: Setting, peak_sensitivity: float, 
     except FricError:
         return next(float(np.max(parameter.typical)) for parameter in kind.parameters if parameter.name == kind.tuned)
     return float(getattr(block, kind.tuned))
-
-
-def _digits(cascade: Cascade) -> Cascade:
-    """Return the cascade with gains of three digits, rounded down."""
-    names = ("K_p", "K_i", "K_v", "velocity_filter")
-    return replace(cascade, **{name: three_digits(float(getattr(cascade, name))) for name in names})

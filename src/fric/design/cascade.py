@@ -122,12 +122,7 @@ def design_cascade(
             f"a crossover of {crossover:g} Hz does not fit a sampling rate of {sampling:g} Hz",
             hint="Give one between 0 and half the sampling rate.",
         )
-
-    def nearest() -> Cascade | None:
-        f_c = _nearest(lambda f_c: _holds(plant, with_crossover(f_c), asked, "velocity"), crossovers, crossover)
-        return None if f_c is None else _position_gain(plant, with_crossover(f_c), asked)
-
-    return _checked(plant, with_crossover(crossover), asked, nearest)
+    return _checked(plant, asked, with_crossover, crossovers, crossover)
 
 
 def check_cascade(plant: LinearPlant, cascade: Cascade, requirement: Requirement | None = None) -> CascadeDesign:
@@ -140,20 +135,15 @@ def check_cascade(plant: LinearPlant, cascade: Cascade, requirement: Requirement
     def scaled(factor: float) -> Cascade:
         return replace(cascade, K_p=cascade.K_p * factor, K_i=cascade.K_i * factor)
 
-    def nearest() -> Cascade | None:
-        tried = np.geomspace(1e-3, 1e3, TRIED)
-        factor = _nearest(lambda factor: _holds(plant, scaled(factor), asked, "velocity"), tried, 1.0)
-        return None if factor is None else _position_gain(plant, scaled(factor), asked)
-
-    return _checked(plant, cascade, asked, nearest)
+    return _checked(plant, asked, scaled, np.geomspace(1e-3, 1e3, TRIED), 1.0)
 
 
 def _checked(
-    plant: LinearPlant, cascade: Cascade, asked: Requirement, nearest: Callable[[], Cascade | None]
+    plant: LinearPlant, asked: Requirement, made: Callable[[float], Cascade], tried: np.ndarray, wanted: float
 ) -> CascadeDesign:
-    """Return the design, or raise with the missed requirement and the nearest design that meets it."""
+    """Return the design of a cascade that a value makes, or raise with what it misses and the nearest that holds."""
     try:
-        design = assess_cascade(plant, cascade)
+        design = assess_cascade(plant, made(wanted))
     except FricError as error:
         complaint = error.what
     else:
@@ -166,13 +156,10 @@ def _checked(
         if not missed:
             return design
         complaint = f"{' and '.join(missed)}, where {_wanted(asked)} are asked"
-    held = nearest()
-    hint = (
-        f"The nearest that holds is {_gains(held, rounded_down)}."
-        if held
-        else "No gains of this ratio hold; ask for smaller margins, or for a lower corner of the PI."
-    )
-    raise FricError(complaint, hint=hint)
+    none = "No gains of this ratio hold; ask for smaller margins, or for a lower corner of the PI."
+    nearest = _nearest(lambda value: _holds(plant, made(value), asked, "velocity"), tried, wanted)
+    held = None if nearest is None else _position_gain(plant, made(nearest), asked)
+    raise FricError(complaint, hint=f"The nearest that holds is {_gains(held, rounded_down)}." if held else none)
 
 
 def _holds(plant: LinearPlant, cascade: Cascade, asked: Requirement, name: Literal["velocity", "position"]) -> bool:
@@ -222,11 +209,9 @@ def _infeasible(plant: LinearPlant, tried: list[Cascade], asked: Requirement, na
             if isfinite(found.phase_margin):
                 best = max(best, (found.phase_margin, found.gain_margin))
     phase, gain = np.degrees(best[0]), decibel(best[1])
+    hint = f"The nearest that holds is a phase margin of {phase:.1f}° with a gain margin of {gain:.1f} dB."
     return FricError(
-        f"no gain gives the {name} loop {_wanted(asked)}",
-        hint=f"The nearest that holds is a phase margin of {phase:.1f}° with a gain margin of {gain:.1f} dB."
-        if best[0]
-        else "No gain makes it stable.",
+        f"no gain gives the {name} loop {_wanted(asked)}", hint=hint if best[0] else "No gain makes it stable."
     )
 
 

@@ -24,14 +24,11 @@ from fric.design.perturbation import model_perturbation
 from fric.drive.plant import Plant
 from fric.friction.gms import GMS
 
-SPEEDS = 12
-"""Speeds at which the margin is looked for, from a twentieth to four times v_s."""
-MARGIN = 1.25
-"""By what factor friction may fall more steeply than was identified, with gains that are designed."""
+SPEEDS = 12  # Speeds at which the margin is looked for, from a twentieth to four times v_s
+MARGIN = 1.25  # By what factor friction may fall more steeply than was identified, with gains that are designed
 GAINS = ((1.0, 1.2, 1.4, 1.6, 1.8), (1.0, 0.6, 0.35), (1.0, 0.8, 0.6), (1.0, 2.0), (1.0, 0.75, 0.5))
 """What is tried, as factors: K_p, K_i over K_p, K_v, corner of the velocity filter, cutoff of the observer."""
-FASTEST = 0.25
-"""Largest corner of the velocity filter, of the sampling rate."""
+FASTEST = 0.25  # Largest corner of the velocity filter, of the sampling rate
 
 
 def falling_margin(plant: Plant, cascade: Cascade, friction: GMS, blocks: tuple[ControlBlock, ...] = ()) -> float:
@@ -79,10 +76,8 @@ def hold_falling(
         )  # fmt: skip
         if observer is None and cutoff != 1.0:
             continue
-        watch = (
-            None if observer is None else replace(observer, q=replace(observer.q, cutoff=cutoff * observer.q.cutoff))
-        )
-        blocks = () if watch is None else (watch,)
+        watch = observer and replace(observer, q=replace(observer.q, cutoff=cutoff * observer.q.cutoff))
+        blocks = (watch,) if watch else ()
         margin = falling_margin(plant, other, friction, blocks)
         if margin > most and (most == 0.0 or WholeLoop(plant, other, Delta).peak(blocks) <= PEAK_SENSITIVITY):
             best, most = (other, watch), margin

@@ -97,10 +97,7 @@ def margins(loop: OpenLoop, nyquist: float) -> Margins:
     def at(frequency: float) -> complex:
         return complex(loop(np.array([frequency]))[0])
 
-    def log_gain(frequency: float) -> float:
-        return float(np.log(abs(at(frequency))))
-
-    crossovers = _roots(f, np.log(np.abs(L)), log_gain)
+    crossovers = _roots(f, np.log(np.abs(L)), lambda frequency: float(np.log(abs(at(frequency)))))
     phases = [(abs(float(np.angle(-at(root)))), root) for root in crossovers]
     phase_margin, crossover = min(phases, default=(np.inf, np.inf))
 

@@ -29,16 +29,14 @@ TRIED = 50  # cutoffs tried on the way up, before the border is refined
 class ObserverDesign:
     """A disturbance observer, the two limits of its Q, and the margins of the whole loop with it."""
 
-    plant: LinearPlant  # plant, cascade, observer: the axis, its controller, its observer
+    plant: LinearPlant
     cascade: Cascade
     observer: DisturbanceObserver
-    perturbation: Perturbation  # Delta, which eq. (8) was applied to.
-    robust: RobustLimit  # The limit of eq. (8).
-    # The largest Q for which the whole loop is stable and keeps the peak sensitivity; None where nothing limits it
-    sensitive: QFilter | None
+    perturbation: Perturbation  # Delta, which eq. (8) was applied to
+    robust: RobustLimit  # The limit of eq. (8)
+    sensitive: QFilter | None  # The largest Q with which the whole loop keeps the peak sensitivity; None for no limit
     peak_sensitivity: float  # What was asked of M_s
-    # input, without: margins of the whole loop, opened at the plant's input, with the observer and without
-    input: Margins
+    input: Margins  # input, without: margins at the plant's input, with the observer and without
     without: Margins
     reason: str  # What limits Q
     warnings: tuple[Notice, ...] = ()  # Warnings: what the response does not determine
@@ -54,22 +52,15 @@ class ObserverDesign:
 
 
 class WholeLoop:
-    """The loop opened at the plant's input, with what is known of the true plant.
+    """The loop opened at the plant's input; the part of Delta beyond the plant's delay multiplies the sampled plant.
 
-    plant, cascade: The axis and its controller.
-    perturbation: Delta; its part beyond the plant's delay multiplies the sampled plant.
-    controller: The control block in place of the cascade, if any.
-    setting: What blocks are packed for; the plant where not given.
+    Arguments are those of `SampledLoop`, and Delta.
     """
 
     def __init__(
-        self,
-        plant: LinearPlant,
-        cascade: Cascade,
-        perturbation: Perturbation,
-        controller: ControlBlock | None = None,
-        setting: Setting | None = None,
-    ) -> None:
+        self, plant: LinearPlant, cascade: Cascade, perturbation: Perturbation,
+        controller: ControlBlock | None = None, setting: Setting | None = None,
+    ) -> None:  # fmt: skip
         self.plant, self.cascade, self.perturbation = plant, cascade, perturbation
         self.controller, self.setting = controller, setting
         unmodelled = perturbation.frequency[perturbation.ratio != 1.0]
@@ -157,10 +148,8 @@ def design_observer(
     else:
         q, reason = QFilter(filter, cutoff), f"given; the limit is {bounds[why]:.4g} Hz by {why}"
         if cutoff > bounds[why] * (1 + 1e-6):
-            raise FricError(
-                f"a cutoff of {cutoff:.4g} Hz is beyond the limit by {why}",
-                hint=f"The nearest that holds is {rounded_down(bounds[why])} Hz.",
-            )
+            hint = f"The nearest that holds is {rounded_down(bounds[why])} Hz."
+            raise FricError(f"a cutoff of {cutoff:.4g} Hz is beyond the limit by {why}", hint=hint)
     observer = DisturbanceObserver(q, plant.A, plant.B)
     return ObserverDesign(
         plant, cascade, observer, Delta, robust, sensitive, peak_sensitivity,
@@ -210,9 +199,7 @@ def _sensitive_limit(whole: WholeLoop, filter: str, peak_sensitivity: float) -> 
 def largest_that_keeps(keeps: Callable[[float], bool], tried: Real, precision: float = 1e-6) -> float:
     """Return the largest value up to which every smaller one keeps a limit: 0 where none does, infinity where all do.
 
-    keeps: Whether a value keeps it.
-    tried: Values on the way up, rising, before the border is refined.
-    precision: Relative, of the border.
+    tried: Values on the way up, rising, before the border is refined to a relative precision.
     """
     below = 0.0
     for above in map(float, tried):

@@ -29,8 +29,7 @@ class StructuralMode:
 
     frequency: float  # ω/2π [Hz]
     damping: float  # ζ, below 1
-    # Mobility of the mode over that of the rigid body, at the encoder: positive where encoder and motor move in phase,
-    # negative where they move in antiphase
+    # Mobility over that of the rigid body, at the encoder: positive where encoder and motor move in phase
     share: float = 1.0
 
     def __post_init__(self) -> None:

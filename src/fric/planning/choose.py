@@ -14,6 +14,7 @@ from fric.documents.plant import PlantDocument
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.flaws.prediction import PLAN_TYPICAL
+from fric.friction import FrictionModel
 from fric.friction.directed import Directed
 from fric.friction.stribeck import OnStaticMap, StaticMap
 from fric.log import Log
@@ -25,10 +26,8 @@ from fric.simulate.machine import Axis, Machine
 from fric.simulate.plan import Limits, Planned, Setting
 from fric.units import readable, rotates, si_unit
 
-TYPICAL = "xy-table"
-"""The bundled machine that is used where none is given."""
-REST = 10
-"""Least number of samples with an unchanged encoder position at rest."""
+TYPICAL = "xy-table"  # The bundled machine that is used where none is given
+REST = 10  # Least number of samples with an unchanged encoder position at rest
 
 
 def prior_axis(
@@ -38,11 +37,9 @@ def prior_axis(
     plant: PlantDocument | None = None,
     like: Sequence[Log] = (),
 ) -> tuple[Axis, list[Notice]]:
-    """Return an axis as known, and the substitutes for what is not known.
+    """Return an axis as known, and the substitutes for what is not known: a typical machine where none is given.
 
-    machine: The machine; a typical machine where not given.
     axis: Name of the axis; that of the friction where it is given.
-    friction, plant: What is known of its friction and of its plant.
     like: A typical log, for force noise and encoder step.
     Raises FricError: When the machine has no such axis, or a file is of another motion.
     """
@@ -69,13 +66,18 @@ def _friction(known: FrictionDocument, axis: Axis) -> Any:
     if names:
         return known.friction("gms" if "gms" in names else names[0])
     static = known.friction("static")
-    model = axis.friction.model if isinstance(axis.friction, Directed) else axis.friction
+    model = _forward(axis)
     forward = static.model if isinstance(static, Directed) else static
     if not (isinstance(model, OnStaticMap) and isinstance(forward, StaticMap) and hasattr(model, "k")):
         return static
     k = tuple(item * forward.F_s / model.static.F_s for item in model.k)
     whole = replace(model, static=forward, k=k)  # type: ignore[call-arg]
     return Directed(whole, static.negative) if isinstance(static, Directed) else whole
+
+
+def _forward(axis: Axis) -> FrictionModel:
+    """Return the friction of the positive direction."""
+    return axis.friction.model if isinstance(axis.friction, Directed) else axis.friction
 
 
 def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
@@ -103,26 +105,21 @@ def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
     return replace(axis, encoder=Encoder(float(np.median(steps)))) if steps else axis
 
 
-MARGIN = 0.99
-"""Share of stroke, feed and acceleration that a plan uses, which leaves room for rounding in a program."""
+MARGIN = 0.99  # Share of stroke, feed and acceleration that a plan uses, which leaves room for rounding in a program
 SLOPE = 1.875
 """Largest slope of `fric.reference.smooth_step`: the acceleration of a ramp is this times speed over time."""
 FALL = (0.05, 4.0)
 """Speeds in v_s between which the Stribeck fall is sampled: eq. (2) is 95 % and 2 % of its rise there."""
-COUNTS = 200.0
-"""Encoder counts per second above which a drive runs evenly, without hunting between counts."""
+COUNTS = 200.0  # Encoder counts per second above which a drive runs evenly, without hunting between counts
 BETWEEN = 0.382
 """Shift of each period of an excitation against the period before, as a share of a count.
 
 With whole counts an encoder would round each period in the same way, and the rounding would not average out; with this
 share, of the golden section, each period lies between those before it.
 """
-SLIPS = 8.0
-"""Amplitude of a pre-sliding sine over the largest slip displacement (the paper's 450 µm over 54 µm)."""
-STEPS = 30
-"""Micro-steps from one end of a staircase to the other; together 2.5 times the largest slip displacement."""
-UNKNOWN_SLIP = 54e-6
-"""Largest slip displacement where no model is known: the paper's [m]."""
+SLIPS = 8.0  # Amplitude of a pre-sliding sine over the largest slip displacement (the paper's 450 µm over 54 µm)
+STEPS = 30  # Micro-steps from end to end of a staircase; together 2.5 times the largest slip displacement
+UNKNOWN_SLIP = 54e-6  # Largest slip displacement where no model is known: the paper's [m]
 
 
 def choose(
@@ -130,8 +127,6 @@ def choose(
 ) -> tuple[Planned, ...]:
     """Return the experiments that identify an axis, from what is known of it.
 
-    axis: The axis as known beforehand: friction, plant, controller, encoder.
-    limits: What it may do.
     times: Factor of the number of strokes, cycles or periods, by kind of record.
     micro_steps: A staircase in place of the sines before sliding.
     Raises FricError: When the limits leave no room for one of them.
@@ -165,7 +160,7 @@ def durations(axis: Axis, planned: Sequence[Planned]) -> Iterator[float]:
 
 def _known(axis: Axis) -> tuple[StaticMap, float]:
     """Return the known static map, and the largest displacement at which a block slips [m]."""
-    model = axis.friction.model if isinstance(axis.friction, Directed) else axis.friction
+    model = _forward(axis)
     static = model.static if isinstance(model, OnStaticMap) else model
     if not isinstance(static, StaticMap):
         raise FricError(f"the friction of axis {axis.name} has no static map to plan from")
@@ -230,8 +225,7 @@ def _micro_steps(axis: Axis, limits: Limits, times: int) -> Planned:
 
 def _sliding(axis: Axis, limits: Limits, times: int) -> Planned:
     static, _ = _known(axis)
-    model = axis.friction.model if isinstance(axis.friction, Directed) else axis.friction
-    rate = getattr(model, "C", 0.0) / (2 * pi * static.F_s)
+    rate = getattr(_forward(axis), "C", 0.0) / (2 * pi * static.F_s)
     frequency = _rounded(float(np.clip(0.4 * rate, 1.0, 10.0))) if rate else 4.0
     # two periods before and two behind are ramps of the mean; the swing adds its acceleration
     length, cycles = MARGIN * limits.stroke, 20 * times

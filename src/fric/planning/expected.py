@@ -28,16 +28,11 @@ from fric.simulate.experiment import Trial, runs_of
 from fric.simulate.machine import Axis
 from fric.simulate.plan import Expected, Limits, Planned
 
-DRAWS = 9
-"""Runs of a plan that are identified: the range of nine includes the next in 80 % of cases."""
-PLACES = 64.0
-"""Encoder counts over which the start of a record is spread: the hunting of a slow axis depends on it."""
-ACCURACY = 1e-10
-"""Largest error of the position by the integration [m]: 0.01 N of a stiffness of 100 N/µm."""
-NOTABLE = 1.2
-"""Widening by unmodelled friction above which it is reported."""
-MOST_TIMES = 16
-"""Largest factor of the usual number of strokes, cycles or periods."""
+DRAWS = 9  # Runs of a plan that are identified: the range of nine includes the next in 80 % of cases
+PLACES = 64.0  # Encoder counts over which the start of a record is spread: the hunting of a slow axis depends on it
+ACCURACY = 1e-10  # Largest error of the position by the integration [m]: 0.01 N of a stiffness of 100 N/µm
+NOTABLE = 1.2  # Widening by unmodelled friction above which it is reported
+MOST_TIMES = 16  # Largest factor of the usual number of strokes, cycles or periods
 
 IDENTIFIED_BY = {
     "constant-velocity": (*STATIC_PARAMETERS, "offset"), "presliding-sine": ("alpha", "k"),
@@ -82,34 +77,23 @@ def half_widths(documents: Sequence[PlantDocument | FrictionDocument]) -> dict[s
     """Return value, half-width of the 95 % interval (infinite if open) and unit by parameter, in SI."""
     found = {}
     for document in documents:
-        for name, value, (low, high), unit in (
-            element for section in _sections(document) for element in _elements(section)
-        ):
-            half = high - value if low == 0 else 0.5 * (high - low)  # at its bound it has one side
-            found[name] = (value, half, unit)
+        if isinstance(document, FrictionDocument):
+            sections = [document.estimates(section) for section in document.sections()]
+        else:
+            parts = [document, *([document.second_mass] if document.second_mass is not None else [])]
+            sections = [part.estimates(document.motion) for part in parts]
+        for name, value, (low, high), unit in (element for section in sections for element in _elements(section)):
+            found[name] = value, high - value if low == 0 else 0.5 * (high - low), unit  # at its bound it has one side
     return found
-
-
-def _sections(document: PlantDocument | FrictionDocument) -> Iterator[Mapping[str, Estimate]]:
-    """Yield the identified parameters, by section and name."""
-    if isinstance(document, FrictionDocument):
-        yield from (document.estimates(section) for section in document.sections())
-        return
-    yield document.estimates(document.motion)
-    if document.second_mass is not None:
-        yield document.second_mass.estimates(document.motion)
 
 
 def _elements(section: Mapping[str, Estimate]) -> Iterator[tuple[str, float, tuple[float, float], str]]:
     """Yield name, value, interval and unit of each number that has an interval; of a vector each element's."""
     for name, estimate in section.items():
         if estimate.ci95 is not None:
-            values, limits = (
-                np.ravel(np.array(estimate.value, float)),
-                np.reshape(np.array(estimate.ci95, float), (-1, 2)),
-            )
+            values, limits = np.ravel(estimate.value).tolist(), np.reshape(estimate.ci95, (-1, 2)).tolist()
             names = [f"{name}_{n}" for n in range(1, len(values) + 1)] if isinstance(estimate.value, tuple) else [name]
-            for key, value, (low, high) in zip(names, values.tolist(), limits.tolist(), strict=True):
+            for key, value, (low, high) in zip(names, values, limits, strict=True):
                 yield key, value, (low, high), estimate.unit
 
 
@@ -140,14 +124,6 @@ def left_over(known: FrictionDocument) -> dict[str, float]:
     return {name: float(quantity.si("force", known.motion)) for name, quantity in given.items() if quantity is not None}
 
 
-def known_half_widths(known: FrictionDocument) -> dict[str, dict[str, float]]:
-    """Return the half-width of each 95 % interval of a friction file, by section and parameter, in SI."""
-    return {
-        section: {name: 0.5 * (high - low) for name, _, (low, high), _ in _elements(known.estimates(section))}
-        for section in ("static", "gms") if known.section(section)
-    }  # fmt: skip
-
-
 def widening(
     known: FrictionDocument, parameters: Mapping[str, Expected], simulated: Sequence[FrictionDocument]
 ) -> dict[str, float]:
@@ -163,9 +139,9 @@ def widening(
         rests = [mapping[section] for mapping in left if section in mapping]
         usual = typical(rests) if rests and rest > max(rests) else 0.0
         most = rest / usual if usual else 1.0
-        for name, half in known_half_widths(known).get(section, {}).items():
-            if most > 1.0 and name in parameters:
-                found[name] = min(max(half / parameters[name].half_width, 1.0), most)
+        for name, _, (low, high), _ in _elements(known.estimates(section)) if most > 1.0 else ():
+            if name in parameters:
+                found[name] = min(max(0.5 * (high - low) / parameters[name].half_width, 1.0), most)
     return found
 
 
@@ -188,20 +164,17 @@ def scattering(known: PlantDocument, found: Sequence[PlantDocument]) -> dict[str
 
 
 def _sureness(document: PlantDocument) -> dict[str, float]:
-    """Return the half-widths of a plant by name, in SI, times size and root of the number of periods of its
-    responses.
-    """
+    """Return half-widths of a plant by name, in SI, times size and root of the number of periods of its responses."""
     parts = (document.fit and document.fit.responses) or []
     size = sum(
         (part.averages or 1.0) * float(part.velocity_rms.si("velocity", document.motion)) ** 2
         for part in parts if part.velocity_rms is not None
     )  # fmt: skip
-    limits = {name: estimate.ci95 for name, estimate in document.estimates(document.motion).items()}
-    pairs = {name: np.ravel(np.array(limit, float)) for name, limit in limits.items() if limit is not None}
     return {
-        name: 0.5 * float(high - low) * np.sqrt(size)
-        for name, (low, high) in pairs.items() if size > 0 and np.isfinite(high - low) and high > low
-    }  # fmt: skip
+        name: 0.5 * (high - low) * np.sqrt(size)
+        for name, _, (low, high), _ in _elements(document.estimates(document.motion))
+        if size > 0 and np.isfinite(high - low) and high > low
+    }
 
 
 def expected(
@@ -215,11 +188,9 @@ def expected(
     """Return the intervals that planned records of an axis will give.
 
     axis: The axis as known beforehand, with the noise and the encoder of its logs.
-    planned: The experiments.
     advance: Called after each simulated record and each identification.
     draws: Number of runs and identifications.
-    known: The friction file of the axis, which holds the residuals of its models.
-    plant: The plant file of the axis, which holds the scatter of its response.
+    known, plant: Files of the axis, which hold the residuals of its friction models and the scatter of its response.
     """
     trials = [trial for record in planned for trial in record.trials(axis)]
     blocks: int | None = None
@@ -277,10 +248,8 @@ def planned_for(
 ) -> tuple[tuple[Planned, ...], Expectation]:
     """Return the experiments for the requested half-widths, as far as possible, and the expected intervals.
 
-    axis, limits: The axis as known beforehand, and its limits.
     wanted: Requested half-width by parameter, and whether it is relative to the value.
-    advance, draws, known, plant: As in `expected`.
-    micro_steps: As in `choose`.
+    Others as in `choose` and `expected`.
     """
     times: dict[str, int] = {}
     while True:
@@ -288,21 +257,18 @@ def planned_for(
         found = expected(axis, planned, advance, draws, known, plant)
         more = more_records(wanted, found, times)
         if more == times:
-            return planned, replace(found, notices=(*_missed(wanted, found), *found.notices))
+            missed = [PLAN_ACCURACY.found(name=name, lack=lack, times=MOST_TIMES)
+                      for name, lack in lacks(wanted, found) if lack > 1.0]  # fmt: skip
+            return planned, replace(found, notices=(*missed, *found.notices))
         times = more
 
 
 def lacks(wanted: Wanted, found: Expectation) -> Iterator[tuple[str, float]]:
     """Yield the ratio of expected to requested half-width of each requested parameter; of blocks the worst."""
     for name, (target, relative) in wanted.items():
-        of = [parameter for key, parameter in found.parameters.items() if key == name or key.rpartition("_")[0] == name]
-        yield (
-            name,
-            max(
-                (expected.half_width / (target * (abs(expected.value) if relative else 1.0)) for expected in of),
-                default=inf,
-            ),
-        )
+        of = [parameter for key, parameter in found.parameters.items() if name in (key, key.rpartition("_")[0])]
+        ratios = (one.half_width / (target * (abs(one.value) if relative else 1.0)) for one in of)
+        yield name, max(ratios, default=inf)
 
 
 def more_records(wanted: Wanted, found: Expectation, times: Mapping[str, int]) -> dict[str, int]:
@@ -314,9 +280,3 @@ def more_records(wanted: Wanted, found: Expectation, times: Mapping[str, int]) -
             needed = times.get(kind, 1) * lack**2 if isfinite(lack) else MOST_TIMES
             more[kind] = max(more.get(kind, 1), min(ceil(needed), MOST_TIMES))
     return more
-
-
-def _missed(wanted: Wanted, found: Expectation) -> Iterator[Notice]:
-    for name, lack in lacks(wanted, found):
-        if lack > 1.0:
-            yield PLAN_ACCURACY.found(name=name, lack=lack, times=MOST_TIMES)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from math import exp, log
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from fric.arrays import Real
 from fric.choice import ranked
@@ -37,10 +38,8 @@ NORMAL = 1.959963984540054
 """Half a 95 % interval in standard deviations."""
 ASSUMED = {"C": log(10.0) / NORMAL}
 """Standard deviation of the logarithm of an assumed parameter: C to a factor of ten."""
-SURE = 0.4
-"""Relative uncertainty of a further record's information: half-widths of simulated records are good to 20 %."""
-LARGEST = 0.5
-"""Largest step of a logarithm or logit in which a derivative is taken."""
+SURE = 0.4  # Relative uncertainty of a further record's information: half-widths of simulated ones are good to 20 %
+LARGEST = 0.5  # Largest step of a logarithm or logit in which a derivative is taken
 
 
 def narrowing(
@@ -54,9 +53,7 @@ def narrowing(
 ) -> Narrowing:
     """Return how a further record would narrow the predicted glitch of an axis.
 
-    machine: The machine that runs the circle.
     axis: The axis at the last result: its friction is the GMS model that was identified.
-    limits: What it may do.
     covariances: Covariances of the parameters of its static map and of its GMS model, as in its friction file.
     between: Standard deviation of strokes beyond their noise [N].
     scheme: The compensation whose glitch is predicted.
@@ -146,11 +143,7 @@ def _known(covariances: Sequence[Covariance], model: GMS) -> _Known:
         if name not in names:
             names.append(name)
             blocks.append(np.array([[deviation**2]]))
-    matrix = np.zeros((len(names), len(names)))
-    at = 0
-    for block in blocks:
-        matrix[at : at + len(block), at : at + len(block)] = block
-        at += len(block)
+    matrix = block_diag(*blocks)
     return _Known(dict(zip(names, np.sqrt(np.diag(matrix)), strict=True)), frozenset(linear), matrix)
 
 

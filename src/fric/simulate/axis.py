@@ -125,8 +125,7 @@ def _friction(axis: Axis, scheme: Scheme) -> FrictionModel | None:
     return nominal_friction.models[scheme.friction]
 
 
-GAINS = np.geomspace(0.95, 1e-3, 140)
-"""Gains at which a loop that is not stable is tried anew, 0.43 dB apart."""
+GAINS = np.geomspace(0.95, 1e-3, 140)  # Gains at which a loop that is not stable is tried anew, 0.43 dB apart
 EDGE = 1.0 + 1e-7
 """Largest eigenvalue that is let pass: an axis that is left alone drifts at 1, and rounding decides on which side."""
 
@@ -136,8 +135,7 @@ class Trace:
     """What a run of one axis recorded, one value a controller sample."""
 
     time: Real  # Sample instants [s], shape (n,)
-    # reference, position, measured: position requested, true, and measured by the encoder [m], shape (n,)
-    reference: Real
+    reference: Real  # reference, position, measured: position requested, true, and by the encoder [m], shape (n,)
     position: Real
     measured: Real
     velocity: Real  # True velocity [m/s], shape (n,)
@@ -163,8 +161,7 @@ def run_axis(
 ) -> Trace:
     """Return the traces of one axis that starts at rest and follows a reference in closed loop.
 
-    axis: The axis; the reference must be sampled at its controller's rate.
-    reference: What is asked of it.
+    reference: What is asked of it, sampled at its controller's rate.
     excitation: Voltage added to the control voltage [V], shape (n,).
     against: Voltage fed forward against friction in place of that of the scheme's model [V], shape (n,).
     halvings: How often every step of the plant is halved, to see that this changes nothing.
@@ -224,10 +221,7 @@ def _loop_arguments(
 def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, blocks: Sequence[ControlBlock] = ()) -> None:
     """Raise a `FricError` with the gain margin where the loop of an axis, without friction, is not stable.
 
-    axis: The axis, with its true plant.
-    setting: What its controller believes.
-    controller, blocks: The blocks of its scheme. Where one of them is not linear the loop has no poles, and is not
-        judged.
+    controller, blocks: The blocks of its scheme. Where one is not linear the loop has no poles, and is not judged.
     Raises FricError: When an eigenvalue of the sampled loop is outside the unit circle.
     """
     inside = tuple(block for block in blocks if block.in_loop() and not block.repeats)
@@ -237,8 +231,15 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
     largest = float(abs(loop.poles()[0]))
     if largest < EDGE:
         for block in blocks:
-            if block.repeats:
-                require_learning(axis, block, loop, setting)
+            if not block.repeats:
+                continue
+            share, frequency = learned_share(block, loop, setting)
+            if share >= 1.0:
+                raise FricError(
+                    f"what '{block.name}' learns on axis {axis.name} grows from period to period, by {share:.3g} at "
+                    f"{frequency:.4g} Hz",
+                    hint="Lower its cutoff, or identify the plant again: the nominal one is not the axis' own.",
+                )
         return
     part = "with its observer " if any(block.kind == "observer" for block in blocks) else ""
     stable_at = (gain for gain in GAINS if replace(loop, plant=replace(axis.plant, B=axis.plant.B * gain)).stable)
@@ -248,14 +249,3 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
         f"the loop of axis {axis.name} {part}is not stable: {margin} (largest eigenvalue {largest:.4f} a sample)",
         hint="Lower the gains or the observer's cutoff; fric design finds values that hold.",
     )
-
-
-def require_learning(axis: Axis, block: ControlBlock, loop: SampledLoop, setting: Setting) -> None:
-    """Raise a `FricError` where the error of a learning block does not shrink from period to period."""
-    share, frequency = learned_share(block, loop, setting)
-    if share >= 1.0:
-        raise FricError(
-            f"what '{block.name}' learns on axis {axis.name} grows from period to period, by {share:.3g} at "
-            f"{frequency:.4g} Hz",
-            hint="Lower its cutoff, or identify the plant again: the nominal one is not the axis' own.",
-        )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Unpack
 
 import numpy as np
 
@@ -12,8 +13,9 @@ from fric.arrays import Real
 from fric.contour import Circularity, circularity
 from fric.control.scheme import Scheme
 from fric.errors import FricError
+from fric.notice import Notice
 from fric.reference import Reference, circle
-from fric.simulate.contour_run import PLACES, ContourRun, at_places, follow, run_warnings
+from fric.simulate.contour_run import ContourRun, How
 from fric.simulate.machine import Machine
 
 
@@ -48,6 +50,13 @@ def _references(test: Circle, sampling: float) -> tuple[Reference, Reference]:
 class CircleRun(ContourRun[Circle, Circularity]):
     """What one scheme makes of a circle: radial error and glitches of the last revolution."""
 
+    @classmethod
+    def judged(
+        cls, test: Circle, references: Sequence[Reference], motion: Sequence[Real]
+    ) -> tuple[Circularity, tuple[Notice, ...]]:
+        """Return the radial error of the last revolution."""
+        return circularity(motion[0], motion[1], test.radius), ()
+
     @property
     def circle(self) -> Circle:
         """The circle."""
@@ -59,30 +68,14 @@ class CircleRun(ContourRun[Circle, Circularity]):
         return self.contour
 
 
-def run_circle(
-    machine: Machine,
-    scheme: Scheme,
-    test: Circle | None = None,
-    *,
-    only: str | None = None,
-    halvings: int = 0,
-    accuracy: float = 0.0,
-    places: int = PLACES,
-) -> CircleRun:
+def run_circle(machine: Machine, scheme: Scheme, test: Circle | None = None, **how: Unpack[How]) -> CircleRun:
     """Run a circle on two axes of a machine under one scheme.
 
     test: The circle; that of the paper, 30 mm at 100 mm/s, where it is not given.
-    machine, scheme, only, halvings, accuracy: As in `follow`.
-    places: As in `at_places`.
-    Raises FricError: As `follow`.
+    how: See `How`.
+    Raises FricError: As `ContourRun.run`.
     """
-    circle = test or Circle()
-
-    def once(subject: Machine, accuracy: float) -> CircleRun:
-        _, traces, (x, y) = follow(subject, scheme, circle, only=only, halvings=halvings, accuracy=accuracy)
-        return CircleRun(scheme, circle, traces, circularity(x, y, circle.radius), run_warnings(scheme, traces))
-
-    return at_places(machine, circle.feed, once, accuracy=accuracy, places=places, only=only)
+    return CircleRun.run(machine, scheme, test or Circle(), **how)
 
 
 @dataclass(frozen=True)
@@ -171,5 +164,4 @@ class CircleMap:
     def less(self, one: Scheme, other: Scheme) -> Real:
         """Return the reduction of the glitch against another scheme, by radius and feed [m]; negative where worse."""
         names = [scheme.name for scheme in self.grid.schemes]
-        both = self.glitches
-        return np.asarray(both[names.index(other.name)] - both[names.index(one.name)])
+        return np.asarray(self.glitches[names.index(other.name)] - self.glitches[names.index(one.name)])

@@ -5,10 +5,10 @@ within a revolution at 10 mm/s. So a glitch is the median of several runs, betwe
 between two counts (`Machine.placed`). Runs that are compared are made at the same places.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any, Generic, Literal, Protocol, TypeVar
+from typing import Any, Generic, Literal, Protocol, Self, TypedDict, TypeVar
 
 import numpy as np
 
@@ -26,12 +26,10 @@ from fric.units import rotates
 
 PLACES = 5
 """Places between two counts at which a run that depends on them is made: an odd number, so that the median is a run."""
-SLOW = 0.03
-"""Feed below which every run depends on counts [m/s]."""
+SLOW = 0.03  # Feed below which every run depends on counts [m/s]
 ACCURACY = 5e-9
 """Largest error of the integration of runs that depend on counts [m]; counts move a position by ten times that."""
-WIDTH = 4.2
-"""Half of the interval over the standard deviation, for `PLACES` values."""
+WIDTH = 4.2  # Half of the interval over the standard deviation, for `PLACES` values
 
 
 @dataclass(frozen=True)
@@ -40,8 +38,7 @@ class Chance:
 
     The median ± 4.2 standard deviations: around five normal values this holds 95 % of further ones with a confidence of
     90 %, and 98 % of them in the mean. It is a tolerance interval (Hahn and Meeker, Statistical Intervals, chapter 4),
-    with the median as its centre.
-    The range of the five holds two of three.
+    with the median as its centre. The range of the five holds two of three.
     """
 
     values: tuple[float, ...]  # The figure at each place; a single figure where it does not depend on counts
@@ -87,11 +84,26 @@ Left = TypeVar("Left", bound=Circularity | ContourError)
 class ContourLike(Protocol):
     """A contour that two axes follow."""
 
+    @property
+    def feed(self) -> float:
+        """Speed along the contour [m/s]."""
+
     def references(self, sampling: float) -> tuple[Reference, Reference]:
         """Return the motion of both axes, sampled at a rate [Hz]."""
 
 
 Followed = TypeVar("Followed", bound=ContourLike)
+
+
+class How(TypedDict, total=False):
+    """How a contour is run."""
+
+    only: str | None  # Name of the one axis that is simulated, while the other follows its reference exactly
+    halvings: int  # How often every step of the plant is halved, to see that this changes nothing
+    # Largest error of a position by the integration of the plant [m]; 0 for the last digits. A run that depends on
+    # counts is integrated to `ACCURACY` at best
+    accuracy: float
+    places: int  # Number of places for a run that depends on counts; 1 for the machine as given
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,12 +112,63 @@ class ContourRun(Generic[Followed, Left]):
 
     scheme: Scheme  # The compensation scheme
     test: Followed  # The contour
-    # What each axis recorded, by its name; an axis that is not simulated follows its reference exactly
-    traces: Mapping[str, Trace]
+    traces: Mapping[str, Trace]  # What each axis that is simulated recorded, by its name
     contour: Left  # Result of the scheme
     warnings: tuple[Notice, ...] = ()  # What the user should know
-    # Its errors at each place between two counts (`fric.simulate.contour_run`); empty where one run is enough
-    places: tuple[Figures, ...] = ()
+    places: tuple[Figures, ...] = ()  # Its errors at each place between two counts; empty where one run is enough
+
+    @classmethod
+    def judged(
+        cls, test: Followed, references: Sequence[Reference], motion: Sequence[Real]
+    ) -> tuple[Left, tuple[Notice, ...]]:
+        """Return what is left of a contour along the true positions of both axes [m], and warnings about it."""
+        raise NotImplementedError
+
+    @classmethod
+    def run(
+        cls,
+        machine: Machine,
+        scheme: Scheme,
+        test: Followed,
+        *,
+        only: str | None = None,
+        halvings: int = 0,
+        accuracy: float = 0.0,
+        places: int = PLACES,
+    ) -> Self:
+        """Follow a contour with two axes of a machine, x and y of the contour, under one scheme.
+
+        A run that depends on the counts of encoders is that of the median glitch, with the errors of all places. It
+        depends on them below `SLOW`, and where its glitch is less than a count.
+
+        Raises FricError: When the machine has no two linear axes at one controller rate, the feed asks for more voltage
+            than a drive has, or a run is not possible.
+        """
+        names = pair(machine)
+        moved = [machine.axis(only).name] if only else [name for name in names if name in machine.axes]
+        references = test.references(machine.axes[moved[0]].cascade.sampling)
+        asked = dict(zip(names, references, strict=True))
+
+        def once(subject: Machine, accuracy: float) -> Any:
+            traces = {
+                name: run_axis(subject.axes[name], asked[name], scheme, halvings=halvings, accuracy=accuracy)
+                for name in moved
+            }
+            motion = [traces[name].position if name in traces else asked[name].position for name in names]
+            contour, more = cls.judged(test, references, motion)
+            return cls(scheme, test, traces, contour, run_warnings(scheme, traces) + more)
+
+        for name in moved:
+            require_voltage(machine.axes[name], asked[name])
+        count = max(machine.axes[name].encoder.resolution for name in moved)
+        rough = max(accuracy, ACCURACY)
+        slow = test.feed < SLOW and count > 0.0 and places > 1
+        first: Self = once(machine, rough if slow else accuracy)
+        if places == 1 or not (slow or 0.0 < first.contour.glitch < count):
+            return first
+        runs = [first, *(once(machine.placed(n / places), rough) for n in range(1, places))]
+        middle = sorted(runs, key=lambda run: run.contour.glitch)[places // 2]
+        return replace(middle, places=tuple(figures(run.contour) for run in runs))
 
     def chance(self, name: Literal["glitch", "rms", "range", "oscillation"] = "glitch") -> Chance:
         """Return one of the figures of the contour with its chance [m]."""
@@ -120,72 +183,6 @@ class ContourRun(Generic[Followed, Left]):
 def figures(contour: Circularity | ContourError) -> Figures:
     """Return the reported numbers of a contour."""
     return Figures(*(getattr(contour, name) for name in Figures._fields))
-
-
-Run = TypeVar("Run", bound=ContourRun[Any, Any])
-
-
-def at_places(
-    machine: Machine,
-    feed: float,
-    once: Callable[[Machine, float], Run],
-    *,
-    accuracy: float = 0.0,
-    places: int,
-    only: str | None = None,
-) -> Run:
-    """Return a run; where it depends on the counts of encoders, that of the median glitch, with the errors of all.
-
-    It does so below `SLOW`, and where its glitch is less than a count.
-
-    feed: Speed along the contour [m/s].
-    once: Makes one run of a machine with given places between counts, with an accuracy.
-    accuracy: As in `follow`; a run that depends on counts is integrated to `ACCURACY` at best.
-    places: Number of places for a run that depends on counts; 1 for the machine as given.
-    only: As in `follow`.
-    """
-    moved = [machine.axes[name] for name in ([only] if only else pair(machine)) if name in machine.axes]
-    count = max((axis.encoder.resolution for axis in moved), default=0.0)
-    rough = max(accuracy, ACCURACY)
-    slow = feed < SLOW and count > 0.0 and places > 1
-    first = once(machine, rough if slow else accuracy)
-    if places == 1 or not (slow or 0.0 < first.contour.glitch < count):
-        return first
-    runs = [first, *(once(machine.placed(n / places), rough) for n in range(1, places))]
-    middle = sorted(runs, key=lambda run: run.contour.glitch)[places // 2]
-    return replace(middle, places=tuple(figures(run.contour) for run in runs))
-
-
-def follow(
-    machine: Machine,
-    scheme: Scheme,
-    test: ContourLike,
-    *,
-    only: str | None = None,
-    halvings: int = 0,
-    accuracy: float = 0.0,
-) -> tuple[tuple[Reference, Reference], dict[str, Trace], tuple[Real, Real]]:
-    """Follow a contour with two axes of a machine under one scheme: references, traces, and both true positions [m].
-
-    machine: The machine; its first two axes are x and y of the contour.
-    scheme, test: The compensation scheme, and the contour.
-    only: Name of the one axis that is simulated, while the other follows its reference exactly.
-    halvings: How often every step of the plant is halved, to see that this changes nothing.
-    accuracy: Largest error of a position by the integration of the plant [m]; 0 for the last digits.
-    Raises FricError: When the machine has no two linear axes at one controller rate, the feed asks for more voltage
-        than a drive has, or a run is not possible.
-    """
-    names = pair(machine)
-    moved = [machine.axis(only).name] if only else [name for name in names if name in machine.axes]
-    references = test.references(machine.axes[moved[0]].cascade.sampling)
-    asked = dict(zip(names, references, strict=True))
-    for name in moved:
-        require_voltage(machine.axes[name], asked[name])
-    traces = {
-        name: run_axis(machine.axes[name], asked[name], scheme, halvings=halvings, accuracy=accuracy) for name in moved
-    }
-    x, y = (traces[name].position if name in traces else asked[name].position for name in names)
-    return references, traces, (x, y)
 
 
 def pair(machine: Machine, *, both: bool = False) -> tuple[str, str]:

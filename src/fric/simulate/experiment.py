@@ -40,8 +40,7 @@ class Trial:
     def run(self, axis: Axis, began: float = 0.0, accuracy: float = 0.0) -> Trace:
         """Run it on an axis, ``began`` seconds after the session did.
 
-        ``accuracy`` is that of `run_axis`; an excitation is integrated to the last digits: errors in its lines change
-        A.
+        ``accuracy`` as in `run_axis`; an excitation is integrated to the last digits: errors in its lines change A.
         """
         accuracy = accuracy if self.excitation is None else 0.0
         return run_axis(axis, self.reference, excitation=self.excitation, began=began, accuracy=accuracy)
@@ -88,8 +87,7 @@ class Experiment:
 
 SPEEDS = tuple(v * 1e-3 for v in (0.01, 0.04, 0.08, 0.2, 0.4, 0.5, 1, 2, 4, 5, 8, 10, 14, 16, 20, 25, 30))
 """The 17 speeds of Section 3.1 [m/s]."""
-AMPLITUDES = (15e-6, 450e-6)
-"""The amplitudes of Section 3.2.1 [m]."""
+AMPLITUDES = (15e-6, 450e-6)  # The amplitudes of Section 3.2.1 [m]
 
 
 @Experiment
@@ -112,15 +110,12 @@ def constant_velocity(
     repeats: Times that all speeds are run.
     samples: Samples that the drive's trace holds: a longer run is logged at a whole fraction of the controller's rate.
     """
-    return [
-        Trial(
-            strokes(speed, max(distance, lasting * abs(speed)), axis.cascade.sampling, ramp=ramp),
-            name=f"constant-velocity-{n:02d}",
-            kind="constant-velocity",
-            samples=samples,
-        )
-        for n, speed in enumerate(repeats * tuple(speeds), 1)
-    ]
+    motions = (
+        strokes(speed, max(distance, lasting * abs(speed)), axis.cascade.sampling, ramp=ramp)
+        for speed in repeats * tuple(speeds)
+    )
+    kind: Kind = "constant-velocity"
+    return [Trial(motion, f"{kind}-{n:02d}", kind, samples) for n, motion in enumerate(motions, 1)]
 
 
 @Experiment
@@ -139,16 +134,9 @@ def presliding_sine(
     cycles: Cycles that are logged.
     samples: As in `constant_velocity`.
     """
-    return [
-        Trial(
-            sine(amplitude, frequency, cycles, axis.cascade.sampling),
-            name=f"presliding-sine-{n:02d}",
-            kind="presliding-sine",
-            begin=1 / frequency,
-            samples=samples,
-        )
-        for n, amplitude in enumerate(amplitudes, 1)
-    ]
+    motions = (sine(amplitude, frequency, cycles, axis.cascade.sampling) for amplitude in amplitudes)
+    kind: Kind = "presliding-sine"
+    return [Trial(motion, f"{kind}-{n:02d}", kind, samples, 1 / frequency) for n, motion in enumerate(motions, 1)]
 
 
 @Experiment
@@ -170,7 +158,7 @@ def micro_steps(
     samples: As in `constant_velocity`.
     """
     motion = staircase(step, steps, loops, axis.cascade.sampling, ramp=ramp, dwell=dwell)
-    return [Trial(motion, name="micro-steps", kind="micro-steps", samples=samples)]
+    return [Trial(motion, "micro-steps", "micro-steps", samples)]
 
 
 @Experiment
@@ -190,16 +178,8 @@ def sliding_sine_around(
     cycles: Cycles that are logged.
     samples: As in `constant_velocity`.
     """
-    return [
-        Trial(
-            sliding_sine(mean, swing, frequency, cycles, axis.cascade.sampling),
-            name="sliding-sine",
-            kind="sliding-sine",
-            begin=2 / frequency,
-            end=(cycles + 2) / frequency,
-            samples=samples,
-        )
-    ]
+    motion = sliding_sine(mean, swing, frequency, cycles, axis.cascade.sampling)
+    return [Trial(motion, "sliding-sine", "sliding-sine", samples, 2 / frequency, (cycles + 2) / frequency)]
 
 
 @Experiment
@@ -255,17 +235,12 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
     voltage = inverse_model(axis.plant, shaken)
     voltage[: int((begin - 1 / lowest) * sampling)] = 0.0
     voltage[int((begin + periods / lowest) * sampling) :] = 0.0
+    kind: Kind = "frequency-response"
+    names = [kind] if len(peaks) == 1 else [f"{kind}-{n:02d}" for n in range(1, len(peaks) + 1)]
+    end, samples = begin + periods / lowest, len(stroke)
     return [
-        Trial(
-            stroke,
-            name="frequency-response" if len(peaks) == 1 else f"frequency-response-{n:02d}",
-            kind="frequency-response",
-            begin=begin,
-            end=begin + periods / lowest,
-            samples=len(stroke),
-            excitation=peak / peaks[0] * voltage,
-        )
-        for n, peak in enumerate(peaks, 1)
+        Trial(stroke, name, kind, samples, begin, end, peak / peaks[0] * voltage)
+        for name, peak in zip(names, peaks, strict=True)
     ]
 
 
@@ -281,23 +256,12 @@ def _made(kind: str) -> Experiment:
 
 
 def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> Iterator[Log]:
-    """Make the records of one kind of experiment, or of ``all``.
+    """Make the records of one kind of experiment, or of ``all``: those of the paper, which are all but micro-steps.
 
-    Parameters
-    ----------
-    axis
-        The axis.
-    kind
-        One of `EXPERIMENTS`, or ``all``: those of the paper, which are all but micro-steps.
-    seed
-        Seed of all that is random.
-    settings
-        Settings of the function of that experiment, such as ``speeds``; of ``all``, each takes those it knows.
-
-    Raises
-    ------
-    FricError
-        When there is no such experiment, or it has no such setting.
+    kind: One of `EXPERIMENTS`, or ``all``.
+    seed: Seed of all that is random.
+    settings: Settings of the function of that experiment, such as ``speeds``; of ``all``, each takes those it knows.
+    Raises FricError: When there is no such experiment, or it has no such setting.
     """
     wanted = [_MADE[name] for name in OF_THE_PAPER] if kind == "all" else [_made(kind)]
     known = set().union(*(made.settings for made in wanted))

@@ -118,12 +118,9 @@ class Axis:
             known = {known.name: known}
         if isinstance(known, Mapping) and all(isinstance(item, FrictionModel) for item in known.values()):
             return replace(self, nominal_friction=replace(self.nominal_friction, models=known))
-        if isinstance(known, Plant):
-            return replace(self, nominal=known)
-        if isinstance(known, Cascade):
-            return replace(self, cascade=known)
-        if isinstance(known, DisturbanceObserver):
-            return replace(self, observer=known)
+        kinds: dict[str, type] = {"nominal": Plant, "cascade": Cascade, "observer": DisturbanceObserver}
+        if name := next((name for name, kind in kinds.items() if isinstance(known, kind)), ""):
+            return replace(self, **{name: known})  # type: ignore[arg-type]
         raise FricError(
             f"{type(given).__name__} is nothing that the controller of axis {self.name} could believe",
             hint="Give a friction model, plant, cascade, observer, or a result; a file by read_machine.",

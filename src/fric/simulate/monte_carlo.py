@@ -6,7 +6,7 @@ digits on one core, on all of them, and on a cluster.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -57,31 +57,21 @@ class Study:
 
     def drawn(self, index: int) -> tuple[Machine, dict[str, float]]:
         """Return machine number ``index``, and what was drawn for it."""
-        machine, drawn = draw_machine(
-            self.machine,
-            index,
-            seed=self.seed,
-            spreads=self.spreads,
-            intervals=self.intervals,
-            covariances=self.covariances,
-            discrepancies=self.discrepancies,
-        )
+        names = ("seed", "spreads", "intervals", "covariances", "discrepancies")
+        machine, drawn = draw_machine(self.machine, index, **{name: getattr(self, name) for name in names})
         return (machine if self.completion is None else self.completion(machine, index)), drawn
 
     def __call__(self, index: int) -> Outcome:
         """Run all schemes on machine number ``index``; a scheme that cannot run has no glitch, but a reason."""
-        quadrants = np.full((len(self.schemes), 4), np.nan)
-        saturated = np.zeros(len(self.schemes), bool)
-        swings = np.full(len(self.schemes), np.nan)
+        count = len(self.schemes)
+        quadrants, swings, saturated = np.full((count, 4), np.nan), np.full(count, np.nan), np.zeros(count, bool)
         failures: dict[str, str] = {}
-        try:
-            machine, drawn = self.drawn(index)
-        except FricError as error:
-            return Outcome(
-                index, {}, quadrants, saturated, swings, {scheme.name: error.what for scheme in self.schemes}
-            )
+        drawn: dict[str, float] = {}
+        machine = None
         for n, scheme in enumerate(self.schemes):
             try:
+                if machine is None:
+                    machine, drawn = self.drawn(index)
                 run = run_circle(machine, scheme, self.circle, only=self.only, accuracy=self.accuracy, places=1)
             except FricError as error:
                 failures[scheme.name] = error.what
@@ -177,17 +167,12 @@ class MonteCarlo:
             if found.saturated:
                 counts = {"saturated": found.saturated, "machines": len(self)}
                 warnings.append(DRIVE_SATURATES.found(f"scheme {name}", **counts))
-        return (*warnings, *_unused(self))
-
-
-def _unused(found: MonteCarlo) -> Iterator[Notice]:
-    if found.study.spreads is DEFAULT_SPREADS:  # they were not requested
-        return
-    ran = [outcome for outcome in found.outcomes if len(outcome.failures) < len(found.study.schemes)]
-    drawn = {key.partition(".")[2] for outcome in ran for key in outcome.drawn}
-    for name in found.study.spreads if ran else ():
-        if name not in drawn:
-            yield SPREAD_UNUSED.found(name=name)
+        spreads = self.study.spreads
+        ran = [outcome for outcome in self.outcomes if len(outcome.failures) < len(self.study.schemes)]
+        if ran and spreads is not DEFAULT_SPREADS:  # which were not asked for
+            drawn = {key.partition(".")[2] for outcome in ran for key in outcome.drawn}
+            warnings += [SPREAD_UNUSED.found(name=name) for name in spreads if name not in drawn]
+        return tuple(warnings)
 
 
 def monte_carlo(study: Study, machines: int, *, workers: int | None = None) -> MonteCarlo:

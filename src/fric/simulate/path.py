@@ -1,8 +1,10 @@
 """Any smooth contour, given by points: followed at a constant feed, and what remains of it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import floor
+from typing import Unpack
 
 import numpy as np
 
@@ -11,15 +13,14 @@ from fric.contour import ContourError, contour_error
 from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.flaws.prediction import NO_REVERSAL
+from fric.notice import Notice
 from fric.reference import Reference, cubic_spline, instants, refuse_long, smooth_step
 from fric.series import LARGEST, keep
-from fric.simulate.contour_run import PLACES, ContourRun, at_places, follow, run_warnings
+from fric.simulate.contour_run import ContourRun, How
 from fric.simulate.machine import Machine
 
-SHARPEST = np.pi / 4
-"""Largest turn from one chord of a path to the next [rad]: more is a corner."""
-RAMP = 0.1
-"""Time in which the feed rises from rest, and falls to it [s]."""
+SHARPEST = np.pi / 4  # Largest turn from one chord of a path to the next [rad]: more is a corner
+RAMP = 0.1  # Time in which the feed rises from rest, and falls to it [s]
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,38 +160,24 @@ class RecordedPath:
 class PathRun(ContourRun[PointPath | RecordedPath, ContourError]):
     """Result of one scheme on a path: contour error and glitches, where the feed is full."""
 
+    @classmethod
+    def judged(
+        cls, test: PointPath | RecordedPath, references: Sequence[Reference], motion: Sequence[Real]
+    ) -> tuple[ContourError, tuple[Notice, ...]]:
+        """Return the distance from the path where the feed is full."""
+        asked, velocity = (
+            np.column_stack([getattr(reference, part) for reference in references]) for part in ("position", "velocity")
+        )
+        full = test.at_full_feed(velocity)
+        error = contour_error(asked[full], velocity[full], np.column_stack(motion)[full], references[0].sampling)
+        return error, () if error.reversals else (NO_REVERSAL.found(),)
+
     @property
     def path(self) -> PointPath | RecordedPath:
         """The path."""
         return self.test
 
 
-def run_path(
-    machine: Machine,
-    scheme: Scheme,
-    path: PointPath | RecordedPath,
-    *,
-    halvings: int = 0,
-    accuracy: float = 0.0,
-    places: int = PLACES,
-) -> PathRun:
-    """Follow a path with two axes of a machine under one scheme.
-
-    machine, scheme, halvings, accuracy: As in `follow`.
-    places: As in `at_places`.
-    Raises FricError: As `follow`.
-    """
-
-    def once(subject: Machine, accuracy: float) -> PathRun:
-        references, traces, motion = follow(subject, scheme, path, halvings=halvings, accuracy=accuracy)
-        asked, velocity = (
-            np.column_stack([getattr(reference, part) for reference in references]) for part in ("position", "velocity")
-        )
-        full = path.at_full_feed(velocity)
-        error = contour_error(asked[full], velocity[full], np.column_stack(motion)[full], references[0].sampling)
-        warnings = run_warnings(scheme, traces)
-        if not error.reversals:
-            warnings += (NO_REVERSAL.found(),)
-        return PathRun(scheme, path, traces, error, warnings)
-
-    return at_places(machine, path.feed, once, accuracy=accuracy, places=places)
+def run_path(machine: Machine, scheme: Scheme, path: PointPath | RecordedPath, **how: Unpack[How]) -> PathRun:
+    """Follow a path with two axes of a machine under one scheme; arguments and errors as `run_circle`."""
+    return PathRun.run(machine, scheme, path, **how)

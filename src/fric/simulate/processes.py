@@ -17,8 +17,7 @@ from fric.errors import FricError
 
 T = TypeVar("T")
 
-MACHINES_BY_START = 6
-"""Machines that one process runs, about, while others start."""
+MACHINES_BY_START = 6  # Machines that one process runs, about, while others start
 
 
 def default_workers() -> int:
@@ -81,10 +80,9 @@ def run_all(
 ) -> list[T]:
     """Return the outcomes of all machines in their order; of those that are done where it is interrupted.
 
-    study, machines, workers: As in `outcomes`.
     scheduler: Address of a Dask cluster that runs them instead, see `cluster_outcomes`.
     advance, interrupted: Called for each machine; called after each whether to stop.
-    Raises FricError: As `outcomes` and `cluster_outcomes`.
+    Others, and what is raised, as `outcomes` and `cluster_outcomes`.
     """
     opened = cluster_outcomes(study, machines, scheduler) if scheduler else outcomes(study, machines, workers=workers)
     done = []
@@ -141,11 +139,9 @@ def cluster_outcomes(
 ) -> Iterator[Iterator[T]]:
     """Give the outcomes of machines 0, 1, 2, … in their order, run by the workers of a Dask cluster.
 
-    The work is that of `fric.simulate.monte_carlo.outcomes`, machine by machine. When the block ends early, machines
-    that were not begun are left out.
+    The work is that of `outcomes`, machine by machine. When the block ends early, machines that were not begun are left
+    out.
 
-    study: What is run on each machine.
-    machines: How many.
     address: Address of the scheduler, as ``tcp://host:8786``.
     timeout: How long to wait for the scheduler, and for its first worker [s].
     Raises FricError: When Dask is not installed, the scheduler does not answer, or its workers have no fric of this
@@ -154,9 +150,8 @@ def cluster_outcomes(
     try:
         import distributed
     except ImportError:
-        raise FricError(
-            "a Dask cluster needs distributed, which is not installed", hint="pip install 'fric[dask]'"
-        ) from None
+        why = "a Dask cluster needs distributed, which is not installed"
+        raise FricError(why, hint="pip install 'fric[dask]'") from None
     try:
         client: Any = distributed.Client(address, timeout=timeout, set_as_default=False)
     except (OSError, ValueError) as error:

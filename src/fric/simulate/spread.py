@@ -31,7 +31,6 @@ def normals(
 ) -> dict[str, float]:
     """Return a standard normal number for each parameter of a covariance, correlated accordingly.
 
-    covariances: Covariances of parameters, block by block.
     drawn: Parameters that are drawn from their intervals; the others of a block are passed over.
     normal: Gives an independent standard normal number for a name: the numbers do not depend on the order of the names.
     """
@@ -54,11 +53,9 @@ def draw_within(value: float, interval: tuple[float, float], lower: float, norma
     interval need not be symmetric. A parameter that is positive, with a positive interval, is drawn in its logarithm;
     where an interval passes a bound of the parameter, values beyond it are moved to the bound.
 
-    value: The estimate.
-    interval: Its 95 % interval, both limits finite, around the value.
+    interval: The estimate's 95 % interval, both limits finite, around the value.
     lower: The parameter's lower bound; 0 where it is positive by its nature.
-    normal: A standard normal number; correlated with those of other parameters where these have a covariance
-        (`normals`).
+    normal: A standard normal number; correlated with those of other parameters where they have a covariance.
     """
     low, high = interval
     z = normal / NORMAL_97_5
@@ -78,8 +75,7 @@ def friction_intervals(
 ) -> tuple[dict[str, tuple[float, float]], list[str]]:
     """Return the intervals of a friction model's parameters, and the names of those that cannot be drawn from.
 
-    model: The model that the sections give.
-    sections: The sections of a friction file.
+    sections: The sections of the friction file that the model is from.
     """
     found: dict[str, tuple[float, float]] = {}
     refused: list[str] = []
@@ -167,16 +163,15 @@ class Spread:
         """Draw a factor; a value of a normal distribution that is not positive is drawn again."""
         if self.low == self.high:
             return self.low
-        if self.distribution.startswith("log"):
-            return exp(self._between(log(self.low), log(self.high), generator))
+        logarithmic = self.distribution.startswith("log")
+        low, high = (log(self.low), log(self.high)) if logarithmic else (self.low, self.high)
         while True:
-            if (found := self._between(self.low, self.high, generator)) > 0:
-                return found
-
-    def _between(self, low: float, high: float, generator: np.random.Generator) -> float:
-        if self.distribution.endswith("uniform"):
-            return float(generator.uniform(low, high))
-        return float((low + high) / 2 + (high - low) / (2 * NORMAL_97_5) * generator.standard_normal())
+            if self.distribution.endswith("uniform"):
+                found = float(generator.uniform(low, high))
+            else:
+                found = float((low + high) / 2 + (high - low) / (2 * NORMAL_97_5) * generator.standard_normal())
+            if logarithmic or found > 0:
+                return exp(found) if logarithmic else found
 
 
 DEFAULT_SPREADS: dict[str, Spread] = {

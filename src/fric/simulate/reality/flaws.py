@@ -1,14 +1,35 @@
 """Properties of a real axis beyond eq. (1) and a friction model, each off by default."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from math import inf
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from fric.errors import FricError
 
 
+class Bounded:
+    """A flaw whose numbers have bounds, which its class states beside its name in files."""
+
+    _bounds: ClassVar[tuple[str, bool, tuple[str, ...], str]]
+
+    def __init_subclass__(
+        cls, of: str, *, signed: bool = False, positive: tuple[str, ...] = (), share: str = ""
+    ) -> None:
+        cls._bounds = of, signed, positive, share
+
+    def __post_init__(self) -> None:
+        of, signed, positive, share = self._bounds
+        for name, value in vars(self).items():
+            if name in positive and not value > 0.0:
+                raise FricError(f"{of}: {name} is {value:g}", hint="Give a positive value.")
+            if not signed and isinstance(value, float) and not value >= 0.0:
+                raise FricError(f"{of}: {name} is {value:g}", hint="Give zero or a positive value.")
+            if name == share and not abs(value) < 1.0:
+                raise FricError(f"{of}: {name} is {value:g}", hint="Give a share below 1.")
+
+
 @dataclass(frozen=True)
-class Cogging:
+class Cogging(Bounded, of="cogging", signed=True, positive=("pitch",)):
     """A force of the motor over position.
 
     It is ``force·sin(2π·z/pitch + phase)``, against positive motion.
@@ -22,12 +43,9 @@ class Cogging:
     pitch: Annotated[float, "position"]
     phase: Annotated[float, "angle"] = 0.0
 
-    def __post_init__(self) -> None:
-        positive(self, "cogging", "pitch")
-
 
 @dataclass(frozen=True)
-class Wave:
+class Wave(Bounded, of="waves", signed=True, positive=("pitch",), share="amplitude"):
     """A wave of the friction's level over position.
 
     The level varies by the factor ``1 + amplitude·sin(2π·z/pitch + phase)``.
@@ -41,13 +59,9 @@ class Wave:
     pitch: Annotated[float, "position"]
     phase: Annotated[float, "angle"] = 0.0
 
-    def __post_init__(self) -> None:
-        positive(self, "waves", "pitch")
-        below_one(self, "waves", "amplitude")
-
 
 @dataclass(frozen=True)
-class Direction:
+class Direction(Bounded, of="direction", positive=("level",)):
     """Friction of the negative direction, over that of the positive direction.
 
     level: Of F_c and F_s [1].
@@ -57,18 +71,9 @@ class Direction:
     level: Annotated[float, "ratio"] = 1.0
     viscous: Annotated[float, "ratio"] = 1.0
 
-    def __post_init__(self) -> None:
-        positive(self, "direction", "level")
-        not_negative(self, "direction")
-
-    @property
-    def is_none(self) -> bool:
-        """Whether the directions are equal."""
-        return self == Direction()
-
 
 @dataclass(frozen=True)
-class Dwell:
+class Dwell(Bounded, of="dwell", positive=("time", "distance")):
     """Static friction that grows with the age of the contact: F_s·(1 + growth·ln(1 + age/time)).
 
     The age θ follows the ageing law of rate-and-state friction, ``dθ/dt = 1 - θ·|v|/distance`` (A. Ruina, Journal of
@@ -83,13 +88,9 @@ class Dwell:
     time: Annotated[float, "time"]
     distance: Annotated[float, "position"]
 
-    def __post_init__(self) -> None:
-        not_negative(self, "dwell")
-        positive(self, "dwell", "time", "distance")
-
 
 @dataclass(frozen=True)
-class Drift:
+class Drift(Bounded, of="drift", signed=True, positive=("time",)):
     """A factor that changes from 1 to 1 + amount.
 
     It does so while the machine runs, as ``1 + amount·(1 - exp(-t/time))``.
@@ -102,34 +103,13 @@ class Drift:
     time: Annotated[float, "time"]
 
     def __post_init__(self) -> None:
-        positive(self, "drift", "time")
+        super().__post_init__()
         if not self.amount > -1.0:
             raise FricError(f"the amount of a drift is {self.amount:g}", hint="Give more than -100 %.")
 
 
-def not_negative(flaw: object, name: str) -> None:
-    """Raise `FricError` where a number of a flaw is negative."""
-    for number in fields(flaw):  # type: ignore[arg-type]
-        value = getattr(flaw, number.name)
-        if isinstance(value, float) and not value >= 0.0:
-            raise FricError(f"{name}: {number.name} is {value:g}", hint="Give zero or a positive value.")
-
-
-def positive(flaw: object, name: str, *which: str) -> None:
-    """Raise `FricError` where one of these fields is not positive."""
-    for number in which:
-        if not getattr(flaw, number) > 0.0:
-            raise FricError(f"{name}: {number} is {getattr(flaw, number):g}", hint="Give a positive value.")
-
-
-def below_one(flaw: object, name: str, field: str) -> None:
-    """Raise `FricError` where a share is not below 1."""
-    if not abs(getattr(flaw, field)) < 1.0:
-        raise FricError(f"{name}: {field} is {getattr(flaw, field):g}", hint="Give a share below 1.")
-
-
 @dataclass(frozen=True)
-class ForceChannel:
+class ForceChannel(Bounded, of="force", positive=("filter",)):
     """What the drive makes of the force before it logs it.
 
     lag: Time by which it is late against position and voltage [s].
@@ -141,13 +121,9 @@ class ForceChannel:
     filter: Annotated[float, "frequency"] = inf
     step: Annotated[float, "force"] = 0.0
 
-    def __post_init__(self) -> None:
-        not_negative(self, "force")
-        positive(self, "force", "filter")
-
 
 @dataclass(frozen=True)
-class Clock:
+class Clock(Bounded, of="clock", share="lost"):
     """Instants of the samples.
 
     jitter: Standard deviation of the instants [s], around even ones.
@@ -163,13 +139,9 @@ class Clock:
     input: Annotated[float, "time"] = 0.0
     stamped: bool = True
 
-    def __post_init__(self) -> None:
-        not_negative(self, "clock")
-        below_one(self, "clock", "lost")
-
 
 @dataclass(frozen=True)
-class NoiseColour:
+class NoiseColour(Bounded, of="noise", positive=("corner",)):
     """Noise of the logged force that remembers.
 
     It is white noise behind a first-order low-pass.
@@ -181,13 +153,9 @@ class NoiseColour:
     force: Annotated[float, "force"]
     corner: Annotated[float, "frequency"]
 
-    def __post_init__(self) -> None:
-        not_negative(self, "noise")
-        positive(self, "noise", "corner")
-
 
 @dataclass(frozen=True)
-class Interpolation:
+class Interpolation(Bounded, of="encoder", signed=True, positive=("pitch",)):
     """Sub-divisional error of the encoder.
 
     Its reading is ``z + error·sin(2π·z/pitch + phase)``, in whole steps.
@@ -200,9 +168,6 @@ class Interpolation:
     error: Annotated[float, "position"]
     pitch: Annotated[float, "position"]
     phase: Annotated[float, "angle"] = 0.0
-
-    def __post_init__(self) -> None:
-        positive(self, "encoder", "pitch")
 
 
 @dataclass(frozen=True)
@@ -265,7 +230,7 @@ class Reality:
 
 
 @dataclass(frozen=True)
-class SecondMass:
+class SecondMass(Bounded, of="second_mass", positive=("mass", "stiffness")):
     """A table on a spring behind the motor, instead of one rigid mass.
 
     mass: Of the table, a part of the moving mass [kg].
@@ -284,8 +249,7 @@ class SecondMass:
     friction: str = "table"
 
     def __post_init__(self) -> None:
-        not_negative(self, "second_mass")
-        positive(self, "second_mass", "mass", "stiffness")
+        super().__post_init__()
         for name in ("encoder", "friction"):
             if getattr(self, name) not in {"motor", "table"}:
                 raise FricError(

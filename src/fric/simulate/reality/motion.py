@@ -9,7 +9,7 @@ from fric.errors import FricError
 from fric.friction.directed import Directed
 from fric.friction.rolling import Rolling
 from fric.friction.stribeck import OnStaticMap
-from fric.kernels import guideway, second_mass
+from fric.kernels import second_mass
 from fric.kernels.guideway import Guideway, guideway_step
 from fric.kernels.inner import address_of
 from fric.kernels.plant import TOLERANCE, PlantConstants
@@ -17,6 +17,7 @@ from fric.kernels.second_mass import Coupling, second_mass_step
 from fric.kernels.sensing import Sensing
 from fric.kernels.signatures import Step
 from fric.simulate.machine import Axis
+from fric.simulate.reality.flaws import Direction
 
 SPRING_TOLERANCE = 1e-10
 """Tolerance of the integrated velocity of a motor on a spring [m/s]: the last digits of the spring take many steps."""
@@ -41,10 +42,9 @@ def true_axis(axis: Axis, place: float, began: float) -> tuple[Step, Real, Real,
             hint="Give it a model with memory, as 'gms'.",
         )
     if flaws.moves_friction:
+        inner, step = parameters.size, guideway_step
         parameters = _on_guideway(axis, parameters)
-        inner, size = state, parameters.size - _head(axis)
-        state = np.array([place, began, 0.0, *np.zeros(size), *inner])
-        step = guideway_step
+        state = np.array([place, began, 0.0, *np.zeros(inner), *state])
     A, B, M, load = plant.A, plant.B, plant.M, axis.constant_load
     if second is not None:
         motor = M - second.mass
@@ -75,11 +75,6 @@ def sensing_of(axis: Axis) -> Sensing:
     return Sensing(error.error, 2 * pi / error.pitch, error.phase, spring, shift)
 
 
-def _head(axis: Axis) -> int:
-    """Return the number of parameters of a guideway, which precede those of the inner model."""
-    return guideway.HEAD + 3 * (len(axis.reality.cogging) + len(axis.reality.waves))
-
-
 def _on_guideway(axis: Axis, inner: Real) -> Real:
     """Return the parameters of the friction on its guideway."""
     friction, flaws = axis.friction, axis.reality
@@ -88,7 +83,7 @@ def _on_guideway(axis: Axis, inner: Real) -> Real:
         maps = [1 + 3 * len(model.amplitude) if isinstance(model, Rolling) else 0]
         if friction is not model:  # a map for each direction, behind the address of the step
             maps = [1 + maps[0], 1 + maps[0] + len(model.packed())]
-    elif flaws.waves or flaws.dwell or flaws.friction or not flaws.direction.is_none:
+    elif flaws.waves or flaws.dwell or flaws.friction or flaws.direction != Direction():
         raise FricError(
             f"the friction of axis {axis.name} is '{friction.name}', which stands on no static map",
             hint="Its level cannot vary; give it a model that does, as 'gms'.",

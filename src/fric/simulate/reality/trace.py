@@ -9,7 +9,7 @@ from zlib import crc32
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fric.arrays import Mask, Real
+from fric.arrays import Real
 from fric.columns import Kind
 from fric.drive.sensing import low_pass_pole
 from fric.kernels.sensing import read
@@ -41,7 +41,8 @@ def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: 
     count, key = len(even), [seed, crc32(name.encode())]
     noise = np.random.default_rng(key).normal(0.0, 1.0, count) * axis.force_noise
     rng = np.random.default_rng([*key, 1])
-    taken = even + _jitter(rng, count, flaws.clock.jitter * sampling, divider)
+    off = rng.normal(0.0, 1.0, count) * (flaws.clock.jitter * sampling)
+    taken = even + np.clip(off, -0.45 * divider, 0.45 * divider)  # never so far that two change places
     late = flaws.clock.position * sampling
     driven = _driven(axis, run.input) if axis.second_mass is None else None
     sensed = _between(run.position if run.sensed is None else run.sensed, taken - late, driven)
@@ -51,11 +52,13 @@ def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: 
     if flaws.noise is not None:
         force += _coloured(rng, count, flaws.noise, sampling / divider)
     stamp = (taken if flaws.clock.stamped else even) - first
-    kept = _kept(rng, count, flaws.clock.lost)
+    kept = np.ones(count, dtype=bool)
+    if flaws.clock.lost:  # the first and the last sample never are
+        kept[1:-1] = rng.uniform(size=count - 2) >= flaws.clock.lost
     log = Log(
         time=(stamp[kept] if flaws.clock.stamped else stamp[: kept.sum()]) / sampling,
         position=encoder_tells(axis, sensed)[kept],
-        force=_single(_quantised(force, flaws.force.step))[kept],
+        force=_single(np.rint(force / step) * step if (step := flaws.force.step) else force)[kept],
         input=_single(voltage)[kept],
         reference=_between(run.reference, taken)[kept],
         name=name,
@@ -71,19 +74,6 @@ def encoder_tells(axis: Axis, position: Real) -> Real:
     found = np.array(position, float)
     read(found, axis.encoder.resolution, sensing_of(axis))
     return found
-
-
-def _jitter(rng: np.random.Generator, count: int, deviation: float, divider: int) -> Real:
-    """Return by how many samples each instant is off its even place; never so far that two change places."""
-    return np.clip(rng.normal(0.0, 1.0, count) * deviation, -0.45 * divider, 0.45 * divider)
-
-
-def _kept(rng: np.random.Generator, count: int, lost: float) -> Mask:
-    """Return which samples are not lost; the first and the last never are."""
-    kept = np.ones(count, dtype=bool)
-    if lost:
-        kept[1:-1] = rng.uniform(size=count - 2) >= lost
-    return kept
 
 
 def _averaged(values: Real, at: Real, width: int) -> Real:
@@ -146,10 +136,6 @@ def _coloured(rng: np.random.Generator, count: int, noise: NoiseColour, sampling
     white = rng.normal(size=count)
     white[1:] *= np.sqrt(1.0 - p * p)
     return noise.force * np.asarray(lfilter([1.0], [1.0, -p], white))
-
-
-def _quantised(values: Real, step: float) -> Real:
-    return np.asarray(np.rint(values / step) * step) if step else values
 
 
 def _single(values: Real) -> Real:
