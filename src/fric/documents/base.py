@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self, get_args
 
 import numpy as np
-from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
+from pydantic import AfterValidator, Field, TypeAdapter, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 import fric
@@ -80,10 +80,8 @@ def sources(files: Iterable[Path]) -> list[dict[str, str]]:
 AxisName = Annotated[str, AfterValidator(refused()(axis_name))]
 
 
-class Provenance(Part):
+class Provenance(Part, extra="allow"):
     """Origin of a document."""
-
-    model_config = ConfigDict(extra="allow", frozen=True)
 
     fric: str = ""
     created: str = ""
@@ -148,6 +146,12 @@ class Document(Part):
     warnings: list[str] = Field(default_factory=list, description="what the data do not determine")
     warnings_coded: list[CodedWarning] = Field(default_factory=list, description="the same with code and severity")
     provenance: Provenance | None = None
+
+    def __init_subclass__(cls, type: str = "", **settings: Any) -> None:
+        """Keep the type that a class of documents states: ``class Plan(Document, type="plan")``."""
+        super().__init_subclass__(**settings)
+        if type:
+            cls.type = type
 
     @classmethod
     def type_name(cls) -> str:

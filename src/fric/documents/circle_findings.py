@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field
 
@@ -92,10 +92,8 @@ def _predicted(made: Any) -> Any:
     }
 
 
-class DiagnosisDocument(Document):
+class DiagnosisDocument(Document, type="diagnosis"):
     """A measured circle, by causes."""
-
-    type: ClassVar[str] = "diagnosis"
 
     radius: Quantity = of("found.test.radius", unit="m")
     feed: Quantity = of("found.test.feed", unit="m/s")
@@ -116,9 +114,9 @@ class DiagnosisDocument(Document):
     scatter: Quantity | None = of("found.scatter", unit="m")
     noise: Quantity | None = of("found.noise", unit="m")
     iso230: dict[str, Quantity | dict[str, Quantity] | None] = of(_iso230)
-    predicted: dict[str, PredictedGlitch] | None = of(_predicted, default=None, may_lack=True)
-    scheme: str | None = of(lambda made: made.held and made.held.scheme, default=None, may_lack=True)
-    agrees: bool | None = of(lambda made: made.held and made.held.all_agree, default=None, may_lack=True)
+    predicted: dict[str, PredictedGlitch] | None = of(_predicted, default=None)
+    scheme: str | None = of(lambda made: made.held and made.held.scheme, default=None)
+    agrees: bool | None = of(lambda made: made.held and made.held.all_agree, default=None)
 
 
 class ResidualPart(Written):
@@ -153,15 +151,13 @@ def _ahead(made: Any) -> dict[str, dict[str, Any]]:
     return found
 
 
-class TuningDocument(Document):
+class TuningDocument(Document, type="tuning"):
     """The nominal parameters of controllers, refitted to recorded circles."""
-
-    type: ClassVar[str] = "tuning"
 
     axes: dict[str, TunedAxisPart] = of("found.axes")
     predicted: dict[str, dict[str, NextCircle]] = of(_ahead, "by feed [m/s] and scheme")
     measured: dict[str, float] = Field(description="recorded glitch [m] by feed")
-    files: list[str] | None = of(lambda made: list(map(str, made.files)) or None, default=None, may_lack=True)
+    files: list[str] | None = of(lambda made: list(map(str, made.files)) or None, default=None)
 
 
 class LearnedCircle(Document):
@@ -193,10 +189,8 @@ class CarriedPart(Written):
     glitch: float = of(lambda item: item[2], "[m]")
 
 
-class LearningDocument(LearnedCircle):
+class LearningDocument(LearnedCircle, type="learning"):
     """Rounds of learning in simulation."""
-
-    type: ClassVar[str] = "learning"
 
     rounds: list[RoundPart]
     carried_over: list[CarriedPart] = of("carried")
@@ -209,10 +203,8 @@ class LearnedAxis(Written):
     samples: int = of(len)
 
 
-class LearnedFeedforwardDocument(LearnedCircle):
+class LearnedFeedforwardDocument(LearnedCircle, type="learned-feedforward"):
     """Feedforward for the next round of a measured circle."""
-
-    type: ClassVar[str] = "learned-feedforward"
 
     axes: dict[str, LearnedAxis] = of("voltage")
 

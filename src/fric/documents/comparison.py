@@ -1,7 +1,7 @@
 """Comparisons with records, as `--json` prints them: ``fric: comparison/1``, ``halves/1`` and ``validation/1``."""
 
 from operator import itemgetter
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from pydantic import Field
@@ -82,10 +82,8 @@ def _presliding(found: Any) -> dict[str, Estimate]:
     return {log.name: Estimate(value, si_unit("position", log.motion)) for log, value in lengths}
 
 
-class ComparisonDocument(Document):
+class ComparisonDocument(Document, type="comparison"):
     """Friction models on held-out samples, as `--json` prints them."""
-
-    type: ClassVar[str] = "comparison"
 
     axis: str = of(lambda found: found.records[0].log.axis)
     unit: str = of(lambda found: si_unit("force", found.records[0].log.motion), "of every rms")
@@ -102,10 +100,8 @@ class HalvedPart(PartOf[Halved]):
     half_widths: float
 
 
-class HalvesDocument(Document):
+class HalvesDocument(Document, type="halves"):
     """Differences between halves of the records, each identified separately."""
-
-    type: ClassVar[str] = "halves"
 
     axis: str
     within: float
@@ -142,9 +138,7 @@ class ValidatedRecord(Written):
     )
 
 
-class ValidationDocument(Document):
+class ValidationDocument(Document, type="validation"):
     """Recorded motions replayed by the identified axis, as `--json` prints them."""
-
-    type: ClassVar[str] = "validation"
 
     validations: list[ValidatedRecord]

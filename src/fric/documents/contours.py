@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -11,7 +11,7 @@ from fric.arrays import Real
 from fric.circles.prediction import Predicted, Prediction
 from fric.documents.base import CodedWarning, Document
 from fric.documents.generated import PartOf, again
-from fric.documents.quantity import Known, Of, Part, Written, of
+from fric.documents.quantity import Known, Part, Written, of
 from fric.simulate.spread import Distribution
 from fric.units import readable
 
@@ -39,9 +39,6 @@ class ContourScheme(Written):
     glitch: float = of(lambda run: run.chance().median, "largest at a reversal, without its sign [m]")
 
 
-Chanced = Annotated[ChancePart | None, Of(lambda run: run if run.places else None)]
-
-
 class CircleScheme(ContourScheme):
     """Result of one scheme on a circle."""
 
@@ -50,7 +47,7 @@ class CircleScheme(ContourScheme):
     )
     radial_rms: float = of(lambda run: run.chance("rms").median, "[m]")
     radial_range: float = of(lambda run: run.chance("range").median, "largest less smallest radial error [m]")
-    chance: Chanced = Field(None, description="null where a single run determines it")
+    chance: ChancePart | None = of(lambda run: run if run.places else None, "null where a single run determines it")
     warnings: list[str] = Field(default_factory=list)
 
 
@@ -151,20 +148,16 @@ class ReproducedFeed(Written):
     schemes: dict[str, CircleScheme] = of(_by_scheme)
 
 
-class CircleResultDocument(Document, ReproducedFeed):
+class CircleResultDocument(Document, ReproducedFeed, type="circle-result"):
     """Results of schemes on a circle."""
 
-    type: ClassVar[str] = "circle-result"
-
-    monte_carlo: MonteCarloPart | None = of("many", default=None, may_lack=True)
+    monte_carlo: MonteCarloPart | None = of("many", default=None)
     verdict: VerdictPart | None = Field(None, description="the scheme to switch on, by this circle alone")
-    prediction: PredictionPart | None = of("prediction", default=None, may_lack=True)
+    prediction: PredictionPart | None = of("prediction", default=None)
 
 
-class ReproductionDocument(Document):
+class ReproductionDocument(Document, type="reproduction"):
     """Result of a reproduction of the paper: the page, and the glitches of each scheme."""
-
-    type: ClassVar[str] = "reproduction"
 
     page: str = of(lambda made: str(made.page))
     steps: int
@@ -196,14 +189,12 @@ class PathScheme(ContourScheme):
     reversals: list[PathReversal] = of(_reversals)
     contour_rms: float = of(lambda run: run.chance("rms").median)
     contour_range: float = of(lambda run: run.chance("range").median)
-    chance: Chanced = Field(None, description="null where a single run determines it")
+    chance: ChancePart | None = of(lambda run: run if run.places else None, "null where a single run determines it")
     warnings: list[str] = Field(default_factory=list)
 
 
-class PathResultDocument(Document):
+class PathResultDocument(Document, type="path-result"):
     """Results of schemes on a path."""
-
-    type: ClassVar[str] = "path-result"
 
     velocity: float = of(lambda made: made.runs[0].path.feed, "feed [m/s]")
     schemes: dict[str, PathScheme] = of(_by_scheme)
@@ -243,17 +234,15 @@ def _differences(found: Any) -> dict[str, Any]:
     }
 
 
-class CircleMapDocument(Document):
+class CircleMapDocument(Document, type="circle-map"):
     """Results of schemes on circles of many feeds and radii."""
-
-    type: ClassVar[str] = "circle-map"
 
     machine: str = of("grid.machine.name")
     feeds: list[float] = of("grid.feeds", "[m/s]")
     radii: list[float] = of("grid.radii", "[m]")
     schemes: dict[str, MappedScheme] = of(_mapped)
-    differences: Annotated[dict[str, MapDifference], Of(_differences)] = Field(
-        default_factory=dict, description="advantage of blocks over a static map, and of an observer over a feedforward"
+    differences: dict[str, MapDifference] = of(
+        _differences, "advantage of blocks over a static map, and of an observer over a feedforward"
     )
 
     def describe(self) -> list[str]:
@@ -285,10 +274,8 @@ class StepsPart(Part):
     missing: list[str]
 
 
-class AutoDocument(Document):
+class AutoDocument(Document, type="auto"):
     """The report, what was done by axis, and the verdict."""
-
-    type: ClassVar[str] = "auto"
 
     report: str | None = of(lambda made: str(made.folder / "report.html") if made.page else None)
     axes: dict[str, StepsPart]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import log10
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, GetJsonSchemaHandler, model_validator
 
@@ -40,10 +40,8 @@ class MarginsPart(Part):
     bandwidth: Quantity | None = None
 
 
-class ControllerDocument(AxisDocument, ControllerPart):
+class ControllerDocument(AxisDocument, ControllerPart, type="controller"):
     """A controller file: the cascade of one axis, and the margins it was designed for."""
-
-    type: ClassVar[str] = "controller"
 
     margins: dict[str, MarginsPart] = Field(
         default_factory=dict, description="margins of velocity loop, position loop, plant input"
@@ -82,10 +80,8 @@ class LimitPart(Part):
     peak_sensitivity: Quantity | None = None
 
 
-class ObserverDocument(AxisDocument, ObserverPart):
+class ObserverDocument(AxisDocument, ObserverPart, type="observer"):
     """An observer file: the filter Q of one axis, and the limit and margins it was designed for."""
-
-    type: ClassVar[str] = "observer"
 
     bandwidth: Quantity | None = Field(None, description="where |Q| has fallen by 3 dB [Hz]; follows from the cutoff")
     reason: str = Field("", description="why the cutoff is as it is")
@@ -131,10 +127,8 @@ def block_values(name: str, given: Mapping[str, Any], motion: Motion, where: str
     return values
 
 
-class BlockDocument(OfAxis):
+class BlockDocument(OfAxis, type="block"):
     """A block file: a control block of one axis with its parameters, and the margins that it was designed for."""
-
-    type: ClassVar[str] = "block"
 
     block: str = Field(description="the control block: what it is called in a scheme")
     parameters: dict[str, Quantity] = Field(

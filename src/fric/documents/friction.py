@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from fric.documents.base import FOOT, HEAD, OfAxis, nested
 from fric.documents.generated import FilePart
@@ -93,11 +93,8 @@ class Fit(Part):
 AT_SPEED = {"velocity": "velocity", "force": "force"}
 
 
-class FrictionDocument(OfAxis):
+class FrictionDocument(OfAxis, type="friction", extra="allow"):
     """A friction file: the static map, and any other model under its name, each with its fit."""
-
-    model_config = ConfigDict(extra="allow", frozen=True)
-    type: ClassVar[str] = "friction"
 
     static: dict[str, Quantity] | None = Field(None, description="F_c, F_s, v_s, delta, sigma, offset of eq. (2)")
     static_negative: dict[str, Quantity] | None = Field(None, description="the negative direction's own values")

@@ -1,7 +1,5 @@
 """The content of records as `--json` prints it, ``fric: inspection/1``: apart, since reading a log inspects none."""
 
-from typing import ClassVar
-
 from fric.documents.base import Document
 from fric.documents.generated import PartOf
 from fric.documents.quantity import of
@@ -22,9 +20,7 @@ class InspectedTable(PartOf[TableInspection]):
     """Content of a table of mean forces at velocities."""
 
 
-class InspectionDocument(Document):
+class InspectionDocument(Document, type="inspection"):
     """The content of records, and their uses."""
-
-    type: ClassVar[str] = "inspection"
 
     records: list[InspectedLog | InspectedResponse | InspectedTable] = of("found")

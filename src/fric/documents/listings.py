@@ -2,9 +2,9 @@
 
 from math import inf
 from operator import itemgetter
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
 from fric.documents.base import AxisName, CodedWarning, Document
 from fric.documents.quantity import Known, Part, Written, of
@@ -22,18 +22,14 @@ class FormatPart(Written):
     extra: str | None = of(lambda row: row[4] or None, "the extra that installs the library")
 
 
-class FormatsDocument(Document):
+class FormatsDocument(Document, type="formats"):
     """The formats of logs that are read."""
-
-    type: ClassVar[str] = "formats"
 
     formats: list[FormatPart] = of("rows")
 
 
-class ExampleDocument(Document):
+class ExampleDocument(Document, type="example"):
     """An example that was copied."""
-
-    type: ClassVar[str] = "example"
 
     name: str
     folder: str = of(lambda made: str(made.folder))
@@ -74,10 +70,8 @@ class TrialPart(Written):
     difference: float = Field(description="largest of a quadrant [m]")
 
 
-class ExportDocument(Document):
+class ExportDocument(Document, type="export"):
     """An export, its sources, and doubts about it."""
-
-    type: ClassVar[str] = "export"
 
     exported_by: str = Field(alias="version", description="version of fric")
     target: str
@@ -95,10 +89,8 @@ class ExportDocument(Document):
     trial: list[TrialPart] | None = None
 
 
-class AdvicePart(Part):
+class AdvicePart(Part, extra="allow"):
     """Advice from a contour test."""
-
-    model_config = ConfigDict(extra="allow", frozen=True)
 
     velocity: float = Field(description="feed [m/s]")
     radius: float | None = Field(description="[m]; null of a path")
@@ -123,10 +115,8 @@ class DriftPart(Part):
     changes: list[ChangePart]
 
 
-class ReportDocument(Document):
+class ReportDocument(Document, type="report"):
     """Summary of a report."""
-
-    type: ClassVar[str] = "report"
 
     axes: list[str]
     advice: list[AdvicePart]
@@ -165,12 +155,10 @@ class FleetChange(Written):
     changed: bool
 
 
-class FleetDocument(Document):
+class FleetDocument(Document, type="fleet"):
     """A fleet: steps done, and changes."""
 
-    type: ClassVar[str] = "fleet"
-
-    page: str | None = None
+    page: str | None
     level: float = Field(description="probability that an axis is said to have changed where none did")
     tests: int = Field(description="numbers that were compared")
     units: list[FleetUnit]

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from math import pi
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
@@ -130,10 +130,8 @@ class PublishedPart(Physical):
         return Published(values["radius"], values["velocity"], glitches)
 
 
-class MachineDocument(Document):
+class MachineDocument(Document, type="machine"):
     """A machine file: axes with plant, controller, observer, encoder, true and nominal friction."""
-
-    type: ClassVar[str] = "machine"
 
     name: str = ""
     like: str = Field("", description="a machine file with the same axes, apart from the keys given here")

@@ -5,7 +5,7 @@ from collections.abc import Collection, Mapping
 from fnmatch import fnmatch
 from functools import cache
 from pathlib import Path
-from typing import ClassVar, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
@@ -166,10 +166,8 @@ class FileMapping(Part):
         return {**constants, **dict(zip(names, found, strict=True))}
 
 
-class MappingDocument(Document, FileMapping):
+class MappingDocument(Document, FileMapping, type="mapping"):
     """A mapping of foreign logs: of an axis; or in parts, for each axis or each kind of files."""
-
-    type: ClassVar[str] = "mapping"
 
     parts: list[FileMapping] = Field(default_factory=list, description="mappings, in place of columns")
 

@@ -1,7 +1,7 @@
 """A plan, ``fric: plan/1``: the records to take of an axis, and the expected intervals."""
 
 from collections.abc import Iterable
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 from pydantic import Field, model_validator
 
@@ -75,10 +75,8 @@ class NarrowingPart(Part):
     records: list[CandidatePart]
 
 
-class PlanDocument(OfAxis):
+class PlanDocument(OfAxis, type="plan"):
     """Records to take of an axis, and the expected intervals."""
-
-    type: ClassVar[str] = "plan"
 
     limits: FilePart[Limits]
     prior: str = Field("", description="the assumed axis")

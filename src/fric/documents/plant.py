@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
 
 from fric.documents.base import AxisDocument
 from fric.documents.generated import FilePart
-from fric.documents.quantity import CovarianceBlock, Part, Physical, Quantity, known
+from fric.documents.quantity import CovarianceBlock, Physical, Quantity, Written, of
 from fric.drive.plant import LinearPlant, Plant, hold_delay
 from fric.drive.resonance import Resonance
 from fric.errors import FricError
@@ -22,7 +22,7 @@ from fric.log import Record
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
-    from fric.identify.plant.response_fit import FrictionInfluence, PlantFit, ResponseFit
+    from fric.identify.plant.response_fit import PlantFit, ResponseFit
     from fric.identify.plant.rigid_body import MotionFit
 
 
@@ -84,31 +84,51 @@ class PlantPart(Physical):
         return 0.5 * (float(high) - float(low)) * float(known["K_f"]) / float(known["B"])  # type: ignore[arg-type]
 
 
-class ResponseFitPart(Part):
+METHODS = (
+    "frequency response: weighted least squares on log magnitude and phase",
+    "motion: least squares on zero-phase filtered, decimated signals",
+)
+
+
+def _solved(name: str) -> Callable[[ResponseFit], Estimate]:
+    return lambda fit: fit.solution.estimates(fit.measured.table.motion)[name]
+
+
+class ResponseFitPart(Written):
     """Result of a single frequency response."""
 
-    record: str
-    estimate: str = Field("", description="how the response was measured")
-    averages: float | None = Field(None, description="independent averages, periods of an excitation")
-    lines: int
-    left_out: int
-    lowest: Quantity
-    highest: Quantity
-    chi2: float
-    misfit: Quantity = Field(description="relative residual of eq. (1) beyond noise")
-    velocity_rms: Quantity | None = None
-    A: Quantity
-    B: Quantity
-    T_d: Quantity
+    record: str = of("measured.table.name")
+    estimate: str = of("measured.description", "how the response was measured", "")
+    averages: float | None = of(
+        lambda fit: fit.measured.averages or None, "independent averages, periods of an excitation", None
+    )
+    lines: int = of(lambda fit: np.count_nonzero(fit.used))
+    left_out: int = of(lambda fit: np.count_nonzero(~fit.used))
+    lowest: Quantity = of(lambda fit: fit.measured.table.frequency[fit.used].min(), unit="Hz")
+    highest: Quantity = of(lambda fit: fit.measured.table.frequency[fit.used].max(), unit="Hz")
+    chi2: float = of("solution.chi2")
+    misfit: Quantity = of("solution.misfit", "relative residual of eq. (1) beyond noise", unit="1")
+    velocity_rms: Quantity | None = of(
+        lambda fit: fit.measured.speed and Estimate(fit.measured.speed, si_unit("velocity", fit.measured.table.motion)),
+        default=None,
+    )
+    A: Quantity = of(_solved("A"))
+    B: Quantity = of(_solved("B"))
+    T_d: Quantity = of(_solved("T_d"))
 
 
-class FrictionSeen(Part):
+def _gain(fit: PlantFit) -> Estimate | None:
+    gains = tuple(map(float, fit.friction.gains))
+    return None if np.isnan(gains).any() else Estimate(gains, f"s/{si_unit('position', fit.motion)}")
+
+
+class FrictionSeen(Written):
     """Influence of Coulomb friction on the responses."""
 
-    compared: bool = Field(description="true where two amplitudes were logged")
-    seen: bool
-    gain: Quantity | None = None
-    F_c_over_M: Quantity | None = None
+    compared: bool = of("friction.compared", "true where two amplitudes were logged")
+    seen: bool = of("friction.differs")
+    gain: Quantity | None = of(_gain, default=None)
+    F_c_over_M: Quantity | None = of("friction.coulomb", default=None)
 
 
 class FittedParameter(Quantity):
@@ -117,37 +137,56 @@ class FittedParameter(Quantity):
     deviation: float | None = None
 
 
-class PlantFitPart(Part):
+class PlantFitPart(Written):
     """How well the plant fits: the responses, or the motion, that it was identified from."""
 
-    method: str = ""
-    points: int | None = None
-    chi2: float | None = None
-    misfit: Quantity | None = Field(None, description="what eq. (1) leaves of the responses beyond noise, relative")
-    sampling: Quantity | None = None
-    hold_delay: Quantity | None = None
-    transport_delay: Quantity | None = None
+    method: str = of(lambda fit: METHODS[hasattr(fit, "deviation")], default="")
+    points: int | None = of(
+        lambda fit: (
+            len(fit.measured)
+            if hasattr(fit, "measured")
+            else sum(np.count_nonzero(response.used) for response in fit.responses)
+        ),
+        default=None,
+    )
+    chi2: float | None = of("solution.chi2", default=None)
+    misfit: Quantity | None = of(
+        "solution.misfit", "what eq. (1) leaves of the responses beyond noise, relative", None, unit="1"
+    )
+    sampling: Quantity | None = of(
+        lambda fit: fit.sampling if hasattr(fit, "sampling") else fit.hold, None, None, unit="Hz"
+    )
+    hold_delay: Quantity | None = of(lambda fit: fit.hold and hold_delay(fit.hold), default=None, unit="s")
+    transport_delay: Quantity | None = of("transport", default=None)
     responses: list[ResponseFitPart] | None = None
-    friction: FrictionSeen | None = None
+    friction: FrictionSeen | None = of(lambda fit: fit.friction and fit, default=None)
     channel: Literal["force", "input"] | None = None
-    relative_error: Quantity | None = Field(None, description="relative residual of the force with the rigid axis")
+    relative_error: Quantity | None = of(
+        "relative_error", "relative residual of the force with the rigid axis", None, unit="1"
+    )
     condition_number: float | None = None
     autocorrelation: float | None = None
-    cutoff: Quantity | None = None
-    decimation: int | None = None
-    border: int | None = None
-    parameters: dict[str, FittedParameter] | None = Field(None, description="M, F_v, F_c, offset of the rigid axis")
-    covariance: CovarianceBlock | None = Field(None, description="covariance of the parameters")
+    cutoff: Quantity | None = of("conditioning.cutoff", default=None, unit="Hz")
+    decimation: int | None = of("conditioning.decimation", default=None)
+    border: int | None = of("conditioning.border", default=None)
+    parameters: dict[str, FittedParameter] | None = of(
+        lambda fit: {
+            name: {**fit.estimates[name].as_dict(), "deviation": deviation} for name, deviation in fit.deviation.items()
+        },
+        "M, F_v, F_c, offset of the rigid axis", None,
+    )  # fmt: skip
+    covariance: CovarianceBlock | None = of(
+        lambda fit: Covariance.of(("A", "B", "T_d"), fit.solution.covariance[:3, :3], ("linear", "log", "linear")),
+        "covariance of the parameters", None,
+    )  # fmt: skip
 
 
 class SecondMassPart(FilePart[Resonance]):
     """A table on a spring behind the motor, from the response."""
 
 
-class PlantDocument(AxisDocument, PlantPart):
+class PlantDocument(AxisDocument, PlantPart, type="plant"):
     """A plant file: eq. (1) of one axis."""
-
-    type: ClassVar[str] = "plant"
 
     second_mass: SecondMassPart | None = Field(None, description="a second mass; left out if not visible")
     fit: PlantFitPart | None = Field(None, description="quality of the fit")
@@ -201,66 +240,10 @@ def plant_part(plant: Plant, motion: Motion) -> PlantPart:
 
 
 def plant_tree(fit: PlantFit | MotionFit, records: Sequence[Record]) -> dict[str, Any]:
-    """Return the plant document of an identified plant, ready to be written or printed.
-
-    fit: What `identify_plant` or `identify_motion` found.
-    records: The records that it was found from.
-    """
-    from fric.identify.plant.rigid_body import MotionFit  # with SciPy's signal processing: not for who reads a plant
-
-    estimates, text = (
-        (fit.plant, _of_motion(fit)) if isinstance(fit, MotionFit) else (fit.estimates, _of_responses(fit))
-    )
-    content: dict[str, Any] = {"axis": fit.axis, "motion": fit.motion, "fit": text}
-    content |= {name: estimates[name] for name in PlantPart.dimensions if name in estimates}
-    if not isinstance(fit, MotionFit) and fit.second_mass is not None:
-        second = {name: estimate.as_dict() for name, estimate in fit.second_mass.items()}
-        content["second_mass"] = second | {"encoder": fit.solution.form.encoder}
+    """Return the plant document of a plant that was identified from records, ready to be written or printed."""
+    estimates = getattr(fit, "estimates" if hasattr(fit, "responses") else "plant")
+    second: dict[str, Any] | None = getattr(fit, "second_mass", None)
+    content = {name: estimates[name] for name in PlantPart.dimensions if name in estimates}
+    content |= {"axis": fit.axis, "motion": fit.motion, "fit": fit}
+    content |= {} if second is None else {"second_mass": second | {"encoder": fit.solution.form.encoder}}
     return PlantDocument.made(content, notices=fit.warnings, logs=records).tree()
-
-
-def _of_responses(fit: PlantFit) -> dict[str, Any]:
-    hold = fit.hold
-    return known(
-        method="frequency response: weighted least squares on log magnitude and phase",
-        points=int(sum(np.count_nonzero(response.used) for response in fit.responses)), chi2=fit.solution.chi2,
-        misfit=Estimate(fit.solution.misfit, "1"), sampling=None if hold is None else Estimate(hold, "Hz"),
-        hold_delay=None if hold is None else Estimate(hold_delay(hold), "s"), transport_delay=fit.transport,
-        responses=[_response(response, fit.motion) for response in fit.responses],
-        friction=_friction(fit.friction, fit.motion),
-        covariance=Covariance.of(("A", "B", "T_d"), fit.solution.covariance[:3, :3], ("linear", "log", "linear")),
-    )  # fmt: skip
-
-
-def _response(fit: ResponseFit, motion: Motion) -> dict[str, Any]:
-    measured, speed = fit.measured, fit.measured.speed
-    f = measured.table.frequency[fit.used]
-    return known(
-        record=measured.table.name, estimate=measured.description, averages=measured.averages or None, lines=len(f),
-        left_out=int(np.count_nonzero(~fit.used)), lowest=Estimate(float(f.min()), "Hz"),
-        highest=Estimate(float(f.max()), "Hz"), chi2=fit.solution.chi2, misfit=Estimate(fit.solution.misfit, "1"),
-        velocity_rms=None if speed is None else Estimate(speed, si_unit("velocity", motion)),
-        **fit.solution.estimates(motion),
-    )  # fmt: skip
-
-
-def _friction(friction: FrictionInfluence, motion: Motion) -> dict[str, Any]:
-    gains = None if np.any(np.isnan(friction.gains)) else tuple(float(g) for g in friction.gains)
-    return known(
-        compared=friction.compared,
-        seen=friction.differs,
-        gain=None if gains is None else Estimate(gains, f"s/{si_unit('position', motion)}"),
-        F_c_over_M=friction.coulomb,
-    )
-
-
-def _of_motion(fit: MotionFit) -> dict[str, Any]:
-    deviations = {name: {"deviation": deviation} for name, deviation in fit.deviation.items()}
-    return {
-        "method": "motion: least squares on zero-phase filtered, decimated signals", "channel": fit.channel,
-        "points": len(fit.measured), "relative_error": Estimate(fit.relative_error, "1"),
-        "condition_number": fit.condition_number, "autocorrelation": fit.autocorrelation,
-        "sampling": Estimate(fit.sampling, "Hz"), "cutoff": Estimate(fit.conditioning.cutoff, "Hz"),
-        "decimation": fit.conditioning.decimation, "border": fit.conditioning.border,
-        "parameters": {name: {**estimate.as_dict(), **deviations[name]} for name, estimate in fit.estimates.items()},
-    }  # fmt: skip

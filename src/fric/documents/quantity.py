@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from math import inf, isfinite
 from operator import attrgetter
 from typing import Annotated, Any, ClassVar, Self, TypeVar
@@ -37,49 +37,42 @@ class Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
 
 
-LEFT_OUT: Any = object()
-"""Value of `Of` if a document has no such key."""
-
-
+@dataclass(frozen=True)
 class Of:
-    """Source of a key of a written document in the object that the document is made of.
+    """Source of a key of a written document in the object that the document is made of."""
 
-    source: An attribute, by its dotted name, or a function of that object.
-    unit: Of a number: with it the number becomes a quantity.
-    may_lack: Whether the key is left out if its value is missing.
-    """
-
-    def __init__(self, source: str | Callable[[Any], Any], unit: str = "", *, may_lack: bool = False) -> None:
-        self.read = attrgetter(source) if isinstance(source, str) else source
-        self.unit, self.may_lack = unit, may_lack
-
-    def __call__(self, holder: Any) -> Any:
-        """Return the value of the key."""
-        value = self.read(holder)
-        if value is None:
-            return LEFT_OUT if self.may_lack else None
-        return Estimate(value, self.unit) if self.unit else value
+    read: Callable[[Any], Any]
+    unit: str = ""  # Of a number, which becomes a quantity
 
 
 def of(
     source: str | Callable[[Any], Any], says: str | None = None, default: Any = ..., *, unit: str = "",
-    may_lack: bool = False, alias: str | None = None,
+    alias: str | None = None,
 ) -> Any:  # fmt: skip
-    """Return a field of a schema that is read by `Of`, with its description and a default."""
+    """Return a field of a schema with its source, an attribute by its dotted name or a function, and its description.
+
+    A key with a default is left out if its value is None, or the object has no such attribute; of others None is null.
+    """
     field: Any = Field(default, description=says, alias=alias)
-    field.metadata.append(Of(source, unit, may_lack=may_lack))
+    field.metadata.append(Of(attrgetter(source) if isinstance(source, str) else source, unit))
     return field
 
 
 def read_off(kind: type[BaseModel], holder: Any, but: Container[str] = ()) -> dict[str, Any]:
-    """Return the values of a schema from an object, by key: by the `Of` of the key, or the attribute of its name."""
+    """Return the values of a schema from an object, by key: as `of` states, or of the attribute of the key's name."""
     found = {}
     for name, field in kind.model_fields.items():
-        if name not in but:
-            how = next((one for one in field.metadata if isinstance(one, Of)), None)
-            value = getattr(holder, name) if how is None else how(holder)
-            if value is not LEFT_OUT:
-                found[field.alias or name] = value
+        if name in but:
+            continue
+        how = next((one for one in field.metadata if isinstance(one, Of)), None) or Of(attrgetter(name))
+        try:
+            value = how.read(holder)
+        except AttributeError:
+            if field.is_required():
+                raise
+            continue
+        if value is not None or field.is_required():
+            found[field.alias or name] = Estimate(value, how.unit) if how.unit and value is not None else value
     return found
 
 

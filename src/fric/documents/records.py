@@ -1,6 +1,6 @@
 """Records, and the records that were read in, as `--json` prints them: ``fric: records/1``, ``ingest/1`` and others."""
 
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
@@ -17,10 +17,8 @@ class RecordPart(Part):
     samples: int
 
 
-class RecordsDocument(Document):
+class RecordsDocument(Document, type="records"):
     """Records of one axis."""
-
-    type: ClassVar[str] = "records"
 
     axis: str
     records: dict[str, RecordPart]
@@ -39,10 +37,8 @@ class IngestedPart(Part):
     left_out: list[str]
 
 
-class IngestDocument(Document):
+class IngestDocument(Document, type="ingest"):
     """The records read into a log file."""
-
-    type: ClassVar[str] = "ingest"
 
     output: str
     axis: str
@@ -71,10 +67,8 @@ class IngestedCircle(Part):
         return {name: list(item.channels()) if hasattr(item, "channels") else item for name, item in given.items()}
 
 
-class IngestCirclesDocument(Document):
+class IngestCirclesDocument(Document, type="ingest-circles"):
     """The tests read into a circle test file."""
-
-    type: ClassVar[str] = "ingest-circles"
 
     output: str
     tests: list[IngestedCircle]

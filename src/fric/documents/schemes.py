@@ -1,7 +1,7 @@
 """The schemes file, ``fric: schemes/1``; and how files give a lead: ``auto``, or a time as in ``"0.6 ms"``."""
 
 from pathlib import Path
-from typing import ClassVar, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -56,10 +56,8 @@ class SchemePart(Part):
         return {"peak_sensitivity": 10 ** (given / 20) if unit == "dB" else given}
 
 
-class SchemesDocument(Document):
+class SchemesDocument(Document, type="schemes"):
     """A schemes file: compensation schemes by name."""
-
-    type: ClassVar[str] = "schemes"
 
     schemes: dict[str, SchemePart]
 

@@ -1,7 +1,7 @@
 """The spread file: ``fric: spread/1``."""
 
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import Self
 
 from pydantic import Field, model_validator
 
@@ -29,10 +29,8 @@ class SpreadPart(Part):
         return Spread(*limits.value, self.distribution, limits.source)
 
 
-class SpreadDocument(Document):
+class SpreadDocument(Document, type="spread"):
     """A spread file: which parameters of the true machine are drawn around the nominal values, and how widely."""
-
-    type: ClassVar[str] = "spread"
 
     spreads: dict[str, SpreadPart] = Field(
         description="by level (every friction force), stiffness (every stiffness), load, M, or a parameter's name"
