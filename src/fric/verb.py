@@ -7,7 +7,7 @@ from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property, wraps
 from importlib import import_module
-from inspect import Parameter, cleandoc, signature
+from inspect import CO_VARARGS, Parameter, cleandoc, signature, unwrap
 from numbers import Integral, Real
 from pathlib import Path
 from types import NoneType, UnionType
@@ -55,7 +55,57 @@ class Kind:
 
 def verb(function: Callable[P, R]) -> Callable[P, R]:
     """Return a function that raises a `FricError` where an argument does not fit its annotation."""
-    return _checked(function, function.__name__)
+    made, code = _checked(function, function.__name__), unwrap(function).__code__
+    count = code.co_argcount + code.co_kwonlyargcount + bool(code.co_flags & CO_VARARGS)
+    made.__doc__ = documented(cleandoc(function.__doc__ or ""), code.co_varnames[:count])
+    return made
+
+
+def documented(doc: str, names: Iterable[str]) -> str:
+    """Return a docstring with the `SHARED` descriptions of those arguments that it does not describe."""
+    title = "\n\nParameters\n----------"
+    begin, _, rest = doc.partition(title)
+    described, raises, end = rest.partition("\n\nRaises\n------")
+    if not rest:
+        begin, raises, end = begin.partition("\n\nRaises\n------")
+    told = {name for line in re.findall(r"^(\w[\w, ]*)$", described, re.MULTILINE) for name in line.split(", ")}
+    more = "".join(f"\n{name}\n    {SHARED[name]}" for name in names if name in SHARED and name not in told)
+    return begin + (title if described or more else "") + described + more + raises + end
+
+
+SHARED: Mapping[str, str] = {
+    "accuracy": "Largest error of a glitch by the integration; 0 is exact.",
+    "advance": "Is called with the number of further steps that are done, and with their total.",
+    "axis": "Name of the axis.",
+    "blocks": "Slip blocks, for models that have any.",
+    "circles": "Circle tests, or run files of `fric simulate circle`. Measured circles are taken, too.",
+    "controller": "The controller; by default that of `fric design controller`. A `Cascade`, its file or its result.",
+    "encoder": "Of two encoders, the one whose position friction is identified on.",
+    "force": "Replace an output that exists.",
+    "gain": "Gain of the friction feedforward, instead of the machine's. On all axes.",
+    "interrupted": "Is called after each run; if it returns true, only the runs done so far are kept.",
+    "known": "Schemes of your own; else the paper's. By name, or their file.",
+    "lead": (
+        'Lead of the feedforward over the reference, as "0.6 ms", or auto for the nominal plant\'s delay; '
+        "instead of the machine's. A number is in seconds."
+    ),
+    "logs": "Log files of one axis. Records are taken, too.",
+    "machine": "The machine, as in configs/. Itself, its file, or the name of a bundled one.",
+    "nominal_files": (
+        "Nominal friction of an axis, or its plant, controller, observer or block; repeatable. Files that its "
+        "controllers use instead of the machine's, each as ``AXIS=FILE.yaml``. The true axis does not change."
+    ),
+    "peak_sensitivity": "Largest Ms of the whole loop. A number is a factor.",
+    "plant": "The plant, whose linear damping is subtracted. Its file or its result.",
+    "record": "The record of LOG.h5 that holds it.",
+    "scheduler": "Run on this Dask cluster.",
+    "scheme": "Scheme of a run file to use.",
+    "schemes": "A scheme's name, several as a,d,f, or all. Or schemes themselves.",
+    "seed": "Seed of the coarse search.",
+    "static": "A friction file whose static map is kept. Its result is taken, too.",
+    "workers": "Parallel processes; by default one per core.",
+}
+"""What arguments of these names are, where the docstring of a verb says nothing else of them."""
 
 
 def typed(kind: type[T]) -> type[T]:
@@ -274,7 +324,7 @@ class VerbForm:
     @cached_property
     def _doc(self) -> list[str]:
         """The docstring, by sections: the text, then each section behind its title."""
-        doc = cleandoc(self._source[self._quotes + 3 : self._end - 3])
+        doc = documented(cleandoc(self._source[self._quotes + 3 : self._end - 3]), self.names)
         return re.split(r"^(\w+)\n-{4,}\n", doc, flags=re.MULTILINE)
 
     @cached_property

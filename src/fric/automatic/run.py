@@ -175,8 +175,6 @@ def auto(
         What the columns of foreign logs mean. By default a bundled mapping that fits, where the header does not say it.
     assume
         Assume the likeliest meaning where headers and values of foreign logs leave it open, and report it.
-    encoder
-        Of two encoders, the one whose position friction is identified on.
     workers
         Of a fleet: parallel processes; by default one per core.
     scheduler
@@ -189,8 +187,6 @@ def auto(
     ask
         Asks about what headers and values of foreign logs leave open, three questions at most. The answers become a
         mapping beside the logs, which is used from then on.
-    advance
-        Called after each step; of a fleet, after each machine and date.
 
     Raises
     ------

@@ -301,12 +301,8 @@ def write_machine(machine: Machine, path: Path | str, *, force: bool = False) ->
 
     Parameters
     ----------
-    machine
-        The machine.
     path
         The file.
-    force
-        Replace a file that exists.
 
     Raises
     ------
@@ -410,14 +406,6 @@ def read_machine(
     ----------
     path
         The machine file.
-    nominal_files
-        Nominal friction of an axis, or its plant, controller, observer or block; repeatable. Files that its controllers
-        use instead of the machine's, each as ``AXIS=FILE.yaml``. The true axis does not change.
-    gain
-        Gain of the friction feedforward, instead of the machine's. On all axes.
-    lead
-        Lead of the feedforward over the reference, as "0.6 ms", or auto for the nominal plant's delay; instead of the
-        machine's. A number is in seconds.
     friction_model
         Friction model of the machine, of those in its file; by default the richest.
 

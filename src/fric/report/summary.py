@@ -158,8 +158,6 @@ def make_report(
         Allowed glitch, as "5 um": pass or not.
     failed
         A step that failed, with its reason, to show on the page; repeatable.
-    advance
-        Called for each varied machine.
 
     Raises
     ------

@@ -29,10 +29,8 @@ from fric.verb import Kind, verb
 class BlockResult(Design, schema=BlockDocument, of="content"):
     """A designed control block."""
 
-    design: BlockDesign
-    """The block, and its loop."""
-    joint: JointDesign | None = None
-    """The cascade, if it was designed together with the block."""
+    design: BlockDesign  # The block, and its loop
+    joint: JointDesign | None = None  # The cascade, if it was designed together with the block
 
     @property
     def belief(self) -> ControlBlock:
@@ -97,12 +95,6 @@ def design_block(
         A frequency response, or a record to take it from. Without it only the plant's delay limits the block.
     friction
         The friction that was identified. Its file or its result.
-    controller
-        The controller; by default that of `fric design controller`. A `Cascade`, its file or its result.
-    peak_sensitivity
-        Largest Ms of the whole loop. A number is a factor.
-    record
-        The record of LOG.h5 that holds it.
     joint
         Design the gains of the cascade together with the block. The stiffest loop within the peak sensitivity is
         sought.

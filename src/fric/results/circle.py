@@ -44,14 +44,10 @@ from fric.verdict import Verdict, candidates_of, decide, evidence_of, facts
 class CircleResult(Result, schema=CircleResultDocument):
     """The errors that schemes leave on a circle."""
 
-    machine: Machine
-    """The machine."""
-    runs: Sequence[CircleRun]
-    """A run for each scheme."""
-    only: str | None = None
-    """Name of the axis, where a single axis was simulated."""
-    many: MonteCarlo | None = None
-    """What they leave on many machines, where that was requested."""
+    machine: Machine  # The machine
+    runs: Sequence[CircleRun]  # A run for each scheme
+    only: str | None = None  # Name of the axis, where a single axis was simulated
+    many: MonteCarlo | None = None  # What they leave on many machines, where that was requested
     identified: IdentifiedMachine | None = None
     """The identified machine, where the many machines were drawn from its intervals."""
     prediction: Prediction | None = None
@@ -189,8 +185,6 @@ def circle(
     machine
         The machine, as in configs/. Itself, its file, the name of a bundled machine; or the result of
         `read_identified`, to draw many machines from the 95 % intervals of the identified parameters.
-    schemes
-        A scheme's name, several as a,d,f, or all. Or schemes themselves.
     velocity
         Feed along the circle.
     radius
@@ -201,8 +195,6 @@ def circle(
         Turn clockwise.
     axis
         Simulate one axis alone; the other follows its reference.
-    known
-        Schemes of your own; else the paper's. By name, or their file.
     machines
         Run N machines that are drawn around this machine, in addition to it.
     spread
@@ -212,16 +204,6 @@ def circle(
         identified; the circle holds reference, position and voltage of each axis.
     seed
         Seed of the machines that are drawn.
-    accuracy
-        Largest error of a drawn machine's glitch by the integration; 0 is exact.
-    workers
-        Parallel processes; by default one per core.
-    scheduler
-        Run the machines on this Dask cluster.
-    advance
-        Is called for each run that is done.
-    interrupted
-        Called after each machine; if it returns true, only the machines done so far are kept.
 
     Raises
     ------

@@ -29,10 +29,8 @@ POINTS = 6
 class CircleMapResult(Result, schema=CircleMapDocument, of="found"):
     """The glitches that schemes leave on circles of many feeds and radii."""
 
-    found: CircleMap
-    """The glitches."""
-    done: int
-    """Circles that were run: the first ones, where it was interrupted."""
+    found: CircleMap  # The glitches
+    done: int  # Circles that were run: the first ones, where it was interrupted
 
     @property
     def cut_short(self) -> bool:
@@ -118,28 +116,12 @@ def circle_map(
 
     Parameters
     ----------
-    machine
-        The machine, as in configs/. Itself, its file, or the name of a bundled one.
-    schemes
-        A scheme's name, several as a,d,f, or all. Or schemes themselves.
     feeds
         A range, or feeds with commas. As "5, 10, 50 mm/s", or numbers [m/s].
     radii
         A range, or radii with commas. As "5 … 100 mm", or numbers [m].
     points
         Number of values in a range.
-    known
-        Schemes of your own; else the paper's. By name, or their file.
-    accuracy
-        Largest error of a glitch by the integration; 0 is exact.
-    workers
-        Parallel processes; by default one per core.
-    scheduler
-        Run the circles on this Dask cluster.
-    advance
-        Is called for each circle.
-    interrupted
-        Called after each circle; true stops the run.
 
     Raises
     ------

@@ -40,8 +40,7 @@ from fric.verb import Kind, verb
 class ComparisonResult(Result, schema=ComparisonDocument, of="comparison"):
     """Friction models by how well they predict held-out samples."""
 
-    comparison: Comparison
-    """The scores, the best model first."""
+    comparison: Comparison  # The scores, the best model first
 
     @property
     def logs(self) -> list[Log]:
@@ -139,8 +138,6 @@ def compare(
 
     Parameters
     ----------
-    logs
-        Log files of one axis. Records are taken, too.
     models
         Models to compare, by name.
     fit_on
@@ -151,20 +148,10 @@ def compare(
         Cut each record into N parts, each scored by a fit to the others. The default.
     halves
         Compare halves of strokes and motions instead, split by time, record, direction and place.
-    static
-        A friction file whose static map is kept. Its result is taken, too.
-    plant
-        The plant, whose linear damping is subtracted. Its file or its result.
-    blocks
-        Slip blocks, for models that have any.
-    seed
-        Seed of the coarse search.
     circles
         Runs or measured tests of one circle, learned and with a friction model: they check the model's shape. Ingest
         the learned one with ``--scheme learned``. If learning leaves clearly less, a warning says that the shape is
         wrong.
-    advance
-        Is called for each model that is done.
 
     Raises
     ------

@@ -28,10 +28,8 @@ from fric.verb import Kind, verb
 class GainsResult(Identified):
     """The cascade identified from a recorded voltage."""
 
-    found: FoundController
-    """The controller, and the intervals of its gains."""
-    axis: str
-    """Name of the axis."""
+    found: FoundController  # The controller, and the intervals of its gains
+    axis: str  # Name of the axis
 
     @property
     def belief(self) -> Cascade:
@@ -70,10 +68,6 @@ def identify_controller(
     ----------
     records
         A circle test without compensation of friction, or log files.
-    axis
-        Name of the axis.
-    scheme
-        Scheme of a run file.
 
     Raises
     ------
@@ -109,8 +103,7 @@ def _is_log(given: Any) -> bool:
 class ControllerResult(Design, schema=ControllerDocument, of="content"):
     """A designed, or checked, cascade."""
 
-    design: CascadeDesign
-    """The cascade and its loops."""
+    design: CascadeDesign  # The cascade and its loops
 
     @property
     def belief(self) -> Cascade:

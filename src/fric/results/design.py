@@ -43,18 +43,12 @@ def perturbation_of(
 class Design(Result):
     """A design of one axis, with its loops and their margins; `document` is its file."""
 
-    design: Any
-    """What was designed, with its loops."""
-    axis: str
-    """Name of the axis."""
-    motion: Motion
-    """Whether it is linear or rotary."""
-    description: Sequence[Notice] = ()
-    """What else the user should know, and what the plant's file warns of."""
-    logs: Sequence[Record] = ()
-    """The record of the response, where there is one."""
-    view: str = "bode"
-    """What the figure shows: ``bode``, ``nyquist`` or ``nichols``; of an observer also ``q``, Fig. 7."""
+    design: Any  # What was designed, with its loops
+    axis: str  # Name of the axis
+    motion: Motion  # Whether it is linear or rotary
+    description: Sequence[Notice] = ()  # What else the user should know, and what the plant's file warns of
+    logs: Sequence[Record] = ()  # The record of the response, where there is one
+    view: str = "bode"  # What the figure shows: ``bode``, ``nyquist`` or ``nichols``; of an observer also ``q``, Fig. 7
 
     @abstractmethod
     def parts(self) -> dict[str, Any]:

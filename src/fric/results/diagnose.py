@@ -28,10 +28,8 @@ from fric.verb import UnfitError, verb
 class DiagnosisResult(Result, schema=DiagnosisDocument):
     """A measured circle: geometry, control loops, backlash, friction glitches, and the figures of ISO 230-4."""
 
-    found: Diagnosis
-    """The diagnosis."""
-    held: Agreement | None = None
-    """Comparison with the prediction of a machine file, if given."""
+    found: Diagnosis  # The diagnosis
+    held: Agreement | None = None  # Comparison with the prediction of a machine file, if given
 
     @property
     def warnings(self) -> Sequence[Notice]:
@@ -189,18 +187,12 @@ def diagnose(
 
     Parameters
     ----------
-    circles
-        Circle tests, or run files of `fric simulate circle`. Measured circles are taken, too.
     machine
         Predict the circle too. The machine, its file, or the name of a bundled machine.
     scheme
         Scheme of a run file; or the scheme that was on, for the prediction.
-    known
-        Schemes of your own; else the paper's. By name, or their file.
     feed
         Feed of the tests to use, of several in a file.
-    advance
-        Is called for each circle that is simulated for the prediction.
 
     Raises
     ------

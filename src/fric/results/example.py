@@ -47,12 +47,9 @@ def formats() -> FormatsResult:
 class ExampleResult(Result, schema=ExampleDocument):
     """An example that was copied."""
 
-    name: str
-    """Its name."""
-    folder: Path
-    """Where it is."""
-    files: tuple[str, ...]
-    """Its files, relative to the folder."""
+    name: str  # Its name
+    folder: Path  # Where it is
+    files: tuple[str, ...]  # Its files, relative to the folder
 
     def report(self) -> list[Piece]:
         """Return the files, and a command to try."""
@@ -79,8 +76,6 @@ def example(
         rig: logs, mapping, machine; or xy-table, … The name of a bundled machine, mapping, schemes or spread file.
     output
         Folder to copy it into. It is made if it does not exist.
-    force
-        Replace files that exist.
 
     Raises
     ------

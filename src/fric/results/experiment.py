@@ -40,13 +40,9 @@ def experiment(
 
     Parameters
     ----------
-    machine
-        The machine, as in configs/. Itself, its file, or the name of a bundled one.
     kind
         constant-velocity, presliding-sine, micro-steps, sliding-sine, frequency-response, or all. Left out with a
         plan; all is all but micro-steps.
-    axis
-        The axis that is moved.
     plan
         The records of a plan: plan.yaml, or its folder. It defines the whole motion.
     seed
@@ -71,8 +67,6 @@ def experiment(
         Encoder step instead of the machine's; "0 um" for none.
     noise
         Force noise (rms) instead of the machine's; "0 N" for none.
-    advance
-        Called after each record.
 
     Raises
     ------

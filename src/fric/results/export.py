@@ -112,22 +112,14 @@ class TriedCircle:
 class ExportResult(Result):
     """Files for a controller, and the reasons for and against their use."""
 
-    target: Target
-    """The target."""
-    part: ExportedPart
-    """What is exported."""
-    files: Files
-    """Its files by name, without the manifest."""
-    notices: Sequence[Notice]
-    """Warnings of the machine's files."""
-    against: Sequence[Notice]
-    """Why it should not be put on the machine; may be empty."""
-    distrust: Sequence[Notice]
-    """Why the verdict does not trust it yet."""
-    made_from: Sequence[dict[str, str]]
-    """Name and digest of each file that it was made from."""
-    arcs: Sequence[TriedCircle] = ()
-    """Circles in LinuxCNC, where they were run."""
+    target: Target  # The target
+    part: ExportedPart  # What is exported
+    files: Files  # Its files by name, without the manifest
+    notices: Sequence[Notice]  # Warnings of the machine's files
+    against: Sequence[Notice]  # Why it should not be put on the machine; may be empty
+    distrust: Sequence[Notice]  # Why the verdict does not trust it yet
+    made_from: Sequence[dict[str, str]]  # Name and digest of each file that it was made from
+    arcs: Sequence[TriedCircle] = ()  # Circles in LinuxCNC, where they were run
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -200,26 +192,12 @@ def export_axis(
     ----------
     target
         c, linuxcnc, fmi, st, twincat, sinumerik, csv, mat or xlsx.
-    machine
-        The machine, as in configs/. Itself, its file, or the name of a bundled one.
-    axis
-        The axis.
     scheme
         The scheme: friction feedforward, and blocks. Its name, or itself.
     part
         compensation; or machine, the axis itself as a plant to test a controller.
     single
         Single precision (c).
-    nominal_files
-        Friction that the controller of an axis believes; or its plant, controller, observer or block; repeatable.
-        As in `fric.read_machine`, where a file is given.
-    gain
-        Gain of the friction feedforward, instead of the machine's.
-    lead
-        Lead of the feedforward over the reference, as "0.6 ms", or auto for the nominal plant's delay; instead of the
-        machine's.
-    known
-        Schemes of your own; else the paper's. By name, or their file.
     circles
         A measured circle, which must agree with the machine's prediction. A difference counts against the export.
     drawn
@@ -229,8 +207,6 @@ def export_axis(
         root, and from a checkout of fric: the bench is ``tests/linuxcnc``.
     force
         Run the trial even if the verdict does not trust the scheme.
-    advance
-        Called after each session of LinuxCNC.
 
     Raises
     ------

@@ -36,8 +36,7 @@ if TYPE_CHECKING:
 class CirclesResult(Result, schema=IngestCirclesDocument, of="done"):
     """A circle test file that was written."""
 
-    done: IngestedCircles
-    """The file, and its tests."""
+    done: IngestedCircles  # The file, and its tests
 
     def report(self) -> list[Piece]:
         """Return a line for each test."""
@@ -119,12 +118,9 @@ def ingest_circles(
 class IngestResult(Result, schema=IngestDocument, of="done"):
     """A log file that was written."""
 
-    done: Ingested
-    """The log file, its axis, and the records added or skipped."""
-    mapped: bool
-    """Whether a mapping defined the columns."""
-    told: Sequence[Notice] = ()
-    """Guesses about the columns."""
+    done: Ingested  # The log file, its axis, and the records added or skipped
+    mapped: bool  # Whether a mapping defined the columns
+    told: Sequence[Notice] = ()  # Guesses about the columns
 
     @property
     def warnings(self) -> Sequence[Notice]:
@@ -207,10 +203,6 @@ def ingest(
     ask
         Asks about what header and values leave open, three questions at most, or shows all columns at once. The answers
         become a mapping beside the logs, which is used from then on.
-    force
-        Replace an output that exists.
-    advance
-        Called with the bytes that were read.
 
     Raises
     ------

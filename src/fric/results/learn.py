@@ -29,8 +29,7 @@ from fric.verb import Kind, verb
 class LearnResult(Result, schema=LearningDocument, of="found"):
     """A circle that was learned in simulation."""
 
-    found: Learned
-    """The rounds."""
+    found: Learned  # The rounds
 
     def report(self) -> list[Piece]:
         """Return the glitch of each round, and of other circles: medians, with the chance of one run."""
@@ -66,8 +65,7 @@ class LearnResult(Result, schema=LearningDocument, of="found"):
 class LearnedTable(Result, schema=LearnedFeedforwardDocument, of="table"):
     """The feedforward of the next round, from a measured circle."""
 
-    table: LearnedFeedforward
-    """The feedforward."""
+    table: LearnedFeedforward  # The feedforward
 
     def report(self) -> list[Piece]:
         """Return the feedforward by axis."""
@@ -121,14 +119,10 @@ def learn(
         Of a circle: its machine; a run file names it. Learning uses its nominal plants.
     before
         Of a circle: the feedforward that it was run with.
-    scheme
-        Scheme of a run file to use.
     share
         Share of a round's correction to learn; by default set by the feed.
     bandwidth
         Highest frequency to learn; by default set by the feed.
-    advance
-        Is called for each circle.
 
     Raises
     ------

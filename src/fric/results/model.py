@@ -31,12 +31,9 @@ from fric.verb import Kind, verb
 class GMSResult(IdentifiedFriction):
     """An identified GMS model."""
 
-    fit: GMSFit
-    """The fit: parameters, virgin curve, replayed records."""
-    logs: Sequence[Log]
-    """The records that it was identified from."""
-    given: FrictionDocument | None = None
-    """The file of the static map that it builds upon, which is carried over."""
+    fit: GMSFit  # The fit: parameters, virgin curve, replayed records
+    logs: Sequence[Log]  # The records that it was identified from
+    given: FrictionDocument | None = None  # The file of the static map that it builds upon, which is carried over
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -102,10 +99,6 @@ def identify_gms(
         Cycles to fit, from 1; the later ones are held out and replayed.
     refine
         Refine alpha, k and C by replay along the measured motion.
-    plant
-        The plant, whose linear damping is subtracted. Its file or its result; its inertia is subtracted, too.
-    encoder
-        Of two encoders, the one whose position friction is identified on.
 
     Raises
     ------
@@ -178,10 +171,8 @@ CLIPPED = 0.1
 class ModelResult(IdentifiedFriction):
     """Any friction model, identified by replay."""
 
-    fit: ReplayFit
-    """What was found."""
-    kept: FrictionDocument | None = None
-    """The friction file whose static map was kept."""
+    fit: ReplayFit  # What was found
+    kept: FrictionDocument | None = None  # The friction file whose static map was kept
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -216,22 +207,10 @@ def identify_model(
     ----------
     model
         Name of the model: lugre, dahl, gms, ….
-    logs
-        Log files of one axis. Records are taken, too.
-    static
-        A friction file whose static map is kept. Or its result; by default the map is fitted, too.
-    plant
-        The plant, whose linear damping is subtracted. Its file or its result; its inertia is subtracted, too.
-    blocks
-        Slip blocks, for a model that has any.
     fix
         A parameter that is not fitted: 'n=1'. Several in a list, or by name.
     free
         Fit a parameter that is held by default: delta.
-    seed
-        Seed of the coarse search.
-    encoder
-        Of two encoders, the one whose position friction is identified on.
 
     Raises
     ------

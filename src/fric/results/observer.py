@@ -35,10 +35,8 @@ Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterw
 class ObserverResult(Design, schema=ObserverDocument, of="content"):
     """A designed disturbance observer."""
 
-    design: ObserverDesign
-    """The observer, its limits and its loops."""
-    asked: float | str = "6 dB"
-    """The allowed peak sensitivity, as it was given."""
+    design: ObserverDesign  # The observer, its limits and its loops
+    asked: float | str = "6 dB"  # The allowed peak sensitivity, as it was given
 
     @property
     def belief(self) -> DisturbanceObserver:
@@ -110,20 +108,14 @@ def design_observer(
         recommended then, since the mode is only stated or assumed.
     filter
         The shape of Q.
-    controller
-        The controller; by `fric design controller` where not given. A `Cascade`, its file or its result.
     cutoff
         Corner of Q, 1/(2πτ); by default the largest allowed.
     bandwidth
         Bandwidth of Q (−3 dB), instead of its corner.
-    peak_sensitivity
-        Ms that the whole loop may have at most. A number is a factor.
     resonances
         A mode that the plant does not have, as in '280 Hz, 0.02, 0.1'; repeatable. Frequency, damping, share.
     first_mode
         The lowest structural mode, as '80 Hz', if no response was measured. By default `FIRST_MODE`.
-    record
-        The record of LOG.h5 that holds it.
     averages
         Records that a table's coherence was averaged over, for its confidence.
     view

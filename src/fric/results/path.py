@@ -26,12 +26,9 @@ from fric.verdict import facts
 class PathResult(Result, schema=PathResultDocument):
     """The errors that schemes leave on a path."""
 
-    machine: Machine
-    """The machine."""
-    runs: Sequence[PathRun]
-    """A run for each scheme."""
-    name: str
-    """Description of the path."""
+    machine: Machine  # The machine
+    runs: Sequence[PathRun]  # A run for each scheme
+    name: str  # Description of the path
 
     @property
     def warnings(self) -> Sequence[Notice]:
@@ -90,19 +87,11 @@ def path(
 
     Parameters
     ----------
-    machine
-        The machine, as in configs/. Itself, its file, or the name of a bundled one.
     points
         Points of the path, headed 'x [mm], y [mm]'; or a recorded reference, with a column 'time [s]' too, or in a
         circle or run file. A recorded reference is followed in its own time.
-    schemes
-        A scheme's name, several as a,d,f, or all. Or schemes themselves.
     velocity
         Feed along the path; a recorded path has its time. So does a path that is given directly.
-    known
-        Schemes of your own; else the paper's. By name, or their file.
-    advance
-        Is called for each run that is done.
 
     Raises
     ------

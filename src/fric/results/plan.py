@@ -42,16 +42,11 @@ GOOD_TO = "expected half-widths are those of simulated records, and good to ± 2
 class PlanResult(Result):
     """Records to take of an axis."""
 
-    plan: Plan
-    """The records to take, and their expected results."""
-    blocks: int | None
-    """Slip blocks that the identification will find; None where it finds no GMS model."""
-    prior: str
-    """The axis that was assumed, in words."""
-    notices: Sequence[Notice]
-    """Substitutes for unknown properties, and what cannot be expected."""
-    narrowing: Narrowing | None = None
-    """Effect of a further record after a first result."""
+    plan: Plan  # The records to take, and their expected results
+    blocks: int | None  # Slip blocks that the identification will find; None where it finds no GMS model
+    prior: str  # The axis that was assumed, in words
+    notices: Sequence[Notice]  # Substitutes for unknown properties, and what cannot be expected
+    narrowing: Narrowing | None = None  # Effect of a further record after a first result
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -223,8 +218,6 @@ def plan(
         A staircase of small steps instead of the sines before sliding, for a drive without them.
     draws
         Number of simulated runs of the plan to find the expected intervals.
-    advance
-        Is called for each record simulated, and each identification.
 
     Raises
     ------
@@ -327,8 +320,6 @@ def plan_next(
         Scheme whose predicted glitch is to be narrowed, after a last result.
     noise, encoder, like
         As in `plan`.
-    advance
-        Is called for each circle and each record.
 
     Raises
     ------

@@ -27,10 +27,8 @@ from fric.verb import Kind, verb
 class PlantResult(Identified):
     """An identified plant, eq. (1)."""
 
-    fit: PlantFit | MotionFit
-    """The fit, to frequency responses or to motions."""
-    records: Sequence[Record]
-    """The records that it was identified from."""
+    fit: PlantFit | MotionFit  # The fit, to frequency responses or to motions
+    records: Sequence[Record]  # The records that it was identified from
 
     @property
     def axis(self) -> str:
@@ -103,8 +101,6 @@ def identify_plant(
 
     Parameters
     ----------
-    logs
-        Log files of one axis. Records are taken, too.
     method
         Use frequency responses, or a motion. ``auto`` uses responses if there are any.
     force_constant
@@ -133,8 +129,6 @@ def identify_plant(
         Keep every N-th sample.
     border
         Samples left out at the start.
-    encoder
-        Of two encoders, the one whose position friction is identified on.
 
     Raises
     ------

@@ -167,8 +167,7 @@ def _briefly(found: Sequence[Inspected]) -> list[Piece]:
 class Records(Result, Sequence[Record]):
     """Records of one axis."""
 
-    records: Sequence[Record]
-    """Records in time, measured frequency responses, and tables of forces and velocities."""
+    records: Sequence[Record]  # Records in time, measured frequency responses, and tables of forces and velocities
 
     @overload
     def __getitem__(self, index: int) -> Record: ...
@@ -258,12 +257,9 @@ def read(*files: LogLike) -> Records:
 class InspectionResult(Result, schema=InspectionDocument):
     """The content of records, and their uses."""
 
-    records: Sequence[Record]
-    """The records."""
-    found: Sequence[Inspected]
-    """The inspection of each."""
-    switches: Sequence[Notice] = ()
-    """Where the control switches its mode within a record, which then counts as several."""
+    records: Sequence[Record]  # The records
+    found: Sequence[Inspected]  # The inspection of each
+    switches: Sequence[Notice] = ()  # Where the control switches its mode within a record, which then counts as several
 
     @property
     def warnings(self) -> tuple[Notice, ...]:
@@ -293,13 +289,7 @@ class InspectionResult(Result, schema=InspectionDocument):
 
 @verb
 def inspect(*logs: LogLike) -> InspectionResult:
-    """Show what each record of log files contains, and what it can be used for.
-
-    Parameters
-    ----------
-    logs
-        Log files of one axis. Records are taken, too.
-    """
+    """Show what each record of log files contains, and what it can be used for."""
     records = records_of(logs, one_axis=False, whole=True)
     switches = [notice for log in records if isinstance(log, Log) and (notice := switched(log)) is not None]
     parts = [part for record in records for part in in_one_mode(record)]

@@ -31,10 +31,8 @@ from fric.verb import Kind, verb
 class StaticResult(IdentifiedFriction):
     """An identified static map, eq. (2)."""
 
-    fit: StaticFit
-    """The fit: points, map, intervals."""
-    logs: Sequence[Log | ForceVelocity]
-    """The records that it was identified from."""
+    fit: StaticFit  # The fit: points, map, intervals
+    logs: Sequence[Log | ForceVelocity]  # The records that it was identified from
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -109,8 +107,6 @@ def identify_static(
         Coulomb plus viscous friction, eq. (2), or whichever predicts held-out strokes better.
     load
         Constant load if known, as "60 N" or "0 N": the offset is then equal to it. As the weight of a vertical axis.
-    encoder
-        Of two encoders, the one whose position friction is identified on.
 
     Raises
     ------

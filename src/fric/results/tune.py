@@ -27,12 +27,9 @@ from fric.verb import UnfitError, verb
 class TuneResult(Result, schema=TuningDocument):
     """A machine with nominal parameters from recorded circles."""
 
-    found: Tuned
-    """The result of the fit."""
-    source: str
-    """The machine file that it was tuned from; empty for a machine without a file: save its `machine`."""
-    files: list[Path] = field(default_factory=list)
-    """The files written; empty until it is saved."""
+    found: Tuned  # The result of the fit
+    source: str  # The machine file that it was tuned from; empty for a machine without a file: save its `machine`
+    files: list[Path] = field(default_factory=list)  # The files written; empty until it is saved
 
     @property
     def machine(self) -> Machine:
@@ -121,17 +118,11 @@ def tune(
 
     Parameters
     ----------
-    machine
-        The machine, as in configs/. Itself, its file, or the name of a bundled one.
     circles
         Circle tests, or run files of `fric simulate circle`. One fast and one slow, with reference, position and
         voltage of both axes; measured circles are taken, too.
-    scheme
-        Scheme that is taken of a run file.
     loop
         Design new gains if friction that falls with speed makes errors grow.
-    advance
-        Is called for each step.
 
     Raises
     ------

@@ -28,12 +28,9 @@ from fric.verb import Kind, verb
 class ValidationResult(Result, schema=ValidationDocument):
     """Records, and their replay by the identified axis."""
 
-    validations: Sequence[Validation]
-    """A validation for each record and loop."""
-    logs: Sequence[Log]
-    """The records."""
-    notices: Sequence[Notice] = ()
-    """Warnings of the files."""
+    validations: Sequence[Validation]  # A validation for each record and loop
+    logs: Sequence[Log]  # The records
+    notices: Sequence[Notice] = ()  # Warnings of the files
 
     @property
     def warnings(self) -> Sequence[Notice]:
@@ -79,8 +76,6 @@ def validate(
 
     Parameters
     ----------
-    logs
-        Log files of one axis. Records are taken, too.
     plant
         The identified plant. Its file or its result.
     controller

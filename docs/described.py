@@ -1,0 +1,27 @@
+"""What the library page adds to docstrings: shared arguments, and the comments behind the fields of results."""
+
+from __future__ import annotations
+
+from inspect import cleandoc
+from typing import Any
+
+from griffe import Attribute, Docstring, Extension, Function
+
+from fric.verb import documented
+
+
+class Described(Extension):
+    """Complete the docstrings of verbs and of the fields of dataclasses, as they stand in the source."""
+
+    def on_function_instance(self, *, func: Function, **_: Any) -> None:
+        """Describe the shared arguments of a verb, as `fric.verb.verb` does at run time."""
+        if func.docstring and any(str(one.value) == "verb" for one in func.decorators):
+            names = [one.name for one in func.parameters]
+            func.docstring.value = documented(cleandoc(func.docstring.value), names)
+
+    def on_attribute_instance(self, *, attr: Attribute, **_: Any) -> None:
+        """Take the comment behind a field for its docstring."""
+        if attr.docstring is None and attr.annotation is not None and attr.lineno and attr.lines_collection:
+            _, mark, text = attr.lines_collection[attr.filepath][attr.lineno - 1].partition("  # ")
+            if mark:
+                attr.docstring = Docstring(f"{text}.", lineno=attr.lineno, parent=attr)
