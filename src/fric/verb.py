@@ -274,7 +274,7 @@ class VerbForm:
     The source is read, not imported: a command's help waits for no library. What its annotations name is imported from
     where the source states it; those of an argument are read when they are needed.
 
-    home: Module and name: ``fric.results.static:identify_static``.
+    home: Module and name: ``fric.results.identify:identify_static``.
     """
 
     def __init__(self, home: str) -> None:

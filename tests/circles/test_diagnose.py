@@ -15,7 +15,7 @@ from fric.circles.revolutions import find_circles, revolutions
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.reference import circle as circle_reference
-from fric.results.diagnose import DiagnosisResult
+from fric.results.circles import DiagnosisResult
 from fric.simulate.circle import Circle, run_circle
 from tests.chance import fewest
 from tests.circles.synthetic_circles import QUADRANTS, Faults, circle, drawn_faults, truths

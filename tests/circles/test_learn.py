@@ -18,7 +18,7 @@ from fric.control.scheme import PAPER_SCHEMES
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.io.circle import read_circles, read_feedforward
-from fric.results.learn import LearnResult
+from fric.results.circles import LearnResult
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.spread import draw_machine
 

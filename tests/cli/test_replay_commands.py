@@ -37,7 +37,7 @@ def test_help_needs_neither_numpy_nor_a_compiler():
 
 @pytest.mark.parametrize("words", [["--help"], ["identify", "static", "--help"], ["simulate", "-h"], ["auto", "-h"]])
 def test_help_of_a_command_imports_no_verb(words):
-    heavy = ("numpy", "numba", "fric.friction", "fric.documents", "fric.results.static", "fric.automatic.run")
+    heavy = ("numpy", "numba", "fric.friction", "fric.documents", "fric.results.identify", "fric.automatic.run")
     code = f"import sys, fric.cli.main as m\ntry:\n m.app({words})\nfinally:\n print(set(sys.modules) & {{*{heavy}}})"
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert told.startswith("Usage")

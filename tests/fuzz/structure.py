@@ -38,7 +38,7 @@ from fric.io.hdf5 import write_logs
 from fric.io.recognise import REPORT_MARK, read_report
 from fric.io.run import write_runs
 from fric.log import ForceVelocity, Log
-from fric.results.learn import learn
+from fric.results.circles import learn
 from fric.simulate import processes
 from fric.simulate.circle import Circle, run_circle
 from tests.fuzz.whole import ROOT, _few, csv, old_matlab

@@ -7,7 +7,7 @@ import pytest
 
 import fric
 from fric.documents import document_types
-from fric.results.circle_map import values_of
+from fric.results.simulate import values_of
 
 FEEDS, RADII = [0.05, 0.2], [0.004, 0.02]
 

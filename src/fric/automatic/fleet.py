@@ -32,7 +32,7 @@ from fric.report.collect import Item
 from fric.report.drift import Change, document_changes, limits_of
 from fric.report.page import environment
 from fric.results.base import Result
-from fric.results.diagnose import diagnose
+from fric.results.circles import diagnose
 from fric.results.text import Piece, Table
 from fric.simulate.processes import run_all
 from fric.units import readable

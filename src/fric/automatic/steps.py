@@ -24,17 +24,13 @@ from fric.records.inspection import SPEEDS
 from fric.report.summary import make_report
 from fric.reproduce.step_cache import StepCache
 from fric.results.base import Result
-from fric.results.circle import circle
-from fric.results.controller import design_controller, identify_controller
-from fric.results.diagnose import diagnose
+from fric.results.circles import diagnose, tune
+from fric.results.design import design_controller, design_observer
 from fric.results.given import Advance, silent
+from fric.results.identify import identify_controller, identify_gms, identify_model, identify_plant, identify_static
 from fric.results.ingest import ingest, ingest_circles
 from fric.results.kinds import EncoderName
-from fric.results.model import identify_gms, identify_model
-from fric.results.observer import design_observer
-from fric.results.plant import identify_plant
-from fric.results.static import identify_static
-from fric.results.tune import tune
+from fric.results.simulate import circle
 from fric.units import Motion
 
 MACHINES = 24

@@ -39,20 +39,20 @@ COMPARE = Command(
 def _replayed(text: str, **beside: object) -> Command:
     settings = {"output": FRICTION, "plot": True, "helps": {"model": f"One of {', '.join(MODELS)}."}} | beside
     text = f"Fit by replay: {text[0].lower()}{text[1:]}"
-    return Command("fric.results.model:identify_model", text=text, options=["model"], **settings)  # type: ignore[arg-type]
+    return Command("fric.results.identify:identify_model", text=text, options=["model"], **settings)  # type: ignore[arg-type]
 
 
 IDENTIFY: dict[str, Home] = {
     "plant": Command(
-        "fric.results.plant:identify_plant", Output("PLANT.yaml", "Plant file to write."), plot=True, doing="plant"
+        "fric.results.identify:identify_plant", Output("PLANT.yaml", "Plant file to write."), plot=True, doing="plant"
     ),
     "controller": Command(
-        "fric.results.controller:identify_controller", Output("CONTROLLER.yaml", "Controller file to write."),
+        "fric.results.identify:identify_controller", Output("CONTROLLER.yaml", "Controller file to write."),
         doing="gains",
     ),
-    "static": Command("fric.results.static:identify_static", FRICTION, plot=True, doing="friction map"),
+    "static": Command("fric.results.identify:identify_static", FRICTION, plot=True, doing="friction map"),
     "gms": Command(
-        "fric.results.model:identify_gms", FRICTION, plot=True, doing="virgin curve and replay",
+        "fric.results.identify:identify_gms", FRICTION, plot=True, doing="virgin curve and replay",
         run="fric.cli.special:gms",
         own=[parameter("interactive", Annotated[
             bool, option("Move the knots by hand on a page, served to this computer only.", "--interactive")
@@ -68,17 +68,17 @@ IDENTIFY["replay"] = _replayed("Any friction model, to any records.", doing="fit
 
 DESIGN: dict[str, Home] = {
     "controller": Command(
-        "fric.results.controller:design_controller",
+        "fric.results.design:design_controller",
         Output("CONTROLLER.yaml", "The controller file to write.", required=False), plot=True,
         flags={name: f"--{name}" for name in ("K_p", "K_i", "K_v")},
     ),
     "observer": Command(
-        "fric.results.observer:design_observer",
+        "fric.results.design:design_observer",
         Output("OBSERVER.yaml", "The observer file to write.", required=False), plot=True,
         places=["log"], flags={"resonances": "--resonance"},
     ),
     "block": Command(
-        "fric.results.block:design_block", Output("BLOCK.yaml", "The block file to write.", required=False),
+        "fric.results.design:design_block", Output("BLOCK.yaml", "The block file to write.", required=False),
         places=["plant", "log"], optional=["plant"], run="fric.cli.special:block",
     ),
 }  # fmt: skip
@@ -94,7 +94,7 @@ SIMULATE: dict[str, Home] = {
         doing="experiments",
     ),
     "circle": Command(
-        "fric.results.circle:circle", RUN, plot=True, doing="circles", flags=CONTOUR | {"machines": "--monte-carlo"},
+        "fric.results.simulate:circle", RUN, plot=True, doing="circles", flags=CONTOUR | {"machines": "--monte-carlo"},
         further={READ_MACHINE: (*BELIEFS, "friction_model")}, run="fric.cli.special:circle",
         more="With --monte-carlo the test runs on many machines and reports how the glitch of each scheme is "
             "distributed, and how often each scheme is the best. Ctrl-C keeps the machines that are done.",
@@ -108,10 +108,10 @@ SIMULATE: dict[str, Home] = {
         ],
     ),
     "path": Command(
-        "fric.results.path:path", RUN, plot=True, doing="schemes", flags=CONTOUR, further={READ_MACHINE: BELIEFS},
+        "fric.results.simulate:path", RUN, plot=True, doing="schemes", flags=CONTOUR, further={READ_MACHINE: BELIEFS},
     ),
     "map": Command(
-        "fric.results.circle_map:circle_map", Output("MAP.yaml", "Keep the map in this file.", required=False),
+        "fric.results.simulate:circle_map", Output("MAP.yaml", "Keep the map in this file.", required=False),
         plot=True, plausible=False, doing="circles", flags=CONTOUR, further={READ_MACHINE: BELIEFS},
         more="Ctrl-C keeps the circles that are done; the others stay empty.", run="fric.cli.special:circle_map",
     ),
@@ -154,7 +154,7 @@ PLAN = Command(
 )  # fmt: skip
 
 TUNE = Command(
-    "fric.results.tune:tune", Output("DIR", "Folder for what is written.", writes=""), doing="tuning",
+    "fric.results.circles:tune", Output("DIR", "Folder for what is written.", writes=""), doing="tuning",
     run="fric.cli.special:tune",
     more="Give one fast and one slow circle, as at 100 and 10 mm/s, with reference, position and voltage of both axes. "
     "DIR gets machine.yaml with the new nominal parameters, a friction and a plant file of each axis, and a figure of "
@@ -201,17 +201,17 @@ COMMANDS: dict[str, Home] = {
     "plan": PLAN,
     "compare": COMPARE,
     "diagnose": Command(
-        "fric.results.diagnose:diagnose", plot=True, doing="predicting", flags={"known": "--schemes"},
+        "fric.results.circles:diagnose", plot=True, doing="predicting", flags={"known": "--schemes"},
         more="With --machine it compares the measured glitches with those that the machine file predicts, and names "
         "the likely cause of a difference.",
     ),
     "tune": TUNE,
     "learn": Command(
-        "fric.results.learn:learn",
+        "fric.results.circles:learn",
         Output("OUT.h5", "Run file of the rounds; or feedforward of the next.", required=False, writes="HDF5"),
         plot=True, doing="circles", flags={"observer": "--observer/--no-observer"}, run="fric.cli.special:learn",
     ),
-    "validate": Command("fric.results.validate:validate", plot=True, doing="replaying"),
+    "validate": Command("fric.results.compare:validate", plot=True, doing="replaying"),
     "export": EXPORT,
     "example": Command(
         "fric.results.example:example", plausible=False, places=["name"], flags={"output": "-o --output"}

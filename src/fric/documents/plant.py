@@ -241,9 +241,10 @@ def plant_part(plant: Plant, motion: Motion) -> PlantPart:
 
 def plant_tree(fit: PlantFit | MotionFit, records: Sequence[Record]) -> dict[str, Any]:
     """Return the plant document of a plant that was identified from records, ready to be written or printed."""
-    estimates = getattr(fit, "estimates" if hasattr(fit, "responses") else "plant")
-    second: dict[str, Any] | None = getattr(fit, "second_mass", None)
+    of_responses: Any = fit if hasattr(fit, "responses") else None
+    estimates: Any = of_responses.estimates if of_responses else fit.plant
     content = {name: estimates[name] for name in PlantPart.dimensions if name in estimates}
     content |= {"axis": fit.axis, "motion": fit.motion, "fit": fit}
-    content |= {} if second is None else {"second_mass": second | {"encoder": fit.solution.form.encoder}}
+    if of_responses and of_responses.second_mass is not None:
+        content["second_mass"] = of_responses.second_mass | {"encoder": of_responses.solution.form.encoder}
     return PlantDocument.made(content, notices=fit.warnings, logs=records).tree()

@@ -30,7 +30,7 @@ from fric.io.recognise import FORMAT, read_report, recognise
 from fric.io.run import DrawnGlitches, read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.log import Record
 from fric.notice import Notice
-from fric.results.diagnose import DiagnosisResult, diagnose
+from fric.results.circles import DiagnosisResult, diagnose
 from fric.simulate.circle import CircleRun
 from fric.simulate.contour_run import ContourRun
 from fric.simulate.path import PathRun

@@ -6,7 +6,7 @@ from typing import Any
 from fric.errors import FricError
 from fric.report.page import environment
 from fric.report.served import LocalPage
-from fric.results.model import GMSResult
+from fric.results.identify import GMSResult
 from fric.units import prefixed, si_unit
 
 MOST_REQUEST = 16_384

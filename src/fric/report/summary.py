@@ -23,11 +23,10 @@ from fric.report.page import render_report
 from fric.report.plots import presliding
 from fric.report.view import observations
 from fric.results.base import Result
-from fric.results.circle import CircleResult
 from fric.results.given import Advance, bounded, path_of, silent
 from fric.results.kinds import CircleFiles, Quantity, Reported
-from fric.results.path import PathResult
 from fric.results.records import Records
+from fric.results.simulate import CircleResult, PathResult
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import Study

@@ -35,14 +35,11 @@ from fric.report.page import render_view
 from fric.report.view import view
 from fric.reproduce.step_cache import StepCache
 from fric.results.base import DataFrame, Result
-from fric.results.circle import CircleResult
-from fric.results.controller import design_controller
+from fric.results.design import design_controller, design_observer
 from fric.results.given import Advance, silent
+from fric.results.identify import identify_gms, identify_plant, identify_static
 from fric.results.kinds import MachineFile, Seed
-from fric.results.model import identify_gms
-from fric.results.observer import design_observer
-from fric.results.plant import identify_plant
-from fric.results.static import identify_static
+from fric.results.simulate import CircleResult
 from fric.results.text import Piece
 from fric.simulate.circle import Circle, CircleRun, run_circle
 from fric.simulate.contour_run import pair

@@ -27,7 +27,7 @@ from fric.io.run import read_drawn, read_prediction, read_run_provenance, read_r
 from fric.notice import Notice, once
 from fric.output import write_folder
 from fric.results.base import Result
-from fric.results.diagnose import diagnose
+from fric.results.circles import diagnose
 from fric.results.given import Advance, path_of, silent
 from fric.results.given_models import schemes_of
 from fric.results.kinds import AxisName, CircleFiles, KnownSchemes, MachineLike, Quantity, SchemesLike

@@ -1,4 +1,4 @@
-"""The circular test under compensation schemes, on one machine or on many."""
+"""Contours under compensation schemes: a circle on one machine or on many, circles of many feeds and radii, a path."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -7,15 +7,18 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
+
 from fric.circles.prediction import Prediction
 from fric.contour import QUADRANTS
-from fric.documents.contours import CircleResultDocument
+from fric.documents.contours import CircleMapDocument, CircleResultDocument, PathResultDocument
 from fric.documents.identified import IdentifiedMachine
 from fric.documents.spread import read_spreads
 from fric.errors import FricError
+from fric.flaws.prediction import INTERRUPTED, SCHEME_FAILED
 from fric.notice import Notice, once
-from fric.results.base import Figure, Result
-from fric.results.given import Advance, bounded, in_si, silent
+from fric.results.base import DataFrame, Figure, Result
+from fric.results.given import Advance, bounded, in_si, path_of, silent
 from fric.results.given_models import circles_of, machine_of, schemes_of
 from fric.results.kinds import (
     Address,
@@ -24,16 +27,19 @@ from fric.results.kinds import (
     Count,
     KnownSchemes,
     MachineLike,
+    PathLike,
+    Quantities,
     Quantity,
     SchemesLike,
     Seed,
     SpreadsLike,
 )
 from fric.results.text import Piece, Table
-from fric.simulate.circle import Circle, CircleRun, run_circle
-from fric.simulate.contour_run import reduction
+from fric.simulate.circle import Circle, CircleGrid, CircleMap, CircleRun, run_circle
+from fric.simulate.contour_run import pair, reduction
 from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import MonteCarlo, Study
+from fric.simulate.path import PathRun, PointPath, RecordedPath, run_path
 from fric.simulate.processes import run_all
 from fric.units import readable
 from fric.verb import Kind, verb
@@ -243,3 +249,219 @@ def circle(
         raise FricError("no machine was done", hint="Nothing was written.")
     many = MonteCarlo(study, machines, tuple(done))
     return CircleResult(subject, runs, axis, many, identified, evidence.prediction(many) if evidence else None)
+
+
+POINTS = 6
+"""Number of feeds, and of radii, in a range."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CircleMapResult(Result, schema=CircleMapDocument, of="found"):
+    """The glitches that schemes leave on circles of many feeds and radii."""
+
+    found: CircleMap  # The glitches
+    done: int  # Circles that were run: the first ones, where it was interrupted
+
+    @property
+    def cut_short(self) -> bool:
+        """Whether fewer circles were run than requested."""
+        return self.done < len(self.found.cells)
+
+    @property
+    def warnings(self) -> Sequence[Notice]:
+        """Warnings of the machine's files, and where schemes could not run."""
+        notices: list[Notice] = []
+        if self.cut_short:
+            notices.append(INTERRUPTED.found(done=self.done, circles=len(self.found.cells)))
+        for scheme in self.found.grid.schemes:
+            failed = [cell for cell in self.found.cells[: self.done] if scheme.name in cell.failures]
+            if failed:
+                why = failed[0].failures[scheme.name]
+                counts = {"failed": len(failed), "runs": len(self.found.cells), "of": "circles"}
+                notices.append(SCHEME_FAILED.found(f"scheme {scheme.name}", **counts, why=why))
+        return once([*self.found.grid.machine.warnings, *notices])
+
+    def report(self) -> list[Piece]:
+        """Return the glitch by circle and scheme, and where GMS improves it and the observer makes it worse."""
+        grid = self.found.grid
+        columns = ["radius", "feed", *(f"({scheme.name}) {scheme.title}" for scheme in grid.schemes)]
+        rows = [
+            [readable(cell.circle.radius, "m"), readable(cell.circle.feed, "m/s"),
+             *("–" if np.isnan(glitch) else f"{glitch * 1e6:.2f}" for glitch in cell.glitches)]
+            for cell in self.found.cells
+        ]  # fmt: skip
+        table = Table(columns, rows, f"{grid.machine.name}: glitch in µm")
+        return [table, *CircleMapDocument.model_validate(self.document).describe()]
+
+    def to_frame(self) -> DataFrame:
+        """Return the glitch [m] by radius and feed, a column a scheme."""
+        import pandas as pd
+
+        names = [scheme.name for scheme in self.found.grid.schemes]
+        index = pd.MultiIndex.from_tuples(
+            [(cell.circle.radius, cell.circle.feed) for cell in self.found.cells], names=["radius", "feed"]
+        )
+        return pd.DataFrame([cell.glitches for cell in self.found.cells], index=index, columns=names)
+
+
+def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, ...]:
+    """Return quantities given as numbers in SI, as a list such as "5, 10, 50 mm/s", or as a range "5 … 200 mm/s".
+
+    A range has ``points`` values in geometric progression. The last unit holds for values without a unit.
+
+    Raises FricError: When a value is no quantity of this dimension, or not positive.
+    """
+    if not isinstance(given, str):
+        found = tuple(in_si(item, dimension) for item in (given if isinstance(given, list | tuple) else [given]))
+    else:
+        text = given.replace("...", "…")
+        ends = text.split("…")
+        parts = [part.strip() for part in (ends if len(ends) == 2 else text.split(","))]
+        unit = parts[-1].lstrip("0123456789.eE+- ")
+        read = [in_si(part if part.lstrip("0123456789.eE+- ") else f"{part} {unit}", dimension) for part in parts]
+        found = tuple(read)
+        if len(ends) == 2 and min(read) > 0:
+            found = tuple(float(item) for item in np.geomspace(read[0], read[1], points))
+    if not found or min(found) <= 0:
+        raise FricError(f"'{given}' is no range of positive values", hint="Write '5 … 200 mm/s', or '5, 10, 50 mm/s'.")
+    return found
+
+
+@verb
+def circle_map(
+    machine: MachineLike,
+    schemes: SchemesLike = "a,b,c,f",
+    *,
+    feeds: Quantities = "5 … 200 mm/s",
+    radii: Quantities = "5 … 100 mm",
+    points: Annotated[int, Kind(least=2, most=1000)] = POINTS,
+    known: KnownSchemes | None = None,
+    accuracy: Annotated[Quantity, "position"] = "0.005 um",
+    workers: Count | None = None,
+    scheduler: Address | None = None,
+    advance: Advance = silent,
+    interrupted: Callable[[], bool] = lambda: False,
+) -> CircleMapResult:
+    """Run circles of many feeds and radii: where GMS beats the static map, and where the observer makes it worse.
+
+    Parameters
+    ----------
+    feeds
+        A range, or feeds with commas. As "5, 10, 50 mm/s", or numbers [m/s].
+    radii
+        A range, or radii with commas. As "5 … 100 mm", or numbers [m].
+    points
+        Number of values in a range.
+
+    Raises
+    ------
+    FricError
+        When the machine does not have two axes for a circle, or no circle was completed.
+    """
+    subject = machine_of(machine)
+    pair(subject)
+    chosen = tuple(schemes_of(schemes, known))
+    over = values_of(feeds, "velocity", points), values_of(radii, "position", points)
+    for name, values in zip(("speed", "radius"), over, strict=True):
+        bounded(name, max(values))
+    grid = CircleGrid(subject, chosen, *over, in_si(accuracy, "position"))
+    advance(0, total=len(grid))
+    cells = run_all(grid, len(grid), workers=workers, scheduler=scheduler, advance=advance, interrupted=interrupted)
+    if not cells:
+        raise FricError("no circle was done", hint="Nothing was written.")
+    done = len(cells)
+    cells += [grid.not_run(n) for n in range(done, len(grid))]
+    return CircleMapResult(CircleMap(grid, cells), done)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PathResult(Result, schema=PathResultDocument):
+    """The errors that schemes leave on a path."""
+
+    machine: Machine  # The machine
+    runs: Sequence[PathRun]  # A run for each scheme
+    name: str  # Description of the path
+
+    @property
+    def warnings(self) -> Sequence[Notice]:
+        """Warnings for the user."""
+        text = [notice.at(f"scheme {run.scheme.name}") for run in self.runs for notice in run.warnings]
+        return once([*self.machine.warnings, *text])
+
+    def report(self) -> list[Piece]:
+        """Return the error under each scheme, and the glitch at each reversal."""
+        title = f"{self.machine.name}: {self.name} at {readable(self.runs[0].path.feed, 'm/s')}; contour error in µm"
+        text: list[Piece] = [
+            Table(["scheme", "glitch", "rms", "range", "reduction"], [self._row(run) for run in self.runs], title)
+        ]
+        worst = max(self.runs, key=lambda run: run.contour.glitch)
+        names = tuple(worst.traces)
+        rows = [
+            [f"{names[reversal.axis]} turns at {reversal.x * 1e3:z.1f}, {reversal.y * 1e3:z.1f} mm"]
+            + [run.glitches[n].text() for run in self.runs]
+            for n, reversal in enumerate(worst.contour.reversals)
+        ]
+        columns = ["reversal", *(f"({run.scheme.name})" for run in self.runs)]
+        return [*text, Table(columns, rows, "glitch at each reversal in µm")] if rows else text
+
+    def _row(self, run: PathRun) -> list[str]:
+        less = reduction(run, self.runs)
+        microns = [chance.text() for chance in (run.chance(), run.chance("rms"), run.chance("range"))]
+        return [f"({run.scheme.name}) {run.scheme.title}", *microns, "" if less is None else f"{less:.0%}"]
+
+    def save(self, path: Path | str, *, force: bool = False) -> None:
+        """Write traces and metrics to a run file."""
+        from fric.io.run import write_runs  # with HDF5, which a table needs not
+
+        made = json.dumps(facts(self.machine, self.runs))
+        write_runs(Path(path), self.runs, made, force=force)
+
+    def by_row(self) -> dict[str, dict[str, Any]]:
+        """Return glitch and contour error by scheme [m]."""
+        return {
+            run.scheme.name: {"title": run.scheme.title}
+            | {key: run.chance(key).median for key in ("glitch", "rms", "range")}
+            for run in self.runs
+        }
+
+
+@verb
+def path(
+    machine: MachineLike,
+    points: PathLike,
+    schemes: SchemesLike = "all",
+    *,
+    velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
+    known: KnownSchemes | None = None,
+    advance: Advance = silent,
+) -> PathResult:
+    """Follow a contour given by points under compensation schemes: the glitch at each reversal of an axis.
+
+    Parameters
+    ----------
+    points
+        Points of the path, headed 'x [mm], y [mm]'; or a recorded reference, with a column 'time [s]' too, or in a
+        circle or run file. A recorded reference is followed in its own time.
+    velocity
+        Feed along the path; a recorded path has its time. So does a path that is given directly.
+
+    Raises
+    ------
+    FricError
+        When the path has a corner, or the machine cannot follow it.
+    """
+    subject = machine_of(machine)
+    if isinstance(points, PointPath | RecordedPath):
+        name, followed = "path", points
+    else:
+        from fric.io.circle import read_path  # with HDF5, which a table needs not
+
+        file = path_of("points, or their file", points)
+        name, followed = file.name, read_path(file, bounded("speed", velocity))
+    chosen = schemes_of(schemes, known)
+    advance(0, total=len(chosen))
+    runs = []
+    for wanted in chosen:
+        runs.append(run_path(subject, wanted, followed))
+        advance()
+    return PathResult(subject, runs, name)

@@ -1,0 +1,481 @@
+"""Measured circles: by causes and against a prediction, to refit a machine, to learn the next circle."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import hypot, isfinite
+from pathlib import Path
+from typing import Annotated, Any
+
+from fric.circles.agreement import CAUSES, Agreement, agreement, circles_to_predict, predict
+from fric.circles.diagnose import Diagnosis, both_directions
+from fric.circles.diagnose import diagnose as take_apart
+from fric.circles.learn import Learned, LearnedFeedforward, Learning, circles_to_learn, learn_from
+from fric.circles.learn import learn as learn_rounds
+from fric.circles.measured import MeasuredCircle
+from fric.circles.next_circle import LEARNED, measured_glitch
+from fric.circles.tune import Tuned, steps_of_tuning
+from fric.circles.tune import tune as refit
+from fric.documents.base import provenance
+from fric.documents.bundled import located
+from fric.documents.circle_findings import (
+    DiagnosisDocument,
+    LearnedFeedforwardDocument,
+    LearningDocument,
+    TuningDocument,
+    tuned_files,
+    write_tuned,
+)
+from fric.documents.identified import machine_to_predict
+from fric.documents.machine_files import read_machine
+from fric.errors import FricError
+from fric.estimate import Estimate, estimate_rows, in_digits
+from fric.flaws.prediction import NOT_AS_PREDICTED
+from fric.io.circle import choose_circles, read_feedforward, write_feedforward
+from fric.io.run import read_run_provenance, write_runs
+from fric.notice import Notice
+from fric.output import refuse_existing, together
+from fric.results.base import DataFrame, Figure, Result
+from fric.results.given import Advance, bounded, path_of, quantity, silent
+from fric.results.given_models import CIRCLES, circles_of, machine_of, schemes_of
+from fric.results.kinds import CircleLike, KnownSchemes, MachineFile, MachineLike, Quantity, SchemeName
+from fric.results.text import Piece, Table, named
+from fric.simulate.circle import Circle
+from fric.simulate.machine import Machine
+from fric.threads import one_blas_thread
+from fric.units import readable
+from fric.verb import Kind, UnfitError, verb
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DiagnosisResult(Result, schema=DiagnosisDocument):
+    """A measured circle: geometry, control loops, backlash, friction glitches, and the figures of ISO 230-4."""
+
+    found: Diagnosis  # The diagnosis
+    held: Agreement | None = None  # Comparison with the prediction of a machine file, if given
+
+    @property
+    def warnings(self) -> Sequence[Notice]:
+        """What the circle does not show, and what does not agree."""
+        return [*self.found.warnings, *(self.held.warnings if self.held else ())]
+
+    def report(self) -> list[Piece]:
+        """Return the glitches, beside those predicted, and the geometry."""
+        return [self._glitches(), "", self._geometry()]
+
+    def disagreements(self, source: str) -> list[Notice]:
+        """Return where the circle of a file differs from its prediction, with the likely cause."""
+        if self.held is None:
+            return []
+        seen, said = self.found.glitches, self.held.predicted.glitches
+        return [
+            NOT_AS_PREDICTED.found(
+                source,
+                quadrant=name,
+                measured=Estimate(seen[name].value, "m"),
+                predicted=Estimate(said[name].value, "m"),
+                cause=CAUSES[cause],
+            )
+            for name, cause in self.held.causes.items()
+        ]
+
+    def _glitches(self) -> Table:
+        found, held, test = self.found, self.held, self.found.test
+        columns = ["glitch", "µm", "95 %", "width mm", "place mm"]
+        columns += ["predicted", "95 %", "agrees"] if held else []
+        rows = []
+        for name, glitch in found.glitches.items():
+            shown, text = in_digits(glitch.value, glitch.ci95, 1e6)
+            row = [name, shown, text, f"{glitch.width * 1e3:.2f}", f"{glitch.place * 1e3:.2f}"]
+            if held and name in held.agrees:
+                limits = held.intervals[name] if held.intervals else None
+                shown, text = in_digits(held.predicted.glitches[name].value, limits, 1e6)
+                row += [shown, text, "yes" if held.agrees[name] else f"no: {held.causes[name]}"]
+            elif held:
+                row += ["", "", "no model"]
+            rows.append(row)
+        sense = (
+            "both directions" if len(found.tests) > 1 else "counter-clockwise" if test.direction > 0 else "clockwise"
+        )
+        of = f"circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
+        return Table(columns, rows, f"{of}, {sense}, {sum(test.count for test in found.tests)} revolutions")
+
+    def causes(self) -> Table:
+        """Return what each cause adds to the range of the radius, the largest first, with its share of the sum.
+
+        The parts are those of `fric.circles.diagnose.diagnose`, without the centre and parts whose interval contains 0.
+        """
+        found, R = self.found, self.found.test.radius
+        geometry, names = found.geometry, found.test.names
+        parts = list[tuple[str, float, float]]()
+        for name, letter in zip(names, "xy", strict=True):
+            peak = max(
+                (glitch for at, glitch in found.glitches.items() if at[1:] == letter),
+                key=lambda glitch: abs(glitch.value),
+            )
+            parts.append((f"friction of {name}", peak.value, 0.5 * (peak.ci95[1] - peak.ci95[0])))
+            parts.append((f"backlash of {name}", *_sized(geometry[f"backlash.{name}"])))
+        (one, half), (other, its) = (_sized(geometry[f"scale.{name}"], R) for name in names)
+        parts.append((f"scale of {names[0]} against {names[1]}", one - other, hypot(half, its)))
+        parts.append(("mismatch of the loops", *_sized(geometry["mismatch"], 2.0)))
+        parts.append(("squareness", *_sized(geometry["squareness"], R)))
+        for line, amplitude in found.periodic:
+            parts.append((f"error every {readable(line.pitch, 'm')} of {names[line.axis]}", *_sized(amplitude, 2.0)))
+        seen = sorted(((abs(size), what) for what, size, half in parts if abs(size) > half), reverse=True)
+        total = sum(size for size, _ in seen)
+        unseen = [what for what, size, half in parts if abs(size) <= half]
+        title = "Causes of the deviation" + (f"; not seen: {', '.join(unseen)}" if unseen else "")
+        rows = [[what, f"{1e6 * size:.1f}", f"{size / total:.0%}"] for size, what in seen]
+        return Table(["cause", "µm", "share"], rows, title)
+
+    def _geometry(self) -> Table:
+        found, geometry = self.found, self.found.geometry
+        rows = []
+        for what, unit, offset in (("centre", "µm", 0.0), ("scale", "ppm", 1.0), ("backlash", "µm", 0.0)):
+            rows += [_row(f"{what} {name}", geometry[f"{what}.{name}"], unit, offset) for name in found.test.names]
+        rows.append(_row("mismatch of the loops", geometry["mismatch"], "µm"))
+        rows.append(_row("squareness", geometry["squareness"], "µrad"))
+        rows += [_row(f"lag {name}", lag, "µs") for name, lag in found.lag.items()]
+        for line, amplitude in found.periodic:
+            text = f"repeats every {readable(line.pitch, 'm')} of {found.test.names[line.axis]}"
+            rows.append(_row(text, amplitude, "µm"))
+        figures = found.figures
+        plain: list[tuple[str, float | None, int]] = [("residual, rms", found.rest, 3)]
+        plain += [("between revolutions", found.scatter, 3)]
+        plain += [
+            (f"circular deviation G {'ccw' if sense > 0 else 'cw'}", value, 2) for sense, value in figures.G.items()
+        ]
+        plain += [("bidirectional G(b)", figures.G_b, 2), ("mean bidirectional D", figures.D, 2)]
+        plain += [("radial deviation F max", figures.F_max, 2), ("radial deviation F min", figures.F_min, 2)]
+        rows += [[name, f"{v * 1e6:.{digits}f}", "", "µm"] for name, v, digits in plain if v is not None]
+        return Table(["", "value", "95 %", "unit"], rows)
+
+    def glitches(self) -> tuple[float, float] | None:
+        """Return the largest predicted and the largest measured glitch of the known axes [m]."""
+        if self.held is None or not self.held.agrees:
+            return None
+        said, seen = self.held.predicted.glitches, self.found.glitches
+        predicted, measured = (max(abs(mapping[name].value) for name in self.held.agrees) for mapping in (said, seen))
+        return predicted, measured
+
+    def brief(self) -> str:
+        """Return what was measured, and what was predicted."""
+        if (both := self.glitches()) is None:
+            return f"measured {readable(max(abs(glitch.value) for glitch in self.found.glitches.values()), 'm', 3)}"
+        predicted, measured = (readable(value, "m", 3) for value in both)
+        agrees = "agrees" if self.held and self.held.all_agree else "differs"
+        return f"measured {measured}, predicted {predicted}: {agrees}"
+
+    def figure(self) -> Figure:
+        """Return the circle, and the glitches measured and predicted."""
+        from fric.figures.diagnosis import draw_diagnosis
+
+        return draw_diagnosis(self.found, self.held)
+
+    def by_row(self) -> dict[str, dict[str, Any]]:
+        """Return the glitches [m] by quadrant, measured and predicted."""
+        rows = {}
+        for name, glitch in self.found.glitches.items():
+            low, high = glitch.ci95
+            rows[name] = {"value": glitch.value, "low": low, "high": high, "width": glitch.width}
+            if self.held:
+                rows[name]["predicted"] = self.held.predicted.glitches[name].value
+        return rows
+
+
+def _sized(found: Estimate, factor: float = 1.0) -> tuple[float, float]:
+    return float(found) * factor, found.half_width * factor
+
+
+def _row(label: str, found: Estimate, unit: str, offset: float = 0.0) -> list[str]:
+    value, limits = float(found) - offset, [float(limit) - offset for limit in found.ci95 or ()]  # type: ignore[arg-type]
+    if not all(map(isfinite, limits)):
+        return [label, f"{value * 1e6:.2f}", "not determined", unit]
+    shown, text = in_digits(value, limits or None, 1e6)
+    return [label, shown, text, unit]
+
+
+@verb
+def diagnose(
+    *circles: CircleLike,
+    machine: MachineLike | None = None,
+    scheme: SchemeName | None = None,
+    known: KnownSchemes | None = None,
+    feed: Annotated[Quantity | None, "velocity"] = None,
+    advance: Advance = silent,
+) -> DiagnosisResult:
+    """Split a measured circle by causes: geometry, loops, backlash, friction glitches, and the values of ISO 230-4.
+
+    Both directions of a circle, in one file or two, separate more causes than one direction.
+
+    Parameters
+    ----------
+    machine
+        Predict the circle too. The machine, its file, or the name of a bundled machine.
+    scheme
+        Scheme of a run file; or the scheme that was on, for the prediction.
+    feed
+        Feed of the tests to use, of several in a file.
+
+    Raises
+    ------
+    FricError
+        When a file is no circle test, or the tests are not of one circle.
+    """
+    if not (measured := circles_of(circles, scheme)):
+        raise UnfitError(CIRCLES, None)
+    found = take_apart(both_directions(measured, quantity(feed, "velocity")))
+    if machine is None or (scheme is None and found.test.scheme == LEARNED):  # which no machine file tells
+        return DiagnosisResult(found)
+    wanted = schemes_of(scheme or found.test.scheme or "a", known)[0]
+    file = machine if isinstance(machine, Path | str) else None
+    subject, identified = (machine_of(machine), None) if file is None else machine_to_predict(Path(file))
+    drawn = identified.drawn() if identified else None
+    advance(0, total=circles_to_predict(drawn))
+    predicted, limits = predict(found, subject, wanted, drawn, done=advance)
+    step = max(axis.encoder.resolution for axis in subject.axes.values())
+    return DiagnosisResult(found, agreement(found, predicted, limits, wanted.name, step, subject.axes))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TuneResult(Result, schema=TuningDocument):
+    """A machine with nominal parameters from recorded circles."""
+
+    found: Tuned  # The result of the fit
+    source: str  # The machine file that it was tuned from; empty for a machine without a file: save its `machine`
+    files: list[Path] = field(default_factory=list)  # The files written; empty until it is saved
+
+    @property
+    def machine(self) -> Machine:
+        """The machine with its new nominal parameters."""
+        return self.found.machine
+
+    @property
+    def warnings(self) -> Sequence[Notice]:
+        """What the circles do not determine, and what was refused."""
+        return self.found.warnings
+
+    @property
+    def measured(self) -> dict[str, float]:
+        """Recorded glitch [m] by feed."""
+        return {f"{test.feed:g}": measured_glitch(test) for test in self.found.tests}
+
+    def brief(self) -> str:
+        """Return the expected glitch of the next circle."""
+        ahead = self.found.predicted
+        best = min(ahead, key=lambda circle: circle.glitch) if ahead else None
+        return "" if best is None else f"next circle with ({best.scheme}): {readable(best.glitch, 'm', 2)}"
+
+    def report(self) -> list[Piece]:
+        """Return the parameters by axis, and the next circles."""
+        pieces: list[Piece] = []
+        for name, axis in self.found.axes.items():
+            before, after = (f"{fitted.rms * 1e3:.2f} mV" for fitted in (axis.before, axis.after))
+            title = f"axis {name}: {before} left of the voltage, {after} when tuned"
+            title += "" if axis.improves else "; refused"
+            pieces += [named(["", "value", "95 %", "unit"], estimate_rows(axis.parameters), title), ""]
+        rows = [
+            [
+                f"{circle.feed * 1e3:g} mm/s", f"({circle.scheme})", f"{self.measured[f'{circle.feed:g}'] * 1e6:.2f}",
+                f"{circle.glitch * 1e6:.2f}", " … ".join(f"{limit * 1e6:.2f}" for limit in circle.ci95),
+            ]
+            for circle in self.found.predicted
+        ]  # fmt: skip
+        if rows:
+            pieces.append(Table(["the next circle", "scheme", "recorded µm", "glitch µm", "95 %"], rows))
+        if self.files:
+            pieces.append(f"wrote {', '.join(map(str, self.files))}")
+        return pieces
+
+    def figure(self) -> Figure:
+        """Return the voltage at the reversals of the first axis, before and after."""
+        from fric.figures.tuned import draw_tuned
+
+        return draw_tuned(next(iter(self.found.axes.values())))
+
+    def to_frame(self) -> DataFrame:
+        """Return the expected glitches of the next circles [m]."""
+        import pandas as pd
+
+        rows = [(circle.feed, circle.scheme, circle.glitch, *circle.ci95) for circle in self.found.predicted]
+        return pd.DataFrame(rows, columns=["feed", "scheme", "glitch", "low", "high"])
+
+    def save(self, path: Path | str, *, force: bool = False) -> None:
+        """Write machine.yaml, friction and plant files of each axis, and a figure of its reversals, into a folder."""
+        from fric.figures.style import save_figure
+        from fric.figures.tuned import draw_tuned
+
+        if not self.source:
+            raise FricError("the tuned machine has no file", hint='`result.machine.save("machine.yaml")` writes it.')
+        folder = Path(path)
+        figures = {folder / f"{name}.png": axis for name, axis in self.found.axes.items()}
+        if folder.is_dir():
+            refuse_existing(*tuned_files(self.found, folder), *figures, force=force)
+        with together(*tuned_files(self.found, folder), *figures) as made:
+            written = write_tuned(self.found, Path(self.source), folder, force=force, done=made)
+            for place, figure in figures.items():
+                save_figure(draw_tuned(figure), place, force=force)
+                made.append(place)
+        self.files[:] = [*written, *figures]
+        self.__dict__.pop("document", None)  # it names them
+
+
+@verb
+def tune(
+    machine: MachineLike,
+    *circles: CircleLike,
+    scheme: SchemeName | None = None,
+    loop: bool = False,
+    advance: Advance = silent,
+) -> TuneResult:
+    """Refit the nominal parameters of a machine's controllers to recorded circles: friction, plant, delay and lead.
+
+    Parameters
+    ----------
+    circles
+        Circle tests, or run files of `fric simulate circle`. One fast and one slow, with reference, position and
+        voltage of both axes; measured circles are taken, too.
+    loop
+        Design new gains if friction that falls with speed makes errors grow.
+
+    Raises
+    ------
+    FricError
+        When a test lacks a channel, or there is no nominal GMS model.
+    """
+    subject = machine_of(machine)
+    if not (tests := circles_of(circles, scheme)):
+        raise UnfitError(CIRCLES, None)
+    advance(0, total=steps_of_tuning(tests))
+    with one_blas_thread():  # products of small matrices between compiled replays
+        found = refit(subject, tests, advance, loop=loop)
+    return TuneResult(found, str(subject.origin.get("path", "")))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LearnResult(Result, schema=LearningDocument, of="found"):
+    """A circle that was learned in simulation."""
+
+    found: Learned  # The rounds
+
+    def report(self) -> list[Piece]:
+        """Return the glitch of each round, and of other circles: medians, with the chance of one run."""
+        found, test = self.found, self.found.circle
+        rows = [
+            [
+                circle.run.scheme.title,
+                *(chance.text(digits=2) for chance in (*circle.run.glitches, circle.run.chance())),
+            ]
+            for circle in found.rounds
+        ]
+        title = f"{found.machine.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}; glitches in µm"
+        pieces: list[Piece] = [Table(["round", "+x", "+y", "-x", "-y", "glitch"], rows, title)]
+        carried = [
+            [f"{readable(radius, 'm')} at {readable(feed, 'm/s')}", f"{glitch * 1e6:.2f}"]
+            for radius, feed, glitch in found.carried
+        ]
+        return [*pieces, "", Table(["carried over to", "glitch µm"], carried)]
+
+    def to_frame(self) -> DataFrame:
+        """Return the glitch [m] by round."""
+        import pandas as pd
+
+        return pd.DataFrame({"glitch": self.found.glitches}).rename_axis("round")
+
+    def save(self, path: Path | str, *, force: bool = False) -> None:
+        """Write a run file with a run for each round; its traces hold the feedforward."""
+        made = json.dumps(provenance() | {"machine": self.found.machine.name})
+        write_runs(Path(path), [circle.run for circle in self.found.rounds], made, force=force)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LearnedTable(Result, schema=LearnedFeedforwardDocument, of="table"):
+    """The feedforward of the next round, from a measured circle."""
+
+    table: LearnedFeedforward  # The feedforward
+
+    def report(self) -> list[Piece]:
+        """Return the feedforward by axis."""
+        test = self.table.test
+        rows = [[name, f"{abs(array).max():.3f}", str(len(array))] for name, array in self.table.voltage.items()]
+        title = f"feedforward for {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
+        return [Table(["axis", "largest V", "samples"], rows, title)]
+
+    def save(self, path: Path | str, *, force: bool = False) -> None:
+        """Write the feedforward file."""
+        write_feedforward(Path(path), self.table, json.dumps(provenance()), force=force)
+
+
+@verb
+def learn(
+    given: Annotated[CircleLike, Kind(metavar="MACHINE.yaml|CIRCLE.h5")],
+    *,
+    rounds: Annotated[int | None, Kind(least=1, most=1000)] = None,
+    velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
+    radius: Annotated[Quantity, "position"] = "30 mm",
+    clockwise: bool = False,
+    observer: bool = True,
+    machine: MachineFile | None = None,
+    before: Annotated[Path | str | None, Kind(metavar="TABLE.h5")] = None,
+    scheme: SchemeName | None = None,
+    share: float | None = None,
+    bandwidth: Annotated[Quantity | None, "frequency"] = None,
+    advance: Advance = silent,
+) -> LearnResult | LearnedTable:
+    """Learn the voltage to feed forward against friction on a repeated circle, without a friction model.
+
+    With a machine all rounds are simulated, and the result is tried at another feed and radius, where it does not hold.
+    With a recorded circle the result is the feedforward of the next circle.
+
+    Parameters
+    ----------
+    given
+        A machine; or a recorded circle. The machine file goes with ``rounds``; a circle test, or its file, with
+        ``machine``.
+    rounds
+        In simulation: circles to learn from.
+    velocity
+        In simulation: feed along the circle.
+    radius
+        In simulation: radius of the circle.
+    clockwise
+        In simulation: turn clockwise.
+    observer
+        In simulation: switch the disturbance observer on.
+    machine
+        Of a circle: its machine; a run file names it. Learning uses its nominal plants.
+    before
+        Of a circle: the feedforward that it was run with.
+    share
+        Share of a round's correction to learn; by default set by the feed.
+    bandwidth
+        Highest frequency to learn; by default set by the feed.
+
+    Raises
+    ------
+    FricError
+        When a channel or the machine is missing, or there is nothing to learn from.
+    """
+    corner = quantity(bandwidth, "frequency")
+    if rounds is not None:
+        subject = read_machine(path_of("a machine file", given))
+        feed = bounded("speed", velocity)
+        test = Circle(bounded("radius", radius), feed, direction=-1 if clockwise else 1)
+        how = Learning.at(feed, share, corner)
+        advance(0, total=circles_to_learn(rounds))
+        return LearnResult(learn_rounds(subject, test, rounds, how, observer=observer, done=advance))
+    subject = _ran_on(given) if machine is None else read_machine(machine)
+    circle = given if isinstance(given, MeasuredCircle) else choose_circles([path_of("a circle", given)], scheme)[0]
+    how = Learning.at(circle.feed, share, corner)
+    last = None if before is None else read_feedforward(Path(before))
+    return LearnedTable(learn_from(circle, subject, how, last))
+
+
+def _ran_on(given: Any) -> Machine:
+    """Return the machine that a run file was simulated on; raise if the circle does not name it or its file is gone."""
+    made = {} if isinstance(given, MeasuredCircle) else read_run_provenance(path_of("a circle", given))
+    origin = made.get("origin")
+    path, files = (origin.get("path"), origin.get("nominal_files")) if isinstance(origin, dict) else ("", ())
+    if not (path and isinstance(path, str) and isinstance(files, list)):
+        raise FricError("the circle does not say on which machine it was run", hint="Name it with `machine=`.")
+    return read_machine(located(Path(path), "machine"), nominal_files=[str(file) for file in files])
