@@ -21,7 +21,12 @@ def __getattr__(name: str) -> Any:
     home = _HOMES.get(name) or ("" if name.startswith("_") else _verb(name))
     if not home:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    found = globals()[name] = getattr(import_module(home, __name__), name)
+    found = getattr(import_module(home, __name__), name)
+    if isinstance(found, type):
+        from fric.verb import explained
+
+        found = explained(found)
+    globals()[name] = found
     return found
 
 

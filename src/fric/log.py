@@ -17,10 +17,10 @@ from fric.columns import (
     Kind,
     channel_dimension,
 )
-from fric.errors import FricError
+from fric.errors import FricError, near
 from fric.series import keep
 from fric.units import Motion, factor, si_unit
-from fric.verb import typed
+from fric.verb import refused, typed
 
 if TYPE_CHECKING:
     from fric.arrays import Real
@@ -165,6 +165,8 @@ class Log(_FromFile):
         FricError
             When there is no time, a unit does not fit, or a column holds no numbers.
         """
+        if not hasattr(frame, "keys"):
+            raise refused("Log.from_frame", "a data frame, or columns by name", frame)
         found = dict[str, Any]()
         for column in frame:
             channel, _, unit = str(column).partition("[")
@@ -172,9 +174,15 @@ class Log(_FromFile):
             if channel in CHANNELS:
                 unit = (units or {}).get(channel, unit)
                 scale = factor(unit, channel_dimension(channel), motion) if unit else 1.0
-                found[channel] = scale * np.asarray(frame[column], float)
+                try:
+                    found[channel] = scale * np.asarray(frame[column], float)
+                except (TypeError, ValueError):
+                    raise FricError(f"the column '{column}' holds what is no number") from None
         if "time" not in found:
             raise FricError("there is no column 'time'", hint=f"Name columns {', '.join(CHANNELS)}, as in 'time [ms]'.")
+        for channel in (units or {}).keys() - found.keys():
+            hint = f"{near(channel, found)}Its channels are {', '.join(found)}."
+            raise FricError(f"`units=` names '{channel}', and there is no such column", hint=hint)
         return cls(**found, name=name, kind=kind, axis=axis, motion=motion)
 
     def __repr__(self) -> str:

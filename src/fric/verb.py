@@ -3,7 +3,7 @@
 import ast
 import re
 import sys
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, wraps
 from importlib import import_module
@@ -13,7 +13,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
-from fric.errors import FricError
+from fric.errors import FricError, near
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -117,18 +117,69 @@ def typed(kind: type[T]) -> type[T]:
 def _checked(function: Callable[P, R], called: str) -> Callable[P, R]:
     @wraps(function)
     def checked(*args: P.args, **kwargs: P.kwargs) -> R:
-        for name, given in _signature(function).bind(*args, **kwargs).arguments.items():
-            hint = _hints(function)[name]
-            if not _fits(given, hint):
-                raise refused(called, f"{name} as {_words(hint)}", given)
-            if not _within(given, hint):
-                raise FricError(f"{called} takes {name} as {_words(hint)}, and was given {given}")
+        _check(function, called, *args, **kwargs)
         try:
             return function(*args, **kwargs)
         except UnfitError as error:
             raise FricError(f"{called} {error.what}") from None
 
     return checked
+
+
+def _check(function: Callable[P, Any], called: str, *args: P.args, **kwargs: P.kwargs) -> None:
+    """Raise a `FricError` that names an argument which is missing, not known, or does not fit its annotation."""
+    try:
+        bound = _signature(function).bind(*args, **kwargs)
+    except TypeError:
+        raise _unbound(function, called, args, kwargs) from None
+    for name, given in bound.arguments.items():
+        hint = _hints(function)[name]
+        if not _fits(given, hint):
+            raise refused(called, f"{name} as {_words(hint)}", given)
+        if not _within(given, hint):
+            raise FricError(f"{called} takes {name} as {_words(hint)}, and was given {given}")
+
+
+def _unbound(function: Callable[..., Any], called: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> FricError:
+    """Return the error of arguments that are missing, not known, given twice, or too many."""
+    known = {name: one for name, one in _signature(function).parameters.items() if name != "self"}
+    has = f"It has {', '.join(known)}." if known else "It has none."
+    for name in kwargs:
+        if name not in known:
+            return FricError(f"{called} has no argument '{name}'", hint=near(name, known) + has)
+    places = [name for name, one in known.items() if one.kind in {Parameter.POSITIONAL_OR_KEYWORD}]
+    given = args[1:] if "self" in _signature(function).parameters else args
+    if len(given) > len(places) and Parameter.VAR_POSITIONAL not in {one.kind for one in known.values()}:
+        return FricError(f"{called} takes {len(places)} arguments by their place, and was given {len(given)}",
+                         hint=f"Give the others by name. {has}")  # fmt: skip
+    here = {*places[: len(given)], *kwargs}
+    if twice := [name for name in places[: len(given)] if name in kwargs]:
+        return FricError(f"{called} was given {' and '.join(twice)} twice", hint="Give it once.")
+    lacks = [name for name, one in known.items() if one.default is Parameter.empty and name not in here
+             and one.kind is not Parameter.VAR_POSITIONAL]  # fmt: skip
+    return FricError(f"{called} was not given {', '.join(lacks)}", hint=has)
+
+
+def explained(kind: type[T]) -> type[T]:
+    """Return a class whose constructor raises a `FricError` that names the argument, instead of a `TypeError`.
+
+    Arguments are looked at once the constructor has failed: it is as fast as before.
+    """
+    found: Any = kind
+    made = vars(kind).get("__init__")
+    if made is None or made.__name__ == "explaining":
+        return kind
+
+    @wraps(made, assigned=("__module__", "__qualname__", "__doc__"))
+    def explaining(self: Any, *args: Any, **kwargs: Any) -> None:
+        try:
+            made(self, *args, **kwargs)
+        except TypeError:
+            _check(made, kind.__name__, self, *args, **kwargs)
+            raise
+
+    found.__init__ = explaining
+    return kind
 
 
 class UnfitError(FricError):
@@ -195,6 +246,8 @@ def _fits(given: Any, hint: Any) -> bool:
         return isinstance(given, str) and given in inner
     if hint in NUMBERS:
         return isinstance(given, NUMBERS[hint]) and not isinstance(given, bool)
+    if getattr(origin, "__name__", "") == "ndarray":  # whoever keeps an array tells what it is
+        return True
     if getattr(hint, "_is_protocol", False) or origin is Callable:
         return callable(given)
     if isinstance(origin, type) and issubclass(origin, Iterable):

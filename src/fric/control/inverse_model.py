@@ -31,6 +31,7 @@ from fric.exact import convolved, exponentials, matrix_exponential, polynomial, 
 from fric.friction.base import Parameter
 from fric.kernels.block import ARRAY, Sample, compiled_block
 from fric.kernels.signatures import compiled
+from fric.verb import refused
 
 
 @compiled(types.float64(ARRAY, ARRAY, ARRAY, types.float64), makes_arrays=False)
@@ -112,6 +113,8 @@ class DisturbanceObserver(ControlBlock):
     B: float
 
     def __post_init__(self) -> None:
+        if not isinstance(self.q, QFilter):
+            raise refused("DisturbanceObserver", "q as a QFilter", self.q)
         if not (self.A >= 0 and self.B > 0):
             raise FricError(
                 f"the nominal plant with A = {self.A:g} 1/s and B = {self.B:g} m/(s²·V) has no stable inverse",
