@@ -230,6 +230,7 @@ _LIKELY: dict[tuple[str, Motion], tuple[tuple[str, float], ...]] = {
     ("velocity", "rotary"): (("rad/s", 50.0), ("deg/s", 1e3), ("rpm", inf)),
     ("acceleration", "linear"): (("m/s^2", 50.0), ("mm/s^2", inf)),
     ("time", "linear"): (("s", 0.1), ("ms", inf)),
+    ("angle", "linear"): (("rad", 1.6), ("deg", inf)),
 }
 """Units that people type, with the largest likely number of each on a machine."""
 

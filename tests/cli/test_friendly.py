@@ -1,5 +1,6 @@
 """What a user meets beside the numbers: completion, examples, pages, full disks, Ctrl-C, endings of names."""
 
+import json
 import os
 import signal
 import subprocess
@@ -11,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import fric
+from fric import units
 from fric.cli import main
 from fric.cli.main import app
 from fric.documents import bundled
@@ -168,3 +170,31 @@ def test_the_bundled_documents_read():
             from fric.documents import document_types
 
             assert read_document(path, document_types()[kind])
+
+
+@pytest.mark.parametrize(("words", "told"), [
+    (["identify", "lugr", "log.h5"], "no command 'lugr'. Is it lugre?"),
+    (["inspct", "log.h5"], "no command 'inspct'. Is it inspect?"),
+    (["design", "controller", "p.yaml", "--phase-margin", "60"], "T_d: is missing"),
+    (["ingest", "p.yaml", "-o", "log.h5"], "p.yaml: is a plant file, and a log file is asked for"),
+    (["simulate", "circle", "xy-table", "--friction", "f.yaml"], "Write it as x=f.yaml"),
+    (["simulate", "experiment", "xy-table", "constant-velocity", "-o", "log.h5"], "unexpected extra argument"),
+])  # fmt: skip
+def test_a_mistake_is_answered_with_its_place_and_its_mend(words, told, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("p.yaml").write_text("fric: plant/1\naxis: x\nA: {value: 1, unit: 1/s}\n")
+    done = RUN.invoke(app, words)
+    assert done.exit_code in {1, 2}
+    assert told in " ".join(f"{done.output} {done.exception}".split())
+
+
+def test_an_angle_without_its_unit_is_taken_for_degrees():
+    with pytest.raises(FricError, match="as in '60 deg'"):
+        units.parse("60", "angle")
+
+
+def test_blocks_are_listed_as_json_too():
+    found = json.loads(RUN.invoke(app, ["design", "block", "list", "--json"]).stdout)["blocks"]
+    assert {"name": "kalman", "kind": "observer", "linear": True}.items() <= next(
+        block for block in found if block["name"] == "kalman"
+    ).items()

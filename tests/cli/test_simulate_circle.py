@@ -101,7 +101,7 @@ def test_a_controller_of_its_own_is_used_and_told_by_its_type(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["--radius", "0 mm"], "radius of the circle is 0"),
+        (["--radius", "0 mm"], "'0 mm' is not positive"),
         (["--velocity", "-1 mm/s"], "feed of the circle"),
         (["--revolutions", "0"], "revolutions"),
         (["--scheme", "g"], "no scheme 'g'"),

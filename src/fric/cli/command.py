@@ -15,7 +15,7 @@ from typer.core import TyperGroup
 from fric.cli import completion
 from fric.cli.console import finish
 from fric.cli.help import HelpfulCommand, listed
-from fric.errors import FLAGS, FricError, as_options
+from fric.errors import FLAGS, FricError, as_options, near
 from fric.results.kinds import METAVARS
 from fric.verb import Argument, VerbForm, kinds_of
 
@@ -314,6 +314,11 @@ def group(name: str, text: str, homes: Mapping[str, Home], **settings: Any) -> t
 
         def get_command(self, ctx: Any, cmd_name: str) -> Any:
             return made(cmd_name) if cmd_name in homes else None
+
+        def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+            if args[0] not in homes and not args[0].startswith("-"):
+                ctx.fail(f"there is no command '{args[0]}'. {near(args[0], homes)}There are {', '.join(homes)}.")
+            return super().resolve_command(ctx, args)
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:
             for title, rows in listed(homes, name, lambda key: made(key).help).items():

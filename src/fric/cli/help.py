@@ -81,7 +81,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
     "design controller": ["design controller plant.yaml -o controller.yaml"],
     "design observer": ["design observer plant.yaml response.h5 --controller controller.yaml -o observer.yaml"],
     "design block": ["design block list", "design block kalman plant.yaml -o block.yaml"],
-    "simulate experiment": ["simulate experiment virtual-rig constant-velocity -o strokes.h5"],
+    "simulate experiment": ["simulate experiment virtual-rig --kind constant-velocity -o strokes.h5"],
     "simulate circle": [
         'simulate circle xy-table --scheme a,c,f --velocity "50 mm/s"',
         "simulate circle found/machine.yaml --monte-carlo 100 --from-intervals -o run.h5",

@@ -196,6 +196,10 @@ def block(command: Command, given: dict[str, Any]) -> None:
     if given["name"] == "list":
         from fric.control import blocks
 
+        if given["json"]:
+            keys = ("name", "kind", "linear", "asks")
+            print_json({"blocks": [{key: getattr(kind, key) for key in keys} for kind in blocks().values()]})
+            return
         for kind in blocks().values():
             linear = "linear" if kind.linear else "not linear"
             OUT.print(f"{kind.name}  {kind.kind}, {linear}; asks for: {kind.asks}")

@@ -5,7 +5,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 from fric.control.base import ControlBlock, Setting
-from fric.errors import FricError
+from fric.errors import FricError, near
 
 __all__ = ["ControlBlock", "Setting", "block_type", "blocks"]
 
@@ -41,5 +41,5 @@ def block_type(name: str) -> type[ControlBlock]:
     if name not in (found := _loaded()):
         found = blocks()
     if name not in found:
-        raise FricError(f"there is no control block '{name}'", hint=f"There are {', '.join(found)}.")
+        raise FricError(f"there is no control block '{name}'", hint=f"{near(name, found)}There are {', '.join(found)}.")
     return found[name]

@@ -459,7 +459,9 @@ def read_machine_document(path: Path | str, nominal_files: Iterable[str] = ()) -
     for given in nominal_files:
         name, equals, file = given.partition("=")
         if not equals:
-            raise FricError(f"'{given}' does not say which axis it is for", hint="Write it as x=FRICTION.yaml.")
+            raise FricError(
+                f"'{given}' does not say which axis it is for", hint=f"Write it as {next(iter(axes))}={given}."
+            )
         if name not in axes:
             raise FricError(f"the machine has no axis '{name}'", hint=f"Its axes are {', '.join(axes)}.")
         kind, part = _nominal_document(Path(file))

@@ -196,6 +196,8 @@ def _described(error: ValidationError, tree: CommentedMap, path: Path, model: ty
     schema = f"`fric schema {model.type}` lists the keys."
     if complaint["type"] == "extra_forbidden":
         what, hint = "is not a key that is known here", near(place[-1], _keys(model.model_json_schema())) + schema
+    elif complaint["type"] == "missing":
+        what, hint = "is missing", schema
     elif complaint["type"] in {"model_type", "dict_type"}:
         what, hint = "takes keys, as in {key: value}, and not one value", schema
     return FricError(f"{'.'.join(place)}: {what}" if place else what, where=where, hint=hint)

@@ -317,7 +317,7 @@ def one_target(name: str, part: str, *, single: bool) -> Target:
     """
     known = targets()
     if name not in known:
-        raise FricError(f"there is no target '{name}'", hint=near(name, known) or f"There are {', '.join(known)}.")
+        raise FricError(f"there is no target '{name}'", hint=f"{near(name, known)}There are {', '.join(known)}.")
     target = known[name]
     if part not in target.parts:
         able = [target.name for target in known.values() if part in target.parts]

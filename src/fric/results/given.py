@@ -128,13 +128,11 @@ def in_si(given: str | float, dimension: str, motion: Motion = "linear") -> floa
 def bounded(name: str, given: str | float, motion: Motion = "linear") -> float:
     """Return a given quantity in SI, checked against its bound in `fric.plausibility` as those of files are.
 
-    Raises FricError: When it is no quantity of its dimension, or beyond that of any machine.
+    Raises FricError: When it is no quantity of its dimension, not positive, or beyond that of any machine.
     """
     dimension = BOUNDS[name].dimension
-    value = in_si(given, dimension, motion)
-    meant = f"Is '{likely(f'{value:g}', dimension, motion)}' meant? Write the unit"
-    if value > 0:  # of anything else whoever takes it tells what it is
-        settled([Finding(name, value, motion)], meant)
+    value = positive(given, dimension, motion)
+    settled([Finding(name, value, motion)], f"Is '{likely(f'{value:g}', dimension, motion)}' meant? Write the unit")
     return value
 
 

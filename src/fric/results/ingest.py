@@ -16,11 +16,14 @@ from fric.documents.records import IngestCirclesDocument, IngestDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.flaws.files import COLUMNS_LEFT_OUT, MAPPING_BESIDE, THERE_ALREADY
+from fric.input import other_kind
 from fric.io.ingest import Ingested, sizes
 from fric.io.ingest import ingest as read_foreign
 from fric.io.propose import guessed
 from fric.io.questions import Ask, Review, answered, beside
+from fric.io.recognise import recognise
 from fric.notice import Notice
+from fric.output import FORMATS
 from fric.results.base import DataFrame, Figure, Result
 from fric.results.given import Advance, in_si, quantity, silent
 from fric.results.kinds import MappingLike, Quantity, RecordKind, SchemeName
@@ -210,6 +213,9 @@ def ingest(
         When a file cannot be read, a column has no meaning, or a cell is no number.
     """
     paths, mapping = list(map(Path, files)), mapping_of(mapping)
+    for path in paths:
+        if path.suffix in FORMATS["YAML"] and path.is_file():
+            raise other_kind(path, recognise(path), "log/1")
     advance(0, total=sizes(paths))
     notices: list[Notice] = []
     reviewed = isinstance(ask, Review)

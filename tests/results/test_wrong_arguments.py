@@ -1,0 +1,70 @@
+"""Arguments that are missing, unknown or of a wrong type end in a sentence that names them."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import fric
+from fric.errors import FricError
+from fric.verb import documented
+
+FRAME = {"time": [0.0, 1e-3, 2e-3], "position": [0.0, 1.0, 2.0]}
+
+
+@pytest.mark.parametrize(("call", "words"), [
+    (lambda: fric.DisturbanceObserver(), "was not given q, A, B"),
+    (lambda: fric.DisturbanceObserver("binomial2", 1.0, 2.0), "takes q as a QFilter, and was given a str"),
+    (lambda: fric.DisturbanceObserver(fric.QFilter(), a=1.0, B=2.0), "has no argument 'a'.*Is it A"),
+    (lambda: fric.QFilter("binomial2", "50 Hz"), "takes cutoff as a number, and was given a str"),
+    (lambda: fric.PointPath(), "was not given x, y, feed"),
+    (lambda: fric.PointPath(np.zeros(5), np.arange(5.0), "100 mm/s"), "takes feed as a number, and was given a str"),
+    (lambda: fric.Spread(0.8), "was not given high"),
+    (lambda: fric.Spread("a", "b"), "takes low as a number, and was given a str"),
+    (lambda: fric.MeasuredCircle(0.1, 0.03), "was not given direction"),
+    (lambda: fric.Cascade(K_v=100.0, K_p=130.0, Ki=4000.0), "has no argument 'Ki'.*Is it K_i"),
+    (lambda: fric.Plant("a", 1, 1, 1), "takes A as a number, and was given a str"),
+    (lambda: fric.StaticMap(F_c=60.0), "was not given F_s, v_s"),
+    (lambda: fric.GMS(1, 2, 3, 4), "takes alpha as numbers, and was given an int"),
+    (lambda: fric.Encoder("1 um"), "takes resolution as a number, and was given a str"),
+    (lambda: fric.Scheme("x"), "was not given title"),
+    (lambda: fric.Log(), "was not given time"),
+    (lambda: fric.Machine("m"), "was not given axes"),
+    (lambda: fric.Estimate(1.0), "was not given unit"),
+    (lambda: fric.circle(), "was not given machine"),
+    (lambda: fric.circle("xy-table", sped="50 mm/s"), "has no argument 'sped'"),
+    (lambda: fric.circle("xy-table", "a", 3), "takes 2 arguments by their place, and was given 3"),
+    (lambda: fric.export_axis("c", "xy-table"), "was not given axis"),
+    (lambda: fric.ingest("log.csv"), "was not given output"),
+    (lambda: fric.plan(stroke=0.3), "was not given feed"),
+    (lambda: fric.Log(time=[0.0, 2.0, 1.0]), "an array|does not run forward"),
+    (lambda: fric.Log(time=np.array([0.0, 2.0, 1.0]), position=np.zeros(3)), "time does not run forward at sample 2"),
+    (lambda: fric.Log(time=np.array([0.0, 1.0, np.nan]), position=np.zeros(3)), "time is no number at sample 2"),
+    (lambda: fric.Log.from_frame([1, 2]), "takes a data frame, or columns by name, and was given a list"),
+    (lambda: fric.Log.from_frame(FRAME, units={"positon": "mm"}), "`units=` names 'positon'.*Is it position"),
+    (lambda: fric.Log.from_frame(FRAME, units={"position": "N"}), "position cannot be in 'N'"),
+    (lambda: fric.Log.from_frame(pd.DataFrame(FRAME | {"force": ["a"] * 3})), "'force' holds what is no number"),
+    (lambda: fric.read_machine("xy-table").save("machine.h5"), "what is written is YAML.*machine.yaml"),
+    (lambda: fric.circle("xy-table", "a", radius="-30 mm"), "'-30 mm' is not positive"),
+    (lambda: fric.read_machine("xy-table", nominal_files=["f.yaml"]), "Write it as x=f.yaml"),
+    (lambda: fric.design_block("kalmann", "p.yaml"), "there is no control block 'kalmann'.*Is it kalman"),
+    (lambda: fric.export_axis("cc", "xy-table", axis="x"), "there is no target 'cc'.*Is it c.*linuxcnc"),
+])  # fmt: skip
+def test_an_argument_that_does_not_fit_is_named(call, words):
+    with pytest.raises(FricError, match=f"(?s){words}"):
+        call()
+
+
+def test_what_fits_is_as_before():
+    watch = fric.DisturbanceObserver(q=fric.QFilter("binomial2", 50.0), A=1.0, B=2.0)
+    assert (watch.q.cutoff, watch.A, watch.B) == (50.0, 1.0, 2.0)
+    log = fric.Log.from_frame(pd.DataFrame(FRAME), units={"position": "mm"})
+    assert log.position == pytest.approx([0.0, 1e-3, 2e-3])
+
+
+def test_shared_arguments_are_described_in_each_verb():
+    told = fric.circle_map.__doc__
+    assert "machine\n    The machine, as in configs/." in told
+    assert told.index("feeds\n") < told.index("machine\n") < told.index("\nRaises\n")
+    assert "    Predict the circle too." in fric.diagnose.__doc__  # its own description stays
+    assert documented("Do.", ["seed", "other"]) == "Do.\n\nParameters\n----------\nseed\n    Seed of the coarse search."
+    assert documented("Do.", ["other"]) == "Do."
