@@ -5,16 +5,27 @@ from __future__ import annotations
 from inspect import cleandoc
 from typing import Any
 
-from griffe import Attribute, Docstring, Extension, Function
+from griffe import Attribute, Docstring, ExprSubscript, Extension, Function
 
 from fric.verb import documented
+
+
+def shown(annotation: Any) -> Any:
+    """Return a type without what only a command needs, ``Annotated[Quantity, "force"]`` as ``Quantity (force)``."""
+    if not (isinstance(annotation, ExprSubscript) and str(annotation.left) == "Annotated"):
+        return annotation
+    kind, *beside = getattr(annotation.slice, "elements", [annotation.slice])
+    dimensions = [str(one).strip("\"'") for one in beside if not str(one).startswith("Kind(")]
+    return f"{shown(kind)} ({dimensions[0]})" if dimensions else shown(kind)
 
 
 class Described(Extension):
     """Complete the docstrings of verbs and of the fields of dataclasses, as they stand in the source."""
 
     def on_function_instance(self, *, func: Function, **_: Any) -> None:
-        """Describe the shared arguments of a verb, as `fric.verb.verb` does at run time."""
+        """Describe the shared arguments of a verb, as `fric.verb.verb` does at run time, and show plain types."""
+        for one in func.parameters:
+            one.annotation = shown(one.annotation)
         if func.docstring and any(str(one.value) == "verb" for one in func.decorators):
             names = [one.name for one in func.parameters]
             func.docstring.value = documented(cleandoc(func.docstring.value), names)
