@@ -1,15 +1,19 @@
-"""The uncertainty of a machine from its files: intervals of identified parameters, and errors beyond them."""
+"""The uncertainty of a machine: spreads in a file; intervals of identified parameters, and errors beyond them."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf, pi
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
+from pydantic import Field, model_validator
+
+from fric.documents.base import Document
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import read_machine, read_machine_document, spring_of, true_friction
 from fric.documents.plant import PlantDocument, PlantPart
-from fric.documents.quantity import Quantity
+from fric.documents.quantity import Part, Quantity, refused
+from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
 from fric.flaws import flaw_of
@@ -17,8 +21,50 @@ from fric.flaws.prediction import INTERVAL_OPEN, NOT_DRAWN, PREDICTION_WIDENED
 from fric.notice import Notice, once
 from fric.simulate.machine import Machine
 from fric.simulate.reality.flaws import NONE
-from fric.simulate.spread import Intervals, Spread, closed_intervals, friction_intervals
+from fric.simulate.spread import Distribution, Intervals, Spread, check_spreads, closed_intervals, friction_intervals
 from fric.verb import verb
+
+
+class SpreadPart(Part):
+    """The factor by which a parameter of a drawn machine differs from that of the nominal machine."""
+
+    distribution: Distribution = Field("uniform", description="of the factor, or of its logarithm")
+    factor: Quantity = Field(
+        description="limits [low, high] of the factor; its 95 % interval where the distribution is normal or log-normal"
+    )
+
+    def spread(self) -> Spread:
+        """Return the spread."""
+        limits = self.factor.si("ratio", "linear")
+        if not isinstance(limits.value, tuple) or len(limits.value) != 2:
+            raise FricError("a spread has a lower and an upper factor", hint="Give them as value: [0.7, 1.3].")
+        return Spread(*limits.value, self.distribution, limits.source)
+
+
+class SpreadDocument(Document, type="spread"):
+    """A spread file: which parameters of the true machine are drawn around the nominal values, and how widely."""
+
+    spreads: dict[str, SpreadPart] = Field(
+        description="by level (every friction force), stiffness (every stiffness), load, M, or a parameter's name"
+    )
+
+    @model_validator(mode="after")
+    def _names_and_factors_fit(self) -> Self:
+        for name, part in self.spreads.items():
+            with refused(f"spreads.{name}"):
+                check_spreads({name: part.spread()})
+        return self
+
+    def read(self) -> dict[str, Spread]:
+        """Return the spreads by name."""
+        return {name: part.spread() for name, part in self.spreads.items()}
+
+
+@verb
+def read_spreads(path: Path | str) -> dict[str, Spread]:
+    """Read spreads by name from a spread file."""
+    return read_document(path, SpreadDocument).read()
+
 
 CROSSED = 50.0
 """Frequency at which a misfit of the response counts as a phase error [Hz]: about that of a feed drive's loop."""
@@ -31,14 +77,14 @@ FORM: Mapping[str, float] = {"k": 0.1, "alpha": 0.05, "C": 0.2, "v_s": 0.1, "T_d
 
 
 def discrepancies(
-    friction: FrictionDocument, plant: PlantPart, refused: Sequence[str] = ()
+    friction: FrictionDocument, plant: PlantPart, undrawn: Sequence[str] = ()
 ) -> tuple[dict[str, Spread], tuple[Notice, ...]]:
     """Return the factors of additional differences of the true axis from the parameters of its files, and the reasons.
 
     friction: Its friction file: strokes that scatter, sines at another level than strokes, blocks that miss the virgin
         curve.
     plant: Its plant file: the residual of eq. (1).
-    refused: Parameters whose interval cannot be drawn from.
+    undrawn: Parameters whose interval cannot be drawn from.
     """
     shares: dict[str, float] = {}
     reasons: list[Notice] = []
@@ -51,7 +97,7 @@ def discrepancies(
             shares[name] = (shares.get(name, 0.0) ** 2 + share**2) ** 0.5
             reasons.append(PREDICTION_WIDENED.found(name=name, share=share, why=why))
     spreads = {name: Spread(1 / (1 + share), 1 + share, "log-normal") for name, share in shares.items()}
-    for name in refused:
+    for name in undrawn:
         if name != "offset":
             spreads[name] = Spread(1 / OPEN, OPEN, "log-normal")
             reasons.append(INTERVAL_OPEN.found(name=name, low=1 / OPEN, high=OPEN))
@@ -174,7 +220,7 @@ def read_identified(
         friction = _merged(part.friction, own) if own else part.friction
         model, axis = true_friction(friction), machine.axes[name]
         sections = {key: friction.estimates(key) for key in friction.sections()}
-        found, refused = friction_intervals(model, sections)
+        found, undrawn = friction_intervals(model, sections)
         known = of_plant.estimates(part.motion)
         plant: dict[str, Estimate] = {symbol: known[symbol] for symbol in ("A", "B", "T_d", "K_f") if symbol in known}
         if "offset" in sections.get("static", {}):
@@ -182,13 +228,13 @@ def read_identified(
         for symbol, estimate in plant.items():
             closed, open_ended = closed_intervals(symbol, estimate)
             found |= closed
-            refused += open_ended
-        if refused:
-            warnings.append(NOT_DRAWN.found(f"axis {name}", names=refused))
+            undrawn += open_ended
+        if undrawn:
+            warnings.append(NOT_DRAWN.found(f"axis {name}", names=undrawn))
         if found:
             intervals[name] = found
             covariances[name] = [*_together(own or part.friction), *_of_plant(of_plant)]
-            beyond[name], widened[name] = discrepancies(own or part.friction, of_plant, refused)
+            beyond[name], widened[name] = discrepancies(own or part.friction, of_plant, undrawn)
         load = float(plant["offset"]) if "offset" in plant else axis.load
         spring = axis.second_mass if part.nominal is None else spring_of(part.nominal, model, part.motion)
         axes[name] = replace(

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import hypot, isfinite
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from fric.circles.agreement import CAUSES, Agreement, agreement, circles_to_predict, predict
 from fric.circles.diagnose import Diagnosis, both_directions
@@ -13,7 +13,8 @@ from fric.circles.diagnose import diagnose as take_apart
 from fric.circles.learn import Learned, LearnedFeedforward, Learning, circles_to_learn, learn_from
 from fric.circles.learn import learn as learn_rounds
 from fric.circles.measured import MeasuredCircle
-from fric.circles.next_circle import LEARNED, measured_glitch
+from fric.circles.next_circle import LEARNED, LeftOver, distrusts, measured_glitch, observers_distrust
+from fric.circles.prediction import Prediction, predicted
 from fric.circles.tune import Tuned, steps_of_tuning
 from fric.circles.tune import tune as refit
 from fric.documents.base import provenance
@@ -26,11 +27,11 @@ from fric.documents.circle_findings import (
     tuned_files,
     write_tuned,
 )
-from fric.documents.identified import machine_to_predict
+from fric.documents.identified import IdentifiedMachine, machine_to_predict
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.estimate import Estimate, estimate_rows, in_digits
-from fric.flaws.prediction import NOT_AS_PREDICTED
+from fric.flaws.prediction import CIRCLE_UNUSED, NOT_AS_PREDICTED
 from fric.io.circle import choose_circles, read_feedforward, write_feedforward
 from fric.io.run import read_run_provenance, write_runs
 from fric.notice import Notice
@@ -41,7 +42,9 @@ from fric.results.given_models import CIRCLES, circles_of, machine_of, schemes_o
 from fric.results.kinds import CircleLike, KnownSchemes, MachineFile, MachineLike, Quantity, SchemeName
 from fric.results.text import Piece, Table, named
 from fric.simulate.circle import Circle
+from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine
+from fric.simulate.monte_carlo import MonteCarlo
 from fric.threads import one_blas_thread
 from fric.units import readable
 from fric.verb import Kind, UnfitError, verb
@@ -479,3 +482,43 @@ def _ran_on(given: Any) -> Machine:
     if not (path and isinstance(path, str) and isinstance(files, list)):
         raise FricError("the circle does not say on which machine it was run", hint="Name it with `machine=`.")
     return read_machine(located(Path(path), "machine"), nominal_files=[str(file) for file in files])
+
+
+@dataclass(frozen=True)
+class KnownMachine:
+    """The distribution that machines are drawn from, and the circles that they are fitted to."""
+
+    identified: IdentifiedMachine  # The machine with the intervals of what was identified
+    tests: Sequence[MeasuredCircle]  # Measured circles
+    left: LeftOver | None  # What the machine's models leave of them; None without any
+    unused: tuple[Notice, ...] = ()  # Why a circle could not be used
+
+    @classmethod
+    def of(
+        cls, identified: IdentifiedMachine, tests: Sequence[MeasuredCircle], axes: Sequence[str] | None, seed: int
+    ) -> Self:
+        """Return the knowledge of a machine from its identified parameters and measured circles."""
+        machine, left, unused = identified.machine, None, []
+        for test in tests:
+            try:  # one that lacks a channel still judges, and completes nothing
+                names = axes or [name for name in pair(machine) if name in machine.axes]
+                left = LeftOver.of([*(left.tests if left else ()), test], machine, names, seed)
+            except FricError as error:
+                unused.append(CIRCLE_UNUSED.found(why=str(error).replace("\n", " ")))
+        return cls(identified, tests, left, tuple(unused))
+
+    def drawn(self) -> dict[str, Any]:
+        """Return the distribution that a study draws its machines from."""
+        return self.identified.drawn() | {"completion": self.left}
+
+    def prediction(self, many: MonteCarlo) -> Prediction:
+        """Return the prediction for the schemes by the machines that were run, and whether to trust it."""
+        study, notices = many.study, self.identified.machine.warnings
+        whole = self.left(study.machine) if self.left else study.machine
+        records = [record for group in self.left.records.values() for record in group] if self.left else []
+        measured = [test.where for test in self.left.tests] if self.left else ()
+        return predicted(
+            many, widened=self.identified.widened, measured=measured,
+            distrust=(*self.unused, *distrusts(whole, notices, self.tests, records, study.circle)),
+            of_schemes=observers_distrust(study.schemes, notices),
+        )  # fmt: skip

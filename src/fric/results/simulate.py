@@ -12,8 +12,7 @@ import numpy as np
 from fric.circles.prediction import Prediction
 from fric.contour import QUADRANTS
 from fric.documents.contours import CircleMapDocument, CircleResultDocument, PathResultDocument
-from fric.documents.identified import IdentifiedMachine
-from fric.documents.spread import read_spreads
+from fric.documents.identified import IdentifiedMachine, read_spreads
 from fric.errors import FricError
 from fric.flaws.prediction import INTERRUPTED, SCHEME_FAILED
 from fric.notice import Notice, once
@@ -237,7 +236,7 @@ def circle(
     given: dict[str, Any] = {} if spreads is None else {"spreads": spreads}
     evidence = None
     if identified:
-        from fric.results.known_machine import KnownMachine  # with SciPy's signal processing, which a table needs not
+        from fric.results.circles import KnownMachine  # with SciPy's signal processing, which a table needs not
 
         tests = circles_of([measured])
         evidence = KnownMachine.of(identified, tests, [axis] if axis else None, seed)
