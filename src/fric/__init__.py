@@ -20,7 +20,10 @@ __all__ = sorted(_HOMES)
 def __getattr__(name: str) -> Any:
     home = _HOMES.get(name) or ("" if name.startswith("_") else _verb(name))
     if not home:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+        from fric.errors import near
+
+        meant = near(name, __all__).rstrip()
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'{'. ' if meant else ''}{meant}")
     found = getattr(import_module(home, __name__), name)
     if isinstance(found, type):
         from fric.verb import explained

@@ -135,6 +135,10 @@ def _check(function: Callable[P, Any], called: str, *args: P.args, **kwargs: P.k
     for name, given in bound.arguments.items():
         hint = _hints(function)[name]
         if not _fits(given, hint):
+            if isinstance(given, str) and (choices := _choices(hint)):
+                raise FricError(
+                    f"{called} takes {name} as {_words(hint)}, and was given '{given}'", hint=near(given, choices)
+                )
             raise refused(called, f"{name} as {_words(hint)}", given)
         if not _within(given, hint):
             raise FricError(f"{called} takes {name} as {_words(hint)}, and was given {given}")
@@ -268,6 +272,12 @@ def kinds_of(hint: Any) -> list[Kind]:
     if origin in {Union, UnionType} and NoneType in inner:
         return [kind for item in inner for kind in kinds_of(item)]
     return []
+
+
+def _choices(hint: Any) -> list[str]:
+    """Return the texts that an annotation admits, each by its name."""
+    inner = get_args(hint)
+    return list(inner) if get_origin(hint) is Literal else [text for item in inner for text in _choices(item)]
 
 
 def _again(given: Any) -> Iterable[Any]:

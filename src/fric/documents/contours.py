@@ -9,6 +9,7 @@ from pydantic import Field
 
 from fric.arrays import Real
 from fric.circles.prediction import Predicted, Prediction
+from fric.contour import beside
 from fric.documents.base import CodedWarning, Document
 from fric.documents.generated import PartOf, again
 from fric.documents.quantity import Known, Part, Written, of
@@ -177,8 +178,10 @@ class PathReversal(Written):
 
 
 def _reversals(run: Any) -> list[dict[str, Any]]:
+    names = tuple(run.traces)
+    names = names if len(names) > 1 else beside(names[0])
     return [
-        {"axis": tuple(run.traces)[found.axis], "x": found.x, "y": found.y, "glitch": glitch.median}
+        {"axis": names[found.axis], "x": found.x, "y": found.y, "glitch": glitch.median}
         for found, glitch in zip(run.contour.reversals, run.glitches, strict=True)
     ]
 

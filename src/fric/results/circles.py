@@ -38,8 +38,8 @@ from fric.notice import Notice
 from fric.output import refuse_existing, together
 from fric.results.base import DataFrame, Figure, Result
 from fric.results.given import Advance, bounded, path_of, quantity, silent
-from fric.results.given_models import CIRCLES, circles_of, machine_of, schemes_of
-from fric.results.kinds import CircleLike, KnownSchemes, MachineFile, MachineLike, Quantity, SchemeName
+from fric.results.given_models import machine_of, schemes_of, some_circles
+from fric.results.kinds import CircleLike, KnownSchemes, MachineLike, Quantity, SchemeName
 from fric.results.text import Piece, Table, named
 from fric.simulate.circle import Circle
 from fric.simulate.contour_run import pair
@@ -47,7 +47,7 @@ from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import MonteCarlo
 from fric.threads import one_blas_thread
 from fric.units import readable
-from fric.verb import Kind, UnfitError, verb
+from fric.verb import Kind, verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -225,8 +225,7 @@ def diagnose(
     FricError
         When a file is no circle test, or the tests are not of one circle.
     """
-    if not (measured := circles_of(circles, scheme)):
-        raise UnfitError(CIRCLES, None)
+    measured = some_circles(circles, scheme)
     found = take_apart(both_directions(measured, quantity(feed, "velocity")))
     if machine is None or (scheme is None and found.test.scheme == LEARNED):  # which no machine file tells
         return DiagnosisResult(found)
@@ -347,8 +346,7 @@ def tune(
         When a test lacks a channel, or there is no nominal GMS model.
     """
     subject = machine_of(machine)
-    if not (tests := circles_of(circles, scheme)):
-        raise UnfitError(CIRCLES, None)
+    tests = some_circles(circles, scheme)
     advance(0, total=steps_of_tuning(tests))
     with one_blas_thread():  # products of small matrices between compiled replays
         found = refit(subject, tests, advance, loop=loop)
@@ -411,14 +409,14 @@ class LearnedTable(Result, schema=LearnedFeedforwardDocument, of="table"):
 
 @verb
 def learn(
-    given: Annotated[CircleLike, Kind(metavar="MACHINE.yaml|CIRCLE.h5")],
+    given: Annotated[MachineLike | CircleLike, Kind(Path, "MACHINE.yaml|CIRCLE.h5")],
     *,
     rounds: Annotated[int | None, Kind(least=1, most=1000)] = None,
     velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
     radius: Annotated[Quantity, "position"] = "30 mm",
     clockwise: bool = False,
     observer: bool = True,
-    machine: MachineFile | None = None,
+    machine: MachineLike | None = None,
     before: Annotated[Path | str | None, Kind(metavar="TABLE.h5")] = None,
     scheme: SchemeName | None = None,
     share: float | None = None,
@@ -433,8 +431,7 @@ def learn(
     Parameters
     ----------
     given
-        A machine; or a recorded circle. The machine file goes with ``rounds``; a circle test, or its file, with
-        ``machine``.
+        A machine; or a recorded circle. A machine, or its file, goes with ``rounds``; a circle test with ``machine``.
     rounds
         In simulation: circles to learn from.
     velocity
@@ -461,13 +458,13 @@ def learn(
     """
     corner = quantity(bandwidth, "frequency")
     if rounds is not None:
-        subject = read_machine(path_of("a machine file", given))
+        subject = machine_of(given)
         feed = bounded("speed", velocity)
         test = Circle(bounded("radius", radius), feed, direction=-1 if clockwise else 1)
         how = Learning.at(feed, share, corner)
         advance(0, total=circles_to_learn(rounds))
         return LearnResult(learn_rounds(subject, test, rounds, how, observer=observer, done=advance))
-    subject = _ran_on(given) if machine is None else read_machine(machine)
+    subject = _ran_on(given) if machine is None else machine_of(machine)
     circle = given if isinstance(given, MeasuredCircle) else choose_circles([path_of("a circle", given)], scheme)[0]
     how = Learning.at(circle.feed, share, corner)
     last = None if before is None else read_feedforward(Path(before))

@@ -50,6 +50,10 @@ def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None,
     Raises FricError: When something else is given, or the document is of another axis or motion.
     """
     wanted = f"a {kind.type} file, or a result that holds one"
+    if kind is PlantDocument and isinstance(given, Plant):
+        axis, motion = of or ("x", "linear")
+        head = {"fric": kind.type_name(), "axis": axis, "motion": motion}
+        return kind.model_validate(head | PlantDocument.of(given, motion))
     if isinstance(given, Result):
         if given.document.get("fric") != kind.type_name():
             raise UnfitError(wanted, given)
@@ -92,6 +96,13 @@ def friction_of(given: Any, axis: str, motion: Motion) -> FrictionDocument | Non
         head = {"fric": FrictionDocument.type_name(), "axis": axis, "motion": motion}
         return FrictionDocument.model_validate(head | {"static": static})
     return None if given is None else document_of(FrictionDocument, given, (axis, motion))
+
+
+def some_circles(given: Iterable[Any], scheme: str | None = None) -> list[MeasuredCircle]:
+    """Return measured circles as `circles_of` does; raise a `FricError` if there are none."""
+    if not (found := circles_of(given, scheme)):
+        raise FricError("no circle was given", hint=f"Give {CIRCLES}.")
+    return found
 
 
 def circles_of(given: Iterable[Any], scheme: str | None = None) -> list[MeasuredCircle]:

@@ -330,7 +330,12 @@ class StaticResult(IdentifiedFriction):
         """
         fit = self.fit
         given = several(velocity, "velocity", fit.motion) if isinstance(velocity, str) else velocity
-        v = np.atleast_1d(np.asarray(given, float))
+        try:
+            v = np.atleast_1d(np.asarray(given, float))
+        except (TypeError, ValueError):
+            v = np.array([np.nan])
+        if not np.isfinite(v).all():
+            raise FricError(f"{given} are no velocities", hint="Give numbers [m/s], or a text as '1 mm/s, 10 mm/s'.")
         if fit.static is None:
             raise FricError("only one speed was logged, which gives no map", hint="Log strokes at ten speeds.")
         force, half = fit.static.predict(v)
@@ -523,6 +528,8 @@ def identify_gms(
         doubtful += settled(of_friction(forward, motion, known.M if known else None, where_of(static)))
         doubtful += settled(of_level(records, forward.F_s))
     at = None if knots == "auto" else several(knots, "position", motion)
+    if at == []:
+        raise FricError("no knot was given", hint="Name them in order, as in '0.9 um, 26 um, 54 um'; or leave it auto.")
     if at is not None and blocks not in {"auto", len(at), str(len(at))}:
         raise FricError(f"{len(at)} knots give {len(at)} blocks, not {blocks}", hint="Leave `blocks=` out.")
     found = fit_gms(
@@ -660,8 +667,10 @@ def _fixed(model: str, given: Iterable[str] | Mapping[str, float | str], motion:
     numbers = {k: float(v) for k, v in given.items() if not isinstance(v, str)} if isinstance(given, Mapping) else {}
     declared = {p.name: p for parameters in models()[model].declared().values() for p in parameters}
     for text in texts:
-        name, _, value = text.partition("=")
+        name, equals, value = text.partition("=")
         if name not in declared:
             raise FricError(f"{model} has no parameter '{name}'", hint=f"It has {', '.join(declared)}.")
+        if not equals:
+            raise FricError(f"'{name}' is fixed at nothing", hint=f"Write its value, as in {name}=VALUE.")
         numbers[name] = parse(value, declared[name].dimension, motion)
     return numbers

@@ -394,7 +394,7 @@ class PathResult(Result, schema=PathResultDocument):
             Table(["scheme", "glitch", "rms", "range", "reduction"], [self._row(run) for run in self.runs], title)
         ]
         worst = max(self.runs, key=lambda run: run.contour.glitch)
-        names = tuple(worst.traces)
+        names = pair(self.machine)
         rows = [
             [f"{names[reversal.axis]} turns at {reversal.x * 1e3:z.1f}, {reversal.y * 1e3:z.1f} mm"]
             + [run.glitches[n].text() for run in self.runs]

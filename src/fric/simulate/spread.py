@@ -19,6 +19,7 @@ from fric.estimate import Covariance, Estimate, as_filed
 from fric.friction import FrictionModel, Parameter, models
 from fric.friction.directed import Directed
 from fric.simulate.machine import Axis, Machine
+from fric.verb import refused
 
 Intervals = Mapping[str, tuple[float, float]]
 """95 % intervals by parameter; ``negative.F_c`` is of the negative direction, ``k_2`` of the second block."""
@@ -191,8 +192,10 @@ def known_spreads() -> tuple[str, ...]:
 
 
 def check_spreads(spreads: Mapping[str, Spread]) -> None:
-    """Raise a `FricError` when a name is none that can be spread."""
-    for name in spreads:
+    """Raise a `FricError` when a name is none that can be spread, or its spread is none."""
+    for name, spread in spreads.items():
+        if not isinstance(spread, Spread):
+            raise refused("the spread", f"{name} as a Spread", spread)
         if name not in known_spreads():
             raise FricError(f"'{name}' is nothing that can be spread", hint=f"Known are {', '.join(known_spreads())}.")
 
