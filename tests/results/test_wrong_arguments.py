@@ -1,5 +1,7 @@
 """Arguments that are missing, unknown or of a wrong type end in a sentence that names them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -46,6 +48,13 @@ FRAME = {"time": [0.0, 1e-3, 2e-3], "position": [0.0, 1.0, 2.0]}
     (lambda: fric.read_machine("xy-table").save("machine.h5"), "what is written is YAML.*machine.yaml"),
     (lambda: fric.circle("xy-table", "a", radius="-30 mm"), "'-30 mm' is not positive"),
     (lambda: fric.read_machine("xy-table", nominal_files=["f.yaml"]), "Write it as x=f.yaml"),
+    (lambda: fric.design_controller("p.yaml", view="bod"), "and was given 'bod'.*Is it bode"),
+    (lambda: fric.circle("xy-table", "a", machines=1, spread={"level": 1}),
+     "level as a Spread, and was given an int"),
+    (lambda: fric.diagnose(), "no circle was given"),
+    (lambda: fric.tune("xy-table"), "no circle was given"),
+    (lambda: fric.identify_gms("data/presliding-sine.h5", knots=[]), "no knot was given"),
+    (lambda: fric.identify_model("dahl", "data/presliding-sine.h5", fix=["n"]), "'n' is fixed at nothing"),
     (lambda: fric.design_block("kalmann", "p.yaml"), "there is no control block 'kalmann'.*Is it kalman"),
     (lambda: fric.export_axis("cc", "xy-table", axis="x"), "there is no target 'cc'.*Is it c.*linuxcnc"),
 ])  # fmt: skip
@@ -68,3 +77,32 @@ def test_shared_arguments_are_described_in_each_verb():
     assert "    Predict the circle too." in fric.diagnose.__doc__  # its own description stays
     assert documented("Do.", ["seed", "other"]) == "Do.\n\nParameters\n----------\nseed\n    Seed of the coarse search."
     assert documented("Do.", ["other"]) == "Do."
+
+
+def test_a_plant_is_taken_where_its_file_is():
+    plant = fric.Plant(A=10.0, B=2.0, T_d=1e-3, K_f=100.0)
+    assert fric.design_controller(plant).belief.K_p > 0
+
+
+def test_a_path_is_run_on_a_machine_of_one_axis():
+    machine = fric.read_machine("xy-table")
+    t = np.linspace(0.0, 2 * np.pi, 200)
+    points = fric.PointPath(0.03 * np.cos(t), 0.03 * np.sin(t), 0.05)
+    found = fric.path(replace(machine, axes={"x": machine.axis("x")}), points, "a")
+    assert "x turns at -30.0" in repr(found)
+    assert {one["axis"] for one in found.document["schemes"]["a"]["reversals"]} == {"x", "y"}
+
+
+@pytest.mark.parametrize("velocity", [None, ["a"], [0.1, np.nan]])
+def test_forces_are_predicted_at_velocities(velocity):
+    static = fric.identify_static("data/constant-velocity.h5")
+    force, half = static.predict("10 mm/s")
+    assert force == pytest.approx(static.predict(0.01)[0])
+    assert half > 0
+    with pytest.raises(FricError, match="are no velocities"):
+        static.predict(velocity)
+
+
+def test_a_name_that_is_not_there_is_answered_with_the_like_one():
+    with pytest.raises(AttributeError, match="Is it identify_static"):
+        fric.idenfity_static  # noqa: B018
