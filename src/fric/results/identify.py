@@ -34,7 +34,7 @@ from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.plausibility import Finding, of_amplitudes, of_friction, of_level, of_logs, of_shares, of_strokes, settled
 from fric.records.clipping import without_clipped
-from fric.records.prepared import prepared
+from fric.records.prepared import prepared, without_loaded
 from fric.results.base import Identified
 from fric.results.given import in_si, logs_of, quantity, records_of, several, where_of
 from fric.results.given_models import circles_of, document_of, friction_of, plant_of
@@ -641,7 +641,7 @@ def identify_model(
     doubtful += cut
     if kept is not None:
         doubtful += settled(of_level(records, float(kept.estimates("static")["F_s"])))
-    ready = prepared(records, taken_off)
+    ready, loaded = without_loaded(prepared(records, taken_off))
     doubtful += settled(
         of_shares((record.log, record.done.inertia_share, record.done.damping_share) for record in ready)
     )
@@ -658,7 +658,7 @@ def identify_model(
     static = getattr(found.model, "static", None)
     if static is not None:
         doubtful += settled(of_friction(static, motion, taken_off.M if taken_off else None, records[0].where))
-    return ModelResult(replace(found, warnings=(*found.warnings, *doubtful)), kept)
+    return ModelResult(replace(found, warnings=(*found.warnings, *loaded, *doubtful)), kept)
 
 
 def _fixed(model: str, given: Iterable[str] | Mapping[str, float | str], motion: Motion) -> dict[str, float]:
