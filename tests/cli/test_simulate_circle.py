@@ -102,7 +102,7 @@ def test_a_controller_of_its_own_is_used_and_told_by_its_type(tmp_path: Path) ->
     ("words", "told"),
     [
         (["--radius", "0 mm"], "'0 mm' is not positive"),
-        (["--velocity", "-1 mm/s"], "feed of the circle"),
+        (["--velocity", "-1 mm/s"], "'-1 mm/s' is not positive"),
         (["--revolutions", "0"], "revolutions"),
         (["--scheme", "g"], "no scheme 'g'"),
         (["--axis", "q"], "no axis 'q'"),
@@ -123,7 +123,7 @@ def test_what_cannot_be_run_is_told(words: list[str], told: str) -> None:
             '      #{source: "[C] cal',
             r"axis x: the force constant K_f",
         ),
-        ("v_s: {value: 1, unit: mm/s", "v_s: {value: 1", r"line \d+: axes.x.friction.static.v_s.unit: Field required"),
+        ("v_s: {value: 1, unit: mm/s", "v_s: {value: 1", r"line \d+: axes.x.friction.static.v_s.unit: is missing"),
         (
             "K_f: {value: 548, unit: N/V",
             "K_f: {value: 548, unit: N",
