@@ -1,9 +1,11 @@
 """A program in C99 that strict compilers and checkers of MISRA C:2012 accept without a message."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
 from fric.export.translate import program as ir
+from fric.export.translate.writer import Writer
 
 _POWERS = (64, 32, 16, 8, 4, 2, 1)
 HELPERS = {
@@ -56,7 +58,6 @@ class Dialect:
 
     prefix: str  # What every name of the file begins with
     single: bool = False  # True for ``float``
-    avoid: frozenset[str] = frozenset()  # Names with another meaning in the environment of the C code
 
     @property
     def real(self) -> str:
@@ -67,8 +68,6 @@ class Dialect:
         """Return a real constant, exact in the precision of the dialect."""
         if not self.single:
             return repr(float(value))
-        import numpy as np
-
         text = str(np.float32(value))
         return f"{text if any(c in text for c in '.e') else text + '.0'}F"
 
@@ -116,18 +115,28 @@ def _record(record: ir.Record, dialect: Dialect) -> str:
     return f"typedef struct {{\n{members}\n}} {c_type(record, dialect)};"
 
 
-class _CRoutine:
+class _CRoutine(Writer):
     """Writes one routine: variables are declared where they are first set, at the latest where all their uses lie."""
 
+    loop = ("for (int32_t {0} = 0; {0} < {1}; ++{0}) {{", "}")
+    branch = ("if ({}) {{", "} else {", "}")
+    discarded = "(void)"
+    constant = str.lower
+
     def __init__(self, program: ir.Program, routine: ir.Routine, dialect: Dialect) -> None:
-        self.program, self.routine, self.dialect = program, routine, dialect
+        super().__init__(routine, dialect.prefix, 1)
+        self.program, self.dialect = program, dialect
         self.declared = {argument.name for argument in routine.arguments}
-        self.lines: list[str] = []
-        self.depth = 1
+        self.operations = {
+            "negate": "(-{})", "not": "(!{})", "to real": f"(({dialect.real})({{}}))", "select": "({} ? {} : {})",
+            "and": "({} && {})", "or": "({} || {})", "//": "({} / {})",
+        }  # fmt: skip
 
     def text(self) -> str:
         routine, dialect = self.routine, self.dialect
-        changed = _set(routine.body) & self.declared
+        targets = (node.target for node in routine.nodes if isinstance(node, ir.Assign))
+        places = (target.record if isinstance(target, ir.Field) else target for target in targets)
+        changed = {place.name for place in places if isinstance(place, ir.Name)}
         taken, copied = [], []
         for argument in routine.arguments:
             name = self.name(argument.name)
@@ -140,152 +149,74 @@ class _CRoutine:
             else:
                 taken.append(f"{c_type(argument.type, dialect)} {name}")
         result = c_type(None if routine.result is None else routine.result.type, dialect)
-        used = {node.name for node in ir.parts(routine.body, routine.result) if isinstance(node, ir.Name)}
+        used = {node.name for node in routine.nodes if isinstance(node, ir.Name)}
         unused = [
             f"    (void){self.name(argument.name)};" for argument in routine.arguments if argument.name not in used
         ]
         self.block(routine.body, routine.result)
         head = [f"/* {routine.note} */"] if routine.note else []
         head += [f"static inline {result} {dialect.prefix}{routine.name}({', '.join(taken)})", "{", *copied, *unused]
-        last = [] if routine.result is None else [f"    return {self.plain(self.expression(routine.result))};"]
+        last = [] if routine.result is None else [f"    return {self.outer(routine.result)};"]
         return "\n".join([*head, *self.lines, *last, "}"])
 
     def name(self, name: str) -> str:
         """Return a valid C name of a variable; checkers mistake a name ending in ``ull`` for a number."""
-        taken = name in _RESERVED or name in self.dialect.avoid or name.endswith("ull")
-        return f"{name}_" if taken else name
+        return f"{name}_" if name in _RESERVED or name.endswith("ull") else name
 
-    def write(self, text: str) -> None:
-        self.lines.append("    " * self.depth + text)
+    def number(self, value: float) -> str:
+        text = self.dialect.number(value)
+        return f"({text})" if value < 0 else text
+
+    def function(self, name: str) -> str:
+        library = {"exp": "exp", "pow": "pow", "abs": "fabs"}.get(name)
+        return self.dialect.function(library) if library else self.prefix + name
 
     def block(self, body: tuple[ir.Statement, ...], result: ir.Expression | None = None) -> None:
         """Write a block; first declare variables that it sets in several parts, or in a part and after it."""
-        for name in self.late(body, result):
+        for name in self.late([*body, *([] if result is None else [result])]):
             self.declared.add(name.name)
             self.write(f"{c_type(name.type, self.dialect)} {self.name(name.name)};")
         for statement in body:
             self.statement(statement)
 
-    def late(self, body: tuple[ir.Statement, ...], result: ir.Expression | None) -> list[ir.Name]:
-        """Return the undeclared variables that two statements of a block share without a preceding plain assignment."""
-        found: dict[str, list[int]] = {}
+    def late(self, block: list[ir.Statement | ir.Expression]) -> list[ir.Name]:
+        """Return the undeclared variables that two parts of a block share without a preceding plain assignment."""
+        found: dict[str, list[ir.Node]] = {}
         names: dict[str, ir.Name] = {}
-        counted: set[str] = set()
-        for n, statement in enumerate(body):
-            for node in ir.parts((statement,)):
+        for part in block:
+            for node in ir.walk(part):
                 if isinstance(node, ir.Name) and node.name not in self.declared:
-                    found.setdefault(node.name, []).append(n)
+                    found.setdefault(node.name, []).append(part)
                     names[node.name] = node
-            counted |= _counters((statement,))
-        if result is not None:
-            for node in ir.inside(result):
-                if isinstance(node, ir.Name) and node.name not in self.declared:
-                    found.setdefault(node.name, []).append(len(body))
-                    names[node.name] = node
+        counted = {node.variable.name for node in ir.walk(*block) if isinstance(node, ir.Count)}
         late = []
         for name, places in found.items():
-            first = body[places[0]] if places[0] < len(body) else None
-            begins = isinstance(first, ir.Assign) and first.target == names[name]
-            inner = len(set(places)) == 1 and isinstance(first, (ir.Branch, ir.Count))
+            begins = isinstance(places[0], ir.Assign) and places[0].target == names[name]
+            inner = isinstance(places[0], (ir.Branch, ir.Count)) and all(place is places[0] for place in places)
             if not begins and not inner and name not in counted:
                 late.append(names[name])
         return late
 
-    def statement(self, statement: ir.Statement) -> None:
-        match statement:
-            case ir.Assign(ir.Name(name, of) as target, value) if name not in self.declared:
-                self.declared.add(name)
-                begun = f"{c_type(of, self.dialect)} {self.expression(target)}"
-                self.write(f"{begun} = {self.plain(self.expression(value))};")
-            case ir.Assign(target, value):
-                self.write(f"{self.expression(target)} = {self.plain(self.expression(value))};")
-            case ir.Evaluate(call):
-                void = "(void)" if call.type is not None else ""
-                self.write(f"{void}{self.expression(call)};")
-            case ir.Count(variable, stop, body):
-                i = self.name(variable.name)
-                self.write(f"for (int32_t {i} = 0; {i} < {self.expression(stop)}; ++{i}) {{")
-                self.inner(body, {variable.name})
-                self.write("}")
-            case ir.Branch(condition, then, otherwise):
-                self.write(f"if ({self.plain(self.expression(condition))}) {{")
-                self.inner(then, set())
-                if otherwise:
-                    self.write("} else {")
-                    self.inner(otherwise, set())
-                self.write("}")
+    def assign(self, target: ir.Name | ir.Element | ir.Field, value: str) -> None:
+        new = isinstance(target, ir.Name) and target.name not in self.declared
+        if isinstance(target, ir.Name):
+            self.declared.add(target.name)
+        begun = f"{c_type(target.type, self.dialect)} " if new else ""
+        self.write(f"{begun}{self.expression(target)} = {value};")
 
-    def inner(self, body: tuple[ir.Statement, ...], known: set[str]) -> None:
-        outside, self.declared = self.declared, self.declared | known
+    def inner(self, body: tuple[ir.Statement, ...], *counters: str) -> None:
+        outside, self.declared = self.declared, self.declared | set(counters)
         self.depth += 1
         self.block(body)
         self.depth -= 1
         self.declared = outside
 
-    def plain(self, text: str) -> str:
+    def outer(self, value: ir.Expression) -> str:
         """Return an expression without the parentheses around the whole of it."""
-        if not text.startswith("("):
-            return text
+        text = self.expression(value)
         level = 0
         for n, character in enumerate(text):
             level += (character == "(") - (character == ")")
             if level == 0:
-                return text[1:-1] if n == len(text) - 1 else text
+                return text[1:-1] if n and n == len(text) - 1 and text[0] == "(" else text
         return text
-
-    def expression(self, value: ir.Expression) -> str:
-        dialect = self.dialect
-        match value:
-            case ir.Constant(number, of) if of == ir.REAL:
-                text = dialect.number(float(number))
-                return f"({text})" if number < 0 else text
-            case ir.Constant(number, of):
-                return str(number).lower()
-            case ir.Name(name):
-                return self.name(name)
-            case ir.Element(array, index):
-                return f"{self.name(array.name)}[{self.plain(self.expression(index))}]"
-            case ir.Field(record, name):
-                return f"{self.name(record.name)}.{name}"
-            case ir.Operation("negate", (one,)):
-                return f"(-{self.expression(one)})"
-            case ir.Operation("not", (one,)):
-                return f"(!{self.expression(one)})"
-            case ir.Operation("to real", (one,)):
-                return f"(({dialect.real})({self.expression(one)}))"
-            case ir.Operation("select", (condition, first, second)):
-                return f"({self.expression(condition)} ? {self.expression(first)} : {self.expression(second)})"
-            case ir.Operation(operator, (first, second)):
-                c = {"and": "&&", "or": "||", "//": "/"}.get(operator, operator)
-                return f"({self.expression(first)} {c} {self.expression(second)})"
-            case ir.Call(function, arguments):
-                given = ", ".join(self.plain(self.expression(argument)) for argument in arguments)
-                library = {"exp": "exp", "pow": "pow", "abs": "fabs"}.get(function)
-                return f"{dialect.function(library) if library else dialect.prefix + function}({given})"
-        raise AssertionError(value)
-
-
-def _set(body: Iterable[ir.Statement]) -> set[str]:
-    """Return the names that the statements set."""
-    found: set[str] = set()
-    for statement in body:
-        match statement:
-            case ir.Assign(ir.Name(name)) | ir.Assign(ir.Field(ir.Name(name))):
-                found.add(name)
-            case ir.Branch(_, then, otherwise):
-                found |= _set(then) | _set(otherwise)
-            case ir.Count(_, _, inner):
-                found |= _set(inner)
-    return found
-
-
-def _counters(body: Iterable[ir.Statement]) -> set[str]:
-    """Return the variables of the loops in some statements."""
-    found: set[str] = set()
-    for statement in body:
-        match statement:
-            case ir.Branch(_, then, otherwise):
-                found |= _counters(then) | _counters(otherwise)
-            case ir.Count(variable, _, inner):
-                found |= {variable.name} | _counters(inner)
-    return found

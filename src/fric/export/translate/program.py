@@ -59,8 +59,12 @@ class Absent:
 Type = Scalar | Record | Array | Absent
 
 
+class Node:
+    """An expression or a statement: what `walk` comes by."""
+
+
 @dataclass(frozen=True)
-class Constant:
+class Constant(Node):
     """A number, or a truth value."""
 
     value: float | int | bool
@@ -68,7 +72,7 @@ class Constant:
 
 
 @dataclass(frozen=True)
-class Name:
+class Name(Node):
     """A variable."""
 
     name: str
@@ -76,7 +80,7 @@ class Name:
 
 
 @dataclass(frozen=True)
-class Element:
+class Element(Node):
     """An element of an array."""
 
     array: Name
@@ -85,7 +89,7 @@ class Element:
 
 
 @dataclass(frozen=True)
-class Field:
+class Field(Node):
     """A field of a record."""
 
     record: Name
@@ -94,7 +98,7 @@ class Field:
 
 
 @dataclass(frozen=True)
-class Operation:
+class Operation(Node):
     """An operation on one, two or (``select``: condition, then, else) three values.
 
     ``+ - * /`` on numbers, ``//`` and ``%`` on integers, ``< <= > >= == !=``, ``and or not``, ``negate``, ``select``,
@@ -107,7 +111,7 @@ class Operation:
 
 
 @dataclass(frozen=True)
-class Call:
+class Call(Node):
     """A call of a routine of the program, or of a function available in every language."""
 
     function: str
@@ -119,7 +123,7 @@ Expression = Constant | Name | Element | Field | Operation | Call
 
 
 @dataclass(frozen=True)
-class Assign:
+class Assign(Node):
     """``target = value``."""
 
     target: Name | Element | Field
@@ -127,7 +131,7 @@ class Assign:
 
 
 @dataclass(frozen=True)
-class Branch:
+class Branch(Node):
     """``if condition: then; else: otherwise``."""
 
     condition: Expression
@@ -136,7 +140,7 @@ class Branch:
 
 
 @dataclass(frozen=True)
-class Count:
+class Count(Node):
     """``for variable in range(stop): body``."""
 
     variable: Name
@@ -145,7 +149,7 @@ class Count:
 
 
 @dataclass(frozen=True)
-class Evaluate:
+class Evaluate(Node):
     """A call for its effect."""
 
     call: Call
@@ -164,73 +168,38 @@ class Routine:
     result: Expression | None  # Its return value; None for none
     note: str  # The first line of its docstring
 
+    @property
+    def nodes(self) -> Iterator[Node]:
+        """Every statement and expression of its body and its result, in their order."""
+        return walk(*self.body, *(() if self.result is None else (self.result,)))
+
 
 @dataclass(frozen=True)
 class Program:
     """Routines in an order in which each comes after those that it calls."""
 
-    routines: tuple[Routine, ...]  # The routines
+    routines: tuple[Routine, ...]
     records: tuple[Record, ...]  # The records that they use
 
     def calls(self, intrinsic: str) -> bool:
         """Return whether the program calls an intrinsic function."""
-        return any(
-            isinstance(part, Call) and part.function == intrinsic
-            for routine in self.routines
-            for part in parts(routine.body, routine.result)
-        )
+        nodes = (node for routine in self.routines for node in routine.nodes)
+        return any(isinstance(node, Call) and node.function == intrinsic for node in nodes)
 
     def changes(self, routine: Routine, array: str) -> bool:
         """Return whether a routine, or a routine that it calls, writes to an array."""
-        targets = [statement.target for statement in every(routine.body) if isinstance(statement, Assign)]
+        nodes = list(routine.nodes)
+        targets = (node.target for node in nodes if isinstance(node, Assign))
         if any(isinstance(target, Element) and target.array.name == array for target in targets):
             return True
-        called = {part.function for part in parts(routine.body, routine.result) if isinstance(part, Call)}
+        called = {node.function for node in nodes if isinstance(node, Call)}
         return any(self.changes(routine, array) for routine in self.routines if routine.name in called)
 
 
-def every(body: tuple[Statement, ...]) -> Iterator[Statement]:
-    """Yield every statement of a body, including those in branches and loops."""
-    for statement in body:
-        yield statement
-        if isinstance(statement, Branch):
-            yield from every(statement.then)
-            yield from every(statement.otherwise)
-        elif isinstance(statement, Count):
-            yield from every(statement.body)
-
-
-def inside(expression: Expression) -> Iterator[Expression]:
-    """Yield an expression and every expression inside it."""
-    yield expression
-    match expression:
-        case Element(array, index):
-            yield array
-            yield from inside(index)
-        case Field(record):
-            yield record
-        case Operation(_, operands) | Call(_, operands):
-            for operand in operands:
-                yield from inside(operand)
-
-
-def of_statement(statement: Statement) -> tuple[Expression, ...]:
-    """Return the expressions of a statement itself, its target among them."""
-    match statement:
-        case Assign(target, value):
-            return target, value
-        case Branch(condition):
-            return (condition,)
-        case Count(variable, stop):
-            return variable, stop
-        case Evaluate(call):
-            return (call,)
-
-
-def parts(body: tuple[Statement, ...], result: Expression | None = None) -> Iterator[Expression]:
-    """Yield every expression of a body and of its result."""
-    for statement in every(body):
-        for expression in of_statement(statement):
-            yield from inside(expression)
-    if result is not None:
-        yield from inside(result)
+def walk(*nodes: Node) -> Iterator[Node]:
+    """Yield nodes with every node inside them, each before its parts."""
+    for node in nodes:
+        yield node
+        for value in vars(node).values():
+            parts = value if isinstance(value, tuple) else (value,)
+            yield from walk(*(part for part in parts if isinstance(part, Node)))

@@ -4,11 +4,12 @@ import ast
 import builtins
 import inspect
 import math
+import operator as op
 import textwrap
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, reduce
 from types import FunctionType
-from typing import Any, Protocol, get_type_hints
+from typing import Any, get_type_hints
 
 import numpy as np
 from numba import types
@@ -24,6 +25,9 @@ _OPERATORS: dict[type[ast.AST], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
     ast.And: "and", ast.Or: "or",
 }  # fmt: skip
+_FOLDED: dict[str, Any] = {
+    "+": op.add, "-": op.sub, "*": op.mul, "/": op.truediv, "//": op.floordiv, "%": op.mod,
+}  # fmt: skip
 _INTRINSICS: dict[object, str] = {
     math.exp: "exp", math.copysign: "copysign", math.log1p: "log1p", builtins.abs: "abs", builtins.min: "min",
     builtins.max: "max", math.fabs: "abs", np.abs: "abs", np.exp: "exp",
@@ -31,26 +35,14 @@ _INTRINSICS: dict[object, str] = {
 }  # fmt: skip
 
 
-class Routines(Protocol):
-    """Services of the program's reader for the reader of a body: other routines, and types."""
-
-    inner: Any
-    """The step at an address in the parameters; None where there is none."""
-
-    def routine(self, function: Any, given: tuple[ir.Array | None, ...]) -> ir.Routine:
-        """Return a function that is called as a routine."""
-
-    def type(self, compiled: Any) -> Any:
-        """Return a type as the compiler knows it."""
-
-    def group(self, of: Any) -> ir.Record:
-        """Return a named tuple's class as a record."""
+MOST_PASSES = 64
+"""Largest number of passes of an unrolled loop."""
 
 
-class Expressions:
-    """Reads expressions of a function; statements that must precede an expression wait in ``before``."""
+class Body:
+    """Reads the body of one function; statements that must precede an expression wait in ``before``."""
 
-    def __init__(self, reader: Routines, python: Any, variables: dict[str, ir.Type]) -> None:
+    def __init__(self, reader: "_Reader", python: Any, variables: dict[str, ir.Type]) -> None:
         self.reader, self.python, self.variables = reader, python, variables
         self.fixed: dict[str, ir.Constant] = {}  # whole numbers that are known: sizes of arrays, and what follows
         self.before: list[ir.Statement] = []  # what must be done before the expression that is being read
@@ -68,12 +60,22 @@ class Expressions:
         before, self.before = self.before, []
         return before
 
+    def temporary(self, of: ir.Type) -> ir.Name:
+        """Return a new variable."""
+        self.temporaries += 1
+        return ir.Name(f"kept_{self.temporaries}", of)
+
     def kept(self, value: ir.Expression) -> ir.Name:
         """Return a new variable that holds a value, to be set before the present statement."""
-        self.temporaries += 1
-        name = ir.Name(f"kept_{self.temporaries}", value.type)
+        name = self.temporary(value.type)
         self.variables[name.name] = value.type
         self.before.append(ir.Assign(name, value))
+        return name
+
+    def made(self, record: ir.Record, values: list[ast.expr]) -> ir.Name:
+        """Return a new variable that holds a record of values."""
+        name = self.temporary(record)
+        self.before += self.filled(name, values)
         return name
 
     def filled(self, place: Any, values: list[ast.expr]) -> list[ir.Statement]:
@@ -151,7 +153,11 @@ class Expressions:
             case ast.Subscript(value=ast.Name(id=name), slice=index) if isinstance(self.variables.get(name), ir.Array):
                 return self.element(self.variables[name], self.expression(index))
             case ast.UnaryOp(op=ast.USub(), operand=operand):
-                return self.negated(self.expression(operand))
+                value = self.expression(operand)
+                if isinstance(value, ir.Constant):
+                    return ir.Constant(-value.value, value.type)
+                assert isinstance(value.type, ir.Scalar)
+                return ir.Operation("negate", (value,), value.type)
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 return ir.Operation("not", (self.expression(operand),), ir.BOOLEAN)
             case ast.BinOp(left=left, op=ast.Pow(), right=right):
@@ -160,16 +166,18 @@ class Expressions:
             case ast.BinOp(left=left, op=op, right=right):
                 return self.arithmetic(_OPERATORS[type(op)], self.expression(left), self.expression(right))
             case ast.Compare(left=left, ops=[op], comparators=[right]):
-                first, second = self.expression(left), self.expression(right)
-                first, second = self.alike(first, second)
+                first, second = self.alike(self.expression(left), self.expression(right))
                 return ir.Operation(_OPERATORS[type(op)], (first, second), ir.BOOLEAN)
             case ast.BoolOp(op=op, values=values):
-                made = self.expression(values[0])
-                for other in values[1:]:
-                    made = ir.Operation(_OPERATORS[type(op)], (made, self.expression(other)), ir.BOOLEAN)
-                return made
+                read = map(self.expression, values)
+                return reduce(lambda a, b: ir.Operation(_OPERATORS[type(op)], (a, b), ir.BOOLEAN), read)
             case ast.IfExp(test=test, body=body, orelse=orelse):
-                return self.select(node, self.expression(test), body, orelse)
+                condition, waiting = self.expression(test), len(self.before)
+                first, second = self.alike(self.expression(body), self.expression(orelse))
+                if len(self.before) > waiting:
+                    raise self.refuse("a choice between two values does something besides", node)
+                assert isinstance(first.type, ir.Scalar)
+                return ir.Operation("select", (condition, first, second), first.type)
             case ast.Call(func=func, args=arguments, keywords=[]):
                 return self.call(node, self.known(func), arguments)
         raise self.refuse(f"'{ast.unparse(node)}' has no counterpart", node)
@@ -186,13 +194,6 @@ class Expressions:
             raise self.refuse("its step uses an infinite number", node)
         return ir.Constant(value, ir.REAL)
 
-    def negated(self, value: ir.Expression) -> ir.Expression:
-        """Return the negative of a value."""
-        if isinstance(value, ir.Constant):
-            return ir.Constant(-value.value, value.type)
-        assert isinstance(value.type, ir.Scalar)
-        return ir.Operation("negate", (value,), value.type)
-
     def alike(self, first: ir.Expression, second: ir.Expression) -> tuple[ir.Expression, ir.Expression]:
         """Return two values of the same type: both real where either is."""
         if ir.REAL in (first.type, second.type):
@@ -205,20 +206,9 @@ class Expressions:
         if operator == "/":
             first, second = self.as_type(first, ir.REAL), self.as_type(second, ir.REAL)
         if isinstance(first, ir.Constant) and isinstance(second, ir.Constant):
-            folded = {"+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b,
-                      "/": lambda a, b: a / b, "//": lambda a, b: a // b, "%": lambda a, b: a % b}  # fmt: skip
-            return ir.Constant(folded[operator](first.value, second.value), first.type)
+            return ir.Constant(_FOLDED[operator](first.value, second.value), first.type)
         assert isinstance(first.type, ir.Scalar)
         return ir.Operation(operator, (first, second), first.type)
-
-    def select(self, node: ast.expr, condition: ir.Expression, body: ast.expr, orelse: ast.expr) -> ir.Expression:
-        """Return a choice between two values."""
-        waiting = len(self.before)
-        first, second = self.alike(self.expression(body), self.expression(orelse))
-        if len(self.before) > waiting:
-            raise self.refuse("a choice between two values does something besides", node)
-        assert isinstance(first.type, ir.Scalar)
-        return ir.Operation("select", (condition, first, second), first.type)
 
     def call(self, node: ast.Call, function: Any, arguments: list[ast.expr]) -> ir.Expression:
         """Return a call: of a routine, of a function that languages have, or of a record."""
@@ -235,30 +225,13 @@ class Expressions:
             given += [argument for argument in routine.arguments if isinstance(argument.type, ir.Array)]
             return ir.Call(routine.name, tuple(given), self.reader.type(signature.return_type))
         if is_group(function):
-            self.temporaries += 1
-            place = ir.Name(f"kept_{self.temporaries}", self.reader.group(function))
-            self.before += self.filled(place, arguments)
-            return place
+            return self.made(self.reader.group(function), arguments)
         if name is None:
             raise self.refuse(f"its step calls {ast.unparse(node.func)}, which controllers do not have", node)
         read = [self.as_type(self.expression(argument), ir.REAL) for argument in arguments]
-        made = read[0] if name in {"min", "max"} else ir.Call(name, tuple(read), ir.REAL)
-        for other in read[1:] if name in {"min", "max"} else ():
-            made = ir.Call(name, (made, other), ir.REAL)
-        return made
-
-
-def is_group(function: object) -> bool:
-    """Return whether something is a class of named tuples."""
-    return isinstance(function, type) and issubclass(function, tuple) and hasattr(function, "_fields")
-
-
-MOST_PASSES = 64
-"""Largest number of passes of an unrolled loop."""
-
-
-class Body(Expressions):
-    """Reads the body of one function."""
+        if name not in {"min", "max"}:
+            return ir.Call(name, tuple(read), ir.REAL)
+        return reduce(lambda made, other: ir.Call(name, (made, other), ir.REAL), read)
 
     def whole(self, body: list[ast.stmt], result: Any) -> tuple[tuple[ir.Statement, ...], ir.Expression | None]:
         """Return the statements of a function with a single exit, and its return value."""
@@ -270,13 +243,14 @@ class Body(Expressions):
         last = body[-1]
         if isinstance(last, ast.Return) and not any(_returns(statement) for statement in body[:-1]):
             statements = self.block(body[:-1])
-            assert last.value is not None
-            value = self.expression(last.value) if not isinstance(last.value, ast.Tuple) else None
-            if value is None:
-                value = self.made(result, last.value)
+            value = self.returned(last.value, result)
             return (*statements, *self.flush()), value
         self.variables["result"] = result
         return tuple(self.block(body)), self.result
+
+    def returned(self, value: Any, of: Any) -> ir.Expression:
+        """Return what a function returns, of its type."""
+        return self.made(of, value.elts) if isinstance(value, ast.Tuple) else self.as_type(self.expression(value), of)
 
     def block(self, body: list[ast.stmt]) -> list[ir.Statement]:
         """Return the statements of a block; statements after a returning branch move to its other arm."""
@@ -284,7 +258,8 @@ class Body(Expressions):
         for n, node in enumerate(body):
             if isinstance(node, ast.If) and _returns(node):
                 rest = body[n + 1 :]
-                then = self.condition(node.test, statements)
+                then = self.expression(node.test)
+                statements += self.flush()
                 known = dict(self.variables)
                 first = self.block(node.body if _ends(node.body) else [*node.body, *rest])
                 after, self.variables = self.variables, known | {"result": self.result.type}
@@ -296,12 +271,6 @@ class Body(Expressions):
                 break
         return statements
 
-    def condition(self, node: ast.expr, statements: list[ir.Statement]) -> ir.Expression:
-        """Return a condition, and write the statements that it needs before it."""
-        read = self.expression(node)
-        statements += self.flush()
-        return read
-
     def statement(self, node: ast.stmt) -> list[ir.Statement]:
         """Return a statement, preceded by the statements that its expressions need."""
         match node:
@@ -310,16 +279,13 @@ class Body(Expressions):
             case ast.AnnAssign(target=target, value=ast.expr() as value):
                 made = self.assign(target, value)
             case ast.AugAssign(target=target, op=op, value=value):
-                both = ast.BinOp(left=_as_load(target), op=op, right=value)
-                made = self.assign(target, ast.copy_location(both, node))
+                load = ast.parse(ast.unparse(target), mode="eval").body
+                made = self.assign(target, ast.copy_location(ast.BinOp(left=load, op=op, right=value), node))
             case ast.Return(value=ast.expr() as value):
-                if isinstance(value, ast.Tuple):
-                    made = [ir.Assign(self.result, self.made(self.result.type, value))]
-                else:
-                    made = [ir.Assign(self.result, self.as_type(self.expression(value), self.result.type))]
+                made = [ir.Assign(self.result, self.returned(value, self.result.type))]
             case ast.If(test=test, body=body, orelse=orelse):
-                before: list[ir.Statement] = []
-                condition = self.condition(test, before)
+                condition = self.expression(test)
+                before = self.flush()
                 made = [*before, ir.Branch(condition, tuple(self.block(body)), tuple(self.block(orelse)))]
             case ast.For(target=ast.Name(id=name), iter=ast.Call(func=ast.Name(id="range"), args=[stop]), body=body):
                 variable = ir.Name(name, ir.INTEGER)
@@ -418,17 +384,10 @@ class Body(Expressions):
             raise self.refuse(f"'{ast.unparse(target)}' is no place to write to", target)
         return read
 
-    def made(self, record: Any, value: ast.expr) -> ir.Name:
-        """Return a new variable that holds a tuple."""
-        self.temporaries += 1
-        name = ir.Name(f"kept_{self.temporaries}", record)
-        assert isinstance(value, ast.Tuple)
-        self.before += self.filled(name, value.elts)
-        return name
 
-
-def _as_load(target: ast.expr) -> ast.expr:
-    return ast.parse(ast.unparse(target), mode="eval").body
+def is_group(function: object) -> bool:
+    """Return whether something is a class of named tuples."""
+    return isinstance(function, type) and issubclass(function, tuple) and hasattr(function, "_fields")
 
 
 def _returns(node: ast.stmt) -> bool:

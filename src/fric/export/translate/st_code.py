@@ -1,6 +1,9 @@
 """A program in structured text (IEC 61131-3): functions and structures, without vendor-specific parts."""
 
+from typing import ClassVar
+
 from fric.export.translate import program as ir
+from fric.export.translate.writer import Writer
 
 _WORDS = """
 abs acos add and any array asin at atan bool by byte case concat configuration constant continue cos ct ctd ctu d
@@ -78,15 +81,22 @@ def _word(name: str) -> str:
     return f"{name}_x" if name.lower() in _RESERVED else name
 
 
-class _StRoutine:
+class _StRoutine(Writer):
     """Writes a routine. Names differ by more than their case, which the language ignores."""
 
+    operations: ClassVar[dict[str, str]] = {
+        "negate": "(-{})", "not": "(NOT {})", "to real": "DINT_TO_LREAL({})", "and": "({} AND {})", "or": "({} OR {})",
+        "//": "({} / {})", "%": "({} MOD {})", "==": "({} = {})", "!=": "({} <> {})",
+    }  # fmt: skip
+    loop = ("FOR {} := 0 TO {} - 1 DO", "END_FOR;")
+    branch = ("IF {} THEN", "ELSE", "END_IF;")
+    constant = str.upper
+
     def __init__(self, routine: ir.Routine, prefix: str) -> None:
-        self.routine, self.prefix, self.lines, self.depth = routine, prefix, list[str](), 0
+        super().__init__(routine, prefix, 0)
         self.names: dict[str, str] = {}
         self.types: dict[str, ir.Type] = {}
-        used = [*routine.arguments, *(p for p in ir.parts(routine.body, routine.result) if isinstance(p, ir.Name))]
-        for node in used:
+        for node in (*routine.arguments, *(node for node in routine.nodes if isinstance(node, ir.Name))):
             if node.name not in self.names:
                 name = _word(node.name)
                 while name.lower() in {other.lower() for other in self.names.values()}:
@@ -99,10 +109,7 @@ class _StRoutine:
         for statement in routine.body:
             self.statement(statement)
         name = f"{self.prefix}{routine.name}"
-        if routine.result is not None:
-            self.write(f"{name} := {self.expression(routine.result)};")
-        else:
-            self.write(f"{name} := TRUE;")
+        self.write(f"{name} := {'TRUE' if routine.result is None else self.expression(routine.result)};")
         result = "BOOL" if routine.result is None else st_type(routine.result.type, self.prefix)
         given = [argument.name for argument in routine.arguments]
         arrays = [n for n in given if isinstance(self.types[n], ir.Array)]
@@ -118,74 +125,28 @@ class _StRoutine:
             return []
         return [section, *(f"    {self.names[n]} : {st_type(self.types[n], self.prefix)};" for n in names), "END_VAR"]
 
-    def write(self, text: str) -> None:
-        self.lines.append("    " * self.depth + text)
+    def name(self, name: str) -> str:
+        return self.names[name]
 
-    def inner(self, body: tuple[ir.Statement, ...]) -> None:
-        self.depth += 1
-        for statement in body:
-            self.statement(statement)
-        self.depth -= 1
+    def field(self, name: str) -> str:
+        return _word(name)
 
-    def statement(self, statement: ir.Statement) -> None:
-        match statement:
-            case ir.Assign(target, value):
-                text = self.expression(value)
-                self.write(f"{self.expression(target)} := {text};")
-            case ir.Evaluate(call):
-                self.write(f"{self.expression(call)};")
-            case ir.Count(variable, stop, body):
-                last = self.expression(stop)
-                self.write(f"FOR {self.names[variable.name]} := 0 TO {last} - 1 DO")
-                self.inner(body)
-                self.write("END_FOR;")
-            case ir.Branch(condition, then, otherwise):
-                self.write(f"IF {self.expression(condition)} THEN")
-                self.inner(then)
-                if otherwise:
-                    self.write("ELSE")
-                    self.inner(otherwise)
-                self.write("END_IF;")
+    def number(self, value: float) -> str:
+        return st_number(value)
+
+    def function(self, name: str) -> str:
+        return _FUNCTIONS.get(name, self.prefix + name)
+
+    def assign(self, target: ir.Name | ir.Element | ir.Field, value: str) -> None:
+        self.write(f"{self.expression(target)} := {value};")
 
     def expression(self, value: ir.Expression) -> str:
-        match value:
-            case ir.Constant(number, of) if of == ir.REAL:
-                return st_number(float(number))
-            case ir.Constant(number, of):
-                return str(number).upper()
-            case ir.Name(name):
-                return self.names[name]
-            case ir.Element(array, index):
-                return f"{self.names[array.name]}[{self.expression(index)}]"
-            case ir.Field(record, name):
-                return f"{self.names[record.name]}.{_word(name)}"
-            case ir.Operation("negate", (one,)):
-                return f"(-{self.expression(one)})"
-            case ir.Operation("not", (one,)):
-                return f"(NOT {self.expression(one)})"
-            case ir.Operation("to real", (one,)):
-                return f"DINT_TO_LREAL({self.expression(one)})"
-            case ir.Operation("select", (condition, first, second)):
-                return self.selected(value, condition, first, second)
-            case ir.Operation(operator, (first, second)):
-                word = {"and": "AND", "or": "OR", "//": "/", "%": "MOD", "==": "=", "!=": "<>"}.get(operator, operator)
-                return f"({self.expression(first)} {word} {self.expression(second)})"
-            case ir.Call(function, arguments) if function in _FUNCTIONS:
-                return f"{_FUNCTIONS[function]}({', '.join(self.expression(argument) for argument in arguments)})"
-            case ir.Call(function, arguments):
-                return f"{self.prefix}{function}({', '.join(self.expression(argument) for argument in arguments)})"
-        raise AssertionError(value)
-
-    def selected(
-        self, value: ir.Operation, condition: ir.Expression, first: ir.Expression, second: ir.Expression
-    ) -> str:
-        """Return a new variable with one of two values: only that value is computed (SEL may compute both)."""
+        """Return a text; of a choice a new variable: only one value is computed then (SEL may compute both)."""
+        if not (isinstance(value, ir.Operation) and value.operator == "select"):
+            return super().expression(value)
+        condition, *values = value.operands
         self.chosen += 1
-        name = f"chosen_{self.chosen}"
-        self.names[name], self.types[name] = name, value.type
-        self.write(f"IF {self.expression(condition)} THEN")
-        self.inner((ir.Assign(ir.Name(name, value.type), first),))
-        self.write("ELSE")
-        self.inner((ir.Assign(ir.Name(name, value.type), second),))
-        self.write("END_IF;")
-        return name
+        name = ir.Name(f"chosen_{self.chosen}", value.type)
+        self.names[name.name], self.types[name.name] = name.name, value.type
+        self.statement(ir.Branch(condition, *((ir.Assign(name, one),) for one in values)))
+        return name.name
