@@ -27,7 +27,7 @@ from fric.notice import Notice
 from fric.reference import Reference
 from fric.simulate.axis import blocks_of, setting_of
 from fric.simulate.machine import Machine
-from fric.units import Motion, rotates, si_unit
+from fric.units import Motion, si_unit
 
 LARGEST = {
     "position": 1e4, "velocity": 1e3, "acceleration": 1e6, "time": 1.0, "force": 1e9, "voltage": 1e6, "gain": 1e3,
@@ -50,43 +50,28 @@ class ExportedPart:
 
     A controller has no preview of its reference, but it has the reference's velocity and acceleration: they carry it
     over the lead. On a circle of 30 mm at 100 mm/s, 0.65 ms ahead, that is right to 0.05 nm.
-
-    role: ``compensation`` for the controller, with its nominal models; ``machine`` for the axis with its true friction,
-        as a plant to try a controller on.
-    machine, axis, motion: Where it belongs.
-    scheme: Name of the scheme.
-    friction: The friction feedforward, or the true friction of the axis; None without feedforward.
-    K_f, A, B: The plant: force constant [N/V], damping [1/s], acceleration per volt [m/(s²·V)].
-    sampling, limit, resolution: Rate of the controller [Hz], its largest voltage [V], the encoder's step [m].
-    gain: Share of the friction that is fed forward.
-    lead: Lead of the feedforward [s].
-    delay: Transport delay of the axis [s].
-    load: Constant force against positive motion [N].
-    velocity_filter: Corner of the low-pass behind the first difference of the encoder [Hz].
-    K_p, K_i: Gains of the speed controller [V·s/m], [V/m].
-    blocks: The scheme's control blocks besides the controller.
     """
 
-    role: Role
+    role: Role  # the controller with its nominal models, or the axis with its true friction, to try a controller on
     machine: str
     axis: str
     motion: Motion
     scheme: str
-    friction: FrictionModel | None
-    K_f: float
-    A: float
-    B: float
-    sampling: float
-    limit: float
-    resolution: float
-    gain: float = 1.0
-    lead: float = 0.0
-    delay: float = 0.0
-    load: float = 0.0
-    velocity_filter: float = 500.0
-    K_p: float = float("nan")
-    K_i: float = float("nan")
-    blocks: tuple[BlockPart, ...] = ()
+    friction: FrictionModel | None  # fed forward, or the true friction of the axis; None without feedforward
+    K_f: float  # force constant [N/V]
+    A: float  # damping [1/s]
+    B: float  # acceleration per volt [m/(s²·V)]
+    sampling: float  # rate of the controller [Hz]
+    limit: float  # its largest voltage [V]
+    resolution: float  # the encoder's step [m]
+    gain: float = 1.0  # share of the friction that is fed forward
+    lead: float = 0.0  # of the feedforward [s]
+    delay: float = 0.0  # transport delay of the axis [s]
+    load: float = 0.0  # constant force against positive motion [N]
+    velocity_filter: float = 500.0  # corner of the low-pass behind the first difference of the encoder [Hz]
+    K_p: float = float("nan")  # gain of the speed controller [V·s/m]
+    K_i: float = float("nan")  # [V/m]
+    blocks: tuple[BlockPart, ...] = ()  # the scheme's, besides the controller
 
     @property
     def parameters(self) -> NDArray[Any]:
@@ -217,22 +202,24 @@ def _block(block: ControlBlock, setting: Setting) -> BlockPart:
     )
 
 
-def manifest(
-    target: str, part: ExportedPart, files: Files, *, notices: Iterable[Notice], sources: Iterable[Mapping[str, str]]
-) -> dict[str, Any]:
-    """Return the content of manifest.json: SI values with their units, a digest of each file and of each source."""
-    unit = "rad" if rotates(part.motion) else "m"
+def axis_values(part: ExportedPart) -> dict[str, dict[str, Any]]:
+    """Return the numbers of plant, controller and feedforward by name, each with its unit."""
+    unit, force = (si_unit(name, part.motion) for name in ("position", "force"))
     values = {
         "sampling": (part.sampling, "Hz"), "limit": (part.limit, "V"), "lead": (part.lead, "s"),
         "gain": (part.gain, "1"), "K_f": (part.K_f, si_unit("force per input", part.motion)), "A": (part.A, "1/s"),
         "B": (part.B, f"{unit}/(s^2*V)"), "resolution": (part.resolution, unit),
     }  # fmt: skip
     if part.role == "machine":
-        values |= {
-            "delay": (part.delay, "s"),
-            "load": (part.load, si_unit("force", part.motion)),
-            "velocity_filter": (part.velocity_filter, "Hz"),
-        }
+        values |= {"delay": (part.delay, "s"), "load": (part.load, force)}
+        values |= {"velocity_filter": (part.velocity_filter, "Hz")}
+    return {name: _quantity(value, unit) for name, (value, unit) in values.items()}
+
+
+def manifest(
+    target: str, part: ExportedPart, files: Files, *, notices: Iterable[Notice], sources: Iterable[Mapping[str, str]]
+) -> dict[str, Any]:
+    """Return the content of manifest.json: SI values with their units, a digest of each file and of each source."""
     digests = {
         name: hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
         for name, content in files.items()
@@ -242,11 +229,8 @@ def manifest(
         "version": fric.__version__,
         "target": target,
         "part": part.role,
-        "machine": part.machine,
-        "axis": part.axis,
-        "motion": part.motion,
-        "scheme": part.scheme,
-        "parameters": {name: _quantity(value, unit) for name, (value, unit) in values.items()},
+        **{name: getattr(part, name) for name in ("machine", "axis", "motion", "scheme")},
+        "parameters": axis_values(part),
         "friction": friction_values(part.model, part.motion),
         "blocks": [{"name": b.title, "kind": b.kind, "parameters": b.parameters.tolist()} for b in part.blocks],
         "files": digests,

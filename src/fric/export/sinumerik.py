@@ -25,6 +25,7 @@ from fric.errors import FricError
 from fric.estimate import as_filed
 from fric.export.base import ExportedPart, Files, Target
 from fric.export.c import name_of
+from fric.export.rendering import render
 from fric.reference import Reference, circle
 from fric.simulate.axis import run_axis
 from fric.simulate.contour_run import PLACES, SLOW, Chance
@@ -196,30 +197,14 @@ def sinumerik_files(part: ExportedPart, *, machine: Machine) -> Files:
     for feed in FEEDS:
         left = (f"{chance_of(axis, part, pulse, feed).text()} µm" for pulse in (idle, pulse, None))
         table.append(f"| {1e3 * feed:g} mm/s | {' | '.join(left)} |")
-    at = np.array(FEEDS) ** 2 / RADIUS
-    given = pulse.amplitude(at)
+    accelerations = np.array(FEEDS) ** 2 / RADIUS
+    given = pulse.amplitude(accelerations)
     fits = [
         f"| {a:.2g} | {per_minute * value:.0f} | {per_minute * other:.0f} |"
-        for a, value, other in zip(at, alone, given, strict=True)
+        for a, value, other in zip(accelerations, alone, given, strict=True)
     ]
-    same = float(np.ptp(given)) == 0.0
-    text = (
-        " The characteristic is flat: friction rises by the same force behind every reversal, and one that follows "
-        "these amplitudes leaves no less."
-    )
-    page = (
-        f"# Friction compensation of axis {part.axis} for SINUMERIK\n\n"
-        f"`{name_of(part)}.mpf` holds machine data 32490 to 32580. The pulse goes into the velocity that the speed "
-        f"controller is asked for; it was fitted for K_p = {part.K_p:g} V·s/m and K_i = {part.K_i:g} V/m, and holds "
-        "for no others.\n\nGlitch of axis "
-        f"{part.axis} on circles of 30 mm, by simulation of this machine with the block `reversal-pulse`:\n\n"
-        f"| feed | controller alone | this pulse | {part.model.name} feedforward |\n|---|---|---|---|\n"
-        + "\n".join(table)
-        + "\n\nAmplitude over the acceleration at the reversal: what leaves least on that circle alone, and what the "
-        f"adaptive characteristic of the machine data gives.{text if same else ''}\n\n"
-        "| m/s² | best alone, mm/min | characteristic, mm/min |\n|---|---|---|\n"
-        + "\n".join(fits)
-        + "\n\nThe assignments were written from the published names and units; no control was at hand to read them.\n"
+    page = render(
+        "sinumerik.md.j2", part=part, name=name_of(part), glitches=table, fits=fits, flat=float(np.ptp(given)) == 0.0
     )
     return {f"{name_of(part)}.mpf": "\n".join(lines), "README.md": page}
 

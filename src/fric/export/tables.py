@@ -4,32 +4,34 @@ import csv
 import io
 import re
 import zipfile
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from fric.errors import FricError
-from fric.export.base import ExportedPart, Files, Target, friction_values
+from fric.export.base import ExportedPart, Files, Target, axis_values, friction_values
 from fric.export.c import name_of
 from fric.units import si_unit
 
 SPEEDS = 61
 """Speeds of the table of steady friction, both directions and rest."""
+SECTIONS = {"axis": ("K_f", "A", "B"), "feedforward": ("gain", "lead"), "controller": ("sampling", "limit")}
+"""Sections of the table of parameters, besides those of friction."""
 
 
 def parameter_rows(part: ExportedPart) -> list[tuple[str, str, float, str]]:
     """Return section, name, value and unit of each parameter, with a row for each block."""
-    rows: list[tuple[str, str, float, str]] = [
-        ("axis", "K_f", part.K_f, "N/V"), ("axis", "A", part.A, "1/s"), ("axis", "B", part.B, "m/(s^2*V)"),
-        ("feedforward", "gain", part.gain, "1"), ("feedforward", "lead", part.lead, "s"),
-        ("controller", "sampling", part.sampling, "Hz"), ("controller", "limit", part.limit, "V"),
-    ]  # fmt: skip
-    for section, values in friction_values(part.model, part.motion).items():
-        for name, quantity in values.items() if isinstance(values, dict) else ():
-            listed = quantity["value"] if isinstance(quantity["value"], list) else [quantity["value"]]
-            for n, value in enumerate(listed):
-                label = f"{name}_{n + 1}" if isinstance(quantity["value"], list) else name
-                rows.append((section, label, float(value), quantity["unit"]))
+    known = axis_values(part)
+    sections = {section: {name: known[name] for name in names} for section, names in SECTIONS.items()}
+    sections |= {name: of for name, of in friction_values(part.model, part.motion).items() if isinstance(of, dict)}
+    rows: list[tuple[str, str, float, str]] = []
+    for section, values in sections.items():
+        for name, quantity in values.items():
+            many = isinstance(quantity["value"], list)
+            for n, value in enumerate(quantity["value"] if many else [quantity["value"]], 1):
+                number = float("inf") if value is None else float(value)
+                rows.append((section, f"{name}_{n}" if many else name, number, quantity["unit"]))
     return rows
 
 
@@ -41,17 +43,24 @@ def steady_table(part: ExportedPart) -> np.ndarray[Any, Any]:
     return np.column_stack([v, force, part.gain * force / part.K_f])
 
 
-def csv_files(part: ExportedPart) -> Files:
-    """Return two texts: the parameters, and friction over velocity."""
-    parameters, table = io.StringIO(), io.StringIO()
-    writer = csv.writer(parameters, lineterminator="\n")
-    writer.writerow(["section", "parameter", "value", "unit"])
-    writer.writerows([section, name, repr(value), unit] for section, name, value, unit in parameter_rows(part))
-    writer = csv.writer(table, lineterminator="\n")
+def sheets(part: ExportedPart) -> dict[str, list[Sequence[Any]]]:
+    """Return the rows of both tables with their heads: the parameters, and friction over velocity."""
     unit, force = (si_unit(name, part.motion) for name in ("position", "force"))
-    writer.writerow([f"velocity [{unit}/s]", f"friction [{force}]", "feedforward [V]"])
-    writer.writerows([repr(float(value)) for value in row] for row in steady_table(part))
-    return {f"{name_of(part)}-parameters.csv": parameters.getvalue(), f"{name_of(part)}-steady.csv": table.getvalue()}
+    head = (f"velocity [{unit}/s]", f"friction [{force}]", "feedforward [V]")
+    return {
+        "parameters": [("section", "parameter", "value", "unit"), *parameter_rows(part)],
+        "steady friction": [head, *steady_table(part).tolist()],
+    }
+
+
+def csv_files(part: ExportedPart) -> Files:
+    """Return a text for each table."""
+    files = {}
+    for title, rows in sheets(part).items():
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerows(rows)
+        files[f"{name_of(part)}-{title.partition(' ')[0]}.csv"] = text.getvalue()
+    return files
 
 
 def mat_files(part: ExportedPart) -> Files:
@@ -74,7 +83,7 @@ def mat_files(part: ExportedPart) -> Files:
 
 
 def xlsx_files(part: ExportedPart) -> Files:
-    """Return a workbook of two sheets: the parameters, and friction over velocity.
+    """Return a workbook with a sheet for each table.
 
     Raises FricError: When openpyxl is not installed.
     """
@@ -83,16 +92,12 @@ def xlsx_files(part: ExportedPart) -> Files:
     except ImportError:
         raise FricError("a workbook needs openpyxl", hint="pip install 'fric[xlsx]'.") from None
     book = Workbook()
-    sheet = book.active
-    assert sheet is not None
-    sheet.title = "parameters"
-    sheet.append(["section", "parameter", "value", "unit"])
-    for row in parameter_rows(part):
-        sheet.append(list(row))
-    steady = book.create_sheet("steady friction")
-    steady.append(["velocity [m/s]", "friction [N]", "feedforward [V]"])
-    for values in steady_table(part).tolist():
-        steady.append(values)
+    for sheet in book.worksheets:
+        book.remove(sheet)
+    for title, rows in sheets(part).items():
+        sheet = book.create_sheet(title)
+        for row in rows:
+            sheet.append(row)
     packed = io.BytesIO()
     book.save(packed)
     return {f"{name_of(part)}.xlsx": _undated(packed)}

@@ -10,6 +10,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.export.base import ExportedPart, Files, Target
 from fric.export.c import name_of
+from fric.export.rendering import render
 from fric.units import rotates, si_unit
 
 POINTS = 20
@@ -70,16 +71,8 @@ def twincat_files(part: ExportedPart) -> Files:
     per = 1.0 if rotates(part.motion) else 1e3
     lines = [f"velocity [{unit}/s];feedforward [V]"]
     lines += [f"{per * v:.9g};{u:.9g}" for v, u in zip(velocity, volts, strict=True)]
-    page = (
-        f"# Friction list of axis {part.axis} for TwinCAT\n\n"
-        f"`{name_of(part)}-list.csv` holds {len(velocity)} points of velocity and feedforward for the friction "
-        "compensation of TF5200 (ISG kernel); times the drive's current per volt they are currents. The list is "
-        "interpolated linearly; its reversal needs the look-ahead that the kernel has.\n\n"
-        f"- {len(velocity)} points leave at most {error:.3g} {force} of the steady friction between "
-        f"{per * velocity[0]:g} and {per * velocity[-1]:g} {unit}/s.\n"
-        "- A list over velocity has no memory: what friction does before it slides (the hysteresis of the GMS model) "
-        "is not in it. `fric simulate circle … --scheme b` shows what a static map leaves, scheme c what GMS leaves.\n"
-    )
+    shown = {"unit": unit, "force": force, "count": len(velocity), "error": f"{error:.3g}", "axis": part.axis}
+    page = render("twincat.md.j2", name=name_of(part), ends=[f"{per * velocity[n]:g}" for n in (0, -1)], **shown)
     return {f"{name_of(part)}-list.csv": "\n".join(lines) + "\n", "README.md": page}
 
 
