@@ -46,7 +46,7 @@ from fric.simulate.contour_run import pair
 from fric.simulate.experiment import OF_THE_PAPER, experiment
 from fric.simulate.machine import Machine
 from fric.simulate.processes import end_with_parent
-from fric.units import Motion, prefixed, readable
+from fric.units import prefixed, readable
 from fric.verb import Kind, verb
 from fric.verdict import facts
 
@@ -81,13 +81,12 @@ class AxisFiles:
         return self.folder / f"{name.replace('_', '-')}.{endings[name]}"
 
 
-STEPS = (*OF_THE_PAPER, "plant", "static map", "GMS", "controller", "observer")
+STEPS = len(OF_THE_PAPER) + 5
+"""Steps of an axis: experiments, plant, static map, GMS, controller, observer."""
 
 
-def learn_axis(
-    machine: Path, axis: str, folder: Path, *, seed: int, published_plant: bool
-) -> Iterator[tuple[str, bool]]:
-    """Make the experiments on one axis and identify all from their logs; yield each step's name, and whether it ran.
+def learn_axis(machine: Path, axis: str, folder: Path, *, seed: int, published_plant: bool) -> list[bool]:
+    """Make the experiments on one axis and identify all from their logs; return of each step whether it ran.
 
     axis: Name of the axis.
     folder: Where the files of this axis go.
@@ -95,41 +94,41 @@ def learn_axis(
     published_plant: True where the linear damping of the drive is taken from the machine file, which gives eq. (1), and
         not from the response: A of the response includes the guideway's sigma, and the two could not be separated.
     """
-    shop, files = StepCache(folder), AxisFiles(folder)
+    shop, files, published = StepCache(folder), AxisFiles(folder), {"published_plant": published_plant}
 
-    def made(name: str, make: Any, reads: Sequence[Path], leaves: Sequence[Path], **settings: Any) -> tuple[str, bool]:
-        return name, shop.step(name, make, reads=reads, leaves=leaves, settings={"axis": axis, **settings})
+    def made(name: str, make: Callable[[], None], reads: Sequence[Path], *leaves: Path, **settings: Any) -> bool:
+        return shop.step(name, make, reads=reads, leaves=leaves, settings={"axis": axis, **settings})
 
-    def found(
-        name: str, find: Callable[[], Result], reads: Sequence[Path], *leaves: Path, **settings: Any
-    ) -> tuple[str, bool]:
-        return made(name, lambda: _save(find(), *leaves), reads, leaves, **settings)
+    def found(name: str, find: Callable[[], Result], reads: Sequence[Path], *leaves: Path, **settings: Any) -> bool:
+        return made(name, lambda: _save(find(), *leaves), reads, *leaves, **settings)
 
     def damping() -> Any:
         return read_machine(machine).axis(axis).plant if published_plant else files.plant
 
+    ran = []
     for kind in OF_THE_PAPER:
-        make = partial(_experiment, machine, axis, kind, files, seed)
-        yield made(
-            kind, make, [machine], [files.log(kind)], seed=seed, samples=SAMPLES[kind], repeats=REPEATS.get(kind, 1)
-        )
+        make, noise = partial(_experiment, machine, axis, kind, files, seed), {"seed": seed, "samples": SAMPLES[kind]}
+        ran.append(made(kind, make, [machine], files.log(kind), repeats=REPEATS.get(kind, 1), **noise))
     response, strokes = files.log("frequency-response"), files.log("constant-velocity")
-    yield found("plant", lambda: identify_plant(response), [response], files.plant, files.fig_plant)
-    yield found(
-        "static map",  # in the form of Table 1: one map
-        lambda: identify_static(strokes, plant=damping(), delta=1.0, direction="both", over_position="off"),
-        [machine, strokes, files.plant], files.static, files.fig_2, published_plant=published_plant,
-    )  # fmt: skip
     waves = [files.log("presliding-sine"), files.log("sliding-sine")]
-    yield found(
-        "GMS", lambda: identify_gms(waves, static=files.static, plant=damping()),
-        [machine, *waves, files.static, files.plant], files.friction, files.fig_4_5, published_plant=published_plant,
-    )  # fmt: skip
-    yield found("controller", lambda: _controller(files, machine, axis), [machine, files.plant], files.controller)
-    yield found(
-        "observer", lambda: design_observer(files.plant, response, controller=files.controller),
-        [files.plant, files.controller, response], files.observer, files.fig_7,
-    )  # fmt: skip
+    return [
+        *ran,
+        found("plant", lambda: identify_plant(response), [response], files.plant, files.fig_plant),
+        found(
+            "static map",  # in the form of Table 1: one map
+            lambda: identify_static(strokes, plant=damping(), delta=1.0, direction="both", over_position="off"),
+            [machine, strokes, files.plant], files.static, files.fig_2, **published,
+        ),
+        found(
+            "GMS", lambda: identify_gms(waves, static=files.static, plant=damping()),
+            [machine, *waves, files.static, files.plant], files.friction, files.fig_4_5, **published,
+        ),
+        found("controller", lambda: _controller(files, machine, axis), [machine, files.plant], files.controller),
+        found(
+            "observer", lambda: design_observer(files.plant, response, controller=files.controller),
+            [files.plant, files.controller, response], files.observer, files.fig_7,
+        ),
+    ]  # fmt: skip
 
 
 def _experiment(machine: Path, axis: str, kind: str, files: AxisFiles, seed: int) -> None:
@@ -166,33 +165,44 @@ CURVE = 100e-6
 class ComparedRow:
     """A number beside the number it is compared with."""
 
-    name: str  # Its name
-    given: str  # given, found: the value of the machine file, and the result, in ``unit``
-    found: str
-    interval: str  # 95 % interval of what came out, in ``unit``; empty where there is none
-    unit: str  # The unit that people read
-    difference: float | None  # Relative difference; None where it means nothing
-    reason: str = ""  # Why it differs, where it differs much
+    name: str
+    given: str  # of the machine file, in ``unit``
+    found: str  # the result, in ``unit``
+    interval: str  # its 95 % interval, in ``unit``; empty where there is none
+    unit: str
+    difference: float | None  # relative; None where it means nothing
+    reason: str = ""  # why it differs, where it differs much
 
 
-def plant_rows(part: AxisPart, found: PlantDocument, motion: Motion) -> list[ComparedRow]:
+Estimates = Mapping[str, Estimate]
+
+
+def compared(names: Iterable[str], given: Estimates, found: Estimates, reasons: Mapping[str, str]) -> list[ComparedRow]:
+    """Compare the numbers that both have, with a reason by name (that of "" for others) where they differ much."""
+    rows = []
+    for name in (name for name in names if name in given and name in found):
+        row, reason = _row(name, given[name], found[name]), reasons.get(name) or reasons.get("", "")
+        far = row.difference is None or abs(row.difference) > FAR or name in {"A", "observer cutoff"}
+        rows.append(replace(row, reason=reason) if far else row)
+    return rows
+
+
+def plant_rows(part: AxisPart, found: PlantDocument) -> list[ComparedRow]:
     """Compare eq. (1) with the result of the response."""
-    given, estimates = part.plant.estimates(motion), found.estimates(motion)
-    rows = [_row(name, given[name], estimates[name]) for name in ("A", "B", "T_d", "K_f") if name in estimates]
+    given = part.plant.estimates(part.motion)
     sigma = float(part.friction.estimates("static").get("sigma", Estimate(0.0, "")))
     M = float(given["K_f"]) / float(given["B"])
     reason = (
         f"The response was measured while sliding: its A holds the guideway's viscous friction over the moving mass, "
         f"sigma/M = {sigma / M:.2f} 1/s, besides the drive's own {float(given['A']):.2f} 1/s."
     )
-    return [_because(row, reason) if row.name == "A" and sigma else row for row in rows]
+    names, reasons = ("A", "B", "T_d", "K_f"), {"A": reason} if sigma else {}
+    return compared(names, given, found.estimates(part.motion), reasons)
 
 
-def static_rows(part: AxisPart, found: FrictionDocument, motion: Motion, *, published_plant: bool) -> list[ComparedRow]:
+def static_rows(part: AxisPart, found: FrictionDocument, *, published_plant: bool) -> list[ComparedRow]:
     """Compare Table 1's map with the result of the strokes."""
     given, estimates = part.friction.estimates("static"), found.estimates("static")
-    names = [name for name in (*STATIC_PARAMETERS, "offset") if name in given]
-    rows = [_row(name, given[name], estimates[name]) for name in names]
     other = part.friction.static_negative is not None
     reasons = {
         "sigma": ""
@@ -202,12 +212,12 @@ def static_rows(part: AxisPart, found: FrictionDocument, motion: Motion, *, publ
         "offset": "The two directions differ; a map of both takes the difference for an offset." if other else "",
         "delta": "It was held at 1; `--delta free` fits it." if estimates["delta"].fixed else "",
         "v_s": "It follows the shape factor that was held." if "delta" in given and float(given["delta"]) != 1 else "",
+        "": "The two directions have maps of their own here; this is one for both." if other else "",
     }
-    two = "The two directions have maps of their own here; this is one for both." if other else ""
-    return [_because(row, reasons.get(row.name) or two) for row in rows]
+    return compared((*STATIC_PARAMETERS, "offset"), given, estimates, reasons)
 
 
-def gms_rows(part: AxisPart, found: FrictionDocument, motion: Motion) -> list[ComparedRow]:
+def gms_rows(part: AxisPart, found: FrictionDocument) -> list[ComparedRow]:
     """Compare Table 1's blocks with those of the loops: block by block where there are as many, else by the curve."""
     given, estimates = part.friction.estimates("gms"), found.estimates("gms")
     true, model = (
@@ -233,50 +243,14 @@ def gms_rows(part: AxisPart, found: FrictionDocument, motion: Motion) -> list[Co
     return rows
 
 
-def design_rows(
-    part: AxisPart, controller: ControllerDocument, observer: ObserverDocument, motion: Motion
-) -> list[ComparedRow]:
+def design_rows(part: AxisPart, controller: ControllerDocument, observer: ObserverDocument) -> list[ComparedRow]:
     """Compare the machine's controller and observer with those designed on the identified plant."""
-    given = part.controller.estimates(motion) | (
-        {"observer cutoff": part.observer.estimates(motion)["cutoff"]} if part.observer else {}
-    )
-    found = controller.estimates(motion) | {"observer cutoff": observer.estimates(motion)["cutoff"]}
-    rows = [_row(name, given[name], found[name]) for name in ("K_v", "K_p", "K_i", "observer cutoff") if name in given]
-    return [
-        _because(row, f"{observer.reason[:1].upper()}{observer.reason[1:]}.") if row.name == "observer cutoff" else row
-        for row in rows
-    ]
-
-
-@dataclass(frozen=True)
-class SchemeRow:
-    """Result of a scheme on a circle, beside the published result."""
-
-    run: CircleRun  # The run
-    published: float | None  # The published glitch [m], where given
-    reduction: float | None  # Share by which the glitch without compensation is reduced; None for that row itself
-
-    @property
-    def difference(self) -> float | None:
-        """Glitch less the published glitch [m]."""
-        return None if self.published is None else self.run.circularity.glitch - self.published
-
-
-def scheme_rows(runs: Sequence[CircleRun], published: Mapping[str, float]) -> list[SchemeRow]:
-    """Compare the six schemes with Table 2."""
-    bare = next(run.circularity.glitch for run in runs if run.scheme.bare)
-    return [
-        SchemeRow(
-            run, published.get(run.scheme.name), 1 - run.circularity.glitch / bare if not run.scheme.bare else None
-        )
-        for run in runs
-    ]
-
-
-def largest_difference(rows: Iterable[SchemeRow]) -> float | None:
-    """Return the largest distance from a published glitch [m]; None where none was published."""
-    found = [abs(row.difference) for row in rows if row.difference is not None]
-    return max(found) if found else None
+    given, found = part.controller.estimates(part.motion), controller.estimates(part.motion)
+    if part.observer:
+        given = given | {"observer cutoff": part.observer.estimates(part.motion)["cutoff"]}
+    found = found | {"observer cutoff": observer.estimates(part.motion)["cutoff"]}
+    reasons = {"observer cutoff": f"{observer.reason[:1].upper()}{observer.reason[1:]}."}
+    return compared(("K_v", "K_p", "K_i", "observer cutoff"), given, found, reasons)
 
 
 def _row(name: str, given: Estimate, found: Estimate) -> ComparedRow:
@@ -289,11 +263,6 @@ def _row(name: str, given: Estimate, found: Estimate) -> ComparedRow:
     )
 
 
-def _because(row: ComparedRow, reason: str) -> ComparedRow:
-    far = row.difference is None or abs(row.difference) > FAR or row.name in {"A", "observer cutoff"}
-    return replace(row, reason=reason) if reason and far else row
-
-
 def _split(vector: Estimate) -> list[Estimate]:
     assert isinstance(vector.value, tuple)
     intervals = vector.ci95 or (None,) * len(vector.value)
@@ -301,25 +270,6 @@ def _split(vector: Estimate) -> list[Estimate]:
         Estimate(value, vector.unit, interval if isinstance(interval, tuple) else None)
         for value, interval in zip(vector.value, intervals, strict=True)
     ]
-
-
-@dataclass(frozen=True)
-class AxisPage:
-    """The part of the page that is of one axis: comparisons by title, figures as PNG by name."""
-
-    name: str
-    tables: Mapping[str, Sequence[ComparedRow]]
-    figures: Mapping[str, bytes]
-
-
-@dataclass(frozen=True)
-class CirclePage:
-    """The part of the page that is of one feed."""
-
-    feed: float
-    rows: Sequence[SchemeRow]
-    largest: float | None
-    figure: bytes
 
 
 def write_page(
@@ -340,36 +290,46 @@ def write_page(
     subject = document.machine()
     circles = []
     for feed, (found, figure) in runs.items():
-        rows = scheme_rows(found, subject.published_glitches(found[0].circle.radius, feed))
-        circles.append(CirclePage(feed, rows, largest_difference(rows), figure.read_bytes()))
+        published = subject.published_glitches(found[0].circle.radius, feed)
+        bare = next(run.circularity.glitch for run in found if run.scheme.bare)
+        rows = [
+            {
+                "run": run, "published": (paper := published.get(run.scheme.name)),
+                "difference": None if paper is None else run.circularity.glitch - paper,
+                "reduction": None if run.scheme.bare else 1 - run.circularity.glitch / bare,
+            }
+            for run in found
+        ]  # fmt: skip
+        off = [abs(row["difference"]) for row in rows if row["difference"] is not None]
+        circles.append({"feed": feed, "rows": rows, "largest": max(off, default=None), "figure": figure.read_bytes()})
     inputs = collect([*(path for file in files.values() for path in file.learned), *run_files])
     text = render_view(
         replace(view(inputs), axes=()), inputs, f"{subject.name}: the paper from end to end", "reproduce.html.j2",
         published=bool(subject.published), circles=circles,
-        axes=[_axis(name, file, document, bool(subject.published)) for name, file in files.items()],
+        axes=[_axis(name, file, document.axes[name], bool(subject.published)) for name, file in files.items()],
     )  # fmt: skip
     with staged(page, force=True) as draft:
         draft.write_text(text, encoding="utf-8")
 
 
-def _axis(name: str, files: AxisFiles, document: MachineDocument, published: bool) -> AxisPage:
-    part = document.axes[name]
-    plant, friction = read_document(files.plant, PlantDocument), read_document(files.friction, FrictionDocument)
+def _axis(name: str, files: AxisFiles, part: AxisPart, published: bool) -> dict[str, Any]:
+    """Return the part of the page that is of one axis: comparisons by title, figures as PNG by caption."""
+    friction = read_document(files.friction, FrictionDocument)
     controller = read_document(files.controller, ControllerDocument)
-    observer = read_document(files.observer, ObserverDocument)
     tables = {
-        "Plant, eq. (1)": plant_rows(part, plant, part.motion),
-        "Static friction map, eq. (2) and Table 1": static_rows(part, friction, part.motion, published_plant=published),
-        "GMS model, eqs. (3) to (6) and Table 1": gms_rows(part, friction, part.motion),
-        "Controller and observer": design_rows(part, controller, observer, part.motion),
+        "Plant, eq. (1)": plant_rows(part, read_document(files.plant, PlantDocument)),
+        "Static friction map, eq. (2) and Table 1": static_rows(part, friction, published_plant=published),
+        "GMS model, eqs. (3) to (6) and Table 1": gms_rows(part, friction),
+        "Controller and observer": design_rows(part, controller, read_document(files.observer, ObserverDocument)),
     }
     figures = {
-        "Fig. 2 – friction over velocity, measured and fitted": files.fig_2.read_bytes(),
-        "Figs. 4 and 5 – pre-sliding cycles, virgin curve with its knots, replay": files.fig_4_5.read_bytes(),
-        "Fig. 7 – how far the Q-filter may reach": files.fig_7.read_bytes(),
-        "The plant's frequency response": files.fig_plant.read_bytes(),
+        "Fig. 2 – friction over velocity, measured and fitted": files.fig_2,
+        "Figs. 4 and 5 – pre-sliding cycles, virgin curve with its knots, replay": files.fig_4_5,
+        "Fig. 7 – how far the Q-filter may reach": files.fig_7,
+        "The plant's frequency response": files.fig_plant,
     }
-    return AxisPage(name, tables, figures)
+    pictures = {caption: path.read_bytes() for caption, path in figures.items()}
+    return {"name": name, "tables": tables, "figures": pictures}
 
 
 FEEDS = (0.1, 0.01)
@@ -426,7 +386,7 @@ class Reproduction(Result, schema=ReproductionDocument):
 
 def reproduction_steps(axes: int = 2) -> int:
     """Return how many steps a reproduction has."""
-    return axes * len(STEPS) + len(FEEDS) + 2
+    return axes * STEPS + len(FEEDS) + 2
 
 
 @verb
@@ -481,8 +441,10 @@ def reproduce_paper(
         write_page(page, machine, files, shown, [run_file for run_file, _ in circles.values()])
 
     def steps() -> Iterator[bool]:
-        for _, ran in _learn(machine, names, folder, seed, bool(subject.published)):
-            yield ran
+        with ProcessPoolExecutor(max_workers=len(names), initializer=end_with_parent) as pool:
+            how = {"seed": seed, "published_plant": bool(subject.published)}
+            for learning in [pool.submit(learn_axis, machine, name, folder / name, **how) for name in names]:
+                yield from learning.result()
         make = partial(_identified_machine, machine, files, identified)
         yield shop.step("machine", make, reads=[machine, *learned], leaves=[identified])
         for feed, leaves in circles.items():
@@ -503,21 +465,6 @@ def circle_files(folder: Path, feed: float) -> tuple[Path, Path]:
     """Return the run file and the figure of the circles at one feed [m/s]."""
     stem = f"circle-{1e3 * feed:g}mm_s"
     return folder / f"{stem}.h5", folder / f"fig-{'8' if feed == FEEDS[0] else '9'}.png"
-
-
-def _learn(
-    machine: Path, names: tuple[str, ...], folder: Path, seed: int, published: bool
-) -> Iterator[tuple[str, bool]]:
-    """Learn the axes side by side, each in a process of its own."""
-    with ProcessPoolExecutor(max_workers=len(names), initializer=end_with_parent) as pool:
-        work = {name: pool.submit(_learned, machine, name, folder / name, seed, published) for name in names}
-        for name, future in work.items():
-            for step, ran in future.result():
-                yield f"{name}: {step}", ran
-
-
-def _learned(machine: Path, axis: str, folder: Path, seed: int, published: bool) -> list[tuple[str, bool]]:
-    return list(learn_axis(machine, axis, folder, seed=seed, published_plant=published))
 
 
 def _identified_machine(machine: Path, files: Mapping[str, AxisFiles], output: Path) -> None:
