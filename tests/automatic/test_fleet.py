@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import fric
 from fric.automatic.fleet import LEVEL, find_fleet, holm, probability
-from fric.automatic.steps import run_step
+from fric.automatic.steps import Step
 from fric.cli.main import app
 from fric.documents.listings import FleetDocument
 from fric.documents.yaml import read_document
@@ -33,7 +33,7 @@ def logs(tmp_path_factory) -> Path:
 
 def test_the_axis_that_drifted_stands_first_and_alone(logs: Path, tmp_path: Path) -> None:
     with undrawn():
-        found = fric.auto(logs, output=tmp_path / "out", workers=1, run=run_step)
+        found = fric.auto(logs, output=tmp_path / "out", workers=1, run=Step.make)
     assert found.changed == [("machine-001", "x")]
     (first, *_) = found.drifts
     assert first.change.name == "F_c"
@@ -47,7 +47,7 @@ def test_the_axis_that_drifted_stands_first_and_alone(logs: Path, tmp_path: Path
     assert written.tests == len(found.drifts)
     script = (tmp_path / "out" / "machine-000" / DATES[0] / "steps.sh").read_text()
     assert "fric identify static" in script
-    again = fric.auto(logs, output=tmp_path / "out", workers=1, run=run_step)
+    again = fric.auto(logs, output=tmp_path / "out", workers=1, run=Step.make)
     assert sum(one.made for one in again.outcomes) == 0
     assert [one.change for one in again.drifts] == [one.change for one in found.drifts]
 
@@ -60,7 +60,7 @@ def test_a_log_that_is_damaged_is_no_end_of_the_fleet(logs: Path, tmp_path: Path
             (folder / machine / date / "x.h5").write_bytes((logs / machine / date / "x.h5").read_bytes())
     (folder / "machine-000" / DATES[0] / "x.h5").write_bytes(b"\x89HDF\r\n\x1a\n and no more")
     with undrawn():
-        found = fric.auto(folder, output=tmp_path / "out", workers=1, run=run_step)
+        found = fric.auto(folder, output=tmp_path / "out", workers=1, run=Step.make)
     assert found.changed == [("machine-001", "x")]
     assert any("machine-000/2026-01-10" in notice and notice.code for notice in found.warnings)
 
@@ -111,13 +111,13 @@ def test_what_has_no_limit_tells_of_no_change() -> None:
 @pytest.mark.long(40)
 def test_the_same_digits_in_two_processes_and_on_a_dask_cluster(logs: Path, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
-    alone = fric.auto(logs, output=tmp_path / "alone", workers=1, run=run_step)
+    alone = fric.auto(logs, output=tmp_path / "alone", workers=1, run=Step.make)
     done = CliRunner().invoke(app, ["auto", str(logs), "-o", str(tmp_path / "two"), "--workers", "2", "--json"])
     assert done.exit_code == 0, done.output
     two = json.loads(done.stdout)
     assert two["changes"] == alone.document["changes"]
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        shared = fric.auto(logs, output=tmp_path / "dask", scheduler=cluster.scheduler_address, run=run_step)
+        shared = fric.auto(logs, output=tmp_path / "dask", scheduler=cluster.scheduler_address, run=Step.make)
     assert [vars(one) for one in shared.drifts] == [vars(one) for one in alone.drifts]
 
 
@@ -131,7 +131,7 @@ def test_a_glitch_that_grew_on_measured_circles_is_a_change_of_its_axis(tmp_path
             place = logs / f"m-{machine}" / date
             place.mkdir(parents=True)
             write_circles(place / "circle.h5", [made])
-    found = fric.auto(logs, output=tmp_path / "out", workers=1, run=run_step)
+    found = fric.auto(logs, output=tmp_path / "out", workers=1, run=Step.make)
     assert found.changed == [("m-1", "x")]
     assert {one.change.name[:9] for one in found.drifts if one.changed} == {"glitch +x", "glitch -x"}
     assert len(found.drifts) == 8

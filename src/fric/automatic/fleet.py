@@ -17,7 +17,7 @@ from scipy.special import stdtr, stdtrit
 
 from fric.arrays import Real
 from fric.automatic.sources import find_sources
-from fric.automatic.steps import Session, Step, identify_axes, run_step
+from fric.automatic.steps import Session, Step, identify_axes
 from fric.circles.diagnose import Diagnosis
 from fric.documents.friction import FrictionDocument
 from fric.documents.listings import FleetDocument
@@ -105,7 +105,7 @@ class FleetStudy:
     units: tuple[Unit, ...]  # Machines and dates
     output: Path  # Folder for all that is made: a folder of each machine and date, with its steps
     mapping: str | None = None  # What the columns of foreign logs mean
-    run: Callable[[Step], Result | None] = run_step  # Makes one step
+    run: Callable[[Step], Result | None] = Step.make  # Makes one step
 
     def __call__(self, index: int) -> UnitOutcome:
         """Identify plant, static map and GMS of each axis; a failure is reported, and the others continue."""
@@ -147,31 +147,6 @@ def _glitches(found: Diagnosis) -> dict[str, dict[str, Estimate]]:
         name = f"glitch {quadrant}, {radius} at {feed}{sense}"
         glitches.setdefault(quadrant[1:], {})[name] = Estimate(glitch.value, glitch.unit, glitch.ci95)
     return glitches
-
-
-def run_fleet(
-    units: Sequence[Unit],
-    output: Path,
-    *,
-    mapping: str | None = None,
-    run: Callable[[Step], Result | None] = run_step,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    advance: Callable[..., object] = lambda *_, **__: None,
-) -> list[UnitOutcome]:
-    """Return the outcomes of machines and dates in their order, run by processes here or by a Dask cluster.
-
-    units: Machines and dates.
-    output: Folder of all results; workers of a cluster must see it, and the logs, under the same names.
-    mapping, run: As in `FleetStudy`.
-    workers: Processes; one a core where not given.
-    scheduler: Address of a Dask cluster.
-    advance: Called after each.
-    Raises FricError: When the cluster does not answer, or a process was killed.
-    """
-    study = FleetStudy(tuple(units), output.resolve(), mapping, run)
-    advance(0, total=len(units))
-    return run_all(study, len(units), workers=workers, scheduler=scheduler, advance=advance)
 
 
 @dataclass(frozen=True)
@@ -369,9 +344,20 @@ def fleet(
     scheduler: str | None,
     advance: Callable[..., object],
 ) -> FleetResult:
-    """Identify every machine at every date, and write the fleet's page; see `run_fleet`."""
+    """Identify every machine at every date, by processes here or by a Dask cluster, and write the fleet's page.
+
+    units: Machines and dates.
+    folder: For all results; workers of a cluster must see it, and the logs, under the same names.
+    mapping, run: As in `FleetStudy`.
+    workers: Processes; one a core where not given.
+    scheduler: Address of a Dask cluster.
+    advance: Called after each machine and date.
+    Raises FricError: When the cluster does not answer, or a process was killed.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    found = run_fleet(units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance)
+    study = FleetStudy(tuple(units), folder.resolve(), mapping, run)
+    advance(0, total=len(units))
+    found = run_all(study, len(units), workers=workers, scheduler=scheduler, advance=advance)
     made = FleetResult(folder, found, drifts(found))
     made.write()
     return made

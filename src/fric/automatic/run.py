@@ -4,28 +4,19 @@ import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from os.path import relpath
 from pathlib import Path
 from typing import Annotated, Any
 
 from fric.automatic.fleet import FleetResult, find_fleet, fleet
 from fric.automatic.gains import Stated, find_gains
 from fric.automatic.sources import Source, Sources, find_sources
-from fric.automatic.steps import (
-    AxisOutcome,
-    Session,
-    Step,
-    circle_step,
-    diagnosis_step,
-    identify_axes,
-    machine_tree,
-    run_step,
-    step,
-    trace_step,
-    tune_step,
-)
+from fric.automatic.steps import AxisOutcome, Session, Step, identify_axes, step, trace_step
+from fric.documents.base import provenance
 from fric.documents.bundled import located
 from fric.documents.contours import AutoDocument
 from fric.documents.friction import FrictionDocument
+from fric.documents.machine_files import MachineDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
@@ -43,6 +34,9 @@ from fric.results.text import Piece, Table, named
 from fric.units import rotates
 from fric.verb import Kind, verb
 from fric.verdict import Evidence, Verdict, decide
+
+MACHINES = 24
+"""Machines that are drawn from the intervals of what was identified."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -142,7 +136,7 @@ def auto(
     encoder: EncoderName = "motor",
     workers: Count | None = None,
     scheduler: Address | None = None,
-    run: Callable[[Step], Result | None] = run_step,
+    run: Callable[[Step], Result | None] = Step.make,
     say: Callable[[str], None] = lambda _: None,
     ask: Ask | None = None,
     advance: Callable[..., object] = lambda *_, **__: None,
@@ -282,8 +276,10 @@ def _machine(session: Session, axes: dict[str, AxisOutcome], given: Path | None)
     whole = {name: axis.files for name, axis in axes.items() if not rotates(axis.motion) and axis.whole}
     if not whole or any(read_document(files["plant"], PlantDocument).K_f is None for files in whole.values()):
         return None
-    path = session.folder / "machine.yaml"
-    session.write(machine_tree(whole, session.folder), path)
+    tree: dict[str, Any] = {"fric": MachineDocument.type_name(), "name": "identified machine", "axes": {}}
+    for name, files in whole.items():
+        tree["axes"][name] = {part: Path(relpath(file, session.folder)).as_posix() for part, file in files.items()}
+    session.write(tree | {"provenance": provenance()}, path := session.folder / "machine.yaml")
     return path
 
 
@@ -291,28 +287,29 @@ def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], mac
     """Simulate the circle, and compare measured circles with the machine."""
     if machine is None:
         return
-    options: dict[str, Any] = {}
-    reads, whole = (
-        [path for axis in axes.values() for path in axis.there],
-        [n for n, axis in axes.items() if axis.whole],
-    )
+    folder, options = session.folder, dict[str, Any]()
+    reads = [machine, *(path for axis in axes.values() for path in axis.there)]
     if given:
         names = machine_of(machine).axes
-        parts = [
-            (name, axes[name].files[part]) for name in axes if name in names for part in ("friction", "plant")
-        ]  # fmt: skip
+        parts = [(name, axes[name].files[part]) for name in axes if name in names for part in ("friction", "plant")]
         options["friction"] = [f"{name}={path}" for name, path in parts if path.exists()]
     else:
-        frictions = [read_document(axes[name].files["friction"], FrictionDocument) for name in whole]
+        files = (axis.files["friction"] for axis in axes.values() if axis.whole)
+        frictions = [read_document(file, FrictionDocument) for file in files]
         if not all(friction.section("gms") for friction in frictions):
             options["scheme"] = "a,b,d,e"  # there is no GMS model to feed forward
     if found.circles:
         test = choose_circles(found.circles[:1])[0]
         options |= {"radius": f"{test.radius!r} m", "velocity": f"{test.feed!r} m/s", "measured": found.circles}
         reads += found.circles
-    session.take(circle_step(machine, session.folder, options, reads))
+    options |= {"monte_carlo": MACHINES, "from_intervals": True}
+    run, drawn = folder / "circle.h5", folder / "circle.png"
+    session.take(step("circle", "simulate circle", [machine], options, reads, output=run, plot=drawn))
     for circle in found.circles:
-        session.take(diagnosis_step(circle, machine, session.folder, reads))
+        name, plot = f"{circle.stem}: diagnosis", folder / f"{circle.stem}.png"
+        session.take(step(name, "diagnose", [circle], {"machine": machine}, [circle, *reads], plot=plot))
     shared = set(test.names) & set(machine_of(machine).axes) if found.circles else set()
     if shared and (len(found.circles) > 1 or len(shared) == len(test.names)):  # one circle of one axis tells little
-        session.take(tune_step(found.circles, machine, session.folder, reads))
+        target, given_files = folder / "tuned", [machine, *found.circles]
+        leaves = [target / "machine.yaml"]
+        session.take(step("tune", "tune", given_files, {}, [*found.circles, *reads], output=target, leaves=leaves))

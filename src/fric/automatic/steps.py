@@ -5,16 +5,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from os import environ
-from os.path import relpath
 from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import Any, NamedTuple
 
 from fric.automatic.sources import MOTION, Source, Sources
 from fric.columns import FORCE_VELOCITY, PRESLIDING
-from fric.documents.base import commanded, provenance
+from fric.documents.base import commanded
 from fric.documents.identified import read_identified
-from fric.documents.machine_files import MachineDocument
 from fric.documents.yaml import dump, plain, read_tree, write_document
 from fric.errors import FricError
 from fric.flaws.files import FILE_UNUSED, STEP_FAILED
@@ -32,9 +30,6 @@ from fric.results.ingest import ingest, ingest_circles
 from fric.results.kinds import EncoderName
 from fric.results.simulate import circle
 from fric.units import Motion
-
-MACHINES = 24
-"""Machines that are drawn from the intervals of what was identified."""
 
 PARTS = ("plant", "controller", "observer", "friction")
 
@@ -88,11 +83,6 @@ def _repeated(flag: str, value: Any) -> list[object]:
     return [word for value in values for word in (flag, value)]
 
 
-def run_step(step: Step) -> Result:
-    """Run a step, and print nothing."""
-    return step.make()
-
-
 def _plain(verb: Callable[..., Result]) -> Callable[[Step, Advance], Result]:
     """Return a factory of steps that take the options of the verb's command."""
 
@@ -121,10 +111,6 @@ def _simulated(step: Step, advance: Advance) -> Result:
     return circle(subject, schemes, machines=machines, advance=advance, **given)
 
 
-def _diagnosed(step: Step, advance: Advance) -> Result:
-    return diagnose(*step.given, **step.options, advance=advance)
-
-
 def _tuned(step: Step, advance: Advance) -> Result:
     result = tune(*step.given, **step.options, advance=advance)
     if not result.found.improves:
@@ -148,7 +134,7 @@ VERBS: Mapping[str, Callable[[Step, Advance], Result]] = {
     "identify controller": _plain(identify_controller),
     "design observer": _plain(design_observer),
     "simulate circle": _simulated,
-    "diagnose": _diagnosed,
+    "diagnose": lambda step, advance: diagnose(*step.given, **step.options, advance=advance),
     "tune": _tuned,
     "report": _reported,
 }
@@ -354,12 +340,11 @@ def trace_step(trace: Path, folder: Path) -> Step:
     return step(f"ingest {trace.stem}", "ingest", [trace], {"kind": "circle"}, output=test)
 
 
-@dataclass(frozen=True)
-class AxisSteps:
-    """Steps that the records of one axis allow."""
+class AxisSteps(NamedTuple):
+    """Steps that the records of one axis allow, and what cannot be made, with the record that is missing."""
 
-    steps: tuple[Step, ...]  # The steps, in their order
-    missing: tuple[str, ...]  # What cannot be made, with the record that is missing
+    steps: list[Step]
+    missing: list[str]
 
 
 def axis_steps(
@@ -380,7 +365,7 @@ def axis_steps(
     """
     axis = logs[0].axis
     which = {"encoder": encoder} if encoder != "motor" and any(log.loaded for log in logs) else {}
-    steps, missing = [], []
+    steps, missing = list[Step](), list[str]()
     plant, static, friction = (folder / name for name in ("plant.yaml", "static.yaml", "friction.yaml"))
     observer = folder / "observer.yaml"
 
@@ -426,7 +411,7 @@ def axis_steps(
         if moving and not (strokes or responses or lean):  # what a motion shows of friction
             identify("lugre", moving, friction, known, damping)
     if lean:
-        return AxisSteps(tuple(steps), tuple(missing))
+        return AxisSteps(steps, missing)
     if responses:
         if controller is None:
             controller = folder / "controller.yaml"
@@ -441,36 +426,4 @@ def axis_steps(
     else:
         lacks = "observer" if controller else "controller and observer"
         missing.append(f"{lacks}: a frequency response from voltage to position")
-    return AxisSteps(tuple(steps), tuple(missing))
-
-
-def circle_step(machine: Path, folder: Path, options: Mapping[str, Any], reads: Iterable[Path] = ()) -> Step:
-    """Return the step that simulates the circle, with machines drawn from the intervals."""
-    asked = {**options, "monte_carlo": MACHINES, "from_intervals": True}
-    run, figure = folder / "circle.h5", folder / "circle.png"
-    return step("circle", "simulate circle", [machine], asked, [machine, *reads], output=run, plot=figure)
-
-
-def diagnosis_step(circle: Path, machine: Path, folder: Path, reads: Iterable[Path] = ()) -> Step:
-    """Return the step that compares a measured circle with the prediction of the machine file."""
-    read = [circle, machine, *reads]
-    figure = folder / f"{circle.stem}.png"
-    return step(f"{circle.stem}: diagnosis", "diagnose", [circle], {"machine": machine}, read, plot=figure)
-
-
-def tune_step(circles: Sequence[Path], machine: Path, folder: Path, reads: Iterable[Path] = ()) -> Step:
-    """Return the step that refits the nominal parameters of the controllers to measured circles."""
-    given, target = [machine, *circles], folder / "tuned"
-    return step("tune", "tune", given, {}, [*given, *reads], output=target, leaves=[target / "machine.yaml"])
-
-
-def machine_tree(axes: Mapping[str, Mapping[str, Path]], folder: Path) -> dict[str, Any]:
-    """Return a machine file whose axes name the files of what was identified.
-
-    axes: The files of each axis by `PARTS`.
-    folder: Where the machine file goes.
-    """
-    tree: dict[str, Any] = {"fric": MachineDocument.type_name(), "name": "identified machine", "axes": {}}
-    for name, files in axes.items():
-        tree["axes"][name] = {part: Path(relpath(path, folder)).as_posix() for part, path in files.items()}
-    return tree | {"provenance": provenance()}
+    return AxisSteps(steps, missing)

@@ -1,6 +1,7 @@
 """Rendering of pages: the templates of this folder, and filters that format numbers for people."""
 
 from base64 import b64encode
+from collections.abc import Mapping
 from functools import cache
 from math import isfinite
 from typing import Any
@@ -12,7 +13,7 @@ import fric
 from fric.errors import as_options, clean
 from fric.io.recognise import REPORT_MARK
 from fric.report.collect import ReportInput, as_data
-from fric.report.view import PageView, view
+from fric.report.view import view
 from fric.units import readable, significant
 
 
@@ -83,7 +84,9 @@ def render_report(inputs: ReportInput, title: str = "") -> str:
     return render_view(view(inputs), inputs, title or _title(inputs))
 
 
-def render_view(seen: PageView, inputs: ReportInput, title: str, template: str = "report.html.j2", **more: Any) -> str:
+def render_view(
+    seen: Mapping[str, Any], inputs: ReportInput, title: str, template: str = "report.html.j2", **more: Any
+) -> str:
     """Return a page by the report's template, or by a template that extends it with more data."""
     return (
         environment()

@@ -1,12 +1,11 @@
 """The content of the page from the collected data: rows of tables, figures, words."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from itertools import combinations
 from math import degrees, sqrt
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from fric.errors import FricError
 from fric.estimate import Covariance, estimate_rows
 from fric.figures.contours import scheme_look
 from fric.flaws import flaw_of
-from fric.log import ForceVelocity, FrequencyResponse, Log, Record
+from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.notice import Notice
 from fric.report import plots
 from fric.report.collect import Contour, ContourTest, Item, Measured, ReportInput
@@ -47,55 +46,32 @@ MATTERS = 0.9
 """Correlation above which a pair is reported: a change of either number can replace the other's."""
 
 
-@dataclass(frozen=True)
-class NumberRow:
-    """A number: symbol, plain name, value, unit, and its interval or a remark."""
-
-    symbol: str
-    name: str
-    value: str
-    unit: str
-    interval: str
-
-
-@dataclass(frozen=True)
-class Group:
-    """Numbers of one section of a document."""
-
-    title: str
-    source: str
-    rows: Sequence[NumberRow]
-    fit: Sequence[tuple[str, str]]
-    correlations: Sequence[str] = ()
-
-
-def groups_of(item: Item) -> Iterator[Group]:
-    """Yield the content of a document: its sections, and the rigid axis identified from a motion."""
+def groups_of(item: Item) -> Iterator[dict[str, Any]]:
+    """Yield the numbers of a document by section, and those of the rigid axis identified from a motion."""
     document = item.document
     for section, estimates in item.sections().items():
         fit = document.fit_of(section) if isinstance(document, FrictionDocument) else getattr(document, "fit", None)
         shown = [(title, _fit_value(value)) for key, title in FIT if (value := getattr(fit, key, None)) is not None]
-        block = getattr(fit, "covariance", None)
-        related = correlations(block.covariance()) if block is not None and section != "plant" else ()
-        rows = _rows({name: estimate.as_dict() for name, estimate in estimates.items()})
-        yield Group(TITLES.get(section, section), item.source, rows, shown, related)
+        block = getattr(fit, "covariance", None) if section != "plant" else None
+        yield _group(item, section, {name: estimate.as_dict() for name, estimate in estimates.items()}, shown, block)
     fit = item.tree.get("fit") or {}
     if isinstance(document, PlantDocument) and fit.get("parameters"):
         words = [("points", str(fit["points"]))] if fit.get("points") else []
         if fit.get("relative_error"):
             words.append(("residual of the force", f"{100 * fit['relative_error']['value']:.2f} %"))
-        block = document.fit.covariance if document.fit else None
-        related = correlations(block.covariance()) if block is not None else ()
-        yield Group(TITLES["motion"], item.source, _rows(fit["parameters"]), words, related)
+        yield _group(item, "motion", fit["parameters"], words, document.fit.covariance if document.fit else None)
 
 
-def _rows(entries: Mapping[str, Mapping[str, Any]]) -> list[NumberRow]:
+def _group(
+    item: Item, section: str, entries: Mapping[str, Mapping[str, Any]], fit: Sequence[tuple[str, str]], block: Any
+) -> dict[str, Any]:
     rows = estimate_rows(entries)
     names = plain_names(row[0] for row in rows)
-    return [
-        NumberRow(symbol, name, value, unit, interval)
-        for (symbol, value, interval, unit), name in zip(rows, names, strict=True)
-    ]
+    return {
+        "title": TITLES.get(section, section), "source": item.source, "fit": fit,
+        "rows": [(*row, name) for row, name in zip(rows, names, strict=True)],
+        "correlations": correlations(block.covariance()) if block is not None else (),
+    }  # fmt: skip
 
 
 def _fit_value(value: Any) -> str:
@@ -114,22 +90,7 @@ def correlations(covariance: Covariance) -> list[str]:
     return [text for _, text in sorted(found, reverse=True)]
 
 
-@dataclass(frozen=True)
-class MeasuredView:
-    """The content of the page about one measured circle."""
-
-    title: str
-    source: str
-    scheme: str  # that is predicted; empty without a prediction
-    agrees: bool | None  # whether all quadrants are as predicted; None without a prediction
-    glitch: float  # the largest that was measured [m]
-    causes: Table
-    tables: Sequence[Table]
-    picture: plots.PageFigure  # the figure of `fric diagnose`
-    further: Sequence[plots.PageFigure]
-
-
-def measured_view(measured: Measured, key: str) -> MeasuredView:
+def measured_view(measured: Measured, key: str, tolerance: float | None) -> dict[str, Any]:
     """Return the content about a measured circle; its figures are named by the key."""
     result = measured.result
     test, held = result.found.test, result.held
@@ -137,41 +98,28 @@ def measured_view(measured: Measured, key: str) -> MeasuredView:
     alt += f"{', measured and predicted' if held else ''}; the tables have the numbers."
     caption = "Left the deviation of the radius around its centre, right the glitch over the time after each reversal"
     caption += f"{': measured whole, predicted dashed' if held else ''}."
-    return MeasuredView(
-        f"Circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}", measured.source,
-        held.scheme if held else "", held.all_agree if held else None,
-        measured.glitch,
-        result.causes(), [piece for piece in result.report() if isinstance(piece, Table)],
-        plots.PageFigure(f"{key}-diagnosis", "", caption, alt, result.figure()), plots.pictures(result.found, key),
-    )  # fmt: skip
+    title = f"ircle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
+    said = f"{measured.source}, c{title}: measured glitch {readable(measured.glitch, 'm', 2)}"
+    if tolerance is not None:
+        said += ", within the tolerance" if measured.glitch <= tolerance else ", beyond the tolerance"
+    if held:
+        said += f"; {'as' if held.all_agree else 'not as'} the machine file predicts for scheme ({held.scheme})"
+    return {
+        "title": f"C{title}", "source": measured.source, "said": f"{said}.", "held": held, "causes": result.causes(),
+        "tables": [piece for piece in result.report() if isinstance(piece, Table)],
+        "picture": plots.PageFigure(f"{key}-diagnosis", "", caption, alt, result.figure()),
+        "further": plots.pictures(result.found, key),
+    }  # fmt: skip
 
 
 ORDER = ("fail", "not decided", "pass", "")
 """Results of verdicts, the page shows the first that occurs."""
 
 
-@dataclass(frozen=True)
-class Summary:
-    """The summary that is printed on a sheet."""
-
-    facts: Sequence[tuple[str, str]]  # Machine, date, files, tolerance, as pairs for people
-    stamp: str  # stamp, meaning: of the verdict that passes least (`Verdict.result`)
-    meaning: str
-    measured: Sequence[str]  # A sentence for each measured circle
-    # Warnings that come first, with their source, where no verdict shows them
-    wrong: Sequence[tuple[str, str]]
-    further: int  # How many further warnings there are
-    next_step: str  # What to do where there is no verdict
-    failed: Sequence[str] = ()  # Steps that failed, and why
-
-
 def summary_of(
-    inputs: ReportInput,
-    verdicts: Sequence[Verdict],
-    measured: Sequence[MeasuredView],
-    warnings: Sequence[tuple[str, Notice]],
-) -> Summary:
-    """Return the summary of a page."""
+    inputs: ReportInput, verdicts: Sequence[Verdict], warnings: Sequence[tuple[str, Notice]]
+) -> dict[str, Any]:
+    """Return the summary of a page: facts, the stamp of the verdict that passes least, and what comes first."""
     names = dict.fromkeys(str(test.provenance.get("machine", "")) for test in inputs.tests)
     machine = "; ".join(filter(None, names)) or (machine_name(inputs.machine) if inputs.machine else "")
     files = [Path(inputs.machine).name] if inputs.machine else []
@@ -189,22 +137,12 @@ def summary_of(
     reasons = {str(text) for verdict in verdicts for text in verdict.why}  # each verdict shows all that is wrong
     wrong = [(source, str(notice)) for source, notice in warnings if notice.severity == "wrong" and not verdicts]
     results = [verdict.result for verdict in verdicts] or [decide(Evidence(tolerance=inputs.tolerance)).result]
-    return Summary(
-        facts, *min(results, key=lambda pair: ORDER.index(pair[0])),
-        [_sentence(measured, inputs.tolerance) for measured in measured], wrong,
-        sum(str(notice) not in reasons for _, notice in warnings) - len(wrong), _next_step(inputs),
-        inputs.failed,
-    )  # fmt: skip
-
-
-def _sentence(measured: MeasuredView, tolerance: float | None) -> str:
-    title = measured.title[:1].lower() + measured.title[1:]
-    text = f"{measured.source}, {title}: measured glitch {readable(measured.glitch, 'm', 2)}"
-    if tolerance is not None:
-        text += ", within the tolerance" if measured.glitch <= tolerance else ", beyond the tolerance"
-    if measured.agrees is not None:
-        text += f"; {'as' if measured.agrees else 'not as'} the machine file predicts for scheme ({measured.scheme})"
-    return text + "."
+    stamp, meaning = min(results, key=lambda pair: ORDER.index(pair[0]))
+    further = sum(str(notice) not in reasons for _, notice in warnings) - len(wrong)
+    return {
+        "facts": facts, "stamp": stamp, "meaning": meaning, "wrong": wrong, "further": further,
+        "next_step": _next_step(inputs), "failed": inputs.failed,
+    }  # fmt: skip
 
 
 SAME_SIGN_LEFT = 0.1
@@ -374,76 +312,7 @@ def build_up(presliding: float, radius: float, feed: float) -> str:
     )
 
 
-@dataclass(frozen=True)
-class AxisView:
-    """The content about one axis."""
-
-    name: str
-    groups: Sequence[Group]
-    figures: Sequence[plots.PageFigure]
-    observer: plots.PageFigure | None
-    notes: Sequence[str]
-    further: Sequence[plots.PageFigure] = ()
-    halves: Sequence[str] = ()  # Whether halves of strokes and motions agree
-
-
-@dataclass(frozen=True)
-class Line:
-    """One scheme in the table and among the switches of a contour."""
-
-    contour: Contour
-    reduction: float | None
-    advised: bool
-    look: Mapping[str, str]
-
-
-@dataclass(frozen=True)
-class TestView:
-    """The content about one contour."""
-
-    test: ContourTest
-    figure: plots.PageFigure
-    decision: plots.PageFigure | None  # the picture beside the verdict
-    sizes: Mapping[str, tuple[str, float]]  # the glitch now, with the choice, and at most [m], by its class
-    reversals: Sequence[plots.PageFigure]
-    lines: Sequence[Line]
-    verdict: Verdict
-    observations: Sequence[str]
-    earlier: ContourTest | None
-    blocks: Sequence[str] = ()
-    further: Sequence[plots.PageFigure] = ()
-    magnification: float | None = None
-
-    __test__ = False  # no test of pytest's
-
-
-@dataclass(frozen=True)
-class DriftView:
-    """Changes between two files."""
-
-    title: str
-    before: str
-    after: str
-    description: str
-    changes: Sequence[Change]
-    figure: plots.PageFigure | None
-
-
-@dataclass(frozen=True)
-class PageView:
-    """The content of the page."""
-
-    summary: Summary
-    warnings: Sequence[tuple[str, Notice]]
-    axes: Sequence[AxisView]
-    tests: Sequence[TestView]
-    measured: Sequence[MeasuredView]
-    logs: Sequence[tuple[str, str]]
-    drifts: Sequence[DriftView]
-    sources: Sequence[tuple[str, str, Any]]
-
-
-def view(inputs: ReportInput) -> PageView:
+def view(inputs: ReportInput) -> dict[str, Any]:
     """Return the content of a page from the collected data."""
     longest = plots.presliding(inputs)
     earlier = {id(after): before for before, after in inputs.test_pairs}
@@ -453,13 +322,16 @@ def view(inputs: ReportInput) -> PageView:
     sources += [(test.source, "run", test.provenance) for test in inputs.tests]
     sources += [(before.source, "run, earlier", before.provenance) for before, _ in inputs.test_pairs]
     sources += [(circle.source, "measured circle", {}) for circle in inputs.circles]
-    measured = [measured_view(circle, f"circle-{n}") for n, circle in enumerate(inputs.circles)]
-    warnings = _warnings(inputs, [test.verdict for test in tests])
-    return PageView(
-        summary_of(inputs, [test.verdict for test in tests], measured, warnings),
-        warnings, [_axis(inputs, axis) for axis in inputs.axes()], tests, measured, inputs.logs,
-        list(_drifts(inputs)), sources,
-    )  # fmt: skip
+    verdicts = [test["verdict"] for test in tests]
+    warnings = _warnings(inputs, verdicts)
+    return {
+        "summary": summary_of(inputs, verdicts, warnings), "warnings": warnings, "tests": tests, "logs": inputs.logs,
+        "axes": [_axis(inputs, axis) for axis in inputs.axes()], "drifts": list(_drifts(inputs)), "sources": sources,
+        "measured": [measured_view(one, f"circle-{n}", inputs.tolerance) for n, one in enumerate(inputs.circles)],
+    }  # fmt: skip
+
+
+SETTLED = "settled: the drawn machines reproduce the measured circle"
 
 
 def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[str, Notice]]:
@@ -482,15 +354,12 @@ def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[st
     first: dict[tuple[str, str], tuple[str, Notice]] = {}
     for source, several in found:
         for text in several:
-            first.setdefault((text.code, text.says), (source, _settled(text) if text in settled else text))
+            shown = text.at(SETTLED, severity="note") if text in settled else text
+            first.setdefault((text.code, text.says), (source, shown))
     return sorted(first.values(), key=lambda of: ("wrong", "doubt", "note").index(of[1].severity))
 
 
-def _settled(text: Notice) -> Notice:
-    return text.at("settled: the drawn machines reproduce the measured circle", severity="note")
-
-
-def _axis(inputs: ReportInput, axis: str) -> AxisView:
+def _axis(inputs: ReportInput, axis: str) -> dict[str, Any]:
     items = [item for item in inputs.items if item.axis == axis]
     groups = [group for item in items for group in groups_of(item)]
     figures: list[plots.PageFigure] = []
@@ -504,17 +373,17 @@ def _axis(inputs: ReportInput, axis: str) -> AxisView:
             notes += curves.notes
             halves.append(curves.halves)
         elif item.kind == "plant":
-            logs = [log for log in inputs.records if _is_motion(log, axis)]
+            records = (log for log in inputs.records if isinstance(log, Log))
+            logs = [log for log in records if log.axis == axis and log.kind == "motion"]
             figures += plots.motions(item, logs)
             halves.append(plots.agreement(logs))
         elif item.kind == "observer":
             observer = plots.q_filter(item, perturbation(inputs, item))
     further = [picture for item in items for picture in plots.pictures(item.document, f"{item.kind}-{axis}")]
-    return AxisView(axis, groups, figures, observer, notes, further, [text for text in halves if text])
-
-
-def _is_motion(log: Record, axis: str) -> TypeGuard[Log]:
-    return isinstance(log, Log) and log.axis == axis and log.kind == "motion"
+    return {
+        "name": axis, "groups": groups, "figures": figures, "observer": observer, "notes": notes, "further": further,
+        "halves": [text for text in halves if text],
+    }  # fmt: skip
 
 
 def perturbation(inputs: ReportInput, item: Item) -> Perturbation | None:
@@ -537,16 +406,15 @@ def perturbation(inputs: ReportInput, item: Item) -> Perturbation | None:
 
 def _test(
     n: int, inputs: ReportInput, test: ContourTest, earlier: ContourTest | None, longest: float | None
-) -> TestView:
+) -> dict[str, Any]:
     verdict = inputs.verdict(test)
     without, chosen = bare(test.contours), verdict.choice
     lines = [
-        Line(
-            contour,
-            None if without is None or contour is without or not without.glitch
+        {
+            "contour": contour, "advised": contour is chosen, "look": scheme_look(k, contour.scheme),
+            "reduction": None if without is None or contour is without or not without.glitch
             else 1 - contour.glitch / without.glitch,
-            contour is chosen, scheme_look(k, contour.scheme),
-        )
+        }
         for k, contour in enumerate(test.contours)
     ]  # fmt: skip
     asked = {
@@ -559,43 +427,36 @@ def _test(
     if chosen is not None:
         sizes["with"] = (f"with {chosen.named}", chosen.middle)
         sizes |= {"most": ("at most", chosen.stays_under)} if chosen.drawn else {}
-    return TestView(
-        test,
-        plots.contour_figure(n, test, earlier),
-        plots.decision_figure(n, test, chosen) if isinstance(chosen, Contour) else None,
-        sizes,
-        plots.reversal_figures(n, test),
-        lines,
-        verdict,
-        observations(test, longest),
-        earlier,
-        tuple(asked.values()),
-        plots.pictures(test.runs, f"run-{n}"),
-        plots.magnification(test) if test.radius is not None else None,
-    )
+    return {
+        "test": test, "earlier": earlier, "lines": lines, "verdict": verdict, "sizes": sizes,
+        "observations": observations(test, longest), "blocks": tuple(asked.values()),
+        "figure": plots.contour_figure(n, test, earlier), "reversals": plots.reversal_figures(n, test),
+        "decision": plots.decision_figure(n, test, chosen) if isinstance(chosen, Contour) else None,
+        "further": plots.pictures(test.runs, f"run-{n}"),
+        "magnification": plots.magnification(test) if test.radius is not None else None,
+    }  # fmt: skip
 
 
-def _drifts(inputs: ReportInput) -> Iterator[DriftView]:
+def _drifts(inputs: ReportInput) -> Iterator[dict[str, Any]]:
     for n, (before, after) in enumerate(inputs.pairs):
-        changes = document_changes(before, after)
-        counts = block_counts(before, after)
-        words = description(changes)
+        counts, title = block_counts(before, after), f"{after.kind.capitalize()} of axis {after.axis}"
+        found = _drift(f"drift-{n}", title, before, after, document_changes(before, after))
         if counts:
-            words += f" The models have {counts[0]} and {counts[1]} blocks, which cannot be compared one by one."
-        title = f"{after.kind.capitalize()} of axis {after.axis}"
-        yield DriftView(
-            title, _dated(before), _dated(after), words, changes, plots.drift_figure(f"drift-{n}", title, changes)
-        )
-    for n, (earlier, later) in enumerate(inputs.test_pairs):
-        changes = glitch_changes(earlier, later)
-        what = f"circle of {readable(later.radius, 'm')}" if later.radius is not None else "path"
-        title = f"Glitch: {what} at {readable(later.feed, 'm/s')}"
-        figure = plots.drift_figure(f"drift-run-{n}", title, changes)
-        yield DriftView(title, _dated(earlier), _dated(later), description(changes), changes, figure)
+            text = f" The models have {counts[0]} and {counts[1]} blocks, which cannot be compared one by one."
+            found["description"] += text
+        yield found
+    for n, (early, late) in enumerate(inputs.test_pairs):
+        what = f"circle of {readable(late.radius, 'm')}" if late.radius is not None else "path"
+        title = f"Glitch: {what} at {readable(late.feed, 'm/s')}"
+        yield _drift(f"drift-run-{n}", title, early, late, glitch_changes(early, late))
 
 
-def _dated(thing: Item | ContourTest) -> str:
-    return f"{thing.source} ({thing.created[:10]})" if thing.created else thing.source
+def _drift(
+    key: str, title: str, before: Item | ContourTest, after: Item | ContourTest, changes: list[Change]
+) -> dict[str, Any]:
+    dated = [f"{of.source} ({of.created[:10]})" if of.created else of.source for of in (before, after)]
+    figure = plots.drift_figure(key, title, changes)
+    return {"title": title, "dated": dated, "description": description(changes), "changes": changes, "figure": figure}
 
 
 def _next_step(inputs: ReportInput) -> str:

@@ -292,7 +292,7 @@ def write_page(
     for feed, (found, figure) in runs.items():
         published = subject.published_glitches(found[0].circle.radius, feed)
         bare = next(run.circularity.glitch for run in found if run.scheme.bare)
-        rows = [
+        rows: list[dict[str, Any]] = [
             {
                 "run": run, "published": (paper := published.get(run.scheme.name)),
                 "difference": None if paper is None else run.circularity.glitch - paper,
@@ -304,7 +304,7 @@ def write_page(
         circles.append({"feed": feed, "rows": rows, "largest": max(off, default=None), "figure": figure.read_bytes()})
     inputs = collect([*(path for file in files.values() for path in file.learned), *run_files])
     text = render_view(
-        replace(view(inputs), axes=()), inputs, f"{subject.name}: the paper from end to end", "reproduce.html.j2",
+        view(inputs) | {"axes": ()}, inputs, f"{subject.name}: the paper from end to end", "reproduce.html.j2",
         published=bool(subject.published), circles=circles,
         axes=[_axis(name, file, document.axes[name], bool(subject.published)) for name, file in files.items()],
     )  # fmt: skip
@@ -442,8 +442,8 @@ def reproduce_paper(
 
     def steps() -> Iterator[bool]:
         with ProcessPoolExecutor(max_workers=len(names), initializer=end_with_parent) as pool:
-            how = {"seed": seed, "published_plant": bool(subject.published)}
-            for learning in [pool.submit(learn_axis, machine, name, folder / name, **how) for name in names]:
+            learn = partial(learn_axis, seed=seed, published_plant=bool(subject.published))
+            for learning in [pool.submit(learn, machine, name, folder / name) for name in names]:
                 yield from learning.result()
         make = partial(_identified_machine, machine, files, identified)
         yield shop.step("machine", make, reads=[machine, *learned], leaves=[identified])

@@ -124,13 +124,13 @@ class _CRoutine(Writer):
     constant = str.lower
 
     def __init__(self, program: ir.Program, routine: ir.Routine, dialect: Dialect) -> None:
-        super().__init__(routine, dialect.prefix, 1)
-        self.program, self.dialect = program, dialect
-        self.declared = {argument.name for argument in routine.arguments}
-        self.operations = {
+        operations = {
             "negate": "(-{})", "not": "(!{})", "to real": f"(({dialect.real})({{}}))", "select": "({} ? {} : {})",
             "and": "({} && {})", "or": "({} || {})", "//": "({} / {})",
         }  # fmt: skip
+        super().__init__(routine, dialect.prefix, 1, operations)
+        self.program, self.dialect = program, dialect
+        self.declared = {argument.name for argument in routine.arguments}
 
     def text(self) -> str:
         routine, dialect = self.routine, self.dialect

@@ -153,11 +153,11 @@ class Body:
             case ast.Subscript(value=ast.Name(id=name), slice=index) if isinstance(self.variables.get(name), ir.Array):
                 return self.element(self.variables[name], self.expression(index))
             case ast.UnaryOp(op=ast.USub(), operand=operand):
-                value = self.expression(operand)
-                if isinstance(value, ir.Constant):
-                    return ir.Constant(-value.value, value.type)
-                assert isinstance(value.type, ir.Scalar)
-                return ir.Operation("negate", (value,), value.type)
+                read = self.expression(operand)
+                if isinstance(read, ir.Constant):
+                    return ir.Constant(-read.value, read.type)
+                assert isinstance(read.type, ir.Scalar)
+                return ir.Operation("negate", (read,), read.type)
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 return ir.Operation("not", (self.expression(operand),), ir.BOOLEAN)
             case ast.BinOp(left=left, op=ast.Pow(), right=right):
@@ -169,8 +169,8 @@ class Body:
                 first, second = self.alike(self.expression(left), self.expression(right))
                 return ir.Operation(_OPERATORS[type(op)], (first, second), ir.BOOLEAN)
             case ast.BoolOp(op=op, values=values):
-                read = map(self.expression, values)
-                return reduce(lambda a, b: ir.Operation(_OPERATORS[type(op)], (a, b), ir.BOOLEAN), read)
+                operator = _OPERATORS[type(op)]
+                return reduce(lambda a, b: ir.Operation(operator, (a, b), ir.BOOLEAN), map(self.expression, values))
             case ast.IfExp(test=test, body=body, orelse=orelse):
                 condition, waiting = self.expression(test), len(self.before)
                 first, second = self.alike(self.expression(body), self.expression(orelse))

@@ -1,7 +1,5 @@
 """A program in structured text (IEC 61131-3): functions and structures, without vendor-specific parts."""
 
-from typing import ClassVar
-
 from fric.export.translate import program as ir
 from fric.export.translate.writer import Writer
 
@@ -16,6 +14,10 @@ with word write wstring xor result reference
 """
 _RESERVED = frozenset(_WORDS.split())
 _FUNCTIONS = {"exp": "EXP", "pow": "EXPT", "abs": "ABS", "min": "MIN", "max": "MAX"}
+_OPERATIONS = {
+    "negate": "(-{})", "not": "(NOT {})", "to real": "DINT_TO_LREAL({})", "and": "({} AND {})", "or": "({} OR {})",
+    "//": "({} / {})", "%": "({} MOD {})", "==": "({} = {})", "!=": "({} <> {})",
+}  # fmt: skip
 HELPERS = {
     "copysign": """(* The size of a with the sign of b. *)
 FUNCTION {prefix}copysign : LREAL
@@ -84,16 +86,12 @@ def _word(name: str) -> str:
 class _StRoutine(Writer):
     """Writes a routine. Names differ by more than their case, which the language ignores."""
 
-    operations: ClassVar[dict[str, str]] = {
-        "negate": "(-{})", "not": "(NOT {})", "to real": "DINT_TO_LREAL({})", "and": "({} AND {})", "or": "({} OR {})",
-        "//": "({} / {})", "%": "({} MOD {})", "==": "({} = {})", "!=": "({} <> {})",
-    }  # fmt: skip
     loop = ("FOR {} := 0 TO {} - 1 DO", "END_FOR;")
     branch = ("IF {} THEN", "ELSE", "END_IF;")
     constant = str.upper
 
     def __init__(self, routine: ir.Routine, prefix: str) -> None:
-        super().__init__(routine, prefix, 0)
+        super().__init__(routine, prefix, 0, _OPERATIONS)
         self.names: dict[str, str] = {}
         self.types: dict[str, ir.Type] = {}
         for node in (*routine.arguments, *(node for node in routine.nodes if isinstance(node, ir.Name))):

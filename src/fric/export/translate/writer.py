@@ -10,14 +10,14 @@ from fric.export.translate import program as ir
 class Writer(ABC):
     """Writes one routine."""
 
-    operations: Mapping[str, str]  # of an operator whose text is not ``({} OPERATOR {})``
     loop: ClassVar[tuple[str, str]]  # first line with counter and number of passes, and last line
     branch: ClassVar[tuple[str, str, str]]  # first line with the condition, line before the other arm, and last line
     discarded = ""  # before a call whose result is not used
     constant: ClassVar[Callable[[str], str]]  # of whole numbers and truth values
 
-    def __init__(self, routine: ir.Routine, prefix: str, depth: int) -> None:
+    def __init__(self, routine: ir.Routine, prefix: str, depth: int, operations: Mapping[str, str]) -> None:
         self.routine, self.prefix, self.depth, self.lines = routine, prefix, depth, list[str]()
+        self.operations = operations  # texts of operators that are not ``({} OPERATOR {})``
 
     @abstractmethod
     def name(self, name: str) -> str:
