@@ -535,6 +535,27 @@ def test_sentences_name_their_values_and_read_as_sentences() -> None:
             assert "--" not in named, code
 
 
+LISTED = ("files", "glitches", "how", "kept", "lines", "names", "quadrants", "why")
+"""Values of a sentence that are lists or reasons."""
+
+
+def test_a_sentence_has_a_hundred_characters_at_most() -> None:
+    """Without what to do; a value with its unit has seven of them, a list or a reason twenty. Errors give a reason."""
+
+    def usual(field: re.Match[str]) -> str:
+        name, _, form = field[1].partition(":")
+        return max(form.split("|"), key=len) if "|" in form else "~" * (20 if name in LISTED else 7)
+
+    long = {}
+    for code in (code for code in CATALOGUE if not code.startswith("implausible-")):
+        says = CATALOGUE[code].says
+        while re.search(inner := r"\{([^{}]*)\}", says):
+            says = re.sub(inner, usual, says)
+        if len(says) > 100:
+            long[code] = says
+    assert not long
+
+
 def test_every_flaw_is_found_somewhere() -> None:
     """By its name, or by its code."""
     root = Path(verdict.__file__).parent

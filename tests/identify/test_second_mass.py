@@ -17,7 +17,7 @@ from fric.errors import FricError
 from fric.identify.plant.frequency_response import find_period, measure_response
 from fric.identify.plant.identify import identify_plant
 from fric.io.hdf5 import read_logs
-from fric.log import FrequencyResponse
+from fric.log import FrequencyResponse, Log
 from fric.notice import Notice
 from fric.simulate.experiment import frequency_response
 from tests.identify.flawed_axis import RATE, Machine, shaken
@@ -84,6 +84,34 @@ def test_sparse_lines_of_an_axis_in_motion(machine: Machine, count: int) -> None
         assert fit.second_mass is None
         assert float(fit.estimates["A"]) == pytest.approx(machine.A, rel=0.03)
         assert float(fit.estimates["B"]) == pytest.approx(machine.B, rel=0.03)
+
+
+def _part_of_a_sample(log: Log) -> Log:
+    return replace(log, position=np.interp(log.time - 0.4 / RATE, log.time, np.asarray(log.position)))
+
+
+def _low_pass(log: Log) -> Log:
+    sections = signal.butter(1, 700.0, fs=RATE, output="sos")
+    begun = signal.sosfilt_zi(sections) * np.asarray(log.position)[0]
+    return replace(log, position=signal.sosfilt(sections, np.asarray(log.position), zi=begun)[0])
+
+
+LOGGED = {
+    "as it is": (lambda log: log, {}),
+    "late by a part of a sample": (_part_of_a_sample, {}),
+    "behind a filter": (_low_pass, {}),
+    "in coarse counts": (lambda log: log, {"resolution": 1e-6, "position_noise": 0.0}),
+}
+
+
+@pytest.mark.parametrize("highest", [400.0, 1500.0])
+@pytest.mark.parametrize("how", LOGGED)
+def test_how_a_rigid_axis_is_logged_makes_no_second_mass(how: str, highest: float) -> None:
+    """A second mass at 832 Hz was said of an axis that has none: what else bends a response is no resonance."""
+    changed, options = LOGGED[how]
+    for seed in range(3):
+        log = changed(shaken(Machine(F_c=20, F_s=30), seed=seed, highest=highest, **options))
+        assert identify_plant([log]).second_mass is None
 
 
 @pytest.mark.parametrize("swing", [2e-3, 5e-3])

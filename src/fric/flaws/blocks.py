@@ -15,25 +15,27 @@ NO_STATIC_MAP = Flaw("no-static-map", "doubt", "No static map was given: F_c = F
     "Give `static=` for the Stribeck effect.")
 FEWER_BLOCKS = Flaw("fewer-blocks", "note", "{why}")
 BLOCKS_INSEPARABLE = Flaw("blocks-inseparable", "note",
-    "Blocks {n} and {m} slip at {slip} and {next}: merging them changes the virgin curve by at most {gap:2}.")
+    "Blocks {n} and {m} (slip at {slip} and {next}) could be one: the curve changes by {gap:2}.")
 SINE_TOO_FAST = Flaw("sine-too-fast", "doubt", "Inertia is {share:.0%} of the force: the sine is too fast.",
     "Log it at a frequency lower by {slower:.2g} or more.")
 BEGINS_LOADED = Flaw("begins-loaded", "note",
     "The contact was loaded where {records} begin: their first strokes are not compared.")
 C_ASSUMED = Flaw("C-assumed", "doubt", "C is assumed to be {C}: {why}.",
     "{logged:|Log a sine in sliding (fric simulate experiment --kind sliding-sine).}")
-C_WITHOUT_PLANT = Flaw("C-without-plant", "doubt", "C is identified without a plant: inertia was fitted beside the "
-    "frictional lag, and the drive's delay is not known.", "Give `plant=`.", widens={"C": 1.0})
-LEVEL_DIFFERS = Flaw("level-differs", "doubt", "The friction level of the pre-sliding records is {level:.3f} of the "
-    "static map's F_s; alpha is normalised to sum to 1.", widens={"B": 0.03}, circle_settles=True)
+C_WITHOUT_PLANT = Flaw("C-without-plant", "doubt",
+    "C is identified without a plant: inertia was fitted beside the lag, the drive's delay is unknown.",
+    "Give `plant=`.", widens={"C": 1.0})
+LEVEL_DIFFERS = Flaw("level-differs", "doubt",
+    "Pre-sliding records have {level:.3f} of the static map's F_s; alpha is normalised to sum to 1.",
+    widens={"B": 0.03}, circle_settles=True)
 LOST_MOTION = Flaw("lost-motion", lambda f: "wrong" if f.share > LARGE else "doubt",
-    "After a reversal the force is flat for {slip:2}, {hollow:2} below any friction: backlash between drive and "
-    "encoder.", "Remove the backlash, or measure at the table.")
+    "After a reversal the force is flat for {slip:2}, {hollow:2} too low: backlash from drive to encoder.",
+    "Remove the backlash, or measure at the table.")
 ONE_CYCLE = Flaw("one-cycle", "doubt", "Only one whole cycle was logged: there are no intervals.", "Log five cycles "
     "or more.")
-NEVER_SATURATES = Flaw("never-saturates", "doubt", "The cycles end before sliding: at {extent} the force is "
-    "{force}. The missing {missing} of F_s goes to the last block.",
+NEVER_SATURATES = Flaw("never-saturates", "doubt",
+    "The cycles end before sliding, with {force} at {extent}: {missing} of F_s goes to the last block.",
     "Add a record of {amplitude:2} amplitude or more.")
-NEVER_SLIDES = Flaw("never-slides", "wrong", "The records never slide: {force} is a lower bound of {names}{slope: "
-    "(the force still rises at reversals, with {slope:.0%} of its mean slope)|}.",
+NEVER_SLIDES = Flaw("never-slides", "wrong",
+    "The records never slide: {force} is a lower bound of {names}{slope:, still rising by {slope:.0%}|}.",
     "Log a larger amplitude{amplitude:, {amplitude} or more|}{static:, or give `static=`|}.")

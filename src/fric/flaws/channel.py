@@ -13,29 +13,31 @@ SAMPLES_LOST = Flaw("samples-lost", lambda f: "wrong" if f.lost > FEW else "doub
     "Log at a lower rate or fewer channels, or with the time of each sample.", widens={"T_d": 0.1, "C": 0.5})
 SAMPLING_JITTERS = Flaw("sampling-jitters",
     lambda f: "doubt" if f.purpose in ("static", "inspect") or f.share < LITTLE else "wrong",
-    "Samples are taken {jitter} (rms) off the logged time: noise of {displaced} in the position, which grows with "
-    "speed.", "Log by the clock of the control, or the time of each sample.", widens={"T_d": 0.1, "C": 0.5})
-SAMPLING_UNEVEN = Flaw("sampling-uneven", "note", "{missing} of {samples} samples are missing, the others up to "
-    "{off:.0%} of a sample off: made even by a cubic.")
-FORCE_LAGS = Flaw("force-lags", "note", "The force is logged {lag} ({samples:.2g} samples) {late:later|earlier} than "
-    "the input{corner:, {corner} of it the corner of a filter|}; it is moved back.", widens={"C": 0.3})
+    "Samples are {jitter} (rms) off the logged time: noise of {displaced}, which grows with speed.",
+    "Log by the clock of the control, or the time of each sample.", widens={"T_d": 0.1, "C": 0.5})
+SAMPLING_UNEVEN = Flaw("sampling-uneven", "note",
+    "{missing} of {samples} samples are missing, others up to {off:.0%} of a sample off: evened by a cubic.")
+FORCE_LAGS = Flaw("force-lags", "note",
+    "The force is logged {lag} ({samples:.2g} samples) {late:later|earlier} than the input{corner:, {corner} by a "
+    "filter|}: shifted.", widens={"C": 0.3})
 FORCE_LATE = Flaw("force-late", "doubt",
     "The force is logged later than the position: {late}. It was moved back by the mean.",
     "Log both channels at one instant.")
 FORCE_LATE_OPEN = Flaw("force-late-open", "doubt",
     "The residuals look as if the force were logged late: k may be wrong.",
     "Log both channels at one instant, and more samples a cycle.")
-ENCODER_ERRS = Flaw("encoder-errs", "doubt", "The position ripples by {amplitude} every {pitch}: the encoder "
-    "interpolates badly. Knots of that size are false.", "Adjust the reading head, or log a finer encoder.",
+ENCODER_ERRS = Flaw("encoder-errs", "doubt",
+    "The position ripples by {amplitude} every {pitch}: the encoder interpolates badly, such knots are false.",
+    "Adjust the reading head, or log a finer encoder.",
     widens={"resolution": 2.0})
 ENCODER_TOO_COARSE = Flaw("encoder-too-coarse", "wrong",
     "The amplitude is {steps:.1f} steps of the encoder: three are needed.",
     "Log a larger amplitude, or a finer encoder.")
 FIRST_BLOCK_UNRESOLVED = Flaw("first-block-unresolved", "doubt",
-    "The first block slips at {slip}, within four steps of the encoder ({step}): k_1 is uncertain beyond its interval.",
+    "The first block slips at {slip}, within four steps of the encoder ({step}): k_1 is less certain.",
     "Log a finer encoder.", widens={"k": 0.5})
 STIFFNESS_UNRESOLVED = Flaw("stiffness-unresolved", "wrong",
-    "{name} is a lower bound: its spring yields within {slip}, and motion is seen {resolved} after a reversal.",
+    "{name} is a lower bound: it yields within {slip}, and motion is seen {resolved} after a reversal.",
     "Log slower, or a finer encoder.", widens={"k": 1.0})
 FORCE_CLIPPED = Flaw("force-clipped", "wrong",
     "The force is clipped in {samples} samples: larger values are missing.", "Log with a larger range of the trace.",
@@ -46,18 +48,17 @@ CLIPPED_UNUSED = Flaw("clipped-unused", "doubt",
     "The force is clipped in {counted}: {left_out:these records are left out|these samples are not compared}.",
     "Log with a larger range of the trace.", widens={"level": 0.1})
 FOREIGN_COMPENSATION = Flaw("foreign-compensation", "wrong",
-    "At {count} of {reversals} reversals the axis jumps {height} ahead of its reference, first at {time} and {place}, "
-    "and is back after {decay}: the control compensates friction, {when}.",
+    "The control compensates friction, {when}: at {count} of {reversals} reversals it jumps {height} ahead.",
     "Switch its friction compensation off, and log again.", widens={"level": 0.1, "k": 1.0})
-HOLDING_MAP = Flaw("holding-map", "note", "Holding forces at {points} places, there and back over {length}: friction "
-    "{level} at rest, load {load}, which varies by {varies} (rms) over place.",
+HOLDING_MAP = Flaw("holding-map", "note",
+    "Holding forces at {points} places over {length}: friction {level} at rest, load {load} ± {varies}.",
     "A static map takes strokes at constant velocity.")
 MODES_SWITCH = Flaw("modes-switch", "note",
-    "{logged:The control switches its mode|A compensation is switched, by the error at reversals}: {parts}. "
-    "Each part is a record{compared:: tracking error {compared}|}.")
+    "{logged:The control switches its mode|A compensation is switched, by the error}: {parts}. Each part is a "
+    "record{compared:: error {compared}|}.")
 TWO_ENCODERS = Flaw("two-encoders", "note",
-    "Friction is identified on the motor's encoder, along whose travel the logged force does its work"
-    "{lost:; the load's lags by {lost} (lost motion)|}{stiffness:, stiffness at most {stiffness}|}.",
+    "Friction is identified by the motor's encoder{lost:; the load lags {lost}|}{stiffness:, stiffness at most "
+    "{stiffness}|}.",
     "`encoder='load'` takes the load's.")
 DRIVE_OFF = Flaw("drive-off", "note",
     "The drive is off for {share:.0%} of {records} (force exactly 0 at rest): this part is left out.")
@@ -69,8 +70,9 @@ ONE_DIRECTION = Flaw("one-direction", "doubt",
 FORCE_TURNED = Flaw("force-turned", "wrong", "Forward strokes took less force than backward ones: the sign of the "
     "force is wrong.",
     "Change the force's `sign:` in the mapping, and ingest again.")
-DEAD_ZONE = Flaw("dead-zone", "wrong", "Inputs within ±{zone:2} make no force (a dead zone): K_f and B are too "
-    "small. Beyond it the force rises by {slope}.", "Take it out of the drive, or excite more strongly.",
+DEAD_ZONE = Flaw("dead-zone", "wrong",
+    "Inputs within ±{zone:2} make no force (a dead zone), beyond it {slope}: K_f and B are too small.",
+    "Take it out of the drive, or excite more strongly.",
     widens={"K_f": 0.05, "B": 0.05})
 K_F_DIFFERS = Flaw("K_f-differs", "wrong",
     "K_f was given as {given}, and the logged force is {found} times the input.",

@@ -4,52 +4,54 @@ from fric.flaws.base import Flaw
 
 # fmt: off
 COMPENSATION_KICKS = Flaw("compensation-kicks", "note",
-    "A friction compensation (or an observer) drives the axes inwards behind reversals: {quadrants}.",
+    "A compensation (or an observer) drives the axes inwards behind reversals: {quadrants}.",
     "Correct it by that, or switch it off before friction is tuned on the circle.")
-PREDICTION_WITHOUT_INTERVAL = Flaw("prediction-without-interval", "doubt", "The machine file has no intervals: the "
-    "prediction is compared by the measured interval and a step of the encoder alone.",
+PREDICTION_WITHOUT_INTERVAL = Flaw("prediction-without-interval", "doubt",
+    "The machine file has no intervals: only those of the circle and an encoder step are allowed for.",
     "Give the files of `fric identify` or `fric tune`.")
 MODEL_DISAGREES = Flaw("model-disagrees", "wrong",
-    "The model does not agree with the circle: {glitches}. No scheme can be recommended until that is explained.",
+    "The circle is not as predicted: {glitches}. Explain that before a scheme is recommended.",
     "`fric tune` fits the machine to the circle.", disagrees=True)
 SQUARENESS_UNSEEN = Flaw("squareness-unseen", "note", "The axes' own encoders cannot see squareness: {ellipse:the "
     "ellipse at ±45° ({ellipse}) is taken for mismatch|what is found is of their loops}.",
     word=("squareness", "not told"))
-MISMATCH_OR_SQUARENESS = Flaw("mismatch-or-squareness", "doubt", "One direction does not distinguish mismatch of the "
-    "loops from squareness: the ellipse at ±45° ({ellipse}) is their sum.", "Measure the other direction "
-    "too{ball_bar:|; or say `instrument='encoders'`, if the position is of the axes' own encoders}.")
-LOST_MOTION_CAUSE = Flaw("lost-motion-cause", "note", "A step remains after {axes} reverses: backlash or wind-up at "
-    "the table, or an error that the loop does not remove.",
+MISMATCH_OR_SQUARENESS = Flaw("mismatch-or-squareness", "doubt",
+    "One direction does not tell mismatch from squareness: the ellipse at ±45° ({ellipse}) is their sum.",
+    "Measure the other direction too{ball_bar:|, or give `instrument='encoders'` where it is of the axes' own "
+    "encoders}.")
+LOST_MOTION_CAUSE = Flaw("lost-motion-cause", "note",
+    "A step remains after {axes} reverses: backlash or wind-up at the table, or an error of the loop.",
     "{reference:|Record the reference and the axis' own encoder too.}")
 BALL_BAR_LENGTH = Flaw("ball-bar-length", "note",
     "A ball bar does not show the lag of an axis, and an error of its length changes both scales equally.")
 ONE_REVOLUTION = Flaw("one-revolution", "note",
     "There is one whole revolution: what does not repeat cannot be distinguished from what does.")
-GLITCH_DOES_NOT_END = Flaw("glitch-does-not-end", "doubt", "The glitch at {quadrants} has not ended {degrees:.0f}° "
-    "behind the reversal: a part may be taken for backlash, scale or mismatch.",
+GLITCH_DOES_NOT_END = Flaw("glitch-does-not-end", "doubt",
+    "The glitch at {quadrants} lasts beyond {degrees:.0f}°: some may pass for backlash or mismatch.",
     "Measure at a lower feed or a larger radius.")
 TABLE_UNSEEN = Flaw("table-unseen", "doubt",
-    "The axis has a second mass, and the circle was measured on its motor: the motion of the table is not known.",
+    "The axis has a second mass, and the circle is of its motor: the motion of the table is not known.",
     "Measure it with a grid encoder or a ball bar.")
 CIRCLE_CANNOT_RUN = Flaw("circle-cannot-run", "wrong", "The identified machine cannot run this circle: {why}.",
     disagrees=True)
 COMPLETED_DISAGREES = Flaw("completed-disagrees", "wrong",
     "The fitted machine does not reproduce its circle ({glitches}).",
     "Check controller, plant and record: one of them is not as stated.", disagrees=True)
-DELAY_DIFFERS = Flaw("delay-differs", "wrong", "The delay is {plant} in the plant file and {circle} on the circle: a "
-    "log shifts position against voltage.")
-GAINS_UNKNOWN = Flaw("gains-unknown", "wrong", "The circle has no voltage, and the gains are a guess of fric: wrong "
-    "gains look like different friction.", "Give yours: `controllers='K_v=… 1/s, K_p=… V*s/m, K_i=… V/m'`.")
+DELAY_DIFFERS = Flaw("delay-differs", "wrong",
+    "The delay is {plant} in the plant file, {circle} on the circle: a log shifts position or voltage.")
+GAINS_UNKNOWN = Flaw("gains-unknown", "wrong",
+    "The circle has no voltage, and fric guessed the gains: wrong gains look like different friction.",
+    "Give yours: `controllers='K_v=… 1/s, K_p=… V*s/m, K_i=… V/m'`.")
 CONTROLLER_DIFFERS = Flaw("controller-differs", "wrong", "{how}{friction:; no error here shows friction|}.")
 FEEDFORWARD_FOUND = Flaw("feedforward-found", "note",
     "The recorded voltage shows feedforward of velocity and inverse model: both are assumed here.")
-ADDED_VOLTAGE_FOUND = Flaw("added-voltage-found", "note", "The recorded voltage differs from the controller's in "
-    "{share:.1%} of the samples, by up to {most:.3g} V: this is taken as a voltage added to it.")
+ADDED_VOLTAGE_FOUND = Flaw("added-voltage-found", "note",
+    "The voltage is not the controller's in {share:.1%} of the samples, by up to {most:.3g} V: taken as added.")
 LEARNING_DIVERGES = Flaw("learning-diverges", "doubt",
     "The glitch rises again, from {least} to {last} µm: the rounds also learn what does not repeat.",
     "Stop earlier, or lower the share or the bandwidth.")
-LEARNING_GAINS_NOTHING = Flaw("learning-gains-nothing", "doubt", "Learning leaves {last} of {first} µm: noise and "
-    "encoder steps, or a loop unstable against falling friction.",
+LEARNING_GAINS_NOTHING = Flaw("learning-gains-nothing", "doubt",
+    "Learning leaves {last} of {first} µm: noise, encoder steps, or a loop upset by falling friction.",
     "`fric tune` says which; `loop=True` designs stable gains.")
 LEARNED_FOR_ONE_CIRCLE = Flaw("learned-for-one-circle", "note",
     "What was learned holds for this circle only: it leaves {best} there, but {others}.")
@@ -60,35 +62,37 @@ NOTHING_FED_BEFORE = Flaw("nothing-fed-before", "note",
     "A share of {share:g} is learned as if no friction feedforward had been on in this round.",
     "From the second round on give the feedforward file of the recorded circle (`before=`).")
 MODEL_SHAPE = Flaw("model-shape", "doubt",
-    "Learning leaves {learned} of the circle, and the best friction model {model}: the shape of the model is wrong.",
+    "Learning leaves {learned}, the best friction model {model} of the circle: its shape is wrong.",
     "`fric compare` shows which model fits the friction of the logs best.")
-LAW_DIFFERS = Flaw("law-differs", "doubt", "Friction does not follow the model: at {feed} ({scheme}) leaves {glitch} "
-    "to {most}, and {alone} if it did.",
+LAW_DIFFERS = Flaw("law-differs", "doubt",
+    "Friction does not follow the model: at {feed} ({scheme}) leaves {glitch} to {most}, else {alone}.",
     "Tune again with circles recorded after this; `fric learn` needs no model and can reach {alone}.")
 ONE_FEED = Flaw("one-feed", "doubt", "All circles have about the same feed, {feed}: they do not determine {missing}.",
     "Record one fast and one slow circle, as at 100 and 10 mm/s.")
-CIRCLE_MISFIT = Flaw("circle-misfit", "doubt", "{left} (rms) of the voltage is unexplained, and its noise is {noise}: "
-    "GMS does not fit, or the log is faulty.")
+CIRCLE_MISFIT = Flaw("circle-misfit", "doubt",
+    "{left} (rms) of the voltage is unexplained (noise {noise}): GMS does not fit, or the log is faulty.")
 DIRECTION = Flaw("direction", "note",
     "Friction is {side:.1%} higher in the {positive:positive|negative} direction of motion: each has its own map.")
 TUNED_AT_BOUND = Flaw("tuned-at-bound", "doubt",
-    "{names} ended at the limit of the search: the model does not fit, or the circles do not determine them.")
-POSITION_LATE = Flaw("position-late", "doubt", "The position lags the voltage: the delay is {delay} "
-    "({low} to {high}), not {nominal}. A shift of the log is included.")
-POSITION_EARLY = Flaw("position-early", "doubt", "The position leads the voltage: the delay is {delay} ({low} "
-    "to {high}), not {nominal}. A shift of the log is included.")
+    "{names} ended at the search's limit: a misfit, or not determined by the circles.")
+POSITION_LATE = Flaw("position-late", "doubt",
+    "The position lags the voltage: delay {delay} ({low} to {high}), not {nominal}; logging included.")
+POSITION_EARLY = Flaw("position-early", "doubt",
+    "The position leads the voltage: delay {delay} ({low} to {high}), not {nominal}; logging included.")
 CIRCLE_DRIFTS = Flaw("circle-drifts", "doubt",
     "Friction {change:rises|falls} by {size:.1%} (± {half:.1%}) over the circle at {feed}: its mean is found.",
     "Run the axis warm, and record again.", widens={"level": 0.08})
 BLOCKS_ALIKE = Flaw("blocks-alike", "note",
     "Circles do not separate blocks that slip at about the same displacement: {together}.")
-LOOP_DESIGNED = Flaw("loop-designed", "note", "New gains: stable up to {margin:.2g} times this fall of friction with "
-    "speed, with K_p {K_p:.4g}, K_i {K_i:.4g}, K_v {K_v:.4g}, velocity filter {filter:.4g} Hz{observer:, "
-    "observer {observer:.3g} Hz|}{fed:; {fed:.1%} of the friction is fed forward|}.")
-FALLING_FRICTION = Flaw("falling-friction", "note", "The loop does not hold falling friction ({margin:.2g} times the "
-    "fall): errors grow behind slow reversals, and only {fed:.1%} of the friction is fed forward.",
-    "{design:`loop=True` designs gains that hold it.|}")
+LOOP_DESIGNED = Flaw("loop-designed", "note",
+    "New gains: K_p {K_p:.4g}, K_i {K_i:.4g}, K_v {K_v:.4g}, velocity filter {filter:.4g} Hz{observer:, observer "
+    "{observer:.3g} Hz|}.",
+    "Stable up to {margin:.2g} times this fall of friction with speed{fed:; {fed:.1%} of the friction is fed "
+    "forward|}.")
+FALLING_FRICTION = Flaw("falling-friction", "note",
+    "The loop holds only {margin:.2g} times this fall of friction: errors grow behind slow reversals.",
+    "{fed:.1%} of the friction is fed forward.{design: `loop=True` designs gains that hold it.|}")
 TUNED_IN_PART = Flaw("tuned-in-part", "note", "With everything found, {why}: {kept}.")
 TUNING_REFUSED = Flaw("tuning-refused", "wrong", "{why}: the result is refused, and the nominal parameters are kept.")
-TUNING_NO_BETTER = Flaw("tuning-no-better", "wrong", "The result leaves {after} of the recorded voltages unexplained, "
-    "the nominal parameters {before}: these are kept.")
+TUNING_NO_BETTER = Flaw("tuning-no-better", "wrong",
+    "The result leaves {after} of the voltages unexplained, the nominal one {before}, which is kept.")

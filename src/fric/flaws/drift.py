@@ -13,9 +13,10 @@ def _severity(f: Any) -> Severity:
 
 # fmt: off
 FORCE_DRIFTS = Flaw("force-drifts", _severity,
-    "The force {rate:rises|falls} within strokes by {a_minute:.2g%} a minute, {change:.2g%} over the "
-    "records{clocked:| and more in pauses}: friction or force constant {sure:drifts|may drift}.",
-    "Run the axis warm first, and log the speeds in another order, each again.",
+    "The force {rate:rises|falls} by {change:.2g%} over the records, {a_minute:.2g%} a minute within "
+    "strokes{clocked:| and more in pauses}.",
+    "Friction or force constant {sure:drifts|may drift}: run the axis warm first, and log the speeds in another "
+    "order, each again.",
     widens={"level": 0.08}, circle_settles=True)
 ENERGY_DRIFTS = Flaw("energy-drifts", "doubt",
     "The energy lost per cycle changes by {change:+.1%} (± {half:.1%}) over the record.",
@@ -28,18 +29,17 @@ RECORDS_VARY = Flaw("records-vary", "doubt",
     "Intervals are of the mean over records, and allow for it.{one_speed: Each holds one speed: log several in each, "
     "which separates records from friction over speed.|}")
 FRICTION_DIFFERS = Flaw("friction-differs", "doubt",
-    "Where the curves of two records meet they differ by {by:2}: friction changed between them, or it is not of "
-    "blocks in parallel.")
+    "Curves of two records differ by {by:2} where they meet: friction changed, or is no sum of blocks.")
 REST_RAISES_FRICTION = Flaw("rest-raises-friction", "wrong",
     "Where records meet, the slower is {by:2} higher: friction grows with rest, or fell meanwhile.",
     "Log both amplitudes at one mean speed, in turn, and the static map down to that speed.")
-FRICTION_AGES = Flaw("friction-ages", "wrong", "Static friction grows by {rise:2} for each tenfold time of contact: "
-    "after a long rest F_s is too small.",
+FRICTION_AGES = Flaw("friction-ages", "wrong",
+    "Static friction grows by {rise:2} with each tenfold rest: after a long rest F_s is too small.",
     "Log strokes as slow as the axis moves at work, and break-away after rests.")
 DIRECTIONS_DIFFER = Flaw("directions-differ", "wrong",
     "Friction differs between the directions by up to {by:2}: a common map fits neither.",
     "Identify again with `direction='each'`, and with `load=` where you know the weight.",
     widens={"level": 0.05}, circle_settles=True)
 OFFSET_SHARED = Flaw("offset-shared", lambda f: "wrong" if f.differ else "note",
-    "Both directions share {offset}: it counts as an offset (gravity, amplifier bias), but may be friction.",
+    "Both directions share {offset}: taken for an offset (gravity, amplifier bias), but may be friction.",
     "Give `load=` where you know it.")

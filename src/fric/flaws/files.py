@@ -5,27 +5,28 @@ from fric.flaws.base import Flaw
 # fmt: off
 LIBRARY_WARNS = Flaw("library-warns", "doubt", "{message}")
 SAMPLES_WITHOUT_VALUE = Flaw("samples-without-value", "note", "{samples} samples hold no value, and are left out.")
-JOINED_IN_PART = Flaw("joined-in-part", "note", "Joined over {samples} samples from {begin:.6g} s on, which all "
-    "channels have{holes:; {holes} samples in gaps of a channel are left out|}.")
+JOINED_IN_PART = Flaw("joined-in-part", "note",
+    "Joined over {samples} samples from {begin:.6g} s on, which all channels have{holes:, less {holes} in gaps|}.")
 JOINED_THINNED = Flaw("joined-thinned", "note",
     "{channels}: one sample in {every} is taken, at the rate of the slowest channel.")
 JOINED_MOVED = Flaw("joined-moved", "note",
     "{channels} (sampled at {rate}) moved by {even:|up to }{by} to the instants of {lead}, between samples.")
 CHANNELS_WITHOUT_TIME = Flaw("channels-without-time", "note", "The file gives no time for {channels}: not read.")
 SCOPE_SCALE = Flaw("scope-scale", "doubt",
-    "Scope shows {channels} with a scale or an offset, and the file does not say whether the exported values carry it.",
+    "Scope shows {channels} scaled or offset; the file does not say whether its values carry that.",
     "Look at 'Scale values before export'.")
 CYCLE_ASSUMED = Flaw("cycle-assumed", "doubt",
-    "The file names neither sampling interval nor axes: assumed are {interval:.3g} ms a row, and axes 1 to 3 in mm.",
+    "The file names no interval and no axes: assumed are {interval:.3g} ms a row, and axes 1 to 3 in mm.",
     "Export the recording as JSON, which names them, or say otherwise in a mapping.")
 THERE_ALREADY = Flaw("there-already", "note", "Already in the file{record:, as record '{record}'|}: skipped.")
 RADIUS_ASSUMED = Flaw("radius-assumed", "doubt",
-    "Without a reference the nominal radius is taken to be {radius}, the roundest within 0.2 % of that measured.",
+    "No reference: the nominal radius is taken to be {radius}, the roundest within 0.2 % of the measured.",
     "Give `radius=` if it differs: both scales depend on it.")
 NO_REFERENCE = Flaw("no-reference", "note",
     "No reference was found: the lag is not known, and glitches are placed by the measured circle.")
-COLUMNS_BY_CONTENT = Flaw("columns-by-content", "doubt", "There is no header: {reference:columns {reference} are "
-    "taken for the reference, |}columns {position} for the position of x and y, in mm from 0.",
+COLUMNS_BY_CONTENT = Flaw("columns-by-content", "doubt",
+    "No header: {reference:columns {reference} are taken for the reference, |}columns {position} for x and y, in mm "
+    "from 0.",
     "Say otherwise in a mapping, and where the voltage is.")
 COLUMNS_LEFT_OUT = Flaw("columns-left-out", "doubt", "Columns are left out: {columns}.")
 CELLS_DROPPED = Flaw("cells-dropped", "doubt", "{dropped} of {samples} samples are dropped: a cell is not a number.")
@@ -36,8 +37,9 @@ FILE_COPIES = Flaw("file-copies", "note", "Left out, since other files hold the 
 FILE_LEFT_OUT = Flaw("file-left-out", "doubt", "Left out: {why}.",
     "{propose:`{propose}` writes a mapping to look at and fill in, for `mapping=`.|}")
 RECORD_LEFT_OUT = Flaw("record-left-out", "doubt", "Left out, since it cannot be used: {why}.")
-FILE_UNUSED = Flaw("file-unused", "note", "It ({kinds}) is used by no step of axis {axis}: it adds nothing to its "
-    "other records, or lacks what a step asks for.", "Logs of another machine go into a run of their own.")
+FILE_UNUSED = Flaw("file-unused", "note",
+    "It ({kinds}) is used by no step of axis {axis}: it adds nothing, or lacks what a step asks for.",
+    "Logs of another machine go into a run of their own.")
 MAPPING_BUNDLED = Flaw("mapping-bundled", "note",
     "Read with the bundled mapping '{mapping}', the only one that fits: {files}.")
 MAPPING_PROPOSED = Flaw("mapping-proposed", "note",

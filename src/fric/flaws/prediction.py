@@ -11,20 +11,20 @@ CIRCLE_UNUSED = Flaw("circle-unused", "doubt", "{why}: no machine was made to ag
 PREDICTION_WIDENED = Flaw("prediction-widened", "note", "{name} ± {share:.2g}: {why}")
 INTERVAL_OPEN = Flaw("interval-open", "note",
     "{name} × {low:g} … {high:g}: its interval is open, or does not hold the estimate.")
-NOT_DRAWN = Flaw("not-drawn", "doubt", "{names} cannot be drawn: the interval is open or does not hold the "
-    "estimate. The usual spread is taken.")
+NOT_DRAWN = Flaw("not-drawn", "doubt",
+    "{names} cannot be drawn: the interval is open or misses it; the usual spread is taken.")
 SCHEME_UNSTABLE = Flaw("scheme-unstable", "wrong",
     "Scheme {scheme} is not stable on {share:.0%} of the machines that agree with what is known.")
 NOT_AS_PREDICTED = Flaw("not-as-predicted", "wrong",
     "{quadrant} shows {measured}, and {predicted} are predicted ({cause}).", disagrees=True)
 NOTHING_SIMULATED = Flaw("nothing-simulated", "wrong", "Nothing was simulated.")
-BELIEF_IS_TRUTH = Flaw("belief-is-truth", "doubt", "Here the controllers know plant and friction exactly, as no real "
-    "ones do; no varied machines were simulated.")
+BELIEF_IS_TRUTH = Flaw("belief-is-truth", "doubt",
+    "Here the controllers know plant and friction exactly, and no varied machines were simulated.")
 ONE_MACHINE = Flaw("one-machine", "doubt", "One machine was simulated: how far the glitch scatters is not known.")
 FEW_MACHINES = Flaw("few-machines", "doubt", "{machines} machines were drawn: 95 % of so few is a guess.")
 MEASURED_BEYOND = Flaw("measured-beyond", "wrong", "With {scheme} switched on, the measured circle shows {seen:2}.")
-LIMIT_CYCLE = Flaw("limit-cycle", "wrong", "The loop swings by {size:2} where no axis reverses, a limit "
-    "cycle{machines:, on {machines} of the {drawn} machines that were drawn|}.")
+LIMIT_CYCLE = Flaw("limit-cycle", "wrong",
+    "The loop swings by {size:2} away from reversals{machines:, on {machines} of {drawn} machines|}: a limit cycle.")
 CANNOT_RUN = Flaw("cannot-run", "wrong", "It cannot run on {share:.0%} of the machines that were drawn.")
 SCHEME_SPOILS = Flaw("scheme-spoils", "wrong", "Scheme {scheme} leaves {left}, and the controller alone {alone}.")
 SCHEME_SATURATES = Flaw("scheme-saturates", "wrong", "{how}")
@@ -46,11 +46,11 @@ PLAN_TYPICAL = Flaw("plan-typical", lambda f: "note" if f.like else "doubt",
     "Plant, controller, encoder and noise are those of the bundled {machine}.",
     "Give `machine=`, or `like=` with a typical log of the drive.")
 PLAN_NOT_ENOUGH = Flaw("plan-not-enough", "doubt", "No more can be identified from these records: {why}.")
-PLAN_LEFT_OVER = Flaw("plan-left-over", "note", "The last fit leaves more than noise: more records of this kind do "
-    "not determine {names} better.")
+PLAN_LEFT_OVER = Flaw("plan-left-over", "note",
+    "The last fit leaves more than noise: more such records do not determine {names} better.")
 PLAN_PLANT_UNSURE = Flaw("plan-plant-unsure", "doubt", "The expected A and B assume this friction model; a real "
     "response may be several times less certain.", "Give the plant of the last response with `plant=`.")
 PLAN_FRICTION_ALONE = Flaw("plan-friction-alone", "note",
     "Errors of the plant are not included: the glitch of scheme {scheme} is narrowed by friction alone.")
-PLAN_ACCURACY = Flaw("plan-accuracy", "doubt", "{name} reaches {lack:.2g} times the half-width asked for, with "
-    "{times} times the usual records: their number does not limit it.")
+PLAN_ACCURACY = Flaw("plan-accuracy", "doubt",
+    "{name} reaches {lack:.2g} times the half-width asked for, even with {times} times the records.")

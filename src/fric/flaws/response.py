@@ -14,7 +14,7 @@ def _misfit(f: Any) -> Severity:
 
 # fmt: off
 LOOP_FEEDS_BACK = Flaw("loop-feeds-back", "doubt",
-    "No reference was logged: in a closed loop, noise draws the response towards the inverse of the controller.",
+    "No reference was logged: in a closed loop noise draws the response to the controller's inverse.",
     "Log the reference, or excite periodically.")
 NO_COHERENCE = Flaw("no-coherence", "note", "The table has no coherence: every frequency weighs the same.")
 FEW_PERIODS = Flaw("few-periods", "doubt", "{periods} periods are too few for an estimate of the variance.", "Log ten.")
@@ -25,29 +25,31 @@ A_HOLDS_FRICTION = Flaw("A-holds-friction", lambda f: "note" if f.small else "wr
     "driven ones it is less than {limit:.0%} of A.|Log a second amplitude, or excite around a steady motion.}",
     widens={"A": 0.3, "level": 0.05})
 A_HOLDS_VISCOUS = Flaw("A-holds-viscous", "note",
-    "A includes the viscous friction of the guideway, over the moving mass, besides the drive's own damping.",
+    "A includes the guideway's viscous friction over the moving mass, besides the drive's damping.",
     word=("A", "viscous friction in it"))
 VISCOUS_BY_DIRECTION = Flaw("viscous-by-direction", "doubt",
-    "The directions differ: F_v is {forward} forwards and {backward} backwards, and their mean holds for neither.",
+    "F_v is {forward} forwards and {backward} backwards: their mean holds for neither direction.",
     "Identify again with `direction='each'`.", widens={"A": 0.1})
-T_D_AT_BOUND = Flaw("T_d-at-bound", "doubt", "T_d ends at its bound, {hold:the hold alone|zero}: input and position "
-    "are not logged at one instant, or the assumed hold is wrong.", "Check the log, and `hold=`.", widens={"T_d": 0.3})
+T_D_AT_BOUND = Flaw("T_d-at-bound", "doubt",
+    "T_d ends at {hold:the hold alone|zero}: input and position are of two instants, or the hold is wrong.",
+    "Check the log, and `hold=`.", widens={"T_d": 0.3})
 T_D_ASSUMED = Flaw("T_d-assumed", "doubt", "T_d is not seen in a motion: half a sample, the hold alone, is assumed.",
     "Give it with `delay=`.", widens={"T_d": 0.5}, no_response=True)
 LINES_STAND_OFF = Flaw("lines-stand-off", "note",
-    "{count} lines are left out: they deviate from all others, as harmonics of friction do: {lines:.4g} Hz.")
+    "{count} lines are left out, which deviate as harmonics of friction do: {lines:.4g} Hz.")
 RESPONSE_MISFIT = Flaw("response-misfit", _misfit,
     "Eq. (1) leaves {misfit:.2g%} that noise does not explain, most at {worst:.4g} Hz; the intervals allow for it.",
     "{wrong:Look at the figure, and use the range where it fits (`highest='{highest:.2g} Hz'`).|}")
-SECOND_MASS = Flaw("second-mass", "note", "A second mass is seen from the {encoder}: a resonance at "
-    "{frequency}{share: with {share:.0%} of the moving mass|}. A and B are those below it.")
+SECOND_MASS = Flaw("second-mass", "note",
+    "A second mass is seen from the {encoder}: {frequency}{share:, {share:.0%} of the moving mass|}. A and B are "
+    "below it.")
 SPRING_IN_SERIES = Flaw("spring-in-series", "wrong",
-    "The encoder on the motor does not see the spring stretch: stiffnesses and C from pre-sliding include the spring.",
+    "The motor's encoder does not see the spring: stiffnesses and C from pre-sliding include it.",
     "Measure at the table for friction alone.")
 AMPLITUDES_DISAGREE = Flaw("amplitudes-disagree", "doubt",
     "A rises with the amplitude, which Coulomb friction does not explain: the records differ otherwise.")
-FRICTION_IN_RESPONSE = Flaw("friction-in-response", "note", "Friction is seen: A is {low:.4g} to {high:.4g} 1/s at "
-    "these amplitudes, and {A:.4g} 1/s without it ({coulomb} times the mass).")
+FRICTION_IN_RESPONSE = Flaw("friction-in-response", "note",
+    "Friction is seen: A is {low:.4g} to {high:.4g} 1/s here, {A:.4g} 1/s without ({coulomb} times the mass).")
 AXIS_RESTS = Flaw("axis-rests", "doubt", "The axis rests in {resting:.0%} of the samples, where the force does not "
     "show friction: F_c is too small.")
 NOT_PHYSICAL = Flaw("not-physical", "wrong", "{name} is {value}, which no axis has.", "Check the sign of the force.")

@@ -31,16 +31,17 @@ FRICTION_OVER_POSITION = Flaw("friction-over-position", _severity,
     "Friction depends on position: {varies:2} over {length:2} (rollers, alignment?).",
     "{taken_off:Removed; nothing to do.|Log each speed over the same whole stroke: the map is of these places.}",
     widens={"level": 0.05}, circle_settles=True)
-FORCE_ALONG_AXIS = Flaw("force-along-axis", "note", "The force rises by {rises} over {length} of the axis (spring, "
-    "cable, tilt): it is taken off, and the offset is that at {middle}.")
-FALL_NOT_SEEN = Flaw("fall-not-seen", "doubt", "Friction does not fall with speed down to {slowest} (held-out "
-    "strokes: {plain} without, {falling} with a fall). F_s = F_c is assumed.",
+FORCE_ALONG_AXIS = Flaw("force-along-axis", "note",
+    "The force rises by {rises} over {length} (spring, cable, tilt): removed; the offset is at {middle}.")
+FALL_NOT_SEEN = Flaw("fall-not-seen", "doubt",
+    "No fall down to {slowest} (held-out strokes: {plain} without, {falling} with one): F_s = F_c is assumed.",
     "Log slower strokes, or force the fall with `form='stribeck'`.", widens={"v_s": 0.5})
 FALL_OPEN = Flaw("fall-open", "doubt",
     "Strokes from {slowest} up do not determine F_s and v_s: none is slow enough.",
     "Log slower strokes.", widens={"v_s": 0.5})
-F_S_EXTRAPOLATED = Flaw("F_s-extrapolated", "wrong", "{below:.0%} of the fall lies below the slowest stroke "
-    "({slowest}): F_s only continues eq. (2) from {lowest} there.", "Log slower strokes, or a finer encoder.")
+F_S_EXTRAPOLATED = Flaw("F_s-extrapolated", "wrong",
+    "{below:.0%} of the fall is below the slowest stroke ({slowest}): F_s continues eq. (2) from {lowest}.",
+    "Log slower strokes, or a finer encoder.")
 F_C_AT_BOUND = Flaw("F_c-at-bound", "wrong", "F_c is 0, its bound: friction still falls at the fastest stroke.",
     "Log faster strokes, or take Coulomb plus viscous friction with `form='coulomb'`.",
     widens={"level": 0.2, "v_s": 0.5}, circle_settles=True)
@@ -48,16 +49,18 @@ STROKES_STAND_OFF = Flaw("strokes-stand-off", lambda f: "doubt" if f.share > SCA
     "Strokes deviate by up to {most:2} and weigh less: {strokes}. A slow axis may stick between two counts.",
     "Look at their records.")
 STROKES_SCATTER = Flaw("strokes-scatter", lambda f: "doubt" if f.share > SCATTERED else "note",
-    "Strokes scatter by {spread:2} beyond their noise, {share:.0%} of the force: weights and intervals allow for it.",
+    "Strokes scatter by {spread:2} beyond noise, {share:.0%} of the force: weights and intervals allow for it.",
     "{large:Friction that does not repeat, a play or an axis that hunts is no map of speed. Look at their records.|}")
-STROKES_IN_PRESLIDING = Flaw("strokes-in-presliding", "doubt", "The force still rises at the end of the strokes at "
-    "{speeds}: they end before the axis slides, and are left out.", "Log longer strokes.", widens={"v_s": 0.3})
-STROKES_SETTLING = Flaw("strokes-settling", _settling, "The force still settles in {strokes} strokes from "
-    "{slowest:2} to {fastest:2}: up to {most:2} is taken off (C = {C:2}).", "Log longer strokes.",
+STROKES_IN_PRESLIDING = Flaw("strokes-in-presliding", "doubt",
+    "At {speeds} the force still rises when strokes end: they do not slide, and are left out.",
+    "Log longer strokes.", widens={"v_s": 0.3})
+STROKES_SETTLING = Flaw("strokes-settling", _settling,
+    "In {strokes} strokes from {slowest:2} to {fastest:2} the force settles: up to {most:2} removed (C = {C:2}).",
+    "Log longer strokes.",
     widens={"v_s": 0.3}, circle_settles=True)
 STROKES_SWING = Flaw("strokes-swing", lambda f: "doubt" if f.most > STICKS else "note",
-    "The speed of {strokes} strokes swings by up to {most:.0%} (rms) from {slowest} to {fastest}, which is allowed "
-    "for{sticks:; some stick and slip|}.")
+    "{strokes} strokes from {slowest} to {fastest} swing by up to {most:.0%} (rms){sticks:, some stick|}: allowed "
+    "for.")
 RESIDUALS_FOLLOW_SPEED = Flaw("residuals-follow-speed", "doubt", "Eq. (2) does not describe these strokes: residuals "
     "{smooth:follow the speed|are the same in both directions, {missed} (rms)}.",
     "`method` in the file says which forms were tried. Look at the figure.", widens={"v_s": 0.2, "C": 0.2})
