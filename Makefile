@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.fric-installed
 
-.PHONY: demo test tests pytest test-long legs lint ruff mypy contract warm bench fuzz reality docs figures data clean
+.PHONY: demo test tests pytest test-long legs lint ruff mypy contract warm bench fuzz reality docs docs-version figures data clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv .venv
@@ -76,6 +76,10 @@ docs: $(STAMP)
 	$(BIN)/python -m pip install --quiet --group docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo 'Open $(CURDIR)/site/index.html'
+
+# The site of this version beside those of others, with a list of them: make docs-version FOLDER=published
+docs-version: docs
+	$(BIN)/python docs/versions.py $(FOLDER)
 
 figures: $(STAMP)
 	PYTHONPATH=. $(BIN)/python docs/figures.py

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -55,6 +56,22 @@ def test_every_picture_is_there_and_says_what_it_shows():
         for told, target in re.findall(r"!\[([^\]]*)\]\(([^)]+)\)", page.read_text()):
             assert (page.parent / target).is_file(), f"{page.name}: {target}"
             assert len(told) > 20, f"{page.name}: {target} has no words for those who do not see it"
+
+
+def test_versions_lie_beside_each_other_and_the_newest_release_is_found(tmp_path):
+    built = tmp_path / "site"
+    built.mkdir()
+    placed = runpy.run_path(str(ROOT / "docs/versions.py"))["place"]
+    for version in ("0.9.0", "0.10.0", "0.11.0rc1", "0.9.0"):
+        (built / "index.html").write_text(version)
+        versions = placed(built, tmp_path / "published", version)
+    assert versions == ["0.11.0rc1", "0.10.0", "0.9.0"]
+    listed = (tmp_path / "published/index.html").read_text()
+    assert [listed.index(f'href="{version}/index.html"') for version in versions] == sorted(
+        listed.index(f'href="{version}/index.html"') for version in versions
+    )
+    assert "../0.10.0/index.html" in (tmp_path / "published/newest/index.html").read_text()
+    assert (tmp_path / "published/0.9.0/index.html").read_text() == "0.9.0"
 
 
 def test_every_public_name_is_on_the_library_page(site):

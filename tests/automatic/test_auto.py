@@ -295,8 +295,21 @@ def test_a_log_that_no_step_reads_is_told(names, unused, tmp_path):
     )
 
 
+def test_what_is_next_names_files_that_are_there(tmp_path):
+    """Voltage and force in different logs: K_f is open, no machine is made, and 'next:' named MACHINE.yaml."""
+    (tmp_path / "logs").mkdir()
+    for name, without in (("frequency-response", "force"), ("constant-velocity", "input")):
+        bare = [replace(log, **{without: None}) for log in read_logs(DATA / f"{name}.h5")]
+        write_logs(tmp_path / "logs" / f"{name}.h5", bare)
+    with undrawn():
+        found = fric.auto(tmp_path / "logs", output=tmp_path / "out")
+    assert any(text.startswith("K_f") for text in found.axes["x"].missing)
+    assert "MACHINE.yaml" not in str(found)
+    assert "next: fric plan" in str(found)
+
+
 def test_a_step_that_fails_is_told_and_the_rest_goes_on(tmp_path, monkeypatch):
-    monkeypatch.setattr("fric.automatic.steps.MACHINES", 4)
+    monkeypatch.setattr("fric.automatic.run.MACHINES", 4)
 
     def refuse_gms(step):
         if step.command == "identify gms":

@@ -13,6 +13,7 @@ import sys
 import termios
 import traceback
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ import pytest
 import fric
 from fric.cli import console
 from fric.cli.main import main
+from fric.io.hdf5 import read_logs, write_logs
 from tests.figures.drawn import undrawn
 
 ROOT = Path(__file__).parents[2]
@@ -165,6 +167,25 @@ def test_what_is_open_is_asked_once_and_kept_beside_the_logs(command: str, tmp_p
     assert status == 0, "\n".join(shown)
     assert "Enter for 1" not in "\n".join(shown)
     assert sorted(path.name for path in logs.iterdir()) == ["fric-mapping.yaml", "run.csv"]
+
+
+@pytest.mark.long(20)
+def test_gains_that_no_log_shows_are_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The decision is for the gains that are typed, and is not said to be for a controller that fric designed."""
+    monkeypatch.setattr("fric.automatic.run.MACHINES", 2)
+    (tmp_path / "logs").mkdir()
+    for name in ("frequency-response", "constant-velocity"):
+        bare = [replace(log, reference=None) for log in read_logs(ROOT / "data" / f"{name}.h5")]
+        write_logs(tmp_path / "logs" / f"{name}.h5", bare)
+    typed = "K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m"
+    with undrawn():
+        status, shown, _ = screen_of(["auto", "logs", "-o", "found"], tmp_path, typed=[f"{typed}\n"])
+    text = "\n".join(shown)
+    assert status == 0, text
+    assert text.count("No log shows the gains of axis x.") == 1, text
+    assert re.search(r"^K_p +131 ", text, re.MULTILINE), text
+    assert "For a controller that fric designed" not in text
+    assert "K_p: {value: 131.0, unit: V*s/m}" in (tmp_path / "found/x/gains.yaml").read_text()
 
 
 @pytest.mark.parametrize(("key", "status", "said"), [(CTRL_C, 130, ""), (CTRL_D, 1, "a question was not answered")])

@@ -17,7 +17,6 @@ from fric.documents.bundled import located
 from fric.documents.contours import AutoDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import MachineDocument
-from fric.documents.plant import PlantDocument
 from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
 from fric.estimate import estimate_rows
@@ -274,7 +273,7 @@ def _machine(session: Session, axes: dict[str, AxisOutcome], given: Path | None)
     if given is not None:
         return given
     whole = {name: axis.files for name, axis in axes.items() if not rotates(axis.motion) and axis.whole}
-    if not whole or any(read_document(files["plant"], PlantDocument).K_f is None for files in whole.values()):
+    if not whole:
         return None
     tree: dict[str, Any] = {"fric": MachineDocument.type_name(), "name": "identified machine", "axes": {}}
     for name, files in whole.items():

@@ -13,7 +13,8 @@ from fric.automatic.sources import MOTION, Source, Sources
 from fric.columns import FORCE_VELOCITY, PRESLIDING
 from fric.documents.base import commanded
 from fric.documents.identified import read_identified
-from fric.documents.yaml import dump, plain, read_tree, write_document
+from fric.documents.plant import PlantDocument
+from fric.documents.yaml import dump, plain, read_document, read_tree, write_document
 from fric.errors import FricError
 from fric.flaws.files import FILE_UNUSED, STEP_FAILED
 from fric.io.ingest import keep_freed_memory
@@ -164,8 +165,9 @@ class AxisOutcome:
 
     @property
     def whole(self) -> bool:
-        """Whether all parts of a machine file are known."""
-        return all(path.exists() for path in self.files.values())
+        """Whether all parts of a machine file are known, K_f among them."""
+        known = all(path.exists() for path in self.files.values())
+        return known and read_document(self.files["plant"], PlantDocument).K_f is not None
 
     @property
     def there(self) -> list[Path]:
@@ -289,6 +291,8 @@ def identify_axes(
         failed = [session.failed[step.name] for step in plan.steps if step.name in session.failed]
         broken = [f"{failure.step.name.partition(': ')[2]}: {failure}" for failure in failed]
         files = {part: folder / f"{part}.yaml" for part in PARTS}
+        if not lean and "plant" in done and read_document(files["plant"], PlantDocument).K_f is None:
+            plan.missing.append("K_f, and so the circle: a record with voltage and force, torque or current together")
         files |= {} if controller is None else {"controller": controller}
         if "gms" not in done and "static" in done:
             files["friction"] = folder / "static.yaml"
