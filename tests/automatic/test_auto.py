@@ -394,6 +394,16 @@ def test_a_run_has_one_upper_limit(session):
     assert f'data-label="at most">{most}<' in (out / "report.html").read_text(encoding="utf-8").replace("\n", "")
 
 
+@pytest.mark.long(15)
+def test_the_pages_show_what_the_run_says(session):
+    """README said 1.7, the run 0.99 µm: one run of the example has one expectation and one upper limit everywhere."""
+    found, _, _ = session
+    for page in ("README.md", "docs/quickstart.md"):
+        text = (ROOT / page).read_text(encoding="utf-8")
+        assert found.verdict.headline in text
+        assert found.verdict.checked in text
+
+
 def test_a_run_of_several_schemes_is_left_out_and_no_end(tmp_path):
     fric.circle("xy-table", "a,b,d", velocity="200 mm/s").save(tmp_path / "run.h5")
     found = find_sources([tmp_path])

@@ -36,10 +36,8 @@ def polar_figure(runs: Sequence[CircleRun]) -> Figure:
     with new_figure(max(2.9 * columns, 3.4), 3.15 * rows + 0.5) as figure:
         for n, run in enumerate(runs, 1):
             _draw(cast("PolarAxes", figure.add_subplot(rows, columns, n, projection="polar")), run, grid)
-        text = (
-            f"Radial error of a circle of {feed_of(runs[0].circle)}\ngrid {grid:g} µm, magnified {magnified:.3g} times"
-        )
-        figure.suptitle(text, fontsize=9)
+        text = f"Radial error of a circle of {feed_of(runs[0].circle)}\ngrid {grid:g} µm, "
+        figure.suptitle(f"{text}magnified {magnified:.3g} times", fontsize=9)
     return figure
 
 
@@ -75,15 +73,8 @@ def _draw(axes: PolarAxes, run: CircleRun, grid: float) -> None:
     axes.plot(found.angle, found.error * 1e6, color=BLUE, linewidth=1.0)
     grid_lines(axes, grid)
     for quarter, glitch in enumerate(run.glitches):
-        axes.text(
-            quarter * pi / 2 + 0.2,
-            -0.75 * LINES * grid,
-            f"{glitch.median * 1e6:+.1f}",
-            color=VERMILION,
-            fontsize=7,
-            ha="center",
-            va="center",
-        )
+        place, text = (quarter * pi / 2 + 0.2, -0.75 * LINES * grid), f"{glitch.median * 1e6:+.1f}"
+        axes.text(*place, text, color=VERMILION, fontsize=7, ha="center", va="center")
     direction_arrow(axes, run.circle.direction, -0.45 * LINES * grid, GREY)
     axes.set_title(f"({run.scheme.name}) {run.scheme.title}\nglitch {run.chance().text()} µm", fontsize=8)
 
@@ -204,21 +195,17 @@ def path_figure(runs: Sequence[PathRun]) -> Figure:
         plan, along = figure.subplots(1, 2, width_ratios=(1, 2))
         plan.plot(*(1e3 * first.traces[name].reference for name in names), color=GREY)
         for n, reversal in enumerate(first.contour.reversals, 1):
-            plan.plot(1e3 * reversal.x, 1e3 * reversal.y, "o", color=VERMILION, markersize=4)
-            plan.annotate(
-                str(n), (1e3 * reversal.x, 1e3 * reversal.y), textcoords="offset points", xytext=(4, 4), fontsize=7
-            )
+            place = (1e3 * reversal.x, 1e3 * reversal.y)
+            plan.plot(*place, "o", color=VERMILION, markersize=4)
+            plan.annotate(str(n), place, textcoords="offset points", xytext=(4, 4), fontsize=7)
         plan.set_aspect("equal", adjustable="box")
         plan.set(xlabel=f"{names[0]} [mm]", ylabel=f"{names[1]} [mm]")
         plan.set_title("path; numbers where an axis reverses", fontsize=8)
-        ticks = []
-        for n, run in enumerate(runs):
-            level = -n * apart
-            ticks.append(level)
+        ticks = [-n * apart for n in range(len(runs))]
+        for n, (level, run) in enumerate(zip(ticks, runs, strict=True)):
             along.axhline(level, color=GREY, linewidth=0.6)
-            along.plot(
-                run.contour.station * 1e3, run.contour.error * 1e6 + level, color=CYCLE[n % len(CYCLE)], linewidth=0.9
-            )
+            station, error = run.contour.station * 1e3, run.contour.error * 1e6 + level
+            along.plot(station, error, color=CYCLE[n % len(CYCLE)], linewidth=0.9)
         along.set_yticks(ticks, [f"({run.scheme.name}) {run.chance().text()} µm" for run in runs])
         along.set(xlabel="distance along the path [mm]", ylabel="contour error [µm]")
         along.set_title(f"contour error, lines {apart:.3g} µm apart; glitch of each scheme", fontsize=8)

@@ -31,11 +31,8 @@ class SchemeContour:
 
 def look_of(n: int, contour: SchemeContour) -> dict[str, Any]:
     """Return the look of the n-th contour with its label."""
-    return (
-        scheme_look(n, contour.scheme)
-        | {"label": f"({contour.scheme.name}) {contour.scheme.title}"}
-        | dict(contour.look)
-    )
+    label = {"label": f"({contour.scheme.name}) {contour.scheme.title}"}
+    return scheme_look(n, contour.scheme) | label | dict(contour.look)
 
 
 def scheme_look(n: int, scheme: Scheme) -> dict[str, Any]:

@@ -17,11 +17,7 @@ LOWEST = 0.5
 
 
 def bode_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
-    """Draw gain and phase of open loops; each margin is a bar from the curve to 0 dB or to −180°.
-
-    loops: The loops with their margins.
-    nyquist: Half the sampling rate [Hz], the right end.
-    """
+    """Draw gain and phase of open loops up to half the sampling rate [Hz]; bars to 0 dB and −180° are the margins."""
     f = np.geomspace(LOWEST, nyquist, 2000)
     with new_figure(6.3, 5.2) as figure:
         gain, phase = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
@@ -29,8 +25,7 @@ def bode_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
         phase.axhline(-180.0, color=GREY, linewidth=0.8)
         for n, loop in enumerate(loops):
             L, found, color = loop.response(f), loop.margins, look(n)["color"]
-            text = f"{loop.title}: {np.degrees(found.phase_margin):.1f}°, {decibel(found.gain_margin):.1f} dB"
-            gain.semilogx(f, 20 * np.log10(np.abs(L)), **look(n), label=text)
+            gain.semilogx(f, 20 * np.log10(np.abs(L)), **look(n), label=_margins(loop))
             phase.semilogx(f, unwrapped(L), **look(n))
             if LOWEST < found.phase_crossover <= nyquist:
                 gain.vlines(found.phase_crossover, -decibel(found.gain_margin), 0.0, color=color, linewidth=2.4)
@@ -57,9 +52,6 @@ def nyquist_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
     """Draw open loops around −1: distance to it is 1/|S|, circles are drawn where |S| is M_s of each loop.
 
     The phase margin is the arc along the unit circle, the gain margin the place on the real axis.
-
-    loops: The loops with their margins.
-    nyquist: Half the sampling rate [Hz].
     """
     f = np.geomspace(nyquist * 1e-4, nyquist, 6000)
     arc = np.linspace(0, 2 * np.pi, 400)
@@ -80,13 +72,8 @@ def nyquist_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
                 sweep = np.pi + np.linspace(0, np.angle(-at), 60)
                 axes.plot(np.cos(sweep), np.sin(sweep), color=color, linewidth=2.4, zorder=_front(found))
                 axes.plot(at.real, at.imag, "o", color=color, markersize=4)
-        axes.set(
-            xlim=(-2.5, 1.5),
-            ylim=(-2.5, 1.5),
-            aspect="equal",
-            xlabel="real part of L [1]",
-            ylabel="imaginary part of L [1]",
-        )
+        axes.set(xlim=(-2.5, 1.5), ylim=(-2.5, 1.5), aspect="equal")
+        axes.set(xlabel="real part of L [1]", ylabel="imaginary part of L [1]")
         axes.legend(loc="upper left")
     return figure
 
@@ -95,9 +82,6 @@ def nichols_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
     """Draw gain over phase of open loops, with the contours of |S| = 3, 6 and 10 dB around −180°.
 
     The phase margin is the bar at 0 dB, the gain margin that at −180°.
-
-    loops: The loops with their margins.
-    nyquist: Half the sampling rate [Hz].
     """
     f = np.geomspace(nyquist * 1e-4, nyquist, 6000)
     with new_figure(6.3, 5.0) as figure:
@@ -109,8 +93,7 @@ def nichols_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
         axes.plot(-180, 0, "+", color=BLACK, markersize=10, markeredgewidth=1.6)
         for n, loop in enumerate(loops):
             L, found, color = loop.response(f), loop.margins, look(n)["color"]
-            text = f"{loop.title}: {np.degrees(found.phase_margin):.1f}°, {decibel(found.gain_margin):.1f} dB"
-            axes.plot(unwrapped(L), 20 * np.log10(np.abs(L)), **look(n), label=text)
+            axes.plot(unwrapped(L), 20 * np.log10(np.abs(L)), **look(n), label=_margins(loop))
             if np.isfinite(found.phase_crossover):
                 axes.vlines(-180, -decibel(found.gain_margin), 0, color=color, linewidth=2.4, zorder=_front(found))
                 axes.plot(-180, -decibel(found.gain_margin), "s", color=color, markersize=4)
@@ -123,6 +106,12 @@ def nichols_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
         axes.set(xlabel="phase [°]", ylabel="gain |L| [dB]")
         axes.legend(title="phase margin, gain margin", loc="lower right", alignment="left")
     return figure
+
+
+def _margins(loop: Loop) -> str:
+    """Return the entry of a loop in a legend."""
+    found = loop.margins
+    return f"{loop.title}: {np.degrees(found.phase_margin):.1f}°, {decibel(found.gain_margin):.1f} dB"
 
 
 def _front(found: Margins) -> float:

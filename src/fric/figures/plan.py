@@ -25,9 +25,8 @@ def draw_plan(plan: Plan) -> Figure:
         left.plot(speeds * speed, np.asarray(model.steady_state(speeds)) * top, "o", color=BLUE, label="strokes")
         if (sliding := asked.get("sliding-sine")) is not None:
             mean, swing = float(sliding["mean"]), float(sliding["swing"])  # type: ignore[arg-type]
-            left.axvspan(
-                (mean - swing) * speed, (mean + swing) * speed, color=VERMILION, alpha=0.2, label="sliding sine"
-            )
+            ends = (mean - swing) * speed, (mean + swing) * speed
+            left.axvspan(*ends, color=VERMILION, alpha=0.2, label="sliding sine")
         left.set(xlabel=f"velocity [{named}]", ylabel=f"friction [{force}]", title="speeds")
         left.legend()
         amplitudes = np.array(asked.get("presliding-sine", {}).get("amplitudes", (1e-4,)))
@@ -36,10 +35,8 @@ def draw_plan(plan: Plan) -> Figure:
         if hasattr(model, "virgin_curve"):
             middle.semilogx(z * length, model.virgin_curve(z) * top, color=BLACK, label="virgin curve")
         for n, amplitude in enumerate(amplitudes):
-            colour = (BLUE, VERMILION)[n % 2]
-            middle.axvline(
-                amplitude * length, color=colour, linestyle="--", label="" if n else "amplitudes of the sines"
-            )
+            colour, label = (BLUE, VERMILION)[n % 2], "" if n else "amplitudes of the sines"
+            middle.axvline(amplitude * length, color=colour, linestyle="--", label=label)
         middle.set(xlabel=f"displacement [{metre}]", ylabel=f"friction [{force}]", title="sines before sliding")
         middle.legend()
         shown = [(name, expected) for name, expected in plan.expected.items() if expected.value]

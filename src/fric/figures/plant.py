@@ -1,7 +1,6 @@
 """Bode diagram of an identified plant, and a motion with what the rigid axis makes of it."""
 
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -56,7 +55,9 @@ def _measured(top: Axes, middle: Axes, response: ResponseFit, colour: str, marke
     f = table.frequency
     deviation = np.zeros_like(f) if response.measured.method == "table" else 1.96 * np.asarray(table.deviation)
     deviation = np.where(np.isfinite(deviation), deviation, 0.0)
-    decibel, degrees = 20 * np.log10(np.maximum(table.magnitude, 1e-300)), np.degrees(_branch(response))
+    model = response.model(f)  # its branch of the phase, so that noise does not affect the unwrapping
+    degrees = np.degrees(_phase(model) + np.angle(response.measured.response / model))
+    decibel = 20 * np.log10(np.maximum(table.magnitude, 1e-300))
     look: dict[str, Any] = {"fmt": marker, "markersize": 3, "markerfacecolor": "white", "elinewidth": 0.7, "zorder": 3}
     dense = f.size > 300  # a Welch spectrum: points alone
     for axes, values, error in ((top, decibel, 20 / np.log(10) * deviation), (middle, degrees, np.degrees(deviation))):
@@ -68,12 +69,6 @@ def _measured(top: Axes, middle: Axes, response: ResponseFit, colour: str, marke
                   label="left out" if axes is top and np.any(~used) else None)  # fmt: skip
 
 
-def _branch(response: ResponseFit) -> Real:
-    """Return the measured phase [rad] on the branch of the model, so that noise does not affect its unwrapping."""
-    model = _phase(response.model(response.measured.table.frequency))
-    return model + np.angle(response.measured.response / response.model(response.measured.table.frequency))
-
-
 def _phase(G: Complex) -> Real:
     """Return an unwrapped phase [rad] that starts between -270° and -90°, as eq. (1) does."""
     phase = np.unwrap(np.angle(G))
@@ -81,9 +76,12 @@ def _phase(G: Complex) -> Real:
 
 
 def _model(top: Axes, middle: Axes, fit: PlantFit) -> None:
-    from_, to = _range(fit)
-    f = np.geomspace(from_, to, 400)
-    G, draws = fit.responses[0].of(fit.solution, f, friction=False), _draws(fit, f)
+    used = np.concatenate([response.measured.table.frequency[response.used] for response in fit.responses])
+    f = np.geomspace(float(used.min()), float(used.max()), 400)
+    first, solution = fit.responses[0], fit.solution
+    G = first.of(solution, f, friction=False)
+    drawn = np.random.default_rng(0).multivariate_normal(solution.values, solution.covariance, 200)
+    draws = np.array([first.of(replace(solution, values=values), f, friction=False) for values in drawn])
     if fit.friction.differs:
         for n, response in enumerate(fit.responses):
             seen = response.of(fit.solution, f)
@@ -100,17 +98,6 @@ def _model(top: Axes, middle: Axes, fit: PlantFit) -> None:
     angle = np.degrees(np.percentile(np.angle(ratio), [2.5, 97.5], axis=0) + _phase(G))
     top.fill_between(f, *size, color=BLACK, alpha=0.15, linewidth=0)
     middle.fill_between(f, *angle, color=BLACK, alpha=0.15, linewidth=0)
-
-
-def _range(fit: PlantFit) -> tuple[float, float]:
-    used = np.concatenate([r.measured.table.frequency[r.used] for r in fit.responses])
-    return float(used.min()), float(used.max())
-
-
-def _draws(fit: PlantFit, f: Real) -> Complex:
-    """Return 200 responses of parameters drawn from their joint normal distribution, shape (200, n)."""
-    values = np.random.default_rng(0).multivariate_normal(fit.solution.values, fit.solution.covariance, 200)
-    return np.array([fit.responses[0].of(replace(fit.solution, values=v), f, friction=False) for v in values])
 
 
 def _left(axes: Axes, fit: PlantFit, response: ResponseFit, colour: str, marker: str, *, label: bool) -> None:
@@ -166,10 +153,9 @@ def motion_figure(time: Real, measured: Real, fitted: Real, label: str) -> Figur
     """
     with new_figure(6.3, 4.2) as figure:
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.5))
-        for n, (start, stop) in enumerate(_runs(time)):
-            part = slice(start, stop)
-            t = time[part]
-            first = n == 0
+        cuts = [0, *(np.flatnonzero(np.diff(time) <= 0) + 1).tolist(), len(time)]
+        for part in map(slice, cuts, cuts[1:]):
+            t, first = time[part], part.start == 0
             top.plot(t, measured[part], color=BLUE, linewidth=1.0, label="measured" if first else None)
             top.plot(t, fitted[part], color=VERMILION, linewidth=1.0, linestyle="--", label="fit" if first else None)
             bottom.plot(t, measured[part] - fitted[part], color=GREY, linewidth=0.8)
@@ -177,12 +163,6 @@ def motion_figure(time: Real, measured: Real, fitted: Real, label: str) -> Figur
         top.legend(ncols=2, loc="upper right", bbox_to_anchor=(1.0, 1.12), borderaxespad=0.0)
         bottom.set(xlabel="time [s]", ylabel=f"residual{label[label.index(' [') :]}")
         return figure
-
-
-def _runs(time: Real) -> list[tuple[int, int]]:
-    """Return start and stop of the segments in which time rises: the records, when several were fitted."""
-    cuts = [0, *(np.flatnonzero(np.diff(time) <= 0) + 1).tolist(), len(time)]
-    return list(pairwise(cuts))
 
 
 def _described(fit: MotionFit) -> str:

@@ -112,14 +112,8 @@ def _draw_relation(axis: Axes, log: Log, found: Inspection) -> None:
     fy, uy = (1.0, "s") if names[1] == "time" else prefixed(_size(y), log.unit(names[1]))
     many = len(x) > 2 * POINTS
     thin = slice(None, None, max(len(x) // (4 * POINTS), 1))
-    axis.plot(
-        x[thin] * fx,
-        y[thin] * fy,
-        "." if many and names[0] == "velocity" else "-",
-        color=GREY,
-        linewidth=0.6,
-        markersize=1,
-    )
+    line = "." if many and names[0] == "velocity" else "-"
+    axis.plot(x[thin] * fx, y[thin] * fy, line, color=GREY, linewidth=0.6, markersize=1)
     if names == ("velocity", "force"):
         v = np.array([s.velocity for s in found.stretches])
         F = np.array([np.median(y[s.start : s.stop]) for s in found.stretches])

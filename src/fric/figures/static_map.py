@@ -99,13 +99,7 @@ def _over_velocity(axes: Axes, found: FrictionMap) -> None:
             axes.plot(v * scale, F * factor, "x", color=GREY, zorder=4)
         for branch in branches.branches:
             label = "eq. (2) with 95 % band" if branch.x[-1] > 0 else None
-            shade(
-                axes,
-                branch.scaled(scale, factor),
-                _colour(branches),
-                line="-" if branches.sign > 0 else "--",
-                label=label,
-            )
+            shade(axes, branch.scaled(scale, factor), **_look(branches), label=label)
     axes.set(xlabel=f"velocity [{unit}]", ylabel=f"friction [{force_unit}]")
     axes.legend(loc="center right")
 
@@ -125,15 +119,15 @@ def _over_speed(axes: Axes, found: FrictionMap) -> None:
         _points(axes, sign * found.velocity[chosen] * scale, size * factor, found.half[chosen] * factor,
                 colour, marker, label)  # fmt: skip
     for branches in found.maps:
-        shade(axes, branches.size.scaled(scale, factor), _colour(branches), line="-" if branches.sign > 0 else "--")
+        shade(axes, branches.size.scaled(scale, factor), **_look(branches))
     axes.set(xlabel=f"speed [{unit}]", ylabel=f"friction in the direction of motion [{force_unit}]", xscale="log")
     axes.xaxis.set_major_formatter("{x:g}")
     if found.velocity.size:
         axes.legend()
 
 
-def _colour(branches: MapBranches) -> str:
-    return BLUE if branches.sign > 0 else VERMILION
+def _look(branches: MapBranches) -> dict[str, str]:
+    return {"colour": BLUE, "line": "-"} if branches.sign > 0 else {"colour": VERMILION, "line": "--"}
 
 
 def _points(

@@ -6,7 +6,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from fric.arrays import Real
 from fric.circles.learn import Learned
 from fric.circles.tune_fit import TunedAxis
 from fric.figures.style import BLUE, GREY, VERMILION, feed_of, new_figure, view
@@ -30,7 +29,8 @@ def draw_tuned(axis: TunedAxis) -> Figure:
             place, scale = _reversal(axis, n), 1e3 * record.radius / record.feed
             angle = record.angle[record.used]
             near = np.abs(angle - place) <= AROUND
-            t = np.abs(angle[near] - place) * np.sign(angle[near] - place) * _sense(angle) * scale
+            sense = 1.0 if angle[-1] >= angle[0] else -1.0
+            t = (angle[near] - place) * sense * scale
             m, a, offset = axis.after.plant[0], axis.after.plant[1], axis.after.plant[2 + n]
             rest = -m * record.inertia[record.used] - a * record.damping[record.used] - offset
             coordinates = axis.after.balance.coordinates
@@ -54,11 +54,6 @@ def draw_tuned(axis: TunedAxis) -> Figure:
             fontsize=9,
         )
     return figure
-
-
-def _sense(angle: Real) -> float:
-    """Return 1 where the angle grows over time, -1 where it falls."""
-    return 1.0 if angle[-1] >= angle[0] else -1.0
 
 
 def _reversal(axis: TunedAxis, n: int) -> float:
