@@ -1,5 +1,6 @@
 """What a fuzzer found that knows only the documentation: a sentence each, or what can be believed."""
 
+import io
 import sys
 import warnings
 from itertools import pairwise
@@ -24,6 +25,7 @@ from fric.io.circle import FEEDFORWARD, read_feedforward
 from fric.io.ingest import ingest
 from fric.io.ingest_circle import StatedCircle, ingest_circles
 from fric.io.readers import matlab, tdms
+from fric.io.safe_hdf5 import BLOCK, _heaps, open_file
 from fric.log import FrequencyResponse, Log
 from fric.records.kicks import _around_reversals
 from fric.records.recognition import force_rises
@@ -141,3 +143,37 @@ def test_a_response_is_held_by_its_type_to_what_every_reader_of_it_bears(column:
     columns[column][row] = value
     with pytest.raises(FricError, match=r"row|increase"):
         FrequencyResponse(**columns)
+
+
+def test_cells_that_name_one_another_many_times_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As 60 kB whose twelve cells of thirty references each are 10^17 parts."""
+    monkeypatch.setattr(matlab, "MOST_PARTS", 100)
+    with h5py.File(tmp_path / "a.mat", "w", userblock_size=512) as file:
+        last = file.create_dataset("time", data=np.arange(9.0)[None])
+        for n in range(3):
+            cell = file.create_dataset(f"c{n}", (9, 1), h5py.ref_dtype)
+            cell[:, 0] = [last.ref] * 9
+            last = cell
+    with (tmp_path / "a.mat").open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file")
+    with pytest.raises(FricError, match="over 100 parts"):
+        ingest(tmp_path / "a.mat", tmp_path / "a.h5")
+
+
+def test_samples_of_a_file_that_is_read_as_a_whole_are_bounded_together(tmp_path: Path) -> None:
+    """As 48 MB of 180 datasets that unpack to 248 MB each."""
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        for name in "abc":
+            file[name] = np.zeros(99)
+    with open_file(tmp_path / "a.h5", most=3 * 8 * 99):
+        pass
+    with pytest.raises(FricError, match="more samples than are read at once"), open_file(tmp_path / "a.h5", most=2000):
+        pass
+
+
+def test_heaps_are_found_at_and_across_the_ends_of_blocks() -> None:
+    places, mark = [0, BLOCK - 8, 2 * BLOCK - 3, 2 * BLOCK + 50], b"GCOL\1\0\0\0"
+    data = bytearray(2 * BLOCK + 99)
+    for place in places:
+        data[place : place + 8] = mark
+    assert list(_heaps(io.BytesIO(bytes(data)))) == places

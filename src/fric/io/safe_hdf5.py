@@ -7,7 +7,6 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import IO, Any
 
@@ -150,14 +149,21 @@ MOST_EMPTY, EMPTY = 256 << 20, 100
 """Bytes that a dataset may unpack to where a stored byte becomes so many: samples of a drive are packed ten to one."""
 MOST_DEPTH = 32
 """Groups in groups at most."""
+MOST_READ = 512 << 20
+"""Bytes of samples of a file that is read into memory as a whole, which then takes some times as much."""
+BLOCK, _HEAP = 16 << 20, b"GCOL\1\0\0\0"
+"""Bytes that are searched at once for the begin of a heap."""
 _PLAIN = (h5py.h5t.STRING, h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
 
 
 @contextmanager
 def open_file(
-    path: Path, what: str = "is no whole HDF5 file (cut short?)", hint: str = "Make it again with `fric ingest`."
-) -> Iterator[h5py.File]:
+    path: Path, what: str = "is no whole HDF5 file (cut short?)", hint: str = "Make it again with `fric ingest`.", *,
+    most: int = MOST_READ,
+) -> Iterator[h5py.File]:  # fmt: skip
     """Open an HDF5 file for reading, with errors a user can act on; what h5py raises in it is damage of the file.
+
+    most: Bytes of samples that it holds at most.
 
     Raises FricError: When it cannot be read, leads to other files, or holds more than its size allows.
     """
@@ -177,31 +183,43 @@ def open_file(
             what, hint = "is no log file of fric's", "Read it with `fric ingest` first, and give the log file."
         raise FricError(what, where=str(path), hint=hint) from None
     with foreign(path, hint), file:
-        _check(file, path)
+        _check(file, path, most)
         yield file
 
 
 def _check_heaps(path: Path, hint: str) -> None:
     """Refuse a heap of texts whose objects do not lead on to its end: HDF5 would loop in it for ever."""
-    if not path.stat().st_size or not os.access(path, os.R_OK):
+    if not os.access(path, os.R_OK):
         return
-    with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
-        at = data.find(b"GCOL\1\0\0\0")
-        while at >= 0:
-            end, place = at + int.from_bytes(data[at + 8 : at + 16], "little"), at + 16
-            while place + 16 <= min(end, len(data)):
-                size = int.from_bytes(data[place + 8 : place + 16], "little")
-                step = (
-                    16 + -(-size // 8) * 8 if data[place : place + 2] != b"\0\0" else size
-                )  # the free rest has no head
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        for at in list(_heaps(file)):
+            file.seek(at + 8)
+            end, place = at + int.from_bytes(file.read(8), "little"), at + 16
+            while place + 16 <= min(end, size):
+                file.seek(place)
+                head = file.read(16)
+                taken = int.from_bytes(head[8:], "little")
+                step = taken if head[:2] == b"\0\0" else 16 + -(-taken // 8) * 8  # the free rest has no head
                 if not 16 <= step <= end - place:
                     raise FricError("is damaged: texts in it have no end", where=str(path), hint=hint)
                 place += step
-            at = data.find(b"GCOL\1\0\0\0", at + 8)
 
 
-def _check(file: h5py.File, path: Path) -> None:
-    """Walk through all of a file, and refuse what is not in it."""
+def _heaps(file: IO[bytes]) -> Iterator[int]:
+    """Yield where heaps of texts begin, by blocks: a file that is mapped as a whole counts as memory."""
+    begin, held = 0, b""
+    while block := file.read(BLOCK):
+        held += block
+        at = held.find(_HEAP)
+        while at >= 0:
+            yield begin + at
+            at = held.find(_HEAP, at + 1)
+        begin, held = begin + len(held) - len(_HEAP) + 1, held[1 - len(_HEAP) :]
+
+
+def _check(file: h5py.File, path: Path, most: int) -> None:
+    """Walk through all of a file, and refuse what is not in it, and samples of more bytes than ``most``."""
     pending: list[tuple[h5py.Group, int]] = [(file, 0)]
     seen: set[Any] = set()
     _check_attributes(file, str(path))
@@ -224,8 +242,11 @@ def _check(file: h5py.File, path: Path) -> None:
             _check_attributes(node, where)
             if isinstance(node, h5py.Group):
                 pending.append((node, depth + 1))
-            elif isinstance(node, h5py.Dataset):
-                _check_dataset(node, where)
+            elif isinstance(node, h5py.Dataset) and (most := most - _check_dataset(node, where)) < 0:
+                raise FricError(
+                    "holds more samples than are read at once", where=str(path),
+                    hint="Log a shorter time, or ingest a window of it with `begin=` and `end=`.",
+                )  # fmt: skip
 
 
 def _check_attributes(node: Any, where: str) -> None:
@@ -239,7 +260,8 @@ def _check_attributes(node: Any, where: str) -> None:
             )  # fmt: skip
 
 
-def _check_dataset(data: h5py.Dataset, where: str) -> None:
+def _check_dataset(data: h5py.Dataset, where: str) -> int:
+    """Return the bytes that a dataset holds, where it can be read."""
     if data.id.get_type().get_class() == h5py.h5t.VLEN:
         raise FricError("is damaged: it holds lists, not numbers", where=where, hint="Make the file again.")
     if _leads_elsewhere(data):
@@ -251,6 +273,7 @@ def _check_dataset(data: h5py.Dataset, where: str) -> None:
             f"unpacks {stored / 1e6:.3g} MB to {declared / 1e6:.3g} MB of samples, which are hardly a log", where=where,
             hint="Log a shorter time.",
         )  # fmt: skip
+    return int(declared)
 
 
 def _leads_elsewhere(data: h5py.Dataset) -> bool:

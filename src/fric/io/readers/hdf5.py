@@ -1,5 +1,6 @@
 """Log files of fric, so that they can be merged: each record is a table."""
 
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,7 +21,7 @@ def recognises(path: Path, head: bytes) -> float:
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read the records of a log file, each a table whose columns name the channels."""
-    with open_file(path) as file:
+    with open_file(path, most=sys.maxsize) as file:
         axis, motion = check_format(file, path)
         # a list: the iterator of h5py holds its lock between two records
         for name, group in list(file["records"].items()):

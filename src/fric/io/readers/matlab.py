@@ -4,6 +4,7 @@ import io
 import pickle
 import re
 import struct
+import sys
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -23,8 +24,8 @@ from fric.io.readers.base import RECORD, Column, ForeignTable, Format, Memory, n
 from fric.io.safe_hdf5 import open_file
 
 _V73 = b"MATLAB 7.3 MAT-file"
-MOST_DEPTH = 16
-"""Largest depth of nested structs and cells."""
+MOST_DEPTH, MOST_PARTS = 16, 100_000
+"""Largest depth of nested structs and cells, and number of their parts: references can name one part many times."""
 MOST_TEXT = 10_000
 """Letters of a text at most."""
 _V5 = b"MATLAB 5.0 MAT-file"
@@ -65,8 +66,9 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
         about = path.stat()
         yield from _tables(path, _load(path, about.st_mtime_ns, about.st_size))
         return
-    with open_file(path, "is no whole MATLAB file (cut short?)", "Save it again.") as source:
-        found = {name: _tree(node, source) for name, node in source.items() if not name.startswith("#")}
+    with open_file(path, "is no whole MATLAB file (cut short?)", "Save it again.", most=sys.maxsize) as source:
+        left = iter(range(MOST_PARTS))
+        found = {name: _tree(node, source, left) for name, node in source.items() if not name.startswith("#")}
         yield from _tables(path, found)
 
 
@@ -134,12 +136,13 @@ class _DatasetLine:
         return self.data[self.at, part] if self.along else self.data[part, self.at]
 
 
-def _tree(node: Any, file: h5py.File, depth: int = 0) -> Any:
-    """Return a group, a dataset or a reference of v7.3 as dicts, lists, lines and scalars."""
-    if depth > MOST_DEPTH:
-        raise FricError(f"nests deeper than {MOST_DEPTH}, or in a circle", where=file.filename, hint="Save arrays.")
+def _tree(node: Any, file: h5py.File, left: Iterator[int], depth: int = 0) -> Any:
+    """Return a group, a dataset or a reference of v7.3 as dicts, lists, lines and scalars; ``left`` counts parts."""
+    if depth > MOST_DEPTH or next(left, None) is None:
+        what = f"nests deeper than {MOST_DEPTH}, in a circle, or into over {MOST_PARTS} parts"
+        raise FricError(what, where=file.filename, hint="Save arrays.")
     if isinstance(node, h5py.Group):
-        fields = {name: _tree(child, file, depth + 1) for name, child in node.items()}
+        fields = {name: _tree(child, file, left, depth + 1) for name, child in node.items()}
         lists = [value for value in fields.values() if isinstance(value, list)]
         if lists and len(lists) == len(fields) and len({len(value) for value in lists}) == 1:  # a struct array
             return [dict(zip(fields, values, strict=True)) for values in zip(*lists, strict=True)]
@@ -147,7 +150,7 @@ def _tree(node: Any, file: h5py.File, depth: int = 0) -> Any:
     if not isinstance(node, h5py.Dataset) or node.shape is None:
         return None
     if node.dtype == h5py.ref_dtype:
-        return [_tree(file[reference], file, depth + 1) for reference in np.ravel(node[()], order="F")]
+        return [_tree(file[reference], file, left, depth + 1) for reference in np.ravel(node[()], order="F")]
     if node.attrs.get("MATLAB_class") == b"char" and node.dtype.kind == "u" and node.size < MOST_TEXT:
         letters = () if "MATLAB_empty" in node.attrs else np.ravel(node[()], order="F")
         return "".join(chr(letter) for letter in letters if letter < 0xD800)
