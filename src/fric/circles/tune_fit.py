@@ -35,6 +35,7 @@ from fric.statistics import hac_covariance, score_covariance
 
 FOUR = ("level", "stiffness", "C", "T_d")
 """The parameters tuned first."""
+FALL = ("ratio", "v_s", "delta")  # Those of the fall of friction with speed
 PRIORS = {
     "level": 0.5, "stiffness": 1.0, "C": 2.0, "T_d": 0.15, "ratio": 0.3, "v_s": 0.7, "delta": 0.3, "side": 0.2,
     "alpha": 0.4, "k": 0.7,
@@ -66,7 +67,7 @@ class BalanceCoordinates:
         """Return the coordinates of the whole shape."""
         model = self.model
         blocks = range(1, len(model.alpha) + 1)
-        shape = ("ratio", "v_s", "delta") if model.static.F_s > model.static.F_c else ()
+        shape = FALL if model.static.F_s > model.static.F_c else ()
         alphas = tuple(f"alpha_{n}" for n in blocks) if len(model.alpha) > 1 else ()
         return replace(self, names=("level", "C", "T_d", *shape, *alphas, *(f"k_{n}" for n in blocks)))
 
@@ -699,9 +700,11 @@ def _covariance(about: FittedBalance, left: list[Real]) -> Real:
     """Return the covariance of coordinates and plant about a point, (p + 2 + circles,) square; `left` of circles again.
 
     Samples are thinned to four a period of the filter's corner: samples between them add no information. Scores are
-    correlated (autoregressions), and the priors add their variance. Level, delay, inertia and A, which the whole circle
-    determines, take the memory of their own error, ``(ZᵀJ + P)⁻¹·z·r``: that of their scores, in which C has a part, is
-    three times as wide (of the level up to ten times). The error from the encoder is added.
+    correlated (autoregressions), and the priors add their variance. Delay, inertia and A, which the whole circle
+    determines, take the memory of their own error, ``(ZᵀJ + P)⁻¹·z·r``: that of their scores, in which C and the level
+    have a part, is three times as wide on poor logs. So does the level, at the fall of friction with speed that was
+    found: with what reversals leave open of that it is three to ten times as wide as its errors are. The error from the
+    encoder is added, and has all of them in it.
     """
     instruments, weights, p = Instruments.of(about), about.balance.weights, len(about.x)
     rows, residuals = [], []
@@ -718,9 +721,12 @@ def _covariance(about: FittedBalance, left: list[Real]) -> Real:
         return np.asarray(np.outer(scale, scale) * long_run)
 
     covariance = instruments.solved(instruments.solved(remembered(Z)).T)
-    along = [*map(about.balance.coordinates.names.index, ("level", "T_d")), p, p + 1]
-    ratio = np.ones(len(covariance))
-    by_itself = np.diag(remembered(instruments.solved(Z.T).T[:, along]))
+    names, late = about.balance.coordinates.names, about.balance.coordinates.names.index("T_d")
+    level, rest = names.index("level"), [n for n in range(Z.shape[1]) if n >= p or names[n] not in FALL]
+    held = replace(instruments, Z=instruments.Z[:, rest], J=instruments.J[:, rest], prior=instruments.prior[rest])
+    each = [held.solved(Z[:, rest].T)[rest.index(level)], *instruments.solved(Z.T)[[late, p, p + 1]]]
+    along, ratio = [level, late, p, p + 1], np.ones(len(covariance))
+    by_itself = np.diag(remembered(np.column_stack(each)))
     ratio[along] = np.sqrt(np.minimum(by_itself / np.diag(covariance)[along], 1.0))
     covariance = covariance * np.outer(ratio, ratio)
     covariance += instruments.solved(instruments.solved(np.diag(instruments.power * instruments.prior)).T)
