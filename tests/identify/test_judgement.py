@@ -1,6 +1,7 @@
 """What records cannot tell is not claimed: one judgement, for `inspect`, every `identify` and `compare`."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,12 +12,15 @@ from fric.friction import models
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.replay.replay_fit import identify_by_replay
+from fric.io.hdf5 import read_logs
 from fric.log import Log
 from fric.records.inspection import inspect
 from fric.records.judgement import branch_slope, excites, identifiability_of
 from fric.records.prepared import prepared
 from fric.records.reversals import find_reversals
 from tests.identify.presliding import APART, PAPER, TABLE_1, identify_gms, pair, record
+
+DATA = Path(__file__).parents[2] / "data"
 
 
 def codes(warnings):
@@ -169,6 +173,24 @@ def test_a_contact_that_was_unloaded_is_told():
         (told,) = [one for one in notices if one.code == "energy-in-one-segment"]
         assert told.values["begin"] == pytest.approx(140.0, abs=10.0)
     assert not {"energy-in-one-segment", "energy-drifts"} & set(codes(fric.identify_model("dahl", log).warnings))
+
+
+def test_a_kind_that_is_recognised_counts_as_stated():
+    """A multisine without a kind was a motion, and was refused; a sine in sliding was left out, and C assumed."""
+
+    def logs(*names):
+        found = [log for name in names for log in read_logs(DATA / f"{name}.h5")]
+        return found, [replace(log, kind=None) for log in found]
+
+    stated, bare = (fric.identify_plant(*some).document for some in logs("frequency-response"))
+    assert bare["A"] == stated["A"]
+    static = StaticMap(80.0, 90.0, 1e-3)
+    stated, bare = (
+        identify_gms(some, static=static, blocks=4, refined=False) for some in logs("presliding-sine", "sliding-sine")
+    )
+    assert [one.kind for one in bare.records] == [one.kind for one in stated.records]
+    assert bare.records[-1].kind == "sliding"
+    assert codes(bare.warnings) == codes(stated.warnings)
 
 
 def test_a_contact_that_was_off_for_a_cycle_and_a_half_is_told_by_gms_as_by_inspect():

@@ -35,6 +35,7 @@ from fric.notice import Notice
 from fric.plausibility import Finding, of_amplitudes, of_friction, of_level, of_logs, of_shares, of_strokes, settled
 from fric.records.clipping import without_clipped
 from fric.records.prepared import prepared, without_loaded
+from fric.records.recognition import kind_of
 from fric.results.base import Identified
 from fric.results.given import in_si, logs_of, quantity, records_of, several, where_of
 from fric.results.given_models import circles_of, document_of, friction_of, plant_of
@@ -215,7 +216,7 @@ def identify_plant(
         segment=quantity(segment, "time"),
         given_force_constant=K_f,
         mass=weight,
-        strokes=[log for log in given if isinstance(log, Log) and log.kind == "constant-velocity"],
+        strokes=[log for log in given if isinstance(log, Log) and kind_of(log) == "constant-velocity"],
     )
     return _plausible(PlantResult(fit, records), doubtful)
 

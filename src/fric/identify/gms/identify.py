@@ -40,6 +40,7 @@ from fric.records.clipping import without_clipped
 from fric.records.flaws import record_flaws
 from fric.records.kicks import without_kicked
 from fric.records.prepared import Prepared, prepared
+from fric.records.recognition import kind_of
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 
@@ -217,16 +218,17 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
 
 
 def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:
-    """Return the pre-sliding records and those in sliding."""
-    presliding = [log for log in logs if log.kind in PRESLIDING]
+    """Return the pre-sliding records and those in sliding; a kind that is recognised counts as stated."""
+    kinds = [(log, kind_of(log)) for log in logs]
+    presliding = [log for log, kind in kinds if kind in PRESLIDING]
     if not presliding:
-        presliding = [log for log in logs if log.kind in {None, "motion"}]
+        presliding = [log for log, kind in kinds if kind == "motion" or (log.kind is None and kind != "sliding-sine")]
     if not presliding:
         raise FricError(
             "there is no pre-sliding record among the logs",
             hint="Log slow sines of small amplitude, or micro-steps, and ingest them with `kind='presliding-sine'`.",
         )
-    return presliding, [log for log in logs if log.kind == "sliding-sine"]
+    return presliding, [replace(log, kind=kind) for log, kind in kinds if kind == "sliding-sine"]
 
 
 def _at_level(static: StaticMap, blocks: Blocks, C: float, with_level: bool) -> GMS:

@@ -35,6 +35,7 @@ from fric.identify.plant.response_fit import (
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_several_axes
 from fric.notice import Notice
 from fric.records.flaws import record_flaws
+from fric.records.recognition import kind_of
 from fric.records.timing import evened
 from fric.statistics import robust_deviation
 from fric.threads import one_blas_thread
@@ -202,18 +203,21 @@ def plant_records(
 ) -> tuple[Method, list[Log | FrequencyResponse]]:
     """Return the method and its records: frequency responses if there are any, else motions.
 
+    A response that is recognised in a record without a kind counts as stated.
+
     records: Records of one axis.
     method: The method, where the user chooses it; a record of any kind is then used.
     Raises FricError: When no record is usable, or the records are of different axes.
     """
     refuse_several_axes(records)
     dynamic = [r for r in records if not isinstance(r, ForceVelocity)]
-    responses = [r for r in dynamic if isinstance(r, FrequencyResponse) or r.kind == "frequency-response"]
     in_time: list[Log | FrequencyResponse] = [r for r in records if isinstance(r, Log)]
-    motions = [r for r in in_time if isinstance(r, Log) and r.kind in {"motion", None}]
-    asked = method is not None
-    method = method or ("response" if responses else "motion")
-    chosen: list[Log | FrequencyResponse] = list(responses if method == "response" else motions)
+    excited = [isinstance(r, FrequencyResponse) or kind_of(r) == "frequency-response" for r in dynamic]
+    asked, method = method is not None, method or ("response" if any(excited) else "motion")
+    chosen: list[Log | FrequencyResponse] = [
+        r for r, response in zip(dynamic, excited, strict=True)
+        if (response if method == "response" else not response and isinstance(r, Log) and r.kind in {"motion", None})
+    ]  # fmt: skip
     if asked and not chosen:
         chosen = in_time
     if not chosen:

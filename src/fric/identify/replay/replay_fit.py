@@ -125,7 +125,7 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
     model = fitted_model(name)
     records = [record.trimmed() for record in records if record.used.any()]
     if static is not None:  # a lag in sliding is seen beside a known map
-        of_lag = [r.log.kind == "sliding-sine" and not r.slides and not len(r.reversals) for r in records]
+        of_lag = [kind_of(r.log) == "sliding-sine" and not r.slides and not len(r.reversals) for r in records]
         records = [record.in_sliding() if lag else record for record, lag in zip(records, of_lag, strict=True)]
     held = _held(model, fix or {}, free, static)
     coordinates = Coordinates.of(
