@@ -32,7 +32,7 @@ from fric.identify.gms.knots import (
 )
 from fric.identify.gms.virgin_curve import VirginCurve, find_cycles, virgin_curve, with_all_errors
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
-from fric.identify.replay.replay_intervals import credible, lateness_notice, mean_lag, one_lag, suspected
+from fric.identify.replay.replay_intervals import credible, lateness_notice, mean_lag, one_lag
 from fric.log import Log
 from fric.notice import Notice
 from fric.plausibility import of_shares, settled
@@ -149,7 +149,7 @@ def _on_time(
 ) -> tuple[GMSFit, list[Notice]]:
     """Return the fit, with the common lag of the force corrected if that is better, and the warnings."""
     fit, late = identified(ready)
-    if not suspected(ready, late) or not one_lag(late):
+    if not one_lag(ready, late):
         return fit, []
     sure = credible(ready, late)
     if sure:
@@ -204,8 +204,9 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
         level = level if curve.saturates else Estimate(1.0, "1")
         model = directed(_at_level(static or base, found, ASSUMED_C, curve.saturates), negative)
     if static is None:
-        base = replace(base, F_c=base.F_c * float(level), F_s=base.F_s * float(level))
-        level = _relative(level)
+        base, by = replace(base, F_c=base.F_c * float(level), F_s=base.F_s * float(level)), float(level)
+        limits = None if level.ci95 is None else (float(level.ci95[0]) / by, float(level.ci95[1]) / by)  # type: ignore[arg-type]
+        level = Estimate(1.0, level.unit, limits)
     replays = [_replayed(record, model, cycles) for record in records]
     limit = np.asarray(alpha.value) * base.F_s * (float(level) if static is not None else 1.0)
     blocks_found = Blocks(np.asarray(k.value), limit / np.asarray(k.value))
@@ -331,14 +332,6 @@ def _by_leaving_out(
         Estimate(tuple(float(item) for item in found.k), si_unit("stiffness", motion), intervals[1]),
         Estimate(float(found.limit.sum() / static.F_s), "1", intervals[2]),
     )
-
-
-def _relative(level: Estimate) -> Estimate:
-    """Return a level relative to itself: the plateau is the static map."""
-    if level.ci95 is None:
-        return Estimate(1.0, level.unit)
-    low, high = level.ci95
-    return Estimate(1.0, level.unit, (low / float(level), high / float(level)))  # type: ignore[operator]
 
 
 def _replayed(record: Prepared, model: FrictionModel, cycles: tuple[int, int] | None) -> Replay:

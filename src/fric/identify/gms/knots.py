@@ -79,7 +79,6 @@ def fit_blocks(curve: VirginCurve, count: int, begun: list[Real] | None = None) 
     which makes the curve concave. A block that would not slip within the curve keeps its stiffness; its slip
     displacement is then where the curve reaches ``curve.level``.
 
-    count: Number of blocks.
     begun: Knots placed one after the other, by number of knots, shared with fits of other numbers of blocks.
     """
     extent = float(curve.displacement[-1])
@@ -142,9 +141,6 @@ def choose_blocks(curve: VirginCurve, most: int = MOST_BLOCKS, unit: str = "N") 
     Without the floor, noise-free simulated cycles would separate two blocks that no drive repeats well enough to show.
     Points of the curve within one step of the encoder count as a single point: n is their number. The search ends when
     the criterion has risen twice.
-
-    most: Number of blocks to try up to.
-    unit: Unit of the force, for messages.
     """
     standard_error = np.nan_to_num(curve.band, nan=0.0) / 2.0
     spread = np.sqrt(standard_error**2 + curve.blur**2 + (REPEATABLE * curve.level) ** 2)
@@ -165,10 +161,7 @@ def choose_blocks(curve: VirginCurve, most: int = MOST_BLOCKS, unit: str = "N") 
 
 
 def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
-    """Return the fit with each cycle left out in turn, its knots moved from those of all cycles.
-
-    blocks: The fit to all cycles.
-    """
+    """Return the fit with each cycle left out in turn, its knots moved from those of all cycles."""
     extent = float(curve.displacement[-1])
     inside = blocks.displacement < extent * (1 - 1e-9)
     start = np.log(blocks.displacement[inside])

@@ -9,6 +9,7 @@ the magnitude towards 0 Hz is K_f, the phase is the delay τ and a first-order f
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -26,7 +27,7 @@ from fric.flaws.channel import (
     K_F_DIFFERS,
     MASS_DIFFERS,
 )
-from fric.identify.plant.frequency_response import SEGMENTS, MeasuredResponse, measure_response
+from fric.identify.plant.frequency_response import SEGMENTS, measure_response
 from fric.identify.plant.response_fit import Lines, at, residual_of, select
 from fric.log import Log
 from fric.notice import Notice
@@ -79,36 +80,27 @@ def force_constant(
 
     Otherwise, and if K_f is not given, strokes determine K_f, but not the lag.
 
-    logs: Records of one axis.
     given: K_f [N/V], where the user knows it; the records then determine the lag, and check K_f.
-    motion: Motion of the axis.
     period, segment: As in `measure_response` [s].
-    strokes: Records at constant velocity.
     """
     unit = si_unit("force per input", motion)
     stated = None if given is None else Estimate(given, unit, fixed=True)
     both = [log for log in logs if log.input is not None and log.force is not None and np.ptp(log.input) > 0]
-    warnings: list[Notice] = []
-    responses, answered = [], []
+    answered: list[tuple[Log, Lines]] = []
     for log in both:
-        try:
-            measured = _measured(log, period, segment)
-            responses.append((measured, force_lines(measured)))
-            answered.append(log)
-        except FricError:  # it determines neither K_f nor the lag
-            continue
-    if not responses:
+        with suppress(FricError):  # else it determines neither K_f nor the lag
+            answered.append((log, force_lines(log, period, segment)))
+    if not answered:
         steady, text = (stated, ()) if stated else steady_force_constant(strokes, motion)
-        return ForceScale(steady, warnings=(*warnings, *text))
-    sampling = max(measured.sampling or 0.0 for measured, _ in responses)
-    values, covariance, freedom = pooled_lags([lag_in_band(lines) for _, lines in responses])
+        return ForceScale(steady, warnings=text)
+    sampling = max(lines.hold or 0.0 for _, lines in answered)
+    values, covariance, freedom = pooled_lags([lag_in_band(lines) for _, lines in answered])
     filtered = values[2] > 3 * np.sqrt(covariance[2, 2]) and values[2] > LEAST_FILTER / sampling
     if not filtered:
-        values, covariance, freedom = pooled_lags([lag_in_band(lines, filtered=False) for _, lines in responses])
+        values, covariance, freedom = pooled_lags([lag_in_band(lines, filtered=False) for _, lines in answered])
     quantile = float(stdtrit(freedom, 0.975))
     half = quantile * np.sqrt(np.diag(covariance))
-    K_f = float(np.exp(values[0]))
-    lag = float(values[1] + values[2])
+    K_f, lag = float(np.exp(values[0])), float(values[1] + values[2])
     half_width_lag = quantile * float(np.sqrt(max(covariance[1:, 1:].sum(), 0.0)))
     if filtered:  # the unknown form and rate of the filter add an error of the lag
         half_width_lag = float(np.hypot(half_width_lag, FORM / sampling))
@@ -118,22 +110,25 @@ def force_constant(
         T_low, T_high = (float(values[2] + side * half[2]) for side in (-1, 1))
         corner = Estimate(1 / (2 * np.pi * float(values[2])), "Hz", (1 / (2 * np.pi * T_high), 1 / (2 * np.pi * T_low)))
     found = Estimate.around_log(K_f, unit, float(half[0]))
-    warnings += _lag_described(late, corner, sampling)
-    warnings += [notice for log in answered if (notice := _dead_zone(log, *values[1:3])) is not None]
+    warnings = _lag_described(late, corner, sampling)
+    warnings += [notice for log, _ in answered if (notice := _dead_zone(log, *values[1:3])) is not None]
     if stated is not None and abs(K_f / float(stated) - 1) > max(DIFFERS, float(half[0])):
         warnings.append(K_F_DIFFERS.found(given=stated, found=found))
     return ForceScale(stated or found, late, corner, sampling, tuple(warnings))
 
 
-def _measured(log: Log, period: float | None, segment: float | None) -> MeasuredResponse:
-    """Return F/U, over segments if there is no usable period, as in a sweep."""
+def force_lines(log: Log, period: float | None, segment: float | None) -> Lines:
+    """Return the sure lines of F/U, over segments if there is no usable period, as in a sweep; raise `FricError`
+    where there are fewer than three.
+    """
     try:
-        return measure_response(log, period=period, segment=segment, output="force")
+        measured = measure_response(log, period=period, segment=segment, output="force")
     except FricError:
         if period is not None or segment is not None:
             raise
-        lasting = float(log.time[-1] - log.time[0])
-        return measure_response(log, segment=lasting / SEGMENTS, output="force")
+        measured = measure_response(log, segment=float(log.time[-1] - log.time[0]) / SEGMENTS, output="force")
+    lines, _ = select(measured, hold=measured.sampling, coherence=0.0, least=3)
+    return lines._replace(deviation=np.maximum(lines.deviation, FLOOR))
 
 
 def _dead_zone(log: Log, delay: float, corner: float) -> Notice | None:
@@ -167,7 +162,6 @@ def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Mot
 
     estimates: B, and K_f where it is known; K_f is added where it is not.
     mass: Stated moving mass [kg or kg·m²]; None where the user does not know it.
-    motion: Motion of the axis.
     """
     if mass is None or "B" not in estimates:
         return []
@@ -205,12 +199,6 @@ class FittedLag(NamedTuple):
     covariance: Real
     freedom: float
     residual: Real  # Real and imaginary parts over their deviation, shape (2, n), by frequency
-
-
-def force_lines(measured: MeasuredResponse) -> Lines:
-    """Return the lines of a response of force to input that are sure; raise `FricError` where there are too few."""
-    lines, _ = select(measured, hold=measured.sampling, coherence=0.0, least=3)
-    return lines._replace(deviation=np.maximum(lines.deviation, FLOOR))
 
 
 def lag_in_band(lines: Lines, filtered: bool = True) -> FittedLag:

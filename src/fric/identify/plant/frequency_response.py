@@ -100,7 +100,6 @@ def period_spectra(input: Real, position: Real, period: int, sampling: float) ->
 
     input, position: Control voltage [V] and position [m], each of shape (n,).
     period: Samples a period.
-    sampling: Samples a second [Hz].
     Raises FricError: When there are fewer than two periods.
     """
     if period < SHORTEST:
@@ -154,7 +153,6 @@ def segment_spectra(input: Real, position: Real, driver: Real, segment: int, sam
     input, position, driver: Control voltage [V], position [m], and their driver: the reference or the input itself,
         each shape (n,).
     segment: Samples a segment.
-    sampling: Samples a second [Hz].
     """
     n = len(input) - 1
     starts = np.arange(0, n - segment + 1, max(segment // 2, 1))
@@ -178,7 +176,6 @@ def neighbour_spectra(input: Real, position: Real, driver: Real, sampling: float
     corrected for that. The first and last fortieth of the record are faded in and out.
 
     input, position, driver: As in `segment_spectra`, each shape (n,).
-    sampling: Samples a second [Hz].
     """
     n = len(input) - 2
     from scipy import signal

@@ -73,7 +73,6 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     hold: Sampling rate of the hold [Hz]; that of the record where not given.
     continuous: Take every response as that of eq. (1) itself, without hold and sampling.
     coherence: Least coherence of a line.
-    band: Lowest and highest frequency [Hz].
     period, segment: As in `measure_response` [s].
     given_force_constant: K_f [N/V], where no force was logged.
     mass: Moving mass [kg], where the user knows it: K_f/B is checked against it, or K_f taken from it.
@@ -205,7 +204,6 @@ def plant_records(
 
     A response that is recognised in a record without a kind counts as stated.
 
-    records: Records of one axis.
     method: The method, where the user chooses it; a record of any kind is then used.
     Raises FricError: When no record is usable, or the records are of different axes.
     """
@@ -254,7 +252,6 @@ def solve_with_modes(lines: Lines) -> Found:
     Such lines are left out for each form; a second mass is accepted if it explains the lines far better, with bounded
     residuals.
 
-    lines: Lines of one response.
     Raises FricError: When the sign of input or position is turned.
     """
     rigid = _without_outliers(lines, None)
@@ -295,13 +292,9 @@ def _best_mode(lines: Lines) -> Found | None:
     if not rough:
         return None
     rough.sort(key=lambda solution: len(solution.values))
-    best = rough[simplest(_score(lines, solution) for solution in rough)]
+    offs = (np.abs(_off(lines, solution)) for solution in rough)
+    best = rough[simplest(float(np.mean(np.log(off + 1e-3))) for off in offs)]  # robust to outlying lines
     return _without_outliers(lines, best.form.resonance(best.values), best.values[:3])
-
-
-def _score(lines: Lines, solution: PlantSolution) -> float:
-    """Return the mean of log residuals, which is robust to outlying lines."""
-    return float(np.mean(np.log(np.abs(_off(lines, solution)) + 1e-3)))
 
 
 def _starts(lines: Lines, encoder: Encoder, frequencies: Real) -> list[tuple[Resonance, Real]]:
@@ -350,11 +343,7 @@ def described(
 ) -> Iterator[Notice]:  # fmt: skip
     """Yield the warnings of a fit.
 
-    fits: Each response with its separate fit.
-    solution: The fit of all.
     friction: Influence of friction on A.
-    estimates: A, B, T_d, and K_f where it is known.
-    hold: Sampling rate of the hold [Hz].
     """
     for fit in fits:
         name = fit.measured.table.name

@@ -42,8 +42,6 @@ def select(
     """Return the lines of a response that are certain enough, and their selection, shape (n,).
 
     hold: Sampling rate of the hold [Hz], or None.
-    coherence: Least coherence.
-    band: Lowest and highest frequency [Hz].
     least: Least number of lines.
     Raises FricError: When fewer lines are left.
     """
@@ -83,8 +81,6 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float
 
     They are from a grid with a wrapped phase, so that no error of unwrapping is possible.
 
-    dampings: Values of A that are tried.
-    most: Largest number of lines that are used.
     Raises FricError: When the response is that of eq. (1) with the wrong sign.
     """
     thin = slice(None, None, -(-len(lines.frequency) // most))
@@ -217,7 +213,6 @@ def solve(
     The residual is ``ln(G_m/G)``, its real part the log magnitude, its imaginary part the phase, both over the relative
     deviation of the line. With friction, A of each response is ``A + F_c/M·reversing``.
 
-    sets: Lines of each response.
     friction: Fit F_c/M, too.
     misfits: Relative deviation to be added for each response; by default estimated.
     resonance: Start of the search for a second mass; by default eq. (1) alone.

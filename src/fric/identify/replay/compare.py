@@ -164,11 +164,8 @@ def compare_models(
     named the winner only if its mean squared residual is lower than every other's by more than the 95 % error of that
     difference, taken over the strokes between reversals.
 
-    names: Models to compare.
-    records: See `fric.records.prepared.prepared`.
     splits: The samples to fit; the others are scored.
     static, negative, blocks, seed: As in `identify_by_replay`.
-    advance: Called after each model.
     Raises FricError: When there is no such model, or nothing to score.
     """
     lengths = tuple(presliding_length(record) for record in records)

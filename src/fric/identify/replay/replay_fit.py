@@ -109,14 +109,11 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
     correlated in time (see `replay_covariance`), and include a lag between force and position. A parameter without
     effect on these records is found by its flat gradient, left at its typical value, and named in a warning.
 
-    name: Name of the model.
-    records: See `fric.records.prepared.prepared`.
     static: Static map to keep, for a model with a static map; by default it is fitted, too.
     negative: Map of the negative direction, if each direction has a map.
     blocks: Number of blocks, for a model of slip blocks.
     fix: Values in SI of parameters that are not fitted.
     free: Names of parameters to fit that are held by default (`delta`).
-    seed: Seed of the coarse search.
     start: A model to start from; there is no coarse search then.
     with_level: Whether each record has a level of friction, which scales F_c and F_s of the kept static map.
     beyond: Increase of the covariance that the residuals do not show.

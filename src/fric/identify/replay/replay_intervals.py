@@ -50,8 +50,6 @@ def covariance_of(gradient: Real, residual: Real, lengths: Sequence[int], most: 
     for any residuals but less precise.
 
     gradient, residual: Derivatives (n, p) and residuals (n,) of all records one after the other.
-    lengths: Samples of each record.
-    most: As in `hac_covariance`.
     """
     if not white(residual, lengths):
         return hac_covariance(gradient, residual, lengths, most)
@@ -69,10 +67,6 @@ def replay_covariance(
     more for a parameter: leaving out cycles shows how the drive repeats (`jackknife`), and weighing the parts of a
     cycle shows the error of the model that recurs at the same place (`sandwich`). So if a model has fewer blocks than
     the machine, the interval is of the block that replaces several.
-
-    gradient, residual: As in `covariance_of`.
-    quantile: Half-widths in standard deviations.
-    most: As in `hac_covariance`.
     """
     lengths = [int(record.used.sum()) for record in records]
     covariance = covariance_of(gradient, residual, lengths, most)
@@ -105,9 +99,7 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
     gain ``H·τ²·Hᵀ``, H being how they move with each u, with Student's t of R - 1. Two records are only compared if
     they have the same motion: the error of a model along another motion would look like a level.
 
-    search, best: The search, and its solution.
     shown: Derivatives of the residual by what is seen, shape (n, s).
-    quantile: Half widths are this many standard deviations.
     """
     records, model = search.records, search.coordinates.build(best.x)
     spans = [float(np.ptp(record.motion.position[record.used])) for record in records if not record.slides]
@@ -283,9 +275,6 @@ def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate
     far, the force is moved by the mean and the fit repeated: a step from records that are 3.5 samples late finds 2.4
     of them. The interval includes the error of the model that recurs in each cycle, and alignment of the channels to
     half a sample.
-
-    search, best: The search, and its solution.
-    quantile: Half-widths in standard deviations.
     """
     given, seen, cycled, by = search.records, search.seen(best), _cycled(search), 0.0
     if not cycled or not seen.any() or search.coordinates.model is not GMS:
@@ -311,12 +300,6 @@ def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate
     return found
 
 
-def suspected(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
-    """Return whether the lag of any record is worth another identification."""
-    intervals = _intervals(records)
-    return any(abs(float(by)) > SUSPECTED * intervals[name] for name, by in late.items())
-
-
 def credible(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
     """Return whether the log of a drive may have the mean of lags [s]."""
     interval = max(_intervals(records)[name] for name in late)
@@ -335,13 +318,13 @@ def mean_lag(late: Iterable[Estimate]) -> Estimate:
     return Estimate.around(float(weights @ lags / weights.sum()), every[0].unit, float(weights.sum() ** -0.5))
 
 
-def one_lag(late: Mapping[str, Estimate]) -> bool:
-    """Return whether lags [s] agree within their intervals, and their mean exceeds `CLEAR` of its half-widths.
+def one_lag(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
+    """Return whether lags [s] agree within their intervals, are more than `SUSPECTED`, and their mean is `CLEAR`.
 
     A difference between records is not a lag.
     """
-    every = list(late.values())
-    if not every:
+    every, intervals = list(late.values()), _intervals(records)
+    if not any(abs(float(by)) > SUSPECTED * intervals[name] for name, by in late.items()):
         return False
     same = all(abs(float(a) - float(b)) <= np.hypot(a.half_width, b.half_width) for a, b in combinations(every, 2))
     return same and abs(float(mean := mean_lag(every))) > CLEAR * mean.half_width
@@ -350,7 +333,6 @@ def one_lag(late: Mapping[str, Estimate]) -> bool:
 def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *, sure: bool) -> Notice:
     """Return the warning about the lag of the force of records, and whether its mean was corrected.
 
-    late: The lag of each [s].
     sure: Whether the fit is better with it, and it is credible.
     """
     motion = records[0].log.motion
@@ -370,9 +352,7 @@ def of_timing(search: Search, best: Point, slopes: Real, quantile: float) -> Rea
     parameters move by m·c, to first order. Where blocks separate a lag from stiffness, the records show c as ĉ ± s: its
     second moment about 0, the lag of the fit, is ``s²/(1 + s²) + (ĉ/(1 + s²))²`` by Bayes' rule; elsewhere it is 1.
 
-    search, best: The search, and its solution.
     slopes: Derivatives of the residual by what is seen, shape (n, p).
-    quantile: Half-widths in standard deviations.
     """
     records = search.records
     rates = _rates(search.coordinates.build(best.x), records)

@@ -459,8 +459,6 @@ def block_slopes(coordinates: Coordinates, x: Real, record: Prepared, *, both: b
     give all derivatives.
 
     coordinates: The coordinates; only the GMS model has slopes, any other gives an empty mapping.
-    x: Values of the coordinates, shape (p,).
-    record: What is replayed.
     both: Whether by central differences; else by backward differences.
     """
     if coordinates.model is not GMS:
@@ -507,7 +505,6 @@ def side_by_side(model: FrictionModel, alpha: Real, k: Real, C: float, record: P
     model: The GMS model, on a guideway or not.
     alpha, k: Shares [1] and stiffnesses [N/m], shape (m, blocks).
     C: Attraction parameter [N/s].
-    record: What is replayed.
     """
     total, motion = float(alpha.sum()), record.motion
 
