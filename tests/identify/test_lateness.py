@@ -24,9 +24,12 @@ def sines():
     return presliding_sine(AXIS, frequency=0.2, cycles=4)
 
 
-@pytest.mark.parametrize("samples", [0.0, 2.0])
+@pytest.mark.parametrize("samples", [0.0, 2.0, pytest.param(3.5, marks=pytest.mark.long(8))])
 def test_a_lag_of_trace_samples_is_told_and_the_curve_is_that_of_the_machine(sines, samples: float) -> None:
-    """Two samples of the trace, 10 ms, make the force of minor cycles 14 % off where nothing is done about it."""
+    """Two samples of the trace, 10 ms, make the force of minor cycles 14 % off where nothing is done about it.
+
+    Of 3.5 samples one step finds 2.4, and a lag that is sought for the blocks of the late record alone is not credible.
+    """
     step = float(np.median(np.diff(sines[0].time)))
     logs = [replace(log, force=np.interp(log.time - samples * step, log.time, log.force)) for log in sines]
     fit = identify_gms(logs, static=AXIS.friction.static, plant=AXIS.plant)

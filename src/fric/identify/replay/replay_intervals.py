@@ -6,7 +6,7 @@ separates the lag from stiffness. With another model its misfit would look like 
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 from typing import NamedTuple
@@ -259,8 +259,7 @@ def slopes(coordinates: Coordinates, x: Real) -> dict[Key, Slopes]:
     }
 
 
-SUSPECTED, LOOKS = 0.6, 3
-"""Lag [samples] above which it is estimated again, with the force moved by it, and number of estimates at most."""
+SUSPECTED = 0.6  # Lag [samples] above which the lag is estimated again, with the force moved by it
 CLEAR = 2.0
 """Ratio of mean lag to half-width above which a lag is reported: hunting between counts looks like a smaller lag."""
 MOST_SAMPLES, MOST_SECONDS = 4.0, 10e-3
@@ -271,33 +270,29 @@ BLOCKS = 3  # Number of blocks for a virgin curve of any shape
 def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate]:
     """Return the lag of the logged force behind the position [s], by record, for cycles only.
 
-    It is a Gauss–Newton step from the solution, in the lag of each record and all parameters together. Where that is
-    far, the force is moved by the mean and the fit repeated: a step from records that are 3.5 samples late finds 2.4
-    of them. The interval includes the error of the model that recurs in each cycle, and alignment of the channels to
-    half a sample.
+    It is one Gauss–Newton step from the solution, in the lag of each record and all parameters together, and its
+    interval includes the error of the model that recurs in each cycle, and alignment of the channels to half a sample.
     """
-    given, seen, cycled, by = search.records, search.seen(best), _cycled(search), 0.0
+    records, seen, cycled = search.records, search.seen(best), _cycled(search)
     if not cycled or not seen.any() or search.coordinates.model is not GMS:
         return {}
-    unit, intervals = si_unit("time", given[0].log.motion), _intervals(given)
-    for left in reversed(range(LOOKS)):
-        rates = _rates(search.coordinates.build(best.x), search.records)
-        late = [search.projected([rate * (n == number) for n, rate in enumerate(rates)]) for number in cycled]
-        gradient = np.column_stack([*late, best.gradient[:, seen]])
-        step = -np.linalg.lstsq(gradient, best.residual, rcond=None)[0]
-        covariance = replay_covariance(gradient, best.residual, search.records, quantile)
-        half = quantile * np.hypot(np.sqrt(np.diag(covariance))[: len(cycled)], [given[n].done.timing for n in cycled])
-        found = {
-            given[n].name: Estimate.around(by + float(value), unit, float(width))
-            for n, value, width in zip(cycled, step, half, strict=False)
-        }
-        moved = float(mean_lag(found.values()))
-        if not left or abs(moved - by) <= SUSPECTED * min(intervals[name] for name in found):
-            break
-        by = moved
-        search = replace(search, records=[r.later(by) if r.name in found else r for r in given])
-        best = search.at(search.fine(best.x))
-    return found
+    rates = _rates(search.coordinates.build(best.x), records)
+    late = [search.projected([rate * (n == number) for n, rate in enumerate(rates)]) for number in cycled]
+    gradient = np.column_stack([*late, best.gradient[:, seen]])
+    step = -np.linalg.lstsq(gradient, best.residual, rcond=None)[0]
+    deviation = np.sqrt(np.diag(replay_covariance(gradient, best.residual, records, quantile)))[: len(cycled)]
+    half = quantile * np.hypot(deviation, [records[n].done.timing for n in cycled])
+    unit = si_unit("time", records[0].log.motion)
+    return {
+        records[n].name: Estimate.around(float(value), unit, float(width))
+        for n, value, width in zip(cycled, step, half, strict=False)
+    }
+
+
+def suspected(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
+    """Return whether the lag of any record needs a second estimate."""
+    intervals = _intervals(records)
+    return any(abs(float(by)) > SUSPECTED * intervals[name] for name, by in late.items())
 
 
 def credible(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
@@ -318,16 +313,16 @@ def mean_lag(late: Iterable[Estimate]) -> Estimate:
     return Estimate.around(float(weights @ lags / weights.sum()), every[0].unit, float(weights.sum() ** -0.5))
 
 
-def one_lag(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
-    """Return whether lags [s] agree within their intervals, are more than `SUSPECTED`, and their mean is `CLEAR`.
+def one_lag(late: Mapping[str, Estimate], clear: float) -> bool:
+    """Return whether lags [s] agree within their intervals, and their mean exceeds a number of its half-widths.
 
     A difference between records is not a lag.
     """
-    every, intervals = list(late.values()), _intervals(records)
-    if not any(abs(float(by)) > SUSPECTED * intervals[name] for name, by in late.items()):
+    every = list(late.values())
+    if not every:
         return False
     same = all(abs(float(a) - float(b)) <= np.hypot(a.half_width, b.half_width) for a, b in combinations(every, 2))
-    return same and abs(float(mean := mean_lag(every))) > CLEAR * mean.half_width
+    return same and abs(float(mean := mean_lag(every))) > clear * mean.half_width
 
 
 def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *, sure: bool) -> Notice:
