@@ -49,7 +49,7 @@ OFF: Mapping[str, Callable[[], AbstractContextManager[Any]]] = {
     **{name: lambda name=name: _left_out(name) for name in (*corrections.AT_ANY_SPEED, *corrections.OF_A_MAP)},
     "ageing": lambda: patch.object(map_fit, "_with_ageing", lambda plain, solution, held_out: held_out),
     "other speeds": lambda: patch.object(map_fit, "_at_other_speeds", lambda *_: True),
-    "standing off": lambda: patch.object(stribeck_fit, "_beyond", lambda problem, solution, own: 0.0 * own),
+    "standing off": lambda: patch.object(stribeck_fit, "_beyond", lambda problem, solution, own, **_: 0.0 * own),
 }
 """What is left out, by name: the corrections, and the looks for other forms and for strokes that stand off."""
 

@@ -11,7 +11,8 @@ from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
 from fric.identify.static_map.identify import StaticFit, identify_static
-from fric.log import Log
+from fric.log import ForceVelocity, Log
+from tests.chance import fewest
 from tests.identify.constant_velocity import PAPER_SPEEDS, TABLE_1, both_directions, stroke
 from tests.identify.recovery import QUANTILE, Recovery
 
@@ -253,6 +254,40 @@ def test_a_stroke_that_stands_off_all_others_hardly_counts_and_is_named():
     for name in NAMES:
         low, high = _limits(clean, name)
         assert abs(_value(fit, name) - _value(clean, name)) < high - low
+
+
+def _outlying(seed: int) -> StaticFit:
+    """Return the map of 22 strokes that scatter by 0.5 N, each with a chance of a tenth by 2.75 N more."""
+    rng, speeds = np.random.default_rng([seed, 77]), np.geomspace(1e-4, 0.03, 11)
+    v = np.concatenate([-speeds[::-1], speeds])
+    off = 0.5 * rng.standard_normal(22) + 0.1 * rng.standard_normal(22)
+    off += 2.75 * (rng.uniform(size=22) < 0.1) * rng.choice([-1, 1], 22)
+    table = ForceVelocity(v, SPOILED.steady_state(v) + 3.0 + off, error=np.full(22, 0.1))
+    return identify_static([table], delta=1.0, form="stribeck", direction="both")
+
+
+SPOILED = StaticMap(F_c=80.0, F_s=115.0, v_s=1.8e-3, delta=1.0, sigma=120.0)
+
+
+def _holds(fit: StaticFit, name: str) -> bool:
+    low, high = _limits(fit, name)
+    return low <= getattr(SPOILED, name) <= high
+
+
+@pytest.mark.parametrize("seed", [4, 42])
+def test_that_other_strokes_may_stand_off_is_in_the_intervals(seed: int) -> None:
+    """F_c, v_s and sigma were 1.5 to 4.5 half-widths off: the interval took for granted which strokes weigh less."""
+    fit = _outlying(seed)
+    assert fit.static.standing_off
+    assert all(_holds(fit, name) for name in NAMES)
+
+
+@pytest.mark.long(60)
+def test_intervals_hold_where_a_tenth_of_the_strokes_is_off() -> None:
+    """They hold in 90 to 98 % of 60 sessions (83 to 93 % before); chance of failing below 1e-3 each at 92 %."""
+    fits = [_outlying(seed) for seed in range(60)]
+    for name in NAMES:
+        assert sum(_holds(fit, name) for fit in fits) >= fewest(60, 0.92), name
 
 
 @pytest.mark.parametrize("below", [1.0, 3.0])

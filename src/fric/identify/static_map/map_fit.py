@@ -32,6 +32,7 @@ CLEARLY = 0.8
 LEAST_RISE = 1e-6  # Least rise of F_s with age, as a share of F_s
 DIFFERENT = 1e-3  # Probability of such a gain by chance below which a richer form is used
 FEWEST = 8  # Least number of strokes for a richer form
+GROUPS = 10  # Number of groups of strokes that are left out in turn for an interval
 DESCRIPTIONS = {
     "stribeck": "by eq. (2)",
     "coulomb": "without its fall",
@@ -357,7 +358,7 @@ def fit_map(strokes: Strokes, offset: float | None = None) -> MapFit:
     fitted, held_out = solved(strokes, offset)
     standing = tuple((point, float(by)) for point, by in zip(strokes.points, fitted.beyond, strict=True) if by)
     estimates, covariance = _estimates(fitted, strokes.asked)
-    estimates = _with_common_errors(estimates, fitted, strokes.together)
+    estimates = _with_common_errors(_with_weights(estimates, fitted), fitted, strokes.together)
     if strokes.asked.damping:
         fitted, estimates = _less_damping(fitted, estimates, strokes.asked)
     return MapFit(
@@ -393,6 +394,30 @@ def _estimates(fitted: FittedMap, asked: Asked) -> tuple[dict[str, Estimate], Re
             fixed = name == "delta" and problem.delta is not None
             estimates[name] = Estimate(value, unit, fixed=fixed, assumed=not fixed or name in bounded)
     return estimates, covariance
+
+
+def _with_weights(estimates: dict[str, Estimate], fitted: FittedMap) -> dict[str, Estimate]:
+    """Return intervals that allow for the choice of the strokes that weigh less: by the jackknife, if there are any.
+
+    Without some strokes others may stand off: the whole fit is repeated without each of ten groups, every tenth stroke
+    by speed. Where a tenth of the strokes is 5.5 standard deviations off, intervals of v_s hold in 90 % of sessions,
+    and in 83 % by the errors of the strokes alone.
+    """
+    problem, groups = fitted.problem, min(GROUPS, len(fitted.own))
+    if not fitted.beyond.any() or problem.degrees_of_freedom <= -(-len(fitted.own) // groups):
+        return estimates
+    group, thetas = np.argsort(np.argsort(np.abs(problem.v), kind="stable")) % groups, []
+    for some in (group != n for n in range(groups)):
+        parts = {name: getattr(problem, name)[some] for name in ("v", "F")} | {"standard_error": fitted.errors[some]}
+        swing = None if problem.swing is None else problem.swing[some]
+        left = fit_strokes(replace(problem, **parts, swing=swing), fixed=False, start=fitted.solution)
+        thetas.append([left.solution.theta[name] for name in problem.free])
+    spread = np.sqrt((groups - 1) / groups * np.sum((np.array(thetas) - np.mean(thetas, axis=0)) ** 2, axis=0))
+    halves = zip(problem.free, float(stdtrit(groups - 1, 0.975)) * spread, strict=True)
+    return estimates | {
+        name: widened(estimates[name], lambda own, by=by: max(own, by), 0.0 if name != "offset" else -np.inf)  # type: ignore[misc]
+        for name, by in halves
+    }
 
 
 def _less_damping(

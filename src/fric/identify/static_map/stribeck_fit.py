@@ -326,28 +326,36 @@ class FittedMap(NamedTuple):
     between: float  # Standard deviation of the strokes beyond their errors [N]
     own: Real  # The error of each stroke [N], shape (n,)
     beyond: Real  # Deviation of single strokes beyond all that [N], mostly 0, shape (n,)
+    errors: Real  # The error of each stroke without that deviation [N], shape (n,)
 
 
-def fit_strokes(problem: StribeckProblem, *, fixed: bool, alike: bool = False) -> FittedMap:
-    """Fit the strokes; those that deviate from all others weigh less, but where weights are ``fixed`` or ``alike``."""
+def fit_strokes(
+    problem: StribeckProblem, *, fixed: bool, alike: bool = False, start: MapSolution | None = None
+) -> FittedMap:
+    """Fit the strokes; those that deviate from all others weigh less, but where weights are ``fixed`` or ``alike``.
+
+    The search is local from ``start`` where that is given.
+    """
     own, free, count = problem.standard_error, len(problem.free), len(problem.v)
     if problem.degrees_of_freedom < 1:
         hint = f"Log strokes at {free + 1} speeds or more, or fix delta."
         raise FricError(f"{count} strokes cannot give {free} parameters", hint=hint)
     if problem.swing is not None and not fixed:
-        solution, _ = solve_with_scatter(problem, own, fixed=fixed)
+        solution, _ = solve_with_scatter(problem, own, fixed=fixed, start=start)
         swung = problem.model(solution.theta) - replace(problem, swing=None).model(solution.theta)
         own = np.hypot(own, SWUNG * swung)
         problem = replace(problem, standard_error=own)
-    solution, between = solve_with_scatter(problem, own, fixed=fixed)
-    beyond = 0.0 * own if fixed or alike else _beyond(problem, solution, own)
+    solution, between = solve_with_scatter(problem, own, fixed=fixed, start=start)
+    errors, local = own, start is not None
+    beyond = 0.0 * own if fixed or alike else _beyond(problem, solution, own, local=local)
     if beyond.any():
         own = np.hypot(own, beyond)
-        solution, between = solve_with_scatter(replace(problem, standard_error=own), own, fixed=fixed)
-    return FittedMap(replace(problem, standard_error=np.hypot(own, between)), solution, between, own, beyond)
+        again = replace(problem, standard_error=own)
+        solution, between = solve_with_scatter(again, own, fixed=fixed, start=solution if local else None)
+    return FittedMap(replace(problem, standard_error=np.hypot(own, between)), solution, between, own, beyond, errors)
 
 
-def _beyond(problem: StribeckProblem, solution: MapSolution, errors: Real) -> Real:
+def _beyond(problem: StribeckProblem, solution: MapSolution, errors: Real, *, local: bool) -> Real:
     """Return the deviation of single strokes from a map that all others agree on [N], shape (n,).
 
     Their weight includes the deviation, so that what went wrong hardly counts, and the fall of a real drive still does.
@@ -359,7 +367,7 @@ def _beyond(problem: StribeckProblem, solution: MapSolution, errors: Real) -> Re
     for _ in range(5):  # towards what most agree on, by Cauchy's weights: a few outliers would bend the map
         residual = np.abs(problem.F - problem.model(solution.theta))
         error = np.hypot(np.maximum(least, robust_deviation(residual)), residual)
-        solution = replace(problem, standard_error=error).solve()
+        solution = replace(problem, standard_error=error).solve(start=solution if local else None)
     for _ in range(10):
         residual = np.abs(problem.F - problem.model(solution.theta))
         outlying = residual > OUTLYING * np.maximum(least, robust_deviation(residual))
@@ -370,7 +378,8 @@ def _beyond(problem: StribeckProblem, solution: MapSolution, errors: Real) -> Re
         if np.allclose(found, before, rtol=0.03):
             break
         error = np.hypot(errors, found)
-        solution, _ = solve_with_scatter(replace(problem, standard_error=error), error, fixed=False)
+        again = replace(problem, standard_error=error)
+        solution, _ = solve_with_scatter(again, error, fixed=False, start=solution if local else None)
     return found
 
 
