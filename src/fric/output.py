@@ -49,11 +49,8 @@ def refuse_existing(*paths: Path | None, force: bool = False) -> None:
         try:
             mode = target.stat().st_mode if target.exists() else None
             if not target.parent.is_dir():
-                raise FricError(
-                    f"cannot be written: there is no folder {target.parent}",
-                    where=str(path),
-                    hint="Make the folder first.",
-                )
+                what = f"cannot be written: there is no folder {target.parent}"
+                raise FricError(what, where=str(path), hint="Make the folder first.")
         except OSError as error:  # the folder may not be looked into
             raise _refused(path, error) from None
         if mode is not None and not stat.S_ISREG(mode):
@@ -233,8 +230,5 @@ def together(*paths: Path) -> Iterator[list[Path]]:
 
 
 def _refused(path: Path, error: OSError) -> FricError:
-    return FricError(
-        f"cannot be written: {error.strerror or error}",
-        where=str(path),
-        hint="Nothing was written. Make room or name a folder that you may write to.",
-    )
+    hint = "Nothing was written. Make room or name a folder that you may write to."
+    return FricError(f"cannot be written: {error.strerror or error}", where=str(path), hint=hint)

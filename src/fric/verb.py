@@ -25,18 +25,12 @@ NUMBERS: dict[Any, type] = {float: Real, int: Integral}
 
 @dataclass(frozen=True)
 class Kind:
-    """What an annotation says of an argument beside its type: ``Annotated[int, Kind(least=0)]``.
+    """What an annotation says of an argument beside its type: ``Annotated[int, Kind(least=0)]``."""
 
-    read: What a command reads it as, where the type leaves that open.
-    metavar: Name of the value in a help text, in capitals.
-    complete: What the shell completes it from: the name of a function of `fric.cli.completion`.
-    least, most: Bounds of a number, which belong to the range.
-    """
-
-    read: Any = None
-    metavar: str | None = None
-    complete: str = ""
-    least: float | None = None
+    read: Any = None  # What a command reads it as, where the type leaves that open
+    metavar: str | None = None  # Name of the value in a help text, in capitals
+    complete: str = ""  # What the shell completes it from: the name of a function of `fric.cli.completion`
+    least: float | None = None  # Bounds of a number, which belong to the range
     most: float | None = None
 
     def holds(self, given: Any) -> bool:
@@ -300,22 +294,14 @@ def _words(hint: Any) -> str:
 
 @dataclass(frozen=True)
 class Argument:
-    """One argument of a verb, as its source states it.
-
-    name: Its name.
-    hint: The annotation.
-    default: The default, or `inspect.Parameter.empty`.
-    positional: Whether it may be given by its place.
-    several: Whether it collects all positional arguments.
-    help: The first sentence of its description.
-    """
+    """One argument of a verb, as its source states it."""
 
     name: str
-    hint: Any
-    default: Any
-    positional: bool
-    several: bool
-    help: str
+    hint: Any  # The annotation
+    default: Any  # The default, or `inspect.Parameter.empty`
+    positional: bool  # Whether it may be given by its place
+    several: bool  # Whether it collects all positional arguments
+    help: str  # The first sentence of its description
 
 
 def folders(room: str) -> list[str]:

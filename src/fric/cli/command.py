@@ -123,17 +123,12 @@ Implausible = Annotated[
 
 @dataclass(frozen=True)
 class Output:
-    """The output of ``-o``, if the verb itself writes nothing.
-
-    metavar, help: Its name and its help.
-    required: Whether it must be given.
-    writes: Its format, as `fric.output.FORMATS` calls it; empty for a folder.
-    """
+    """The output of ``-o``, if the verb itself writes nothing."""
 
     metavar: str
     help: str
     required: bool = True
-    writes: str = "YAML"
+    writes: str = "YAML"  # Its format, as `fric.output.FORMATS` calls it; empty for a folder
 
     def parameter(self) -> Parameter:
         """Return it as a parameter of a command's function."""
@@ -144,44 +139,27 @@ class Output:
 
 @dataclass(frozen=True)
 class Command:
-    """A command and its verb.
+    """A command and its verb."""
 
-    verb: Module and name of the verb.
-    output: What ``-o`` writes.
-    plot, plausible, replaces: Whether there is a figure to draw, whether what is read is held against physics, and
-        whether ``--force`` replaces outputs that exist.
-    doing: Text of the progress bar.
-    flags: Names of options by argument, if they differ.
-    places: Arguments with a default that are positional nevertheless.
-    options: Arguments that are options though Python takes them by position.
-    without: Arguments that only Python has.
-    bound: Arguments that the command supplies.
-    optional: Arguments without default that the line may omit: the called function supplies them.
-    further: Arguments of other verbs, by verb; those of `READ_MACHINE` are used to read the machine first.
-    text: The help, if it is not that of the verb; ``more`` follows it.
-    helps: The help of options by argument, if it is not the first sentence of the description.
-    own: Further parameters that only a terminal has.
-    run: Module and name of the function that is called instead of the verb, with the given values.
-    """
-
-    verb: str
-    output: Output | None = None
-    plot: bool = False
-    plausible: bool = True
-    replaces: bool = True
-    doing: str = ""
-    flags: Mapping[str, str] = field(default_factory=dict)
-    places: Sequence[str] = ()
-    options: Sequence[str] = ()
-    without: Sequence[str] = ()
-    bound: Mapping[str, Any] = field(default_factory=dict)
-    optional: Sequence[str] = ()
+    verb: str  # Module and name of the verb
+    output: Output | None = None  # What ``-o`` writes
+    plot: bool = False  # Whether there is a figure to draw
+    plausible: bool = True  # Whether what is read is held against physics
+    replaces: bool = True  # Whether ``--force`` replaces outputs that exist
+    doing: str = ""  # Text of the progress bar
+    flags: Mapping[str, str] = field(default_factory=dict)  # Names of options by argument, if they differ
+    places: Sequence[str] = ()  # Arguments with a default that are positional nevertheless
+    options: Sequence[str] = ()  # Arguments that are options though Python takes them by position
+    without: Sequence[str] = ()  # Arguments that only Python has
+    bound: Mapping[str, Any] = field(default_factory=dict)  # Arguments that the command supplies
+    optional: Sequence[str] = ()  # Arguments without default that the line may omit: the called function supplies them
+    # Arguments of other verbs, by verb; those of `READ_MACHINE` are used to read the machine first
     further: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    text: str = ""
-    more: str = ""
-    helps: Mapping[str, str] = field(default_factory=dict)
-    own: Sequence[Parameter] = ()
-    run: str = ""
+    text: str = ""  # The help, if it is not that of the verb
+    more: str = ""  # What follows it
+    helps: Mapping[str, str] = field(default_factory=dict)  # The help of options, if not that of their arguments
+    own: Sequence[Parameter] = ()  # Further parameters that only a terminal has
+    run: str = ""  # Module and name of the function that is called instead of the verb, with the given values
 
     @cached_property
     def form(self) -> VerbForm:

@@ -93,13 +93,9 @@ def finish(
     """Make the result of a command, write and plot it, print report or JSON and the warnings; return the result.
 
     make: Makes the result; its argument is the progress callback.
-    output, plot: Files that the result is saved to, and that its figure is drawn to; ``NAME=FILE`` draws that of
-        another name.
-    json: Print the document, and nothing else on standard output.
-    force: Replace outputs that exist.
+    output, into, plot: File, or folder, that the result is saved to, and file of its figure; ``NAME=FILE`` names it.
     doing: What a progress bar says meanwhile.
     also: Further figures, by file.
-    into: A folder to save the result into, instead of a file; the result checks its content.
     writes: Format of ``output``, as `fric.output.FORMATS` calls it.
     worded: Replaces arguments by options in a warning.
     """

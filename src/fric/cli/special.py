@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from functools import partial
 from typing import Annotated, Any
 
 import typer
@@ -64,13 +65,11 @@ INGEST_CIRCLES = "fric.results.ingest:ingest_circles"
 OF_CIRCLES = ("radius", "feed", "sampling", "instrument", "scheme", "clockwise")
 
 
-def _say(text: str) -> None:
-    ERR.print(text, markup=False)
-
-
 def auto(command: Command, given: dict[str, Any]) -> None:
     """Run all steps, with a line for each above a progress bar."""
-    command.end(command.call(given | {"say": _say, "ask": _asks(given)}), given, doing="auto")
+    command.end(
+        command.call(given | {"say": partial(ERR.print, markup=False), "ask": _asks(given)}), given, doing="auto"
+    )
 
 
 def ingest(command: Command, given: dict[str, Any]) -> None:

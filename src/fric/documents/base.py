@@ -172,12 +172,10 @@ class Document(Part):
         logs: Iterable[Record] = (),
         also: Mapping[str, Any] | None = None,
     ) -> Self:
-        """Return a document of this process with some content, checked against the schema as when read.
+        """Return a document of this process, checked against the schema as when read.
 
-        content: Its content, by key; or the object that the schema reads it from (`fric.documents.quantity.Of`).
-        notices: Its warnings.
-        logs: Records that it was made from.
-        also: Further keys of its provenance.
+        content: Its content, by key; or the object that the schema reads it from (`fric.documents.quantity.of`).
+        logs, also: Records that it was made from, and further keys of its provenance.
         """
         if not isinstance(content, Mapping):
             content = read_off(cls, content, {"fric", *FOOT})

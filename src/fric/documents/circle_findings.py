@@ -220,14 +220,7 @@ def write_tuned(
 ) -> list[Path]:
     """Write a machine file with the new nominal parameters, and the friction and the plant of each axis that it names.
 
-    An axis that was not improved stays as it was.
-
-    found: The result of tuning.
-    machine: The machine file that was tuned.
-    folder: Folder to write.
-    force: Replace files that exist.
-    done: Is called for each file that is there.
-    Raises FricError: When a file exists, or cannot be written.
+    An axis that was not improved stays as it was. ``done`` gets each file that is there.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -250,18 +243,14 @@ def write_tuned(
     content = {key: part for key, part in tree.items() if key not in ("fric", "like", *FOOT)}
     written = MachineDocument.made(content, notices=found.warnings, also=_sources(found.tests)).tree()
     for name, one in better.items():
-        written["axes"][name] |= {"nominal": f"{name}-plant.yaml", "feedforward": _feedforward(name, one)}
+        gain = one.axis.nominal_friction.gain
+        share = {} if gain == 1.0 else {"gain": {"value": gain, "unit": "1"}}
+        feedforward = {"lead": "auto", "friction": f"{name}.yaml", **share}
+        written["axes"][name] |= {"nominal": f"{name}-plant.yaml", "feedforward": feedforward}
     for file, content in zip([*files[1:], files[0]], [*trees, written], strict=True):  # the machine names the others
         write_document(file, content, force=force)
         done.append(file)
     return files
-
-
-def _feedforward(name: str, axis: TunedAxis) -> dict[str, Any]:
-    """Return the feedforward of a tuned axis: its friction, or a share of it."""
-    gain = axis.axis.nominal_friction.gain
-    share = {} if gain == 1.0 else {"gain": {"value": gain, "unit": "1"}}
-    return {"lead": "auto", "friction": f"{name}.yaml", **share}
 
 
 def _loop(axis: TunedAxis) -> dict[str, Any]:

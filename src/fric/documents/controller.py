@@ -96,7 +96,10 @@ class ObserverDocument(AxisDocument, ObserverPart, type="observer"):
 def observer_parts(design: ObserverDesign, motion: Motion) -> dict[str, Any]:
     """Return an observer with its limits, by key of the observer file."""
     q, robust = design.observer.q, design.robust
-    limits: dict[str, Any] = {"robust": {}, "sensitive": {"peak_sensitivity": _decibel(design.peak_sensitivity)}}
+    limits: dict[str, Any] = {
+        "robust": {},
+        "sensitive": {"peak_sensitivity": Estimate(20 * log10(design.peak_sensitivity), "dB")},
+    }
     for name, reach in (("robust", robust.q), ("sensitive", design.sensitive)):
         if reach is not None:
             limits[name] |= {"cutoff": Estimate(reach.cutoff, "Hz"), "bandwidth": Estimate(reach.bandwidth, "Hz")}
@@ -107,10 +110,6 @@ def observer_parts(design: ObserverDesign, motion: Motion) -> dict[str, Any]:
         **ObserverPart.of(design.observer, motion), "filter": q.name, **reaches,
         "reason": design.reason, "limits": limits,
     }  # fmt: skip
-
-
-def _decibel(ratio: float) -> Estimate:
-    return Estimate(20 * log10(ratio), "dB")
 
 
 def block_values(name: str, given: Mapping[str, Any], motion: Motion, where: str) -> dict[str, float]:

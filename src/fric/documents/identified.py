@@ -217,7 +217,10 @@ def read_identified(
     axes, warnings = dict(machine.axes), []
     for name, part in read_machine_document(path, nominal_files).axes.items():
         own, of_plant = part.feedforward.friction, part.nominal or part.plant
-        friction = _merged(part.friction, own) if own else part.friction
+        friction = part.friction
+        if own:  # the identified friction, completed by that of the machine
+            head = {"axis": friction.axis, "motion": friction.motion}
+            friction = FrictionDocument.made(head | friction.content() | own.content(*own.sections()))
         model, axis = true_friction(friction), machine.axes[name]
         sections = {key: friction.estimates(key) for key in friction.sections()}
         found, undrawn = friction_intervals(model, sections)
@@ -233,7 +236,9 @@ def read_identified(
             warnings.append(NOT_DRAWN.found(f"axis {name}", names=undrawn))
         if found:
             intervals[name] = found
-            covariances[name] = [*_together(own or part.friction), *_of_plant(of_plant)]
+            covariances[name] = [*_together(own or part.friction)]
+            if isinstance(of_plant, PlantDocument) and of_plant.fit is not None and of_plant.fit.covariance is not None:
+                covariances[name] = [*covariances[name], of_plant.fit.covariance.covariance()]
             beyond[name], widened[name] = discrepancies(own or part.friction, of_plant, undrawn)
         load = float(plant["offset"]) if "offset" in plant else axis.load
         spring = axis.second_mass if part.nominal is None else spring_of(part.nominal, model, part.motion)
@@ -263,12 +268,6 @@ def machine_to_predict(path: Path) -> tuple[Machine, IdentifiedMachine | None]:
     return found.machine, found
 
 
-def _merged(of_machine: FrictionDocument, identified: FrictionDocument) -> FrictionDocument:
-    """Return the identified friction, completed by that of the machine."""
-    head = {"axis": of_machine.axis, "motion": of_machine.motion}
-    return FrictionDocument.made(head | of_machine.content() | identified.content(*identified.sections()))
-
-
 def _together(friction: FrictionDocument) -> Iterator[Covariance]:
     """Yield the covariance of the parameters of each section, with the names by which they are drawn."""
     for section in friction.sections():
@@ -277,8 +276,3 @@ def _together(friction: FrictionDocument) -> Iterator[Covariance]:
             found = block.covariance()
             prefix = "negative." if section == "static_negative" else ""
             yield replace(found, names=tuple(prefix + name for name in found.names))
-
-
-def _of_plant(plant: PlantPart) -> Iterator[Covariance]:
-    if isinstance(plant, PlantDocument) and plant.fit is not None and plant.fit.covariance is not None:
-        yield plant.fit.covariance.covariance()

@@ -99,14 +99,7 @@ class PlanDocument(OfAxis, type="plan"):
 def plan_tree(
     plan: Plan, *, prior: str, blocks: int | None, notices: Iterable[Notice], narrowing: Narrowing | None = None
 ) -> dict[str, Any]:
-    """Return a plan, ready to be written or printed.
-
-    plan: What is to be run.
-    prior: What the axis was taken to be.
-    blocks: Slip blocks that the records determine.
-    notices: What cannot be expected.
-    narrowing: What one more record would do.
-    """
+    """Return a plan, with the assumed axis and what one more record would do, ready to be written or printed."""
     axis, motion = plan.axis.name, plan.axis.motion
 
     def entry(record: Planned, lasting: float, **also: Estimate) -> dict[str, Any]:

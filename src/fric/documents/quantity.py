@@ -13,12 +13,9 @@ from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Scale
 from fric.units import Motion, factor, si_unit
 
-
-def _finite(given: Any) -> Any:
-    return None if isinstance(given, float) and not isfinite(given) else given
-
-
-Known = Annotated[float | None, BeforeValidator(_finite)]
+Known = Annotated[
+    float | None, BeforeValidator(lambda given: None if isinstance(given, float) and not isfinite(given) else given)
+]
 """A number, or null for an infinite value or NaN, which JSON cannot hold."""
 
 

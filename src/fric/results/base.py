@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from math import inf, nan
 from pathlib import Path
@@ -157,7 +157,10 @@ class Identified(Result):
     def brief(self) -> str:
         """Return the values that have no index, as ``F_c 63.3 N``."""
         named = ((name, entry) for section in self.sections().values() for name, entry in section.items())
-        values = [f"{name} {readable(entry['value'], entry['unit'])}" for name, entry in named if _is_number(entry)]
+        values = [
+            f"{name} {readable(entry['value'], entry['unit'])}" for name, entry in named
+            if isinstance(entry.get("value"), int | float) and not entry.get("fixed")
+        ]  # fmt: skip
         return ", ".join(values[:BRIEF])
 
     def conf_int(self) -> DataFrame:
@@ -165,10 +168,6 @@ class Identified(Result):
         limit.
         """
         return self.to_frame()[["low", "high"]].dropna()
-
-
-def _is_number(entry: Mapping[str, Any]) -> bool:
-    return isinstance(entry.get("value"), int | float) and not entry.get("fixed")
 
 
 def _rows(section: str, entries: dict[str, dict[str, Any]]) -> Iterator[tuple[Any, ...]]:

@@ -92,14 +92,10 @@ class ComparisonResult(Result, schema=ComparisonDocument, of="comparison"):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class HalvesResult(Result, schema=HalvesDocument, of="halves"):
-    """How far apart the results of two halves of the records are.
+    """How far apart the results of two halves of the records are."""
 
-    halves: Each parameter of each halving.
-    logs: The records.
-    """
-
-    halves: Halves
-    logs: Sequence[Log]
+    halves: Halves  # Each parameter of each halving
+    logs: Sequence[Log]  # The records
 
     def report(self) -> list[Piece]:
         """Return a line for each halving and parameter, and how many halves agree."""

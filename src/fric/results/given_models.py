@@ -41,12 +41,9 @@ CIRCLES = "circle tests, or their files"
 
 
 def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None, to: str = "log") -> D:
-    """Return the document that is given directly, as its file or as a result.
+    """Return the document of a type that is given directly, as its file or as a result.
 
-    kind: The type of document.
-    given: A document, the path of its file, or a result whose document it is.
-    of: Name and motion of the axis that it must belong to.
-    to: Name of what it is combined with, for an error.
+    of, to: Name and motion of the axis that it must belong to, and name of what is of that axis, for an error.
     Raises FricError: When something else is given, or the document is of another axis or motion.
     """
     wanted = f"a {kind.type} file, or a result that holds one"

@@ -216,6 +216,9 @@ def ingest(
     for path in paths:
         if path.suffix in FORMATS["YAML"] and path.is_file():
             raise other_kind(path, recognise(path), "log/1")
+    low, high = -inf if begin is None else in_si(begin, "time"), inf if end is None else in_si(end, "time")
+    if not low < high:
+        raise FricError(f"a window from {low:g} to {high:g} s holds nothing", hint="Give `begin=` before `end=`.")
     advance(0, total=sizes(paths))
     notices: list[Notice] = []
     reviewed = isinstance(ask, Review)
@@ -245,18 +248,10 @@ def ingest(
         bad_cells="drop" if assume else bad_cells,
         force=force,
         progress=advance,
-        window=_window(begin, end),
+        window=(low, high),
         join=join,
     )
     return IngestResult(done, mapping is not None, notices)
-
-
-def _window(begin: float | str | None, end: float | str | None) -> tuple[float, float]:
-    low = -inf if begin is None else in_si(begin, "time")
-    high = inf if end is None else in_si(end, "time")
-    if not low < high:
-        raise FricError(f"a window from {low:g} to {high:g} s holds nothing", hint="Give `begin=` before `end=`.")
-    return low, high
 
 
 def mapping_of(given: MappingDocument | Path | str | None) -> MappingDocument | None:

@@ -195,7 +195,10 @@ class Records(Result, Sequence[Record]):
 
     def report(self) -> list[Piece]:
         """Return a line for each record."""
-        rows = [(log.name, str(_kind(log)), str(_samples(log)), _duration(log)) for log in self.records]
+        rows = [
+            (log.name, str(_kind(log)), str(_samples(log)), readable(log.time[-1], "s") if isinstance(log, Log) else "")
+            for log in self.records
+        ]
         return [Table(("record", "kind", "samples", "time"), rows), f"{len(self)} records of axis {self.axis}"]
 
     def figure(self) -> Figure:
@@ -230,10 +233,6 @@ def _samples(log: Record) -> int:
     if isinstance(log, ForceVelocity):
         return len(log.velocity)
     return len(log.frequency) if isinstance(log, FrequencyResponse) else len(log)
-
-
-def _duration(log: Record) -> str:
-    return "" if not isinstance(log, Log) else readable(log.time[-1], "s")
 
 
 @verb
