@@ -6,6 +6,7 @@ Each is asked by the shell in a process of its own; what does not read completes
 import re
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 
 import typer
@@ -55,23 +56,13 @@ def _records(words: Words) -> Iterable[str]:
                 yield from file["records"]
 
 
-def _types(words: Words) -> Iterable[str]:
-    from fric.documents import document_types
-
-    return document_types()
-
-
-def _examples(words: Words) -> Iterable[str]:
-    from fric.documents import bundled
-
-    return bundled.examples()
-
-
-def _topics(words: Words) -> Iterable[str]:
-    from fric.documents import bundled
-
-    return bundled.topics()
+def _listed(home: str) -> Callable[[Words], Iterable[str]]:
+    """Return what lists the names that a function of fric gives, as ``module:function``."""
+    module, _, function = home.partition(":")
+    return lambda words: getattr(import_module(module), function)()
 
 
 schemes, axes, records = _completes(_schemes), _completes(_axes), _completes(_records)
-types, examples, topics = _completes(_types), _completes(_examples), _completes(_topics)
+types, examples, topics = (
+    _completes(_listed(f"fric.documents{home}")) for home in (":document_types", ".bundled:examples", ".bundled:topics")
+)
