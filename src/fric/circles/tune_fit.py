@@ -702,9 +702,9 @@ def _covariance(about: FittedBalance, left: list[Real]) -> Real:
     Samples are thinned to four a period of the filter's corner: samples between them add no information. Scores are
     correlated (autoregressions), and the priors add their variance. Delay, inertia and A, which the whole circle
     determines, take the memory of their own error, ``(ZᵀJ + P)⁻¹·z·r``: that of their scores, in which C and the level
-    have a part, is three times as wide on poor logs. So does the level, at the fall of friction with speed that was
-    found: with what reversals leave open of that it is three to ten times as wide as its errors are. The error from the
-    encoder is added, and has all of them in it.
+    have a part, is three times as wide on poor logs. For the level both fail: by its scores, with what reversals leave
+    open of the fall of friction, F_c is off by 0.25 half-widths (rms), by its own error at the fall that was found by
+    0.95. It takes their geometric mean, by which it is 0.5, as with Student's t. The error from the encoder is added.
     """
     instruments, weights, p = Instruments.of(about), about.balance.weights, len(about.x)
     rows, residuals = [], []
@@ -728,6 +728,7 @@ def _covariance(about: FittedBalance, left: list[Real]) -> Real:
     along, ratio = [level, late, p, p + 1], np.ones(len(covariance))
     by_itself = np.diag(remembered(np.column_stack(each)))
     ratio[along] = np.sqrt(np.minimum(by_itself / np.diag(covariance)[along], 1.0))
+    ratio[level] **= 0.5
     covariance = covariance * np.outer(ratio, ratio)
     covariance += instruments.solved(instruments.solved(np.diag(instruments.power * instruments.prior)).T)
     errors = _beyond(about, left) * np.array([instruments.error(weights * array) for array in left])
