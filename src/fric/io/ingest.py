@@ -7,7 +7,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain
+from itertools import chain, pairwise
 from math import inf, isfinite
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -48,6 +48,10 @@ ODD_SHARE = 0.1
 """A segment at another rate that is shorter than this, and inside the record, is missing samples."""
 
 
+RUN = 100
+"""Samples of a run of a file at least."""
+
+
 class ClockCheck:
     """Checks that time runs forward, and at one rate.
 
@@ -60,7 +64,8 @@ class ClockCheck:
     """
 
     def __init__(self, place: Callable[[int], str], *, uneven: bool = False) -> None:
-        self._place, self._uneven, self._last, self._window = place, uneven, -inf, 0
+        self._place, self._uneven, self._window = place, uneven, 0
+        self._first, self._last = inf, -inf  # Of the run
         self._left, self._left_rows = np.empty(0), np.empty(0, dtype=np.int64)
         self._periods: list[Real] = []
         self._rows: list[NDArray[np.int64]] = []
@@ -81,6 +86,7 @@ class ClockCheck:
                 "Log the time with more digits, or map it by its rate, as in `time: {rate: 4 kHz}`.",
             )  # fmt: skip
             raise FricError(problem, where=self._place(int(rows[n])), hint=hint)
+        self._first = min(self._first, *time[:1])
         self._last = float(time[-1]) if len(time) else self._last
         self._gather(steps, rows)
 
@@ -92,6 +98,23 @@ class ClockCheck:
         stamps = np.where(kept, time, -inf)
         before = np.maximum.accumulate(np.concatenate([[self._last], stamps[:-1]]))
         return np.asarray(kept & (stamps > before))
+
+    def restarts(self, time: Real) -> list[int]:
+        """Return the samples at which another run begins: the time goes back by half of the run or more."""
+        found, first = list[int](), self._first
+        steps = np.diff(time, prepend=self._last)
+        for n in np.flatnonzero(steps < 0.0):
+            first = float(time[0]) if first == inf else first
+            if n and n - (found[-1] if found else 0) < RUN:
+                continue
+            if time[n] - first < 0.5 * (time[n] - steps[n] - first):
+                found.append(int(n))
+                first = float(time[n])
+        return found
+
+    def begin(self) -> None:
+        """Begin another run, at the rate of which nothing is known."""
+        self._last, self._first = -inf, inf
 
     def _gather(self, steps: Real, rows: NDArray[np.int64]) -> None:
         if not self._window:
@@ -411,7 +434,10 @@ class IngestSession:
     def _blocks(
         self, table: ForeignTable, chosen: ColumnPlan, kind: Kind | None
     ) -> tuple[Iterator[dict[str, Real]], list[int]]:
-        """Return the channels of a table block by block, checked, inside the window; and a count of what is dropped."""
+        """Return the channels of a table block by block, checked, inside the window; and a count of what is dropped.
+
+        An empty block is between two runs of a file, where samples that cannot be used are dropped.
+        """
         drop = self._about.bad_cells == "drop"
         clock = ClockCheck(table.place, uneven=drop or kind == "holding-map")
         rows_of, dropped = WholeRows(table, chosen, drop), [0]
@@ -421,16 +447,23 @@ class IngestSession:
             for block in table.read(chosen.wanted):
                 good, rows = rows_of.good(block)
                 channels = chosen.unwrapped(chosen.convert(good, rows), last)
-                if chosen.form == "time":
-                    if drop:
-                        rising = clock.rising(channels["time"])
-                        channels, rows = {name: channel[rising] for name, channel in channels.items()}, rows[rising]
-                    clock.tick(channels["time"], rows)
-                    channels = self._inside(channels)
-                elif self._about.window != EVERYTHING:
-                    raise FricError("has no time to take a window of", where=str(table.path))
                 dropped[0] += len(block.columns[0]) - len(rows)
-                yield channels
+                starts = clock.restarts(channels["time"]) if drop and chosen.form == "time" else []
+                for begin, end in pairwise([0, *starts, len(rows)]):
+                    if begin in starts:
+                        clock.begin()
+                        yield {}
+                    part, taken = {name: values[begin:end] for name, values in channels.items()}, rows[begin:end]
+                    if drop and chosen.form == "time":
+                        rising = clock.rising(part["time"])
+                        part, taken = {name: values[rising] for name, values in part.items()}, taken[rising]
+                        dropped[0] += end - begin - len(taken)
+                    if chosen.form == "time":
+                        clock.tick(part["time"], taken)
+                        part = self._inside(part)
+                    elif self._about.window != EVERYTHING:
+                        raise FricError("has no time to take a window of", where=str(table.path))
+                    yield part
                 self._progress(block.size)
             self.warnings += [*table.notices, *clock.stop()]
 
@@ -442,10 +475,14 @@ class IngestSession:
         mapping, fields = self._of(table)
         name = table.said.get("name") or filled(mapping.record if mapping else "{stem}", fields, str(table.path))
         kind = KIND_OF_FORM.get(chosen.form, self._kind(table, mapping))
-        record = writer.create(name.replace("/", "-"), kind=kind, source=source)
+        begin = partial(writer.create, name.replace("/", "-"), kind=kind, source=source)
+        record, samples = begin(), 0
         blocks, missing = self._blocks(table, chosen, kind)
-        samples = 0
         for channels in blocks:
+            if not channels:
+                record.close(sha256=sha256_of())
+                record = begin()
+                continue
             if chosen.form != "response":
                 self._signs.add(channels)
             samples += len(next(iter(channels.values())))

@@ -69,7 +69,7 @@ class Guess:
         roles, motion = self.axis.roles, self.axis.motion
         if not {"position", "velocity"} & roles.keys() or not (self.kind or "time" in roles):
             return False
-        return all(r.unit and (r.unit[:1].isdigit() or _fits(r, motion)) for r in wanted_roles(self.axis).values())
+        return all(role.unit and _fits(role, motion) for role in wanted_roles(self.axis).values())
 
     @property
     def sure(self) -> bool:
@@ -85,7 +85,8 @@ def _dimension(channel: str) -> str:
 
 
 def _fits(role: Role, motion: Motion) -> bool:
-    return role.channel == "n" or role.column is None or converts(role.unit, _dimension(role.channel), motion)
+    known = role.channel == "n" or role.column is None or role.unit[:1].isdigit()  # what one logged unit is
+    return known or converts(role.unit, _dimension(role.channel), motion)
 
 
 def _known_unit(role: Role, motion: Motion) -> bool:
@@ -115,11 +116,12 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
         parts = tuple((table, _chosen(table)) for table in opened)
         motion = _motion([t.columns[r.column] for t, a in parts for r in a.roles.values() if r.column])
         return [Guess(tuple(paths), opened[0], AxisColumns("", motion, 1.0), False, joined=parts)]
-    groups: dict[tuple[Column, ...], list[ForeignTable]] = {}
+    groups: dict[tuple[tuple[Column, ...], str], list[ForeignTable]] = {}
     for path in paths:
         with closing(tables(path, None)) as of_file:
             for table in of_file:  # which is read as long as its file is open
-                members = groups.setdefault(tuple(table.columns), [])
+                of_axis = table.said["axis"] if OF_SEVERAL in table.said else ""
+                members = groups.setdefault((tuple(table.columns), of_axis), [])
                 members.append(in_memory(table, rows=len(members) < MOST_FILES))
     found = [guess for members in groups.values() for guess in _of_group(members)]
     for k, guess in enumerate(found):  # what is of the same files, of another motion or in other units, is another axis
@@ -159,7 +161,7 @@ def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> Axi
 def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
     """Return a guess with the name of its axis: from columns or files, else x."""
     taken = [role.column for role in guess.axis.roles.values() if role.column is not None]
-    name = axis_of(*(bare(guess.table.columns[n]) for n in taken))
+    name = guess.table.said.get("axis") or axis_of(*(bare(guess.table.columns[n]) for n in taken))
     if name is None and alone:
         name = axis_of(*(path.name.split(".")[0] for path in guess.files)) or axis_of(
             *(f"axis {path.parent.name}" for path in guess.files)

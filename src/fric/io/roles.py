@@ -18,7 +18,7 @@ from fric.arrays import Mask, Real
 from fric.errors import FricError
 from fric.io.readers.base import ForeignTable, Memory
 from fric.io.words import TOLERANCE, Reading, Spoken, motions_in, readings, spoken, tags, time_units, usual_units
-from fric.units import PLAIN, Motion, converts, in_units_of, parse, rotates
+from fric.units import PLAIN, Motion, converts, in_units_of, parse, rotates, si_unit
 from fric.units import factor as si_factor
 
 LIKELY = ("time", "reference", "position", "velocity", "force", "input")
@@ -325,6 +325,9 @@ class Pairs:
                 continue
             unit = clock.unit if clock.column is not None else "s" if clock.unit else ""
             fits = bool(clock.column is not None or unit) and bool(readings(first, second, unit, factor))
+            fits |= second.quantity == "velocity" and bool(second.unit) and not first.unit  # which may be in counts
+            if first.unit and second.unit and unit and not fits:
+                continue  # of the other side of a gear
             edge[p, v] = speaks or (self.share[p, v] > PAIR and (fits or self.share[p, v] > 0.9995))
         return edge
 
@@ -368,7 +371,9 @@ def _clusters(data: Samples, pairs: Pairs) -> list[list[int]]:
 
 def _of_an_axis(data: Samples, pairs: Pairs, n: int, k: int) -> bool:
     """Return whether two positions are of one axis: equal motion of equal size, or the names show it."""
-    if _apart(data, n, k) or pairs.alike[n, k] < SAME:
+    tagged = data.tags[n] is not None and data.tags[n] == data.tags[k]
+    demand = tagged and data.said[n].commanded != data.said[k].commanded  # which it may follow badly
+    if _apart(data, n, k) or pairs.alike[n, k] < (SAME if not demand else 0.5):
         return False
     spoken_both = data.said[n].quantity == data.said[k].quantity == "position"
     return bool(0.8 < pairs.slope[n, k] < 1.25 or (spoken_both and data.tags[n] == data.tags[k]))
@@ -412,7 +417,9 @@ class _Movement:
 
 def _movement(data: Samples, t: Real, pairs: Pairs, members: list[int]) -> _Movement:
     """Return the channels of an axis by its positions."""
-    position, reference, sure = _actual(data, t, members)
+    at_load = [n for n in members if not data.said[n].commanded and data.said[n].at_load]
+    load = at_load[0] if at_load and len(members) > len(at_load) else None
+    position, reference, sure = _actual(data, t, [n for n in members if load is None or n not in at_load])
     speeds = [int(v) for v in np.flatnonzero(pairs.edge[members].any(axis=0)) if v not in members]
     speeds = [v for v in speeds if not any(pairs.edge[u, v] and not pairs.edge[v, u] for u in speeds)]
     speeds = [
@@ -423,6 +430,8 @@ def _movement(data: Samples, t: Real, pairs: Pairs, members: list[int]) -> _Move
     paired = bool(pairs.edge[position].any())
     why = "a velocity is its derivative" if paired else "smooth as a position is"
     roles = {"position": Role("position", position, "", sure, 0.0, why)}
+    if load is not None:
+        roles["load_position"] = Role("load_position", load, "", 0.97, 0.0, "by its name, it moves with the position")
     if reference is not None:
         roles["reference"] = Role("reference", reference, "", max(sure, 0.9), 0.0, "the position follows it")
     factor = None
@@ -487,7 +496,8 @@ def _velocity(data: Samples, pairs: Pairs, speeds: list[int], position: int, ref
     if reference is not None and not measured:
         exact = [v for v in own if pairs.share[reference, v] > max(EXACT, pairs.share[position, v])]
         own = [v for v in own if v not in exact]
-    return max(measured or own, key=lambda v: pairs.share[position, v], default=None)
+    named = [v for v in measured or own if data.said[v].quantity == "velocity" and pairs.share[position, v] > PAIR]
+    return max(named or measured or own, key=lambda v: pairs.share[position, v], default=None)
 
 
 # --- force ------------------------------------------------------------------------------------------------------------
@@ -542,6 +552,7 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
         if not kept:
             continue
         best = max(kept, key=lambda n: kept[n][0])
+        kept = {n: pair for n, pair in kept.items() if n == best or not np.allclose(data.x[:, n], data.x[:, best])}
         weights = np.array([pair[0] ** 2 for pair in kept.values()])
         sure = 0.99 if kept[best][0] > 0.1 or data.said[best].quantity else 0.9
         sure *= float(kept[best][0] ** 2 / max(weights.sum(), 1e-300))
@@ -641,11 +652,15 @@ def _in_units(
         found = found if logged or not movement.factor else _clocked(found, movement.factor, len(t))
         return _weighed_by_names(found, data, said.get("force", nothing))
 
+    if counted := _counted(data, movement, roles, clock, said):
+        factor, first, sizes, p = None, Spoken(None, moves={counted[1]: 1e6}), (None, sizes[1]), None
+        v, second = (v, second) if second.unit else (None, nothing)
+        roles = {channel: role for channel, role in roles.items() if v or channel != "velocity"}
     found = weighed(factor)
     total = sum(reading.weight for reading in found)
     if factor and not total:  # counts, or a gear between them: the position alone is of one motion
         roles = {channel: role for channel, role in roles.items() if channel != "velocity"}
-        v, second, sizes = None, nothing, (sizes[0], None)
+        v, second, sizes = None, Spoken(None, moves=second.moves), (sizes[0], None)
         found = weighed(None)
         total = sum(reading.weight for reading in found) / UNFIT
     if not total:
@@ -668,17 +683,16 @@ def _in_units(
         motion, motion_sure = kind, 1.0 - motion_sure
     best = max((reading for reading in found if reading.motion == motion), key=lambda reading: reading.weight)
     units = {"time": (best.time, *likeliest("time")[1:])}
-    if clock.column is None and clock.unit:
+    if clock.unit:
         units["time"] = clock.unit, clock.unit_likelihood, ()
     elif not logged:
         units["time"] = _period(movement.factor, best, likeliest("position")[1] * likeliest("velocity")[1])
     for of in ("position", "velocity"):
         first_choice, sure, others = likeliest(of)
         units[of] = getattr(best, of), sure if kind is None else min(motion_sure, sure), (first_choice, *others)
-    stated = said.get("reference", nothing).unit
-    units["reference"] = (stated, 1.0, ()) if stated else units["position"]
-    for channel in said.keys() & {"force", "input"}:
-        units[channel] = usual_units(channel, said[channel], motion, data.x[:, roles[channel].column or 0])
+    if counted:
+        units["position"] = counted[0], 0.97, ()
+    units |= _units_beside(data, roles, said, motion, units["position"])
     whole = {"time": clock} | roles
     for channel, role in whole.items():
         unit, sure, others = units[channel]
@@ -689,8 +703,51 @@ def _in_units(
     if "force" in whole:
         moves = in_units_of(moves, whole["force"].unit)
     ranked = [replace(reading, weight=reading.weight / total) for reading in sorted(found, key=lambda r: -r.weight)]
-    whole = {channel: whole[channel] for channel in LIKELY if channel in whole}
+    whole = {channel: whole[channel] for channel in (*LIKELY, "load_position") if channel in whole}
     return AxisColumns("", moves, motion_sure, whole, tuple(ranked), None if logged else movement.factor)
+
+
+Units = tuple[str, float, tuple[str, ...]]
+"""A unit, how sure it is, and the others that it may be."""
+
+
+def _units_beside(
+    data: Samples, roles: Mapping[str, Role], said: Mapping[str, Spoken], motion: str, position: Units
+) -> dict[str, Units]:
+    """Return the units of the channels beside position and velocity."""
+    units = {}
+    for of in said.keys() & {"reference", "load_position", "force", "input"}:
+        if of in {"force", "input"}:
+            units[of] = usual_units(of, said[of], motion, data.x[:, roles[of].column or 0])
+        else:
+            units[of] = (said[of].unit or "", 1.0, ()) if said[of].unit else position
+    return units
+
+
+_DECADES = tuple(m * 10.0**k for m in (1.0, 2.0, 3.6, 4.0, 5.0) for k in range(2, 6))
+COUNTS = np.array([*(2.0**k for k in range(8, 25)), *_DECADES])
+"""Steps of a turn that encoders have."""
+
+
+def _counted(
+    data: Samples, movement: _Movement, roles: Mapping[str, Role], clock: Role, said: Mapping[str, Spoken]
+) -> tuple[str, Motion] | None:
+    """Return what a count of the position is, and the motion: by the turn after which it repeats, or its velocity."""
+    p, unit = roles.get("position"), said.get("velocity", Spoken(None)).unit
+    if p is None or p.column is None or said["position"].unit:
+        return None
+    if data.turn[p.column] >= COUNTS.min() and data.turn[p.column] != 360.0:
+        return f"{1.0 / data.turn[p.column]:.9g} rev", "rotary"
+    if not (unit and clock.unit and movement.factor):
+        return None
+    stamp, logged = (si_factor(clock.unit, "time"), clock.unit) if clock.column is not None else (1.0, "s")
+    motion = next((motion for motion in PLAIN if converts(unit, "velocity", motion)), None)
+    if motion is None or readings(said["position"], said["velocity"], logged, movement.factor):
+        return None
+    size = si_factor(unit, "velocity", motion) * abs(movement.factor) * stamp
+    steps = COUNTS[np.argmin(np.abs(np.log(COUNTS * size / (2.0 * np.pi))))]
+    usual = rotates(motion) and abs(log(steps * size / (2.0 * np.pi))) < TOLERANCE
+    return (f"{1.0 / steps:.9g} rev" if usual else f"{size:.6g} {si_unit('position', motion)}"), motion
 
 
 def _weighed_by_names(found: Sequence[Reading], data: Samples, force: Spoken) -> list[Reading]:

@@ -19,14 +19,18 @@ from fric.errors import FricError
 from fric.io.readers.base import Column, ForeignTable, named, plain_name
 from fric.units import PLAIN, Motion, converts, factor, is_unit
 
-TIME = ("time", "zeit", "timestamp", "clock", "tempo", "temps", "tiempo")
+TIME = ("time", "zeit", "timestamp", "clock", "tempo", "temps", "tiempo", "^ms", "^millis", "^us$", "^micros",
+        "^sec", "^secs", "^seconds")  # fmt: skip
+CLOCKS = {"ms": "ms", "msec": "ms", "millis": "ms", "us": "us", "usec": "us", "micros": "us", "sec": "s", "secs": "s",
+          "seconds": "s", "nsec": "ns", "nsecs": "ns", "ns": "ns"}  # fmt: skip
+"""Words of a clock that are its unit."""
 ERROR = ("error", "deviation", "diff", "difference", "fehler", "schleppabstand", "abweichung", "errore", "scostamento",
          "erreur", "écart")  # fmt: skip
 REFERENCE = ("reference", "ref", "cmd", "command", "commanded", "demand", "set", "setpoint", "target", "soll",
              "set point", "sollwert", "desired", "goal", "wanted", "riferimento", "consigne", "référence", "consigna",
              "referencia")  # fmt: skip
-POSITION = ("position", "pos", "weg", "lage", "winkel", "angle", "displacement", "travel", "encoder", "posizione",
-            "spostamento", "déplacement", "posición", "posicion")  # fmt: skip
+POSITION = ("position", "pos", "weg", "lage", "winkel", "angle", "displacement", "travel", "encoder", "enc", "tacho",
+            "posizione", "spostamento", "déplacement", "posición", "posicion")  # fmt: skip
 VELOCITY = ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehzahl", "velocità", "vitesse",
             "velocidad", "rate", "omega", "rpm", "erpm", "dq", "qd", "n ist", "n act")  # fmt: skip
 FORCE = ("force", "torque", "tau", "effort", "trq", "frc", "ff", "fm", "fx", "fy", "fz",
@@ -44,6 +48,8 @@ BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "températu
 """What drives log beside a motion."""
 MEASURED = ("actual", "act", "ist", "istwert", "measured", "meas", "feedback", "fb", "fbk", "encoder", "enc", "real",
             "effettiva", "réelle", "reelle", "mesurée", "medida", "misurata", "true", "present")  # fmt: skip
+AT_LOAD = ("load", "link", "output", "scale", "direct", "second", "abtrieb", "last", "glasmaßstab", "messsystem 2")
+"""Where a second encoder is."""
 INPUT = ("input", "voltage", "volt", "spannung", "control signal", "tensione")
 
 LETTERS = {"t": "time", "z": "position", "x": "position", "q": "position", "v": "velocity", "f": "force", "u": "input"}
@@ -148,6 +154,8 @@ OF_UNITS = {"time": "time", "position": "position", "velocity": "velocity", "for
 """Dimensions that a unit shows, and the quantity of each."""
 DRIVE_UNITS = ("A", "mA", "%", "count")
 """Units of a force that is logged in a unit of the drive; a signal in V is an input first."""
+COUNTED = frozenset({"count", "counts", "cts", "inc", "incs", "pulse", "pulses", "tick", "ticks", "step", "steps"})
+"""Units that say nothing but that a step is one."""
 ROTARY = ("angle", "winkel", "angolo", "ángulo", "angulo", "joint", "gelenk", "rotor", "theta", "phi", "omega",
           "drehzahl", "rpm", "erpm", "angular", "rotation", "giunto", "articulation", "q", "dq", "qd", "gimbal",
           "robot", "roll", "pitch", "yaw", "turn", "turns")  # fmt: skip
@@ -170,6 +178,7 @@ class Spoken(NamedTuple):
     commanded: bool = False
     measured: bool = False
     moves: Mapping[Motion, float] = MappingProxyType({})  # How much more likely a motion is than the other
+    at_load: bool = False  # Whether it is of a second encoder
     told: str = ""  # Which of `QUANTITIES` the name shows: a force may be a current, or a load
 
 
@@ -180,7 +189,8 @@ def spoken(column: Column) -> Spoken:
     shows = leaf in LETTERS or leaf.startswith("f ") or any(_has(leaf, known) for known in QUANTITIES.values())
     name = leaf if shows else name
     unit = _unit_of(column)
-    by_unit = _quantity_of(unit) if unit else None
+    counted = unit in COUNTED
+    by_unit = _quantity_of(unit) if unit and not counted else None
     by_name = next((quantity for quantity, known in QUANTITIES.items() if _has(name, known)), None)
     commanded, measured = _has(name, REFERENCE), _has(name, MEASURED)
     by_name = LETTERS.get(name, by_name) if by_name is None and not commanded else by_name
@@ -191,11 +201,13 @@ def spoken(column: Column) -> Spoken:
     if name in {"index", "row", "sample", "samples", "no", "nr", "count", "idx", "counter", "punkt"}:
         by_name = "row"
     quantity = by_name if by_unit is None or by_name in {"error", "other"} else by_unit
-    if by_name == "time" and by_unit in {None, "time"}:
-        quantity = "time"
-    if unit and quantity != by_unit and by_name not in {"error", "other", "row"}:
+    if counted:
+        unit = "count" if quantity == "force" else None
+    elif unit and quantity != by_unit and by_name not in {"error", "other", "row"}:
         unit = None
-    return Spoken(quantity, unit, commanded, measured, motions_in(name), told)
+    if by_name == "time" and by_unit in {None, "time"}:
+        quantity, unit = "time", unit or next((size for word, size in CLOCKS.items() if word in name.split()), None)
+    return Spoken(quantity, unit, commanded, measured, motions_in(name), _has(name, AT_LOAD), told)
 
 
 def motions_in(name: str) -> Mapping[Motion, float]:
@@ -273,7 +285,7 @@ def _unit_of(column: Column) -> str | None:
     unit = (column.unit or "").strip()
     if unit.endswith("%") or unit in {"A", "mA", "%"}:
         return "%" if unit.endswith("%") else unit
-    if unit and unit not in {"1", "-"} and is_unit(unit):
+    if unit in COUNTED or (unit not in {"", "1", "-"} and is_unit(unit)):
         return unit
     tail = re.split(r"[\s,;:/(]+|_(?=[a-zA-Z%µ/]+$)|_(?=[a-z]+_[a-z]+$)", named(column.name).name.strip())[-1]
     low = tail.casefold()
@@ -311,6 +323,8 @@ USUAL: dict[Motion, tuple[dict[str, float], dict[str, float], float, float]] = {
 """Units of position and velocity with how usual they are; a usual travel and a usual speed, in SI."""
 TOLERANCE = 0.02
 """Deviation of a factor from that of its units, from counts and noise."""
+GEARED = log(1.5) / TOLERANCE
+"""The same, relative to it, beyond which position and velocity in known units are of two sides of a gear."""
 SIZE = log(12.0)
 """Spread of usual travels and speeds."""
 SMALL_CURRENT, LARGE_CURRENT = 5.0, 400.0
@@ -386,7 +400,7 @@ def readings(
         weight *= max(first.moves.get(p[0], 1.0), second.moves.get(p[0], 1.0))
         if ratio is not None:
             off = log(abs(ratio) / (p[2] / (second_of * v[2]))) / TOLERANCE
-            if abs(off) > 3.0 and not (first.unit and second.unit and time):
+            if abs(off) > (3.0 if not (first.unit and second.unit and time) else GEARED):
                 continue
             weight *= exp(-0.5 * max(min(abs(off), 3.0) - 0.5, 0.0) ** 2)
             weight *= 3.0 if _family(p[1]) == _family(v[1]) else 1.0

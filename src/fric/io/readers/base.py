@@ -216,7 +216,7 @@ class ForeignTable(ABC):
         raise FricError(what, where=str(self.path), hint=f"{beside}The columns are {listed}.")
 
 
-@dataclass
+@dataclass(eq=False)
 class Memory(ForeignTable):
     """A table whose columns are in memory already (or behave as if): anything that slices to numbers."""
 

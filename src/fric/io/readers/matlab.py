@@ -20,8 +20,10 @@ import numpy as np
 from fric.apart import run_python
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import RECORD, Column, ForeignTable, Format, Memory, named
+from fric.io.readers.base import OF_SEVERAL, RECORD, Column, ForeignTable, Format, Memory, named
+from fric.io.readers.text import OF_UNITS
 from fric.io.safe_hdf5 import open_file
+from fric.units import is_unit
 
 _V73 = b"MATLAB 7.3 MAT-file"
 MOST_DEPTH, MOST_PARTS = 16, 100_000
@@ -48,6 +50,9 @@ MOST_COLUMNS = 200
 """Columns that a matrix has at most, where it is longer than wide."""
 SHORT = 30
 """Samples that a record has at least, where lengths part records."""
+_AXIS = re.compile(r"(?i)(.+\.)?([xyzabcuvw]|(axis|axe|achse|asse|eje|joint)_?\d{1,2})")
+"""The name of a struct of an axis."""
+_VALUES, _UNIT = ("values", "value", "data", "signal"), ("unit", "units")
 _PARTED = re.compile(r"(?P<struct>.+)\.(?P<field>[^.()]+)|(?P<matrix>.+)\(:,(?P<line>\d+)\)")
 """A name as `_take_apart` makes it: a field of a struct, or a column of a matrix."""
 
@@ -175,7 +180,7 @@ def _tables(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable]:
     """Yield the tables of variables: one, or one a record where structs, cells or matrices have the same columns."""
     columns: dict[str, Any] = {}
     constants: dict[str, str] = {}
-    for name, value in variables.items():
+    for name, value in _titled(variables).items():
         _take_apart(name, value, columns, constants)
     if not columns:
         raise FricError(
@@ -183,9 +188,12 @@ def _tables(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable]:
             hint="Objects such as timeseries and timetable are not read: save their arrays.",
         )  # fmt: skip
     records = _records(columns)
+    axes = {name: name.rpartition(".")[2].lower() for name in records if _AXIS.fullmatch(name)}
+    axes = axes if 1 < len({*axes.values()}) == len(records) else {}
     for name, fields in records.items():
         titles = tuple(named(field) if field.endswith("]") else Column(field) for field in fields)
         said = {"name": f"{path.stem}-{name}", RECORD: name} if len(records) > 1 else {}
+        said |= {"axis": axes[name], OF_SEVERAL: " ".join(axes.values())} if axes else {}
         yield Memory(path, titles, list(fields.values()), constants, said)
 
 
@@ -225,6 +233,33 @@ def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     return {"": dict(columns)}
 
 
+def _titled(variables: Mapping[str, Any]) -> dict[str, Any]:
+    """Return variables with matrices as structs, where lists of texts beside them name their columns and units."""
+    texts = {
+        bool(OF_UNITS.search(name)): [*map(str, value)] for name, value in variables.items()
+        if isinstance(value, list | np.ndarray) and len(value) > 1 and all(isinstance(text, str) for text in value)
+    }  # fmt: skip
+    names, units = texts.get(False, []), texts.get(True, [])
+
+    def titled(value: Any) -> Any:
+        lines = _lines_of(value)
+        if not names or len({*names}) != len(lines):
+            return value
+        of_names = units if len(units) == len(names) else [""] * len(names)
+        heads = [f"{name} [{unit}]" if is_unit(unit) else name for name, unit in zip(names, of_names, strict=True)]
+        return dict(zip(heads, lines, strict=True))
+
+    return {name: titled(value) for name, value in variables.items()}
+
+
+def _lines_of(value: Any) -> list[Any]:
+    """Return the columns of a matrix; none of any other value."""
+    if isinstance(value, np.ndarray) and value.ndim == 2 and _is_real(value):
+        return [*(value if _lies(*value.shape[::-1]) else value.T)]
+    is_matrix = isinstance(value, list) and all(isinstance(line, _DatasetLine) for line in value)
+    return value if is_matrix else []
+
+
 def _is_signal(value: Mapping[str, Any]) -> bool:
     """Return whether a struct is a signal with its time, and nothing else."""
     first, second = (text.casefold() for text in value) if len(value) == 2 else ("", "")
@@ -246,6 +281,11 @@ def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[
             unit = column.unit or (unit if isinstance(unit, str) else None)
             _take_apart(f"{column.name} [{unit}]" if unit else label, content, columns, constants)
             return
+        fields = {key.casefold(): key for key in value}
+        data, unit = (next((value[fields[key]] for key in keys if key in fields), None) for keys in (_VALUES, _UNIT))
+        if isinstance(unit, str) and data is not None and len(value) == 2:
+            _take_apart(f"{name} [{unit}]", data, columns, constants)
+            return
         if _is_signal(value):
             time, content = value.values()
             known = [other for key, other in columns.items() if key.endswith("time") and len(other) == len(time)]
@@ -253,7 +293,7 @@ def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[
                 columns[f"{name}.time" if known or "time" in columns else "time"] = time
             _take_apart(name.rpartition(".")[2] or name, content, columns, constants)
             return
-        for key, child in value.items():
+        for key, child in _titled(value).items():
             _take_apart(f"{name}.{key}", child, columns, constants)
     elif isinstance(value, str):
         constants[name] = value

@@ -36,7 +36,7 @@ _LINE_END = re.compile(r"\r\n|\n|\r")
 _SPACED = re.compile(r'"[^"]*"|[^\s\[(]\S*(?:\s*\[[^\]]*\]|\s*\([^)]*\))?|\S+')
 """A cell between spaces; a unit in brackets belongs to the name before it."""
 _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
-_OF_UNITS = re.compile(r"unit|einheit|unidad", re.IGNORECASE)
+OF_UNITS = re.compile(r"unit|einheit|unidad", re.IGNORECASE)
 """Begins a line above the header that names units."""
 
 
@@ -138,7 +138,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
         columns = [Column(c.name, c.unit or unit) for c, unit in zip(columns, bare, strict=True)]
     for line in lines[: first if names is None else names]:  # of a line such as `Y_Unit_Label;mm;N`
         label, *cells = split(line, delimiter)
-        if _OF_UNITS.search(label):
+        if OF_UNITS.search(label):
             said = zip(columns[1:], [*cells, *[""] * width], strict=False)
             columns[1:] = [Column(c.name, c.unit or (cell if cell and _unit(cell) else None)) for c, cell in said]
     top = min(n for n in (names, units, first) if n is not None)

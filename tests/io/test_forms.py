@@ -1,0 +1,161 @@
+"""Forms that genuine logs have, each found to be lost or read wrongly once."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+import fric
+from fric.automatic.sources import find_sources
+from fric.io.hdf5 import read_logs
+from fric.io.readers import tables
+from fric.io.roles import SURE, AxisColumns, axes_of
+from fric.units import parse
+from tests.io.test_roles import axis_of_a_drive, told, write
+
+
+def channels(axis: AxisColumns) -> dict[str, int | None]:
+    return {channel: role.column for channel, role in axis.roles.items()}
+
+
+@pytest.mark.parametrize("form", ["%d.%m.%Y %H:%M:%S,", "%d/%m/%Y %H:%M:%S.", "seconds"])
+def test_stamps_with_a_decimal_comma_or_a_unit_are_a_clock(tmp_path: Path, form: str) -> None:
+    """A German date ended the reader, for the column was no text any more where it was looked at again."""
+    a = axis_of_a_drive(n=1500)
+    base = np.datetime64("2024-03-11T13:01:02")
+    stamps = [f"{t:.3f} sec" for t in a["t"]]
+    if form != "seconds":
+        whole = [base + np.timedelta64(int(t), "s") for t in a["t"]]
+        stamps = [
+            f"{at.astype(object).strftime(form)}{1e6 * (t % 1):06.0f}" for at, t in zip(whole, a["t"], strict=True)
+        ]
+    rows = [f"{s};{p:.6f};{i:.4f}".replace(".", ",") if form[2:3] == "." else f"{s};{p:.6f};{i:.4f}"
+            for s, p, i in zip(stamps, a["position"], a["current"], strict=True)]  # fmt: skip
+    if form[2:3] == ".":
+        rows = [f"{s};{row.partition(';')[2]}" for s, row in zip(stamps, rows, strict=True)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["Zeitstempel;Istlage [rad];Motorstrom [A]", *rows]) + "\n")
+    (block,) = next(tables(path)).read([0])
+    np.testing.assert_allclose(np.diff(block.columns[0]), 1e-3, atol=2e-6)
+
+
+@pytest.mark.parametrize("unit", ["min-1", "r/min", "tr/min", "U/min", "1/min"])
+def test_speeds_in_revolutions_a_minute_are_of_a_rotary_axis(tmp_path: Path, unit: str) -> None:
+    a = axis_of_a_drive()
+    head = f"t [s];Feedback speed [{unit}];Torque reference [%]"
+    (axis,) = told(write(tmp_path / "log.csv", head, a["t"], a["velocity"] * 9.5493, a["current"]))
+    assert axis.motion == "rotary/%"
+    assert axis.roles["velocity"].unit_likelihood >= SURE
+
+
+@pytest.mark.parametrize("version", ["5", "7.3"])
+def test_a_list_of_names_beside_a_matrix_heads_its_columns(tmp_path: Path, version: str) -> None:
+    a = axis_of_a_drive()
+    names, units = ["Zeit", "x_ist", "F_motor"], ["s", "rad", "Nm"]
+    data = np.column_stack([a["t"], a["position"], a["current"]])
+    path = tmp_path / "log.mat"
+    if version == "5":
+        savemat(path, {"daten": data, "namen": np.array(names, object), "einheiten": np.array(units, object)})
+    else:
+        with h5py.File(path, "w", userblock_size=512) as file:
+            file["daten"] = data.T
+            for key, texts in (("namen", names), ("einheiten", units)):
+                cells = file.create_dataset(key, (1, 3), dtype=h5py.ref_dtype)
+                for n, text in enumerate(texts):
+                    cell = file.create_dataset(f"#refs#/{key}{n}", data=np.array([[ord(c)] for c in text], "u2"))
+                    cell.attrs["MATLAB_class"] = np.bytes_("char")
+                    cells[0, n] = cell.ref
+        with path.open("r+b") as raw:
+            raw.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM")
+    (axis,) = told(path)
+    assert {channel: role.unit for channel, role in axis.roles.items()} == {
+        "time": "s",
+        "position": "rad",
+        "force": "Nm",
+    }
+
+
+def test_structs_of_axes_are_axes_and_not_records_of_one(tmp_path: Path) -> None:
+    """The currents of two axes were the strokes of a single one, whose friction lay between theirs."""
+
+    def struct(seed: int, size: float) -> dict[str, dict[str, object]]:
+        a = axis_of_a_drive(seed=seed)
+        units = {"t": ("t", "s"), "pos": ("position", "rad"), "iq": ("current", "A")}
+        return {
+            key: {"values": a[of] * (size if key == "iq" else 1.0), "unit": unit} for key, (of, unit) in units.items()
+        }
+
+    savemat(tmp_path / "run.mat", {"rec": {"X": struct(0, 1.0), "Y": struct(1, 2.0)}})
+    found = find_sources([tmp_path / "run.mat"], proposals=tmp_path / "made", assume=True)
+    assert sorted((log.axis, log.motion) for log in found.logs) == [("x", "rotary/A"), ("y", "rotary/A")]
+
+
+def test_the_turn_of_an_encoder_says_what_a_count_is(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    counts = np.round(5.0 * a["position"] / (2 * np.pi) * 4096) % 4096
+    path = write(tmp_path / "log.csv", "ms;present_position;present_current", 1e3 * a["t"], counts, a["current"])
+    (axis,) = told(path)
+    assert axis.roles["time"].unit == "ms"
+    assert axis.motion.startswith("rotary")
+    assert parse(axis.roles["position"].unit, "position", "rotary") == pytest.approx(2 * np.pi / 4096)
+    assert axis.roles["position"].unit_likelihood >= SURE
+
+
+def test_a_speed_in_rpm_says_what_a_count_is(tmp_path: Path) -> None:
+    """The position was taken for micrometres, and the speed, whose unit the header gives, left out."""
+    a = axis_of_a_drive()
+    counts, speed = np.round(a["position"] / (2 * np.pi) * 65536), a["velocity"] * 9.5493
+    head = "Time (ms);IL.FB (Arms);PL.FB (counts);VL.FB (rpm)"
+    (axis,) = told(write(tmp_path / "scope.csv", head, 1e3 * a["t"], a["current"], counts, speed))
+    assert channels(axis) == {"time": 0, "position": 2, "velocity": 3, "force": 1}
+    assert parse(axis.roles["position"].unit, "position", "rotary") == pytest.approx(2 * np.pi / 65536)
+
+
+def test_encoders_of_motor_and_load_are_of_one_axis(tmp_path: Path) -> None:
+    """A motor's speed in rpm is none of the angle behind its gear; that angle is the position of the load."""
+    a = axis_of_a_drive()
+    counts, speed = np.round(50 * a["position"] / (2 * np.pi) * 4096), 50 * a["velocity"] * 9.5493
+    head = "t_s;motor_enc_cnt;link_angle_deg;torque_sensor_Nm;motor_speed_rpm"
+    columns = [a["t"], counts, np.degrees(a["position"]), a["current"], speed]
+    (axis,) = told(write(tmp_path / "joint.dat", head, *columns))
+    assert channels(axis) == {"time": 0, "position": 1, "velocity": 4, "force": 3, "load_position": 2}
+    assert axis.roles["load_position"].unit == "deg"
+
+
+def test_the_same_current_twice_is_no_question(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    columns = [a["t"], a["position"], a["current"], a["current"]]
+    (axis,) = told(write(tmp_path / "log.csv", "t;pos;current_motor;iq", *columns))
+    assert axis.roles["force"].likelihood >= SURE
+
+
+def test_runs_of_a_file_are_records(tmp_path: Path) -> None:
+    """A time that began again was dropped until it had caught up: of four runs, parts of each were one record."""
+    a = axis_of_a_drive(n=2000)
+    rows = []
+    for n in range(3):
+        rows += [f"# run {n + 1}", "time (s), x (rad), i (A)"]
+        columns = (a[name][n * 100 :] for name in ("t", "position", "current"))
+        rows += [f"{t:.3f}, {p + 0.1 * n:.6f}, {i:.4f}" for t, p, i in zip(*columns, strict=True)]
+    (tmp_path / "runs.txt").write_text("\n".join(rows) + "\n")
+    done = fric.ingest(tmp_path / "runs.txt", output=tmp_path / "log.h5", assume=True)
+    assert [len(log) for log in read_logs(tmp_path / "log.h5")] == [2000, 1900, 1800]
+    assert done.done.samples == 5700
+    assert all(np.diff(log.time).max() < 2e-3 for log in read_logs(tmp_path / "log.h5"))
+
+
+def test_a_demand_that_the_axis_follows_badly_is_of_its_axis(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    columns = [a["t"], a["position"], 0.7 * a["position"] + 0.02 * np.sin(9 * a["t"]), a["velocity"], a["current"]]
+    idle = np.zeros_like(a["t"])
+    of_axis = (
+        "Position mesurée {} (rad)",
+        "Consigne position {} (rad)",
+        "Vitesse mesurée {} (rad/s)",
+        "Courant {} (A)",
+    )
+    head = ";".join(["Temps (s)", *(name.format(k) for k in (4, 5) for name in of_axis)])
+    axes = axes_of([next(tables(write(tmp_path / "essai.csv", head, *columns, idle, idle, idle, idle)))])
+    assert [channels(axis) for axis in axes] == [{"time": 0, "reference": 2, "position": 1, "velocity": 3, "force": 4}]
