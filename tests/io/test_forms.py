@@ -8,7 +8,9 @@ import pytest
 from scipy.io import savemat
 
 import fric
-from fric.automatic.sources import find_sources
+from fric.automatic.sources import Source, find_sources
+from fric.automatic.steps import axis_steps
+from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.readers import tables
 from fric.io.roles import SURE, AxisColumns, axes_of
@@ -159,3 +161,46 @@ def test_a_demand_that_the_axis_follows_badly_is_of_its_axis(tmp_path: Path) -> 
     head = ";".join(["Temps (s)", *(name.format(k) for k in (4, 5) for name in of_axis)])
     axes = axes_of([next(tables(write(tmp_path / "essai.csv", head, *columns, idle, idle, idle, idle)))])
     assert [channels(axis) for axis in axes] == [{"time": 0, "reference": 2, "position": 1, "velocity": 3, "force": 4}]
+
+
+def test_a_load_without_its_sign_is_no_force(tmp_path: Path) -> None:
+    """Its friction came out near zero, and negative: a magnitude shows friction in no direction."""
+    a = axis_of_a_drive()
+    head = "t [s];X position [mm];X feed [mm/s];X Auslastung [%]"
+    columns = [a["t"], 1e2 * a["position"], 1e2 * a["velocity"], np.round(np.abs(a["current"]), 1)]
+    (axis,) = told(write(tmp_path / "log.csv", head, *columns))
+    assert "force" not in axis.roles
+    columns[-1] = 3.0 * np.abs(a["current"]).max() + a["current"]  # that holds a weight, and keeps its sign
+    (axis,) = told(write(tmp_path / "up.csv", head, *columns))
+    assert axis.roles["force"].column == 3
+
+
+def test_japanese_names_say_what_columns_are(tmp_path: Path) -> None:
+    a = axis_of_a_drive(n=3000)
+    rows = [
+        f"{1e3 * t:.0f},{9.5493 * v:.1f},{i:.2f}" for t, v, i in zip(a["t"], a["velocity"], a["current"], strict=True)
+    ]
+    head = "時間[ms],フィードバック速度[min-1],トルク指令[%]"
+    (tmp_path / "log.csv").write_text("\r\n".join([head, *rows]) + "\r\n", encoding="cp932")
+    (table,) = tables(tmp_path / "log.csv")
+    assert [column.name for column in table.columns] == ["時間", "フィードバック速度", "トルク指令"]
+    (axis,) = told(tmp_path / "log.csv")
+    assert {channel: role.unit for channel, role in axis.roles.items()} == {
+        "time": "ms", "velocity": "min-1", "force": "%"
+    }  # fmt: skip
+
+
+def test_strokes_in_motions_make_a_map(tmp_path: Path) -> None:
+    """With one record of strokes and two of moves by the same commands, the moves were replayed: 9.9 A for 0.7 A."""
+    logs = [Source(tmp_path / f"{kind}.h5", "x", "rotary/A", frozenset({kind}), frozenset({"static", "motion"}),
+                   strokes=4) for kind in ("constant-velocity", "motion")]  # fmt: skip
+    steps = axis_steps(logs, tmp_path)
+    assert [step.command for step in steps.steps if "static" in step.name] == ["identify static"]
+    assert not any("lugre" in step.name for step in steps.steps)
+
+
+def test_an_archive_alone_is_named_with_what_to_do(tmp_path: Path) -> None:
+    """A folder with a ZIP in it had no log, and nothing said why."""
+    (tmp_path / "dataset.zip").write_bytes(b"PK\x05\x06" + bytes(18))
+    with pytest.raises(FricError, match=r"dataset\.zip.*unpack it"):
+        fric.auto(tmp_path, output=tmp_path.parent / f"{tmp_path.name}-out", assume=True)

@@ -102,10 +102,14 @@ class AutoResult(Result, schema=AutoDocument):
 def _found(name: str, outcome: AxisOutcome) -> Table:
     """Return what was found of an axis: its plant, its controller, its static map, and its blocks."""
     rows: list[Sequence[str]] = []
+    of_motion: dict[str, Any] = {}
     for part, wanted in FOUND.items():
         path = outcome.files[part]
         tree = plain(read_tree(path)) if path.exists() else {}
         sections = [tree.get(section) or {} for section in wanted] if part == "friction" else [tree]
+        of_motion |= (tree.get("fit") or {}).get("parameters") or {} if part == "plant" else {}
+        if part == "friction" and of_motion and None in (sections[0].get("F_c") or {}).get("ci95", ()):
+            sections = [of_motion]  # a replay that leaves Coulomb friction open says nothing beside the plant's fit
         for section in sections:
             known = {key: value for key, value in section.items() if key in SHOWN and isinstance(value, dict)}
             rows += [row for row in estimate_rows(known) if row[0] in SHOWN]

@@ -40,9 +40,12 @@ from fric.results.given import in_one_mode
 from fric.results.ingest import mapping_of
 from fric.units import Motion
 
+ARCHIVES = frozenset({".zip", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz"})
+"""Endings of archives, which are to be unpacked first."""
+PACKED = "it is an archive, which is not read: unpack it beside it"
 MOTION = "motion"
 """Use of records of any kind whose motion determines mass, viscous and Coulomb friction."""
-PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ".m", ".zip"})
+PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ".m"})
 """Endings of files beside logs that are not logs themselves, unless they begin with the signature of a format."""
 
 
@@ -52,7 +55,7 @@ _PAPER = re.compile(
 """Names of documentation files beside logs."""
 
 
-NO_FORCE = "no column is a force, a torque, a current or a voltage of the axis that moves"
+NO_FORCE = "no column is a force, a torque, a current or a voltage of the axis that moves, with its sign"
 """Why a record of a motion shows no friction."""
 LACKS_FORCE = "no column is named force"
 """Why a log with a complete header needs a question: another column looks like its force."""
@@ -141,6 +144,8 @@ def find_sources(
     pushed = {log.path for log in found.logs if log.pushed}
     asking |= {log.path: NO_FORCE for log in found.logs if log.path not in pushed}
     found.logs = [log for log in found.logs if log.pushed]
+    if not (found.logs or found.circles or found.traces):
+        asking |= {path: PACKED for path in _inside(given) if path.suffix.lower() in ARCHIVES}
     for path, why in ((path, why) for path, why in asking.items() if not _is_paper(path)):
         found.refused.setdefault(why, []).append(path)
     for path in _controllers(given):
@@ -217,11 +222,16 @@ def _is_paper(path: Path) -> bool:
 
 def _files(given: Iterable[Path]) -> Iterator[Path]:
     """Yield the files, fric's log files first: a foreign copy of a record is then recognised."""
+    files = [path for path in _inside(given) if path.suffix.lower() not in PASSED_OVER | ARCHIVES or marked(path)]
+    yield from sorted(dict.fromkeys(files), key=lambda path: (path.suffix.lower() not in {".h5", ".hdf5"}, str(path)))
+
+
+def _inside(given: Iterable[Path]) -> list[Path]:
+    """Return the files, and those of folders."""
     files: list[Path] = []
     for path in given:
-        inside = sorted(path for path in path.rglob("*") if path.is_file()) if path.is_dir() else [regular(path)]
-        files += [path for path in inside if path.suffix.lower() not in PASSED_OVER or marked(path)]
-    yield from sorted(dict.fromkeys(files), key=lambda path: (path.suffix.lower() not in {".h5", ".hdf5"}, str(path)))
+        files += sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [regular(path)]
+    return files
 
 
 def _controllers(given: Iterable[Path]) -> Iterator[Path]:

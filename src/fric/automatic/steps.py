@@ -382,7 +382,13 @@ def axis_steps(
         steps.append(step(*given, output=output, plot=figure))
 
     responses, mapped = of("frequency-response"), of("constant-velocity", FORCE_VELOCITY, use="static")
-    enough = sum(log.strokes for log in logs if log.path in mapped) > SPEEDS
+
+    def enough_in(files: list[Path]) -> bool:
+        return sum(log.strokes for log in logs if log.path in files) > SPEEDS
+
+    if not enough_in(mapped):  # strokes in a motion are strokes, too
+        mapped = [*mapped, *of("motion", use="static")]
+    enough = enough_in(mapped)
     moving = of("motion") or (
         []
         if enough

@@ -110,7 +110,10 @@ class Samples:
         self.x[:, ~self.numeric] = 0.0
         self.moving = self.numeric & (np.ptp(self.x, axis=0) > 0 if len(self.x) else False)
         pieces = np.split(self.x, self.starts[1:])  # what jumps from record to record is no turn
-        turns = [[_turn(piece[:, n]) for piece in pieces] if self.moving[n] else [0.0] for n in range(self.x.shape[1])]
+        may_turn = [
+            moving and says.quantity in {None, "position"} for moving, says in zip(self.moving, self.said, strict=True)
+        ]
+        turns = [[_turn(piece[:, n]) for piece in pieces] if may else [0.0] for n, may in enumerate(may_turn)]
         self.turn = np.array([max(of_column) for of_column in turns])
         for n in np.flatnonzero(self.turn):
             for piece in pieces:
@@ -521,7 +524,7 @@ def _drives(
             of_axes.append((0.0, 1) if apart else _weighed(data, pairs, int(n), movement, motion))
         best = max(pair[0] for pair in of_axes)
         for of_axis, (score, sign) in zip(scores, of_axes, strict=True):
-            if score >= 0.5 * best and (score > 0.02 or says.quantity == "force"):
+            if score >= 0.5 * best and score > (0.02 if says.quantity != "force" else 0.0):
                 of_axis[int(n)] = score if score == best else 0.3 * score, sign
     return scores
 
@@ -530,6 +533,8 @@ def _weighed(data: Samples, pairs: Pairs, n: int, movement: _Movement, motion: _
     """Return how much a column is the force of an axis, and its sign."""
     says = data.said[n]
     score, braking, sign = motion.score(data.x[:, n])
+    if motion.is_magnitude(data.x[:, n]):
+        return 0.0, 1
     exact = max((pairs.share[v, n] for v in movement.columns), default=0.0)
     if says.quantity is None and exact > 0.98 and braking < 0.5:
         score *= 0.05  # the derivative of a velocity: an acceleration
@@ -588,6 +593,18 @@ class _Motion:
                 continue
             basis = np.column_stack([np.sign(v), v / np.abs(v).max(), a / (np.abs(a).max() or 1.0), np.ones(len(v))])
             self.bases.append((rows[fast], 4 * h, basis[fast]))
+
+    def is_magnitude(self, values: Real) -> bool:
+        """Return whether a column is a force without its sign, as the load of a drive often is."""
+        if not self.bases or values.min() < -0.02 * values.max():
+            return False
+        rows, width, basis = self.bases[0]
+        y = values[rows + width // 2]
+        sign = basis[:, 0]
+        if not 0.2 < np.mean(sign > 0.0) < 0.8:
+            return False
+        without = np.column_stack([np.abs(basis[:, 1]), sign * basis[:, 2], basis[:, 3]])
+        return _left(without, y)[0] < _left(basis, y)[0]
 
     def score(self, values: Real) -> tuple[float, float, int]:
         """Return how much of a column follows sign(v) and a, sign(v) alone, and the sign by which it brakes."""

@@ -19,25 +19,25 @@ from fric.errors import FricError
 from fric.io.readers.base import Column, ForeignTable, named, plain_name
 from fric.units import PLAIN, Motion, converts, factor, is_unit
 
-TIME = ("time", "zeit", "timestamp", "clock", "tempo", "temps", "tiempo", "^ms", "^millis", "^us$", "^micros",
-        "^sec", "^secs", "^seconds")  # fmt: skip
+TIME = ("time", "zeit", "timestamp", "clock", "tempo", "temps", "tiempo", r"\w*時間", "^ms", "^millis", "^us$",
+        "^micros", "^sec", "^secs", "^seconds")  # fmt: skip
 CLOCKS = {"ms": "ms", "msec": "ms", "millis": "ms", "us": "us", "usec": "us", "micros": "us", "sec": "s", "secs": "s",
           "seconds": "s", "nsec": "ns", "nsecs": "ns", "ns": "ns"}  # fmt: skip
 """Words of a clock that are its unit."""
 ERROR = ("error", "deviation", "diff", "difference", "fehler", "schleppabstand", "abweichung", "errore", "scostamento",
-         "erreur", "écart")  # fmt: skip
+         "erreur", "écart", r"\w*偏差")  # fmt: skip
 REFERENCE = ("reference", "ref", "cmd", "command", "commanded", "demand", "set", "setpoint", "target", "soll",
              "set point", "sollwert", "desired", "goal", "wanted", "riferimento", "consigne", "référence", "consigna",
-             "referencia")  # fmt: skip
+             "referencia", r"\w*指令")  # fmt: skip
 POSITION = ("position", "pos", "weg", "lage", "winkel", "angle", "displacement", "travel", "encoder", "enc", "tacho",
-            "posizione", "spostamento", "déplacement", "posición", "posicion")  # fmt: skip
+            "posizione", "spostamento", "déplacement", "posición", "posicion", r"\w*位置")  # fmt: skip
 VELOCITY = ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehzahl", "velocità", "vitesse",
-            "velocidad", "rate", "omega", "rpm", "erpm", "dq", "qd", "n ist", "n act")  # fmt: skip
+            "velocidad", "rate", "omega", "rpm", "erpm", "dq", "qd", "n ist", "n act", r"\w*速度")  # fmt: skip
 FORCE = ("force", "torque", "tau", "effort", "trq", "frc", "ff", "fm", "fx", "fy", "fz",
          "friction", "kraft", "moment(?!an)", "drehmoment", "reibung", "forza", "coppia",
-         "attrito", "fuerza", "load cell", "kraftmessdose")  # fmt: skip
+         "attrito", "fuerza", "load cell", "kraftmessdose", r"\w*トルク")  # fmt: skip
 CURRENT = ("current", "curr", "cur", "iq", "i q", "amp", "amps", "ampere", "strom", "corrente", "courant", "corriente",
-           "intensidad")  # fmt: skip
+           "intensidad", r"\w*電流")  # fmt: skip
 LOAD = ("load", "last", "auslastung", "carico", "charge", "carga")
 ACCELERATION = ("acceleration", "accel", "acc", "beschleunigung", "accelerazione", "accélération", "aceleración",
                 "aceleracion", "jerk", "ruck")  # fmt: skip

@@ -32,6 +32,8 @@ _NUMBER = {
     ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE),
     ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE),
 }
+_KANJI = re.compile(rb"[\x81-\x9f][\x40-\xfc]")
+"""Pairs of bytes of Japanese text, whose first are control characters in Latin-1."""
 _LINE_END = re.compile(r"\r\n|\n|\r")
 _SPACED = re.compile(r'"[^"]*"|[^\s\[(]\S*(?:\s*\[[^\]]*\]|\s*\([^)]*\))?|\S+')
 """A cell between spaces; a unit in brackets belongs to the name before it."""
@@ -54,15 +56,17 @@ class Shape:
 
 
 def encoding_of(head: bytes) -> str:
-    """Return the encoding: by its mark, else UTF-8 where that fits, else Latin-1."""
+    """Return the encoding: by its mark, else UTF-8 or Japanese where that fits, else Latin-1."""
     for mark, encoding in _MARKS:
         if head.startswith(mark):
             return encoding
-    try:
-        head[: head.rfind(b"\n") + 1 or len(head)].decode("utf-8")
-    except UnicodeDecodeError:
-        return "latin-1"
-    return "utf-8"
+    whole = head[: head.rfind(b"\n") + 1 or len(head)]
+    for encoding, pairs in (("utf-8", 0), ("cp932", len(_KANJI.findall(whole)))):
+        with suppress(UnicodeDecodeError):
+            whole.decode(encoding)
+            if encoding == "utf-8" or pairs > 3:
+                return encoding
+    return "latin-1"
 
 
 def split(line: str, delimiter: str) -> list[str]:
