@@ -193,7 +193,7 @@ def test_japanese_names_say_what_columns_are(tmp_path: Path) -> None:
 def test_strokes_in_motions_make_a_map(tmp_path: Path) -> None:
     """With one record of strokes and two of moves by the same commands, the moves were replayed: 9.9 A for 0.7 A."""
     logs = [Source(tmp_path / f"{kind}.h5", "x", "rotary/A", frozenset({kind}), frozenset({"static", "motion"}),
-                   strokes=4) for kind in ("constant-velocity", "motion")]  # fmt: skip
+                   strokes=n) for kind, n in (("constant-velocity", 5), ("motion", 8))]  # fmt: skip
     steps = axis_steps(logs, tmp_path)
     assert [step.command for step in steps.steps if "static" in step.name] == ["identify static"]
     assert not any("lugre" in step.name for step in steps.steps)

@@ -386,8 +386,8 @@ def axis_steps(
     def enough_in(files: list[Path]) -> bool:
         return sum(log.strokes for log in logs if log.path in files) > SPEEDS
 
-    if not enough_in(mapped):  # strokes in a motion are strokes, too
-        mapped = [*mapped, *of("motion", use="static")]
+    if not enough_in(mapped) and enough_in(moves := of("motion", use="static")):
+        mapped = moves  # strokes in a motion are strokes, too
     enough = enough_in(mapped)
     moving = of("motion") or (
         []
