@@ -459,7 +459,7 @@ def _between(low: float, high: float) -> str:
 
 def headline(chosen: Candidate, without: Candidate | None, evidence: Evidence, *, kept: bool | None) -> str:
     """Return the verdict in a sentence: what to switch on, the glitch to expect, and the glitch now."""
-    on = f" on {evidence.axes[0].upper()}" if len(evidence.axes) == 1 else ""
+    on = f" on {' and '.join(axis.upper() for axis in evidence.axes)}" if evidence.axes else ""
     expected = f"glitch{on} {readable(chosen.middle, 'm', 2)}"
     if chosen.drawn:
         expected += f", at most {readable(chosen.stays_under, 'm', 2)} ({len(chosen.drawn)} varied machines)"

@@ -404,6 +404,18 @@ def test_the_pages_show_what_the_run_says(session):
         assert found.verdict.checked in text
 
 
+@pytest.mark.long(25)
+def test_another_machine_file_is_another_answer_that_says_of_which_axes(session):
+    """Held against the example's machine file, (c) <= 0.99 became (f) <= 5.7 µm: its second axis was not named."""
+    found, _, out = session
+    data, machine = out.parent / "session/data", out.parent / "session/configs/virtual-rig.yaml"
+    held = fric.auto(data, output=out.parent / "held", machine=machine).verdict
+    assert (held.choice.scheme.name, held.trusted) == (found.verdict.choice.scheme.name, True)
+    assert "glitch on X and Y " in held.headline
+    assert "glitch on X " in found.verdict.headline
+    assert held.choice.stays_under > 0.9 * found.verdict.choice.stays_under  # the worse of two axes
+
+
 def test_a_run_of_several_schemes_is_left_out_and_no_end(tmp_path):
     fric.circle("xy-table", "a,b,d", velocity="200 mm/s").save(tmp_path / "run.h5")
     found = find_sources([tmp_path])

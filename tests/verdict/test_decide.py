@@ -41,7 +41,7 @@ def test_the_paper_s_table_calls_for_gms_and_observer():
     table = {"a": 22, "b": 7, "c": 6, "d": 8, "e": 5, "f": 3}
     found = decide(evidence(*(leaves(name, glitch) for name, glitch in table.items())))
     assert found.choice.scheme.name == "f"
-    assert "Expected glitch 3 µm; now 22 µm." in found.headline
+    assert "Expected glitch on X and Y 3 µm; now 22 µm." in found.headline
     assert not found.trusted  # of one machine
 
 
