@@ -2,11 +2,12 @@
 
 import re
 import shlex
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TypeVar
 
 import numpy as np
 
@@ -207,12 +208,20 @@ def _guessed(
                 asking.pop(path, None)
 
 
+T = TypeVar("T")
+
+
+def _tried(read: Callable[[], T]) -> T | None:
+    """Return what is read; None where that is refused."""
+    try:
+        return read()
+    except FricError:
+        return None
+
+
 def _holds_numbers(path: Path) -> bool:
     """Return whether a file of unknown ending is a table of numbers."""
-    try:
-        return len(next(tables(path)).columns) > 1
-    except FricError:
-        return False
+    return (_tried(lambda: len(next(tables(path)).columns)) or 0) > 1
 
 
 def _is_paper(path: Path) -> bool:
@@ -248,10 +257,7 @@ def _own(path: Path) -> str | None:
     with path.open("rb") as file:
         if not file.read(8).startswith(HDF5_SIGNATURE):
             return None
-    try:
-        return recognise(path)
-    except FricError:
-        return None
+    return _tried(lambda: recognise(path))
 
 
 def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
@@ -291,7 +297,7 @@ def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]
         if not all(_read(path, str(file), found, seen, axis=axis, assume=True) for axis in axes):
             found.description.append(MAPPING_BESIDE.found(str(path), mapping=str(file)))
             return ""
-    if not mapping and _lacks_force(path):
+    if not mapping and _tried(lambda: says_all(path)) == "force":
         return LACKS_FORCE
     whys = [_read(path, mapping or "", found, seen, axis=axis, assume=assume) for axis in axes_said(path)]
     why = whys[0] if all(whys) else ""
@@ -302,7 +308,7 @@ def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]
         _taken(path, "", held, found, seen)
         return ""
     with TemporaryDirectory() as folder:
-        if _is_circle(path, Path(folder) / "circle.h5"):
+        if _tried(lambda: ingest_circles(path, Path(folder) / "circle.h5")) is not None:
             found.traces.append(path)
             return ""
     fitting = {name: records for name in bundled("mapping") if isinstance(records := _records(path, name), list)}
@@ -313,13 +319,6 @@ def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]
         if _taken(path, name, records, found, seen):
             found.guessed.setdefault(name, []).append(path)
     return "" if fitting else why
-
-
-def _lacks_force(path: Path) -> bool:
-    try:
-        return says_all(path) == "force"
-    except FricError:
-        return False
 
 
 def _records(
@@ -367,14 +366,6 @@ def _taken(
         return False
     seen += records
     found.logs.append(replace(_source(path, records, mapping), wide=wide, assumed=assume))
-    return True
-
-
-def _is_circle(path: Path, draft: Path) -> bool:
-    try:
-        ingest_circles(path, draft)
-    except FricError:
-        return False
     return True
 
 
