@@ -64,7 +64,7 @@ def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", 
 MOST_REPLAYED = 400_000  # Largest number of samples of all records in a fit; of more, every n-th is used
 PARTS = 16  # Parts of a stroke, in either direction, within which the error of a model counts as common
 CYCLES = 3  # Least number of whole cycles for resampling cycles; with fewer, pieces of equal length are resampled
-UNLIKE = 3.0  # Ratio of the difference of the first strokes to the median of later ones where a record begins loaded
+UNLIKE = 3.0  # Ratio of the difference of the first strokes to any of later ones where a record begins loaded
 LOADED = 0.002  # Least difference of the first strokes, as a share of the range of the force
 PIECES = 10  # Number of pieces of equal length for resampling without cycles
 ONE_WAY = 0.01  # Ratio of the fastest speeds in both directions below which a motion has only one direction
@@ -297,7 +297,7 @@ def begins_loaded(record: Prepared, reversals: Indices) -> bool:
         apart = along[1] - along[0]
         return float(np.sqrt(np.nanmean((apart - np.nanmean(apart)) ** 2)))
 
-    later = float(np.median([unlike(n) for n in range(1, len(reversals) - 3)]))
+    later = max(unlike(n) for n in range(1, len(reversals) - 3))  # one alone is small by chance where a drive hunts
     return unlike(0) > max(UNLIKE * later, LOADED * float(np.ptp(F[reversals[1] : reversals[4]])))
 
 
