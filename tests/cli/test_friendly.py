@@ -117,7 +117,7 @@ def test_an_ending_that_means_another_format_is_refused_before_any_work(tmp_path
     ("identify gms data/presliding-sine.h5 --blocks 6 -o OUT", "fric.identify.gms.identify._blocks"),
     ("plan --stroke 0.3m --feed 0.1m/s --machine xy-table -o OUT", "fric.simulate.experiment.run_axis"),
     ("learn xy-table --rounds 1 -o OUT", "fric.results.circles.learn_rounds"),
-    ("tune xy-table data/sliding-sine.h5 -o OUT", "fric.results.circles.circles_of"),
+    ("tune xy-table data/sliding-sine.h5 -o OUT", "fric.results.circles.some_circles"),
     ("reproduce -o OUT", "fric.simulate.experiment.run_axis"),
     ("auto data/constant-velocity.h5 -o OUT", "fric.results.identify.fit_static"),
     ("auto FLEET -o OUT --workers 1", "fric.automatic.fleet.identify_axes"),
