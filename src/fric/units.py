@@ -241,10 +241,10 @@ def likely(number: float | str, dimension: str, motion: Motion = "linear") -> st
     return f"{number} {next(unit for unit, most in units if abs(float(number)) <= most)}"
 
 
-def parse_gain(text: str | float) -> float:
+def parse_gain(text: str | float, above: float = 0.0) -> float:
     """Parse a ratio of amplitudes, ``"6 dB"`` or ``"2"``.
 
-    Raises FricError: When it is neither, or not positive.
+    Raises FricError: When it is neither, or not above ``above``.
     """
     number, _, unit = str(text).strip().partition(" ")
     if not unit and number[-2:].lower() == "db":
@@ -254,8 +254,9 @@ def parse_gain(text: str | float) -> float:
         ratio = 10 ** (value / 20) if unit.strip().lower() == "db" else value
     except (ValueError, OverflowError):
         ratio = 0.0
-    if unit.strip().lower() not in {"", "db"} or not 0 < ratio < float("inf"):
-        raise FricError(f"'{text}' is not a gain", hint="Write a ratio or decibels, as in '2' or '6 dB'.")
+    if unit.strip().lower() not in {"", "db"} or not above < ratio < inf:
+        what = f"'{text}' is not a gain" + (f" above {above:g}" if above else "")
+        raise FricError(what, hint="Write a ratio or decibels, as in '2' or '6 dB'.")
     return ratio
 
 

@@ -30,6 +30,7 @@ from fric.log import FrequencyResponse, Log
 from fric.records.kicks import _around_reversals
 from fric.records.recognition import force_rises
 from fric.report.collect import ContourTest
+from fric.units import parse_gain
 
 
 def test_a_dataset_in_place_of_an_axis_of_a_feedforward(tmp_path: Path) -> None:
@@ -177,3 +178,10 @@ def test_heaps_are_found_at_and_across_the_ends_of_blocks() -> None:
     for place in places:
         data[place : place + 8] = mark
     assert list(_heaps(io.BytesIO(bytes(data)))) == places
+
+
+@pytest.mark.parametrize("given", ["0 dB", "1", "0.5", "-6 dB", "inf", "nan dB"])
+def test_a_peak_sensitivity_is_above_one(given: str) -> None:
+    assert parse_gain("6 dB", above=1.0) > 1.9
+    with pytest.raises(FricError, match="is not a gain above 1"):
+        parse_gain(given, above=1.0)

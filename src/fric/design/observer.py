@@ -120,10 +120,6 @@ def design_observer(
     Raises FricError: When the loop misses the peak sensitivity without an observer, or a given cutoff is beyond a
         limit: with the nearest that holds.
     """
-    if not peak_sensitivity > 1:
-        raise FricError(
-            f"no loop has a peak sensitivity of {decibel(peak_sensitivity):.3g} dB", hint="Give one above 0 dB."
-        )
     nyquist = cascade.sampling / 2
     Delta = perturbation or model_perturbation(plant, nyquist)
     whole = WholeLoop(plant, cascade, Delta)

@@ -381,7 +381,7 @@ def design_observer(
     wanted = quantity(cutoff, "frequency")
     if bandwidth:
         wanted = QFilter.of_bandwidth(filter, in_si(bandwidth, "frequency")).cutoff
-    allowed = parse_gain(peak_sensitivity)
+    allowed = parse_gain(peak_sensitivity, above=1.0)
     try:
         design = find_observer(linear, cascade, filter, cutoff=wanted, peak_sensitivity=allowed, perturbation=Delta)
     except FricError as error:
@@ -566,9 +566,7 @@ def design_block(
         logs = [measured_record(log, record, (axis, motion))]
         Delta, seen = perturbation_of(logs[0], document)
         warnings += seen
-    allowed = parse_gain(peak_sensitivity)
-    if not allowed > 1:
-        raise FricError("no loop has a peak sensitivity of 0 dB or less", hint="Give one above 0 dB.")
+    allowed = parse_gain(peak_sensitivity, above=1.0)
     setting = Setting(linear, cascade, friction=models.get("gms"), models=models, K_f=K_f, spans=spans)
     if joint:
         both = design_jointly(kind, setting, peak_sensitivity=allowed, perturbation=Delta)
