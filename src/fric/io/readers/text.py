@@ -543,16 +543,18 @@ def _numbers(column: "pd.Series[Any]", decimal: str) -> Real:
     if pd.api.types.is_bool_dtype(column):
         return np.full(len(column), np.nan)
     if not pd.api.types.is_numeric_dtype(column):
-        plain = text = column.astype("str").str.strip()
+        plain = column
         if decimal == ",":
-            plain = text.where(~text.str.contains(".", regex=False)).str.replace(",", ".", regex=False)
+            plain = column.astype("str").where(lambda text: ~text.str.contains(".", regex=False))
+            plain = plain.str.replace(",", ".", regex=False)
         found = pd.to_numeric(plain, errors="coerce")
-        column = found if found.notna().any() else _stamps(text.str.replace(r"(?<=\d),(?=\d)", ".", regex=True))
+        column = found if found.notna().any() else _stamps(column.astype("str").str.strip())
     return column.to_numpy(dtype="f8", na_value=np.nan)
 
 
 def _stamps(text: "pd.Series[Any]") -> "pd.Series[Any]":
     """Return dates, times of a day or durations (0.001 sec) as seconds; NaN where a cell is none of them."""
+    text = text.str.replace(r"(?<=\d),(?=\d)", ".", regex=True)
     first = next((text for text in text.head(20) if _STAMP.match(text)), "")
     if not first:
         return pd.Series(np.full(len(text), np.nan))
