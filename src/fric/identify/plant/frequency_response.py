@@ -519,10 +519,12 @@ def _over_segments(record: Log, u: Real, z: Real, segment: float | None, samplin
 
 
 def as_table(record: Log, frequency: Real, G: Complex, deviation: Real, coherence: Real) -> FrequencyResponse:
-    """Return a response as the table of a record."""
+    """Return a response as the table of a record, without the lines at which it was not found (0)."""
     about = {name: getattr(record, name) for name in ("name", "axis", "motion", "source", "sha256")}
-    unknown = np.nan_to_num(deviation, nan=UNKNOWN, posinf=UNKNOWN)
-    return FrequencyResponse(frequency, np.abs(G), np.unwrap(np.angle(G)), coherence, unknown, **about)
+    unknown, found = np.nan_to_num(deviation, nan=UNKNOWN, posinf=UNKNOWN), np.abs(G) > 0
+    columns = (frequency, np.abs(G), np.angle(G), coherence, unknown)
+    f, magnitude, phase, coherence, unknown = (column[found] for column in columns)
+    return FrequencyResponse(f, magnitude, np.unwrap(phase), coherence, unknown, **about)
 
 
 def _motion(v: Real) -> tuple[float, float]:
