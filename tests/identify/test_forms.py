@@ -10,7 +10,7 @@ import pytest
 from fric.friction.stribeck import StaticMap
 from fric.identify.static_map.identify import identify_static
 from fric.identify.static_map.stribeck_fit import StribeckProblem
-from fric.log import Log
+from fric.log import ForceVelocity, Log
 from tests.chance import most
 from tests.identify.constant_velocity import both_directions, stroke
 from tests.identify.test_flaws import session
@@ -63,6 +63,18 @@ def test_few_speeds_free_the_shape_factor_only_where_noise_does_not_explain_the_
     found = identify_static(logs).static.estimates["delta"]
     assert found.fixed == (delta == 1.0)
     assert float(found) == pytest.approx(delta, rel=0.1)
+
+
+@pytest.mark.parametrize("v_s", [0.02, 0.1])
+def test_friction_that_falls_up_to_the_fastest_stroke_is_not_said_not_to_fall(v_s: float) -> None:
+    """F_c ends at 0: without a fall 16 N were left at held-out strokes, with one 0.3, and "no fall" was said."""
+    speeds, rng = np.geomspace(1e-3, 0.05, 12), np.random.default_rng(0)
+    v = np.concatenate([-speeds[::-1], speeds])
+    force = np.sign(v) * 100.0 * np.exp(-np.abs(v) / v_s) + 0.3 * rng.standard_normal(24)
+    found = identify_static([ForceVelocity(v, force, error=np.full(24, 0.1))])
+    code = {notice.code: notice.severity for notice in found.warnings}
+    assert code.get("F_c-at-bound") == "wrong"
+    assert "fall-not-seen" not in code
 
 
 @pytest.mark.parametrize(("growth", "age"), [(0.06, 0.1), (0.02, 0.02)])

@@ -99,16 +99,16 @@ def by_leverage(problem: StribeckProblem, residual: Real, jacobian: Real) -> Rea
 def clearly_better(
     tried: HeldOut, rich: str, more: int, problem: StribeckProblem, misfits: Sequence[tuple[Real, Real]]
 ) -> bool:
-    """Return whether a richer form predicts clearly better than eq. (2) with as many parameters ``more``.
+    """Return whether a richer form predicts clearly better than that of the map with as many parameters ``more``.
 
     Its errors at held-out strokes are smaller; its sum of squares is smaller by more than noise in the forces explains
     (F test), which few strokes do not tell by themselves; and it predicts speeds that are held out. ``misfits`` are
-    the residuals [N] and the Jacobian of eq. (2) and of the richer form, shapes (n,) and (n, p).
+    the residuals [N] and the Jacobian of the map and of the richer form, shapes (n,) and (n, p).
     """
     without, within = (float(np.sum((residual / problem.standard_error) ** 2)) for residual, _ in misfits)
     free = max(problem.degrees_of_freedom - more, 1)
     chance = fdtrc(more, free, free / more * max(without / max(within, 1e-300) - 1.0, 0.0))
-    clearly = tried.better(rich) and tried[rich] < CLEARLY * tried["stribeck"] and chance < DIFFERENT
+    clearly = tried.better(rich) and tried[rich] < CLEARLY * tried[tried.form] and chance < DIFFERENT
     return bool(clearly and _at_other_speeds(problem, misfits))
 
 
@@ -155,9 +155,9 @@ def at_bound(problem: StribeckProblem, solution: MapSolution) -> tuple[str, ...]
 def chosen(fitted: FittedMap, *, fall: bool, shape: bool, fixed: bool) -> tuple[FittedMap, HeldOut]:
     """Return a fit of eq. (2) in the form that predicts held-out strokes best, and the errors of all forms.
 
-    It has no ``fall`` if that is allowed and predicts no worse, or the fall ends at a bound; its ``shape`` factor is
-    free if that is allowed and predicts better, and nothing ends at a bound. All strokes have equal weights if
-    ``fixed``.
+    It has no ``fall`` if that is allowed and predicts no worse, or not clearly worse than a fall that ends at a bound;
+    its ``shape`` factor is free if that is allowed and predicts better, and nothing ends at a bound. All strokes have
+    equal weights if ``fixed``.
     """
     plain, solution = fitted.problem, fitted.solution
     name = "stribeck" if plain.fall else "coulomb"
@@ -165,8 +165,11 @@ def chosen(fitted: FittedMap, *, fall: bool, shape: bool, fixed: bool) -> tuple[
     if fall and plain.fall:
         simple = _solved(fitted, replace(plain, fall=False, swing=None), None, fixed=fixed)
         held_out = held_out.entered("coulomb", by_leverage(simple.problem, *_misfit(simple.problem, simple.solution)))
-        if not simplest([held_out["coulomb"], held_out["stribeck"]]) or at_bound(plain, solution):
-            held_out, fitted = replace(held_out, form="coulomb"), simple
+        plainer = replace(held_out, form="coulomb")
+        misfits = _misfit(simple.problem, simple.solution), _misfit(plain, solution)
+        open_fall = at_bound(plain, solution) and not clearly_better(plainer, "stribeck", 2, plain, misfits)
+        if open_fall or not simplest([held_out["coulomb"], held_out["stribeck"]]):
+            held_out, fitted = plainer, simple
     if not fitted.problem.fall:
         return fitted, held_out
     if plain.swing is None and fitted.between > 0 and plain.degrees_of_freedom >= 5:
@@ -348,8 +351,8 @@ def fit_map(strokes: Strokes, offset: float | None = None) -> MapFit:
 
     The weight of a stroke that deviates from all others includes its deviation.
 
-    If Coulomb plus viscous friction predicts held-out strokes no worse, or a parameter of eq. (2) ends at its bound,
-    that form is used: F_s = F_c and v_s are then assumed.
+    If Coulomb plus viscous friction predicts held-out strokes no worse, or not clearly worse than an eq. (2) of which a
+    parameter ends at its bound, that form is used: F_s = F_c and v_s are then assumed.
 
     The offset [N] is fixed if given.
 
