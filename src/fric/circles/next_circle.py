@@ -268,7 +268,7 @@ def recorded_once_more(
 def _true(tuned: TunedAxis) -> Axis:
     """Return the axis with the identified parameters as its true ones."""
     load = float(np.mean(tuned.after.plant[2:])) * tuned.nominal.K_f
-    return replace(tuned.axis, plant=tuned.nominal, friction=as_filed(tuned.friction), load=as_filed(load))
+    return replace(tuned.axis, plant=as_filed(tuned.nominal), friction=as_filed(tuned.friction), load=as_filed(load))
 
 
 def _drawn(tuned: TunedAxis, rng: np.random.Generator) -> Axis:
