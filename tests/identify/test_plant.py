@@ -206,4 +206,4 @@ def test_a_delay_shorter_than_the_hold_is_told() -> None:
     log = shaken(X, seed=1, mean=0.0)
     early = replace(log, position=np.roll(log.position, -3)).slice(0, len(log) - 4)
     fit = identify_plant([early])
-    assert any("bound" in warning for warning in fit.warnings)
+    assert "T_d-at-bound" in {warning.code for warning in fit.warnings}
