@@ -26,7 +26,7 @@ from fric.io.safe_hdf5 import open_file
 from fric.units import is_unit
 
 _V73 = b"MATLAB 7.3 MAT-file"
-MOST_DEPTH, MOST_PARTS = 16, 100_000
+MOST_DEPTH, MOST_PARTS = 16, 20_000
 """Largest depth of nested structs and cells, and number of their parts: references can name one part many times."""
 MOST_TEXT = 10_000
 """Letters of a text at most."""
