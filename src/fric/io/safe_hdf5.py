@@ -245,7 +245,7 @@ def _check(file: h5py.File, path: Path, most: int) -> None:
             elif isinstance(node, h5py.Dataset) and (most := most - _check_dataset(node, where)) < 0:
                 raise FricError(
                     "holds more samples than are read at once", where=str(path),
-                    hint="Log a shorter time, or ingest a window of it with `begin=` and `end=`.",
+                    hint="Take a part of it: fric ingest LOG.h5 --from 0s --to 60s -o part.h5.",
                 )  # fmt: skip
 
 
