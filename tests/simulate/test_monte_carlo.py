@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
+import fric
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.contours import MonteCarloPart
 from fric.documents.machine_files import read_machine
@@ -137,8 +138,8 @@ def test_a_spread_without_effect_is_told():
 
 @pytest.mark.parametrize(("machines", "workers"), [(0, 1), (1, 0)])
 def test_nothing_to_work_with_is_told(machines, workers):
-    with pytest.raises(FricError, match="Give 1 or more"):
-        monte_carlo(Study(MACHINE, AC), machines, workers=workers)
+    with pytest.raises(FricError, match="whole number"):
+        fric.circle(MACHINE, "a", machines=machines, workers=workers)
 
 
 @pytest.mark.long
