@@ -16,18 +16,15 @@ RESPONSE_DIMENSIONS = {
     "deviation": "ratio",
 }  # fmt: skip
 """The columns of a measured frequency response, and the dimension of each."""
-FORCE_VELOCITY: Kind = "force-velocity"
-"""The kind of a table of mean forces at constant velocities."""
+FORCE_VELOCITY: Kind = "force-velocity"  # The kind of a table of mean forces at constant velocities
 FORCE_VELOCITY_DIMENSIONS = {
     "velocity": "velocity", "force": "force", "deviation": "force", "error": "force", "n": "ratio",
 }  # fmt: skip
 """The columns of such a table, and the dimension of each."""
-CIRCLE = "circle"
-"""The kind of a circle test: of two axes, whose channels are named ``x.position``, or of a ball bar."""
+CIRCLE = "circle"  # The kind of a circle test: of two axes, whose channels are named ``x.position``, or of a ball bar
 CIRCLE_CHANNELS = ("reference", "position", "input", "force")
 """What is recorded of each axis of a circle test, beside the time that they share."""
-BALL_BAR = {"angle": "rad", "deviation": "m"}
-"""What a ball bar measures: angle and radial deviation."""
+BALL_BAR = {"angle": "rad", "deviation": "m"}  # What a ball bar measures: angle and radial deviation
 
 
 def channel_dimension(channel: str) -> str:

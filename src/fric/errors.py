@@ -3,8 +3,7 @@
 import re
 from collections.abc import Iterable, Mapping
 
-MOST_CHARACTERS = 400
-"""Characters of each part of a message at most."""
+MOST_CHARACTERS = 400  # Characters of each part of a message at most
 
 
 def clean(text: str) -> str:

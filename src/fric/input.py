@@ -8,8 +8,7 @@ from pathlib import Path
 
 from fric.errors import FricError, near, printable
 
-MOST_TEXT = 32 << 20
-"""Bytes of a document or a report that are read at most."""
+MOST_TEXT = 32 << 20  # Bytes of a document or a report that are read at most
 
 MOST_PACKED, SMALL = 3000, 1 << 20
 """Bytes that a stored byte may declare, and bytes that may be declared however few are stored: DEFLATE reaches 1032."""

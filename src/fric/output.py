@@ -11,8 +11,7 @@ from pathlib import Path
 from fric.errors import FricError
 
 REPLACE = "Name another file, or replace it with `force=True`."
-WAIT = 30.0
-"""How long a file that another process adds to is waited for [s]."""
+WAIT = 30.0  # How long a file that another process adds to is waited for [s]
 
 
 FORMATS = {

@@ -28,8 +28,7 @@ if TYPE_CHECKING:  # which compile
     from fric.drive.plant import Plant
     from fric.friction.stribeck import StaticMap
 
-TOGETHER = 0.99
-"""Correlation of position and reference above which the position follows the reference."""
+TOGETHER = 0.99  # Correlation of position and reference above which the position follows the reference
 
 
 def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding]:

@@ -13,8 +13,7 @@ from fric.errors import FricError
 from fric.kernels.elementary import cos_sin
 from fric.kernels.spline import Ends, spline_slopes
 
-MOST_SAMPLES = 20_000_000
-"""Largest number of samples of a motion: 80 minutes at 4 kHz, one to two gigabytes of traces."""
+MOST_SAMPLES = 20_000_000  # Largest number of samples of a motion: 80 minutes at 4 kHz, one to two gigabytes of traces
 MOST_LEAD = 1.0  # Largest lead [s]: four times the longest delay of a loop
 
 

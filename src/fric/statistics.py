@@ -9,14 +9,12 @@ from scipy.special import chdtrc, stdtrit
 
 from fric.arrays import Complex, Indices, Real
 
-FINEST = 1e-12
-"""Least variance of what scatters in a mixed model, over that of all."""
+FINEST = 1e-12  # Least variance of what scatters in a mixed model, over that of all
 LOST = 1e-9
 """The same, with the known error, below which the likelihood's slopes over the other variances have no digits left."""
 LASTING, PENALTY = 6.0, 3.0
 """Times that the longest memory of residuals fits into all of them, and what a coefficient of it must gain."""
-MAD_TO_SIGMA = 1.4826
-"""Standard deviation over the median absolute deviation, of a normal distribution: ``1/Φ⁻¹(3/4)``."""
+MAD_TO_SIGMA = 1.4826  # Standard deviation over the median absolute deviation, of a normal distribution: ``1/Φ⁻¹(3/4)``
 
 
 def robust_deviation(deviations: Real | Complex) -> float:
@@ -224,10 +222,8 @@ class Between(NamedTuple):
     chance: float  # Probability with which records of the same parameters scatter so
 
 
-DIFFERENT = 1e-3
-"""Probability of such a scatter with equal parameters, below which records count as different."""
-OF_TWO = 0.05
-"""Probability above which two records widen no interval: a single difference hardly predicts the next."""
+DIFFERENT = 1e-3  # Probability of such a scatter with equal parameters, below which records count as different
+OF_TWO = 0.05  # Probability above which two records widen no interval: a single difference hardly predicts the next
 
 
 def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: float) -> Between | None:

@@ -33,8 +33,7 @@ SI_UNITS: dict[str, tuple[str, str]] = {  # by dimension: linear, rotary
     "acceleration per input": ("m/(s^2*V)", "rad/(s^2*V)"), "position per input": ("m/V", "rad/V"),
     "velocity gain": ("V*s/m", "V*s/rad"), "position gain": ("V/m", "V/rad"),
 }  # fmt: skip
-PLAIN: tuple[Motion, ...] = ("linear", "rotary")
-"""Motions with forces in SI."""
+PLAIN: tuple[Motion, ...] = ("linear", "rotary")  # Motions with forces in SI
 OF_FORCE = {"force": "", "mass": "*s^2/{m}", "viscous": "*s/{m}", "stiffness": "/{m}", "force rate": "/s",
             "force per input": "/V"}  # fmt: skip
 """Dimensions that contain a force, with the suffix of their unit."""
@@ -151,12 +150,9 @@ def is_unit(text: str) -> bool:
     return bool(text.strip())
 
 
-MOST_LETTERS = 60
-"""Largest length of a unit."""
-_POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")
-"""A small exponent that has no exponent itself."""
-_SIGNS = re.compile(r"[\w\s*/^().+\-·°%‰²³⁻¹⁺'\"]*")
-"""Signs of a unit; Pint passes over others, and takes $mm for mm."""
+MOST_LETTERS = 60  # Largest length of a unit
+_POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")  # A small exponent that has no exponent itself
+_SIGNS = re.compile(r"[\w\s*/^().+\-·°%‰²³⁻¹⁺'\"]*")  # Signs of a unit; Pint passes over others, and takes $mm for mm
 _SPELLED = {
     **dict.fromkeys(["U/min", "Upm", "RPM", "min-1", "r/min", "tr/min", "giri/min", "rev/min"], "rpm"),
     "Volt": "V", **dict.fromkeys(["Sek", "Sek.", "sek"], "s"), **dict.fromkeys(["Arms", "Apk", "Amps", "Amp"], "A"),

@@ -19,8 +19,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 T = TypeVar("T")
 WORDS = {str: "a text", Path: "a path", float: "a number", int: "a whole number", bool: "True or False", NoneType: ""}
-NUMBERS: dict[Any, type] = {float: Real, int: Integral}
-"""NumPy's numbers too; no truth value is a number."""
+NUMBERS: dict[Any, type] = {float: Real, int: Integral}  # NumPy's numbers too; no truth value is a number
 
 
 @dataclass(frozen=True)

@@ -46,8 +46,7 @@ FREEDOM = {"gms": 4.0, "plant": 7.0, "glitch": 7.0}
 
 A glitch has as few as a plant: 400 circles tested its intervals, and do not show their tails further.
 """
-SHOWN = ("F_c", "F_s", "v_s", "sigma")
-"""Numbers of an axis that the table of a fleet shows."""
+SHOWN = ("F_c", "F_s", "v_s", "sigma")  # Numbers of an axis that the table of a fleet shows
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,7 @@ from fric.io.circle import choose_circles
 from fric.io.questions import Ask, Question
 from fric.units import Motion, rotates
 
-EXAMPLE = "K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m"
-"""Gains as a text."""
+EXAMPLE = "K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m"  # Gains as a text
 _GAIN = re.compile(r"(K_v|K_p|K_i|velocity_filter|sampling)\s*[=: ]\s*([^,;=]+)")
 _AXIS = re.compile(r"\s*(\w[\w.+-]*)\s*:\s*(?=K_)")
 

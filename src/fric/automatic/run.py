@@ -34,8 +34,7 @@ from fric.units import rotates
 from fric.verb import Kind, verb
 from fric.verdict import Evidence, Verdict, decide
 
-MACHINES = 24
-"""Machines that are drawn from the intervals of what was identified."""
+MACHINES = 24  # Machines that are drawn from the intervals of what was identified
 
 
 @dataclass(frozen=True, eq=False, repr=False)

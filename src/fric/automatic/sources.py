@@ -44,8 +44,7 @@ from fric.units import Motion
 ARCHIVES = frozenset({".zip", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz"})
 """Endings of archives, which are to be unpacked first."""
 PACKED = "it is an archive, which is not read: unpack it beside it"
-MOTION = "motion"
-"""Use of records of any kind whose motion determines mass, viscous and Coulomb friction."""
+MOTION = "motion"  # Use of records of any kind whose motion determines mass, viscous and Coulomb friction
 PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ".m"})
 """Endings of files beside logs that are not logs themselves, unless they begin with the signature of a format."""
 

@@ -96,16 +96,14 @@ def _powers(axis: int, frequencies: Real, angle: Real, rest: Real, radius: float
 
 BEFORE, FIRST, LARGEST = np.radians(2.0), np.radians(30.0), np.radians(40.0)
 """Angles around a reversal that the geometry leaves out: before it, after it at first, after it at most [rad]."""
-FADES = np.radians(np.geomspace(0.7, 14.0, 13))
-"""Angles in which the tail of a glitch may fade to a third [rad]."""
+FADES = np.radians(np.geomspace(0.7, 14.0, 13))  # Angles in which the tail of a glitch may fade to a third [rad]
 STEPS = 6  # Largest number of steps to fit the shape of the tails
 MIDDLE = np.array([float(np.log(FADES).mean()), 0.0])
 WITHIN = np.array([[np.log(FADES[0]), -0.5], [np.log(FADES[-1]), 1.0]])
 SPREAD = np.array([np.log(FADES[-1] / FADES[0]) / np.sqrt(12.0), 0.3])
 """Prior standard deviations of ln λ and κ: λ is one of `FADES`, and no tail is far from an
 exponential (that of two equal poles has κ = λ over its angle so far, 0.15 to 0.3)."""
-MOST_FITTED = 10_000
-"""Largest number of samples for the fit of the geometry; of more, means over neighbours are used."""
+MOST_FITTED = 10_000  # Largest number of samples for the fit of the geometry; of more, means over neighbours are used
 
 
 @dataclass(frozen=True)

@@ -183,8 +183,7 @@ def controller_behind(
 
 UNITS = {"K_v": "1/s", "K_p": "V*s/m", "K_i": "V/m", "velocity_filter": "Hz"}
 START = 0.1  # Share of a record that is left out, since the initial state of the filter is not known
-CORNERS = (0.02, 0.05, 0.12, 0.25)
-"""Corners of the velocity filter over the sampling rate, from which a search starts."""
+CORNERS = (0.02, 0.05, 0.12, 0.25)  # Corners of the velocity filter over the sampling rate, from which a search starts
 EXPLAINED, EXPLAINED_OF_LOG = 0.9, 0.98
 """Least share of the voltage beyond feedforward that gains must explain to be accepted. A log does not say that
 compensation was off; a compensation is no sum of these gains."""
@@ -193,8 +192,7 @@ USUAL = Cascade(1.0, 1.0, 1.0, velocity_filter=500.0, sampling=4000.0)
 """Velocity filter and sampling that are assumed where a log is too slow to show them: those of `design controller`."""
 LAG = 0.5 / (pi * USUAL.velocity_filter) + 0.5 / USUAL.sampling
 """Delay of the velocity by both, and by its backward difference [s]."""
-LEAST_LOG, MOST_LOGS = 200, 12
-"""Least number of samples of a log, and largest number of logs to try, the fastest first."""
+LEAST_LOG, MOST_LOGS = 200, 12  # Least number of samples of a log, and largest number of logs to try, the fastest first
 
 
 @dataclass(frozen=True)

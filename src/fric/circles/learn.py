@@ -29,8 +29,7 @@ from fric.simulate.circle import Circle, CircleRun
 from fric.simulate.contour_run import ACCURACY, PLACES, figures, pair, require_voltage
 from fric.simulate.machine import Axis, Machine
 
-FAST = 0.05
-"""Feed above which the whole correction is learned, up to 200 Hz; below it half of it, up to 100 Hz [m/s]."""
+FAST = 0.05  # Feed above which the whole correction is learned, up to 200 Hz; below it half of it, up to 100 Hz [m/s]
 
 
 @dataclass(frozen=True)

@@ -77,8 +77,7 @@ Instrument = Literal["encoders", "grid", "ball-bar", ""]
 """Instrument that measured the position: encoders of the axes, grid encoder or ball bar; empty if not stated."""
 LEAST = 16  # Least number of samples of a circle test
 LARGEST_CIRCLE = 1e3  # Largest radius [m] and feed [m/s] of a circle test
-CHANNELS = ("time", "reference", "position", "input", "force")
-"""Channels of an axis in a circle test."""
+CHANNELS = ("time", "reference", "position", "input", "force")  # Channels of an axis in a circle test
 STILL = 0.01  # Least travel of each axis of a circle, as a share of the radius
 SLOWEST = 900.0  # Least sampling rate that resolves a reversal [Hz]
 

@@ -40,8 +40,7 @@ from fric.simulate.contour_run import ACCURACY, PLACES, Chance
 from fric.simulate.machine import Axis, Machine
 from fric.simulate.spread import Spread, draw_machine
 
-SHARE = 0.2
-"""Relative difference (95 %) of the residual force along another motion."""
+SHARE = 0.2  # Relative difference (95 %) of the residual force along another motion
 
 
 @dataclass(frozen=True)
@@ -378,8 +377,7 @@ FARTHEST, TELLING, LATER = 4e-4, 2.0, 0.1
 what share of the delay it must differ."""
 SOFTER, STIFFER = Spread(0.5, 0.5), Spread(2.0, 2.0)
 """Factors of the stiffness of the logs, which shifts a reversal as a delay does."""
-OTHER_FEED = 2.0
-"""Ratio of feeds, and of radii, beyond which a measured circle predicts little of another."""
+OTHER_FEED = 2.0  # Ratio of feeds, and of radii, beyond which a measured circle predicts little of another
 
 
 def distrusts(
@@ -507,8 +505,7 @@ def observers_distrust(schemes: Sequence[Scheme], notices: Iterable[Notice]) -> 
     return {scheme.name: why for scheme in schemes if OBSERVER in scheme.blocks and why}
 
 
-LEARNED = "learned"
-"""Name of the friction model of a scheme that feeds forward what was learned."""
+LEARNED = "learned"  # Name of the friction model of a scheme that feeds forward what was learned
 CLEARLY = 0.6
 """Largest share of the glitch under the best model that remains after learning, for learning to judge the model."""
 

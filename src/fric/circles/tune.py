@@ -97,10 +97,8 @@ def loop_warnings(axes: Mapping[str, TunedAxis]) -> Iterator[Notice]:
             yield circle.FALLING_FRICTION.found(f"axis {name}", margin=margin, fed=fed, design=margin < GROWS)
 
 
-GAIN = 0.97
-"""Largest share of four parameters' residual that the full shape may leave, to be chosen."""
-DISPLACED = 0.5e-6
-"""Largest error of the position by a jittering clock [m]: more exceeds the error to compensate."""
+GAIN = 0.97  # Largest share of four parameters' residual that the full shape may leave, to be chosen
+DISPLACED = 0.5e-6  # Largest error of the position by a jittering clock [m]: more exceeds the error to compensate
 AGAIN, RESTS = 3, 0.01
 """Largest number of refinements of motion and fit, and the change of the logarithms at which they end."""
 FEWER = (

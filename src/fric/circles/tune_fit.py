@@ -33,8 +33,7 @@ from fric.records.resolution import lattice_step
 from fric.simulate.machine import Axis
 from fric.statistics import hac_covariance, score_covariance
 
-FOUR = ("level", "stiffness", "C", "T_d")
-"""The parameters tuned first."""
+FOUR = ("level", "stiffness", "C", "T_d")  # The parameters tuned first
 FALL = ("ratio", "v_s", "delta")  # Those of the fall of friction with speed
 PRIORS = {
     "level": 0.5, "stiffness": 1.0, "C": 2.0, "T_d": 0.15, "ratio": 0.3, "v_s": 0.7, "delta": 0.3, "side": 0.2,
@@ -151,12 +150,9 @@ def parameters(model: GMS) -> dict[str, float | tuple[float, ...]]:
 
 STARTS = ((0.74, 1.0), (0.5, 2.7), (1.2, 0.22))
 """Stiffness and C, as shares of the nominal values, at which the search begins."""
-RESTS = 1e-4
-"""Relative change of the squares, and move in the logarithm, below which a search ends."""
-STEP = 4e-3
-"""Step of the derivatives, in the logarithm."""
-NOISE = 0.5e-3
-"""Least standard deviation of a residual relative to the priors [V]."""
+RESTS = 1e-4  # Relative change of the squares, and move in the logarithm, below which a search ends
+STEP = 4e-3  # Step of the derivatives, in the logarithm
+NOISE = 0.5e-3  # Least standard deviation of a residual relative to the priors [V]
 
 
 @dataclass(frozen=True)
@@ -314,10 +310,8 @@ def at(balance: Balance, x: Real, plant: Real | None = None) -> FittedBalance:
     return FittedBalance(balance, x, np.asarray(linear, float), residual, gradient / balance.weights[:, None])
 
 
-DRAWS = 8
-"""Number of simulated repetitions of each circle."""
-FEW = 3
-"""The same, for the part of a residual due to the encoder."""
+DRAWS = 8  # Number of simulated repetitions of each circle
+FEW = 3  # The same, for the part of a residual due to the encoder
 SHAPE = 1.6
 """Residual of four parameters over noise and encoder effects, above which the full shape is fitted. Where the shape is
 right they leave 1.1 to 1.4 times as much, where it is not 4 to 16. Below it is a tie: four are simpler.
@@ -369,8 +363,7 @@ def _once_more(found: FittedBalance, n: int, rng: np.random.Generator) -> Measur
 
 SMOOTHED = 40.0
 """Corner of the filter over the instruments [Hz]: at 50 Hz 1 % of T_d are left, below 40 they show too little."""
-GROWN = 1.02
-"""Largest residual of instruments over that of least squares: with more, they are too weak."""
+GROWN = 1.02  # Largest residual of instruments over that of least squares: with more, they are too weak
 
 
 @dataclass(frozen=True)
@@ -504,15 +497,13 @@ class TunedAxis:
         return {} if found is None else {**found.static, **found.gms, **found.plant}
 
 
-FEEDS_APART = 3.0
-"""Ratio of the feeds of two circles above which they hold different information."""
+FEEDS_APART = 3.0  # Ratio of the feeds of two circles above which they hold different information
 LATE = 0.25
 """Relative deviation of the delay from the nominal value that gives a warning, where its interval excludes it."""
 BLOCKS_ALIKE = 0.5
 """Distance of two blocks' slip displacements, in the logarithm, below which they are not separable: the residual has
 several minima there, whose alpha and k differ by up to 20 %."""
-HALF_WIDTH = 2.31
-"""Half-width of a 95 % interval in standard deviations from a bootstrap of eight draws (Student's t)."""
+HALF_WIDTH = 2.31  # Half-width of a 95 % interval in standard deviations from a bootstrap of eight draws (Student's t)
 MISFIT = 3.0  # Largest residual of a result over the noise
 AT_BOUND = 0.97  # Share of a bound of the search above which a parameter counts as at it
 SMALL_STEP = 1e-4  # Step of derivatives between parameters and coordinates, in the logarithm

@@ -30,8 +30,7 @@ from fric.records.timing import even_sampling
 
 Loop = Literal["closed", "open", "inverse"]
 
-LEAD = 0.05
-"""Time span for the initial velocity of the record [s]."""
+LEAD = 0.05  # Time span for the initial velocity of the record [s]
 
 
 @dataclass(frozen=True)
@@ -178,8 +177,7 @@ def _run(  # noqa: PLR0913 - one closed loop for three ways of validation
     return traces.position, traces.input
 
 
-Pairs = dict[str, tuple[Real, Real]]
-"""Signals, measured and simulated, by name."""
+Pairs = dict[str, tuple[Real, Real]]  # Signals, measured and simulated, by name
 
 
 def _motions(log: Log, rate: float, position: Real) -> tuple[Pairs, float]:

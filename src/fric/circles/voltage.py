@@ -24,8 +24,7 @@ COMPARED = 70.0
 acceleration weakens what is found of inertia, and the delay makes up for it: at 100 Hz B was 0.15 % high and T_d 4 to
 10 % long, at 70 Hz neither was."""
 RUN_IN = 0.15  # Share of a record that is left out: friction's state where it begins is not known
-BREAK_AWAY = 0.5e-6
-"""The motion behind a reversal is sampled `FINE` times while it covers so much [m]."""
+BREAK_AWAY = 0.5e-6  # The motion behind a reversal is sampled `FINE` times while it covers so much [m]
 FINE = 8
 ROWS = 400.0  # Least rate of the compared samples [Hz]: behind the filter, samples between them add no information
 LEAST, TURNED = 32, 1.5 * pi  # Samples that are compared, and angle that they cover [rad], at least

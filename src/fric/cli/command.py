@@ -100,8 +100,7 @@ def values_of(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 READ_MACHINE = "fric.documents.machine_files:read_machine"
-GIVEN = {"advance", "interrupted", "force"}
-"""Arguments of verbs that the command supplies."""
+GIVEN = {"advance", "interrupted", "force"}  # Arguments of verbs that the command supplies
 
 
 def _lift(given: str) -> str:

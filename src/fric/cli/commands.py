@@ -25,8 +25,7 @@ def models_in(*folders: Path | str) -> dict[str, str]:
     return found
 
 
-MODELS = models_in(*folders("fric.friction"))
-"""Every model that can be identified, with its description."""
+MODELS = models_in(*folders("fric.friction"))  # Every model that can be identified, with its description
 
 FRICTION = Output("FRICTION.yaml", "Friction file to write.")
 

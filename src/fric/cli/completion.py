@@ -11,10 +11,8 @@ from pathlib import Path
 
 import typer
 
-_PLAIN = re.compile(r"[\w.,:+@%=-]+")
-"""What a shell takes as it stands: a name out of a file could be a command."""
-Words = Sequence[str]
-"""The words of the line so far, without those that name commands."""
+_PLAIN = re.compile(r"[\w.,:+@%=-]+")  # What a shell takes as it stands: a name out of a file could be a command
+Words = Sequence[str]  # The words of the line so far, without those that name commands
 
 
 def _completes(names: Callable[[Words], Iterable[str]]) -> Callable[[typer.Context, str], list[str]]:

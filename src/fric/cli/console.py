@@ -71,8 +71,7 @@ def _spelled(error: UnicodeError) -> tuple[str, int]:
     return text.encode(error.encoding, "replace").decode(error.encoding), error.end
 
 
-MOST_CHARACTERS = 1000
-"""Characters of a warning at most."""
+MOST_CHARACTERS = 1000  # Characters of a warning at most
 
 OUT, ERR = Stream(stderr=False), Stream(stderr=True)
 
@@ -184,8 +183,7 @@ def progress(description: str, total: int | None = None) -> Iterator[Any]:
             _BARS.remove(bar)
 
 
-_BARS: list[Any] = []
-"""Progress bars that are drawn."""
+_BARS: list[Any] = []  # Progress bars that are drawn
 
 
 def asker(given: Mapping[str, Any]) -> Callable[[Any], None] | None:

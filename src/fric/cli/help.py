@@ -120,12 +120,9 @@ GROUPS: Mapping[str, Mapping[str, Sequence[str]]] = {
     "export": {"What the controller knows": BELIEFS, "Evidence for it": ("circles", "drawn")},
 }  # fmt: skip
 """Options of a command by the title of their group."""
-PREFIXES = {"Circle": "For circles", "Of a fleet": "For a fleet"}
-"""The same by the begin of an option's help."""
-WIDTH = 80
-"""Largest width of a line of an example [columns]."""
-OUTPUT = ("output", "plot", "plot_reversal", "json", "force", "help")
-"""Options for the places of results, listed last."""
+PREFIXES = {"Circle": "For circles", "Of a fleet": "For a fleet"}  # The same by the begin of an option's help
+WIDTH = 80  # Largest width of a line of an example [columns]
+OUTPUT = ("output", "plot", "plot_reversal", "json", "force", "help")  # Options for the places of results, listed last
 
 
 def listed(homes: Mapping[str, Any], name: str, text_of: Any) -> dict[str, list[tuple[str, str]]]:

@@ -50,10 +50,8 @@ class _InterruptedError(BaseException):
 HELD = ("numba", "llvmlite")
 """Libraries that no exception out of nowhere may strike: it is lost in a finalizer or a callback of theirs, ends in
 another error where compiled code asked for what is unpickled, or frees memory twice."""
-_STRUCK: list[int] = []
-"""Signals that were raised: a library written in C that one strikes may end in a SystemError."""
-AGAIN = 0.01
-"""After which time an interrupt that struck one of them is tried again [s]."""
+_STRUCK: list[int] = []  # Signals that were raised: a library written in C that one strikes may end in a SystemError
+AGAIN = 0.01  # After which time an interrupt that struck one of them is tried again [s]
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:

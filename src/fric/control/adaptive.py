@@ -29,8 +29,7 @@ from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
 from fric.kernels.elementary import exp
 
-SOFT, STIFF = 0.6, 1.6
-"""Stiffness of both models over the nominal stiffness."""
+SOFT, STIFF = 0.6, 1.6  # Stiffness of both models over the nominal stiffness
 HEAD = 7
 
 

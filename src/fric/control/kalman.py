@@ -24,8 +24,7 @@ from fric.exact import riccati
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
 
-OWN = 3
-"""States before those of the delayed voltages: position, velocity and disturbance."""
+OWN = 3  # States before those of the delayed voltages: position, velocity and disturbance
 
 
 @compiled_block

@@ -15,8 +15,7 @@ from fric.verb import typed
 
 Lead = float | Literal["auto"]
 """Lead of the feedforward ahead of the reference [s]; ``auto`` for the delay T_d of the nominal plant."""
-LARGEST_GAIN = 100.0
-"""Of a feedforward: no share of a friction that is believed."""
+LARGEST_GAIN = 100.0  # Of a feedforward: no share of a friction that is believed
 
 
 def require_feedforward(gain: float | None, lead: Lead | None) -> None:
@@ -27,8 +26,7 @@ def require_feedforward(gain: float | None, lead: Lead | None) -> None:
         raise FricError(f"the lead of the feedforward is {lead:g} s", hint=f"Give 0 to {MOST_LEAD:g} s, or auto.")
 
 
-OBSERVER = "inverse-model"
-"""The block that ``observer: true`` denotes."""
+OBSERVER = "inverse-model"  # The block that ``observer: true`` denotes
 
 
 @typed

@@ -147,8 +147,7 @@ class SampledLoop:
         return bool(np.abs(others).max() < 1.0)
 
 
-SHORT = 160
-"""Samples of the short period."""
+SHORT = 160  # Samples of the short period
 
 
 def learned_share(block: ControlBlock, loop: SampledLoop, setting: Setting) -> tuple[float, float]:

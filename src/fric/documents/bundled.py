@@ -9,8 +9,7 @@ from fric.errors import FricError, as_options, near
 from fric.input import missing
 from fric.verb import verb
 
-RIG = "rig"
-"""The example of the README: logs of the virtual rig, and the rig itself."""
+RIG = "rig"  # The example of the README: logs of the virtual rig, and the rig itself
 
 
 def folder(name: str) -> Path:
@@ -40,8 +39,7 @@ def located(path: Path, kind: str) -> Path:
     raise missing(path, tuple(known))
 
 
-KINDS = ("machine", "mapping", "schemes", "spread", "controller")
-"""Types of documents that are examples by their names."""
+KINDS = ("machine", "mapping", "schemes", "spread", "controller")  # Types of documents that are examples by their names
 
 
 def examples() -> dict[str, str]:

@@ -68,10 +68,8 @@ def read_spreads(path: Path | str) -> dict[str, Spread]:
 
 CROSSED = 50.0
 """Frequency at which a misfit of the response counts as a phase error [Hz]: about that of a feed drive's loop."""
-OPEN = 2.0
-"""Factor to either side that bounds a parameter whose interval is open, or does not contain its estimate."""
-AT_LEAST = 1e-3
-"""Errors below this share are neglected."""
+OPEN = 2.0  # Factor to either side that bounds a parameter whose interval is open, or does not contain its estimate
+AT_LEAST = 1e-3  # Errors below this share are neglected
 FORM: Mapping[str, float] = {"k": 0.1, "alpha": 0.05, "C": 0.2, "v_s": 0.1, "T_d": 0.05, "B": 0.01}
 """Least difference of a real axis from a model of a few blocks and a single mass."""
 

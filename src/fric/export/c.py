@@ -23,8 +23,7 @@ EQUATIONS = {
     ),
     "machine": ("z'' = B*u(t - delay) - A*z' - (F(z) + load)/M",),
 }
-SUB_STEPS = 50
-"""Steps of the exported axis in one period of its controller."""
+SUB_STEPS = 50  # Steps of the exported axis in one period of its controller
 
 
 def name_of(part: ExportedPart) -> str:

@@ -13,12 +13,9 @@ from fric.export.rendering import identifier, render
 from fric.reference import Reference
 from fric.units import Motion, rotates
 
-SHORTEST = 8e-3
-"""Least time between two points [s]."""
-TOLERANCE = 1e-7
-"""Largest deviation of straight pieces from the motion [m, rad], if the least time allows it."""
-EVEN = 1e-6
-"""Share of the largest acceleration up to which the speed counts as constant."""
+SHORTEST = 8e-3  # Least time between two points [s]
+TOLERANCE = 1e-7  # Largest deviation of straight pieces from the motion [m, rad], if the least time allows it
+EVEN = 1e-6  # Share of the largest acceleration up to which the speed counts as constant
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,8 +117,7 @@ def shown_scale(motion: Motion) -> tuple[float, str]:
 
 LETTERS = "XYZABCUVW"
 
-BLOCK = 16e-3
-"""Least time of a block [s]: any control can process sixty per second."""
+BLOCK = 16e-3  # Least time of a block [s]: any control can process sixty per second
 
 
 @dataclass(frozen=True)
@@ -223,8 +219,7 @@ def table_files(move: Move) -> Mapping[str, str]:
 TABLE = MotionDialect("table", "function blocks for TwinCAT and CODESYS that run through points in time", table_files)
 
 
-ROWS = 2048
-"""Largest number of rows of a motion; of a longer motion every n-th sample is written."""
+ROWS = 2048  # Largest number of rows of a motion; of a longer motion every n-th sample is written
 
 
 def csv_files(move: Move) -> Mapping[str, str]:

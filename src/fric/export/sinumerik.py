@@ -32,18 +32,13 @@ from fric.simulate.contour_run import PLACES, SLOW, Chance
 from fric.simulate.machine import Axis, Machine
 from fric.units import rotates
 
-RADIUS = 0.03
-"""Radius of the circles for the fit of the pulse [m]."""
-FEEDS = (0.1, 0.03, 0.01)
-"""Feeds of these circles [m/s]: accelerations at the reversal from 0.0033 to 0.33 m/s²."""
-WINDOW = 0.05
-"""Time after the fastest reversal in which the rise of friction gives the start of the search [s]."""
-DECAYS = np.geomspace(0.004, 0.2, 12)
-"""Trial decays [s]."""
+RADIUS = 0.03  # Radius of the circles for the fit of the pulse [m]
+FEEDS = (0.1, 0.03, 0.01)  # Feeds of these circles [m/s]: accelerations at the reversal from 0.0033 to 0.33 m/s²
+WINDOW = 0.05  # Time after the fastest reversal in which the rise of friction gives the start of the search [s]
+DECAYS = np.geomspace(0.004, 0.2, 12)  # Trial decays [s]
 SHARES = np.array([1.0, 0.9, 1.1, 0.8, 1.2, 0.7, 1.3, 0.6, 0.5, 0.4])
 """Trial amplitudes over that of the fastest reversal's rise, nearest first, which decides ties."""
-ACCURACY = 5e-9
-"""Accuracy of the simulated circles [m]."""
+ACCURACY = 5e-9  # Accuracy of the simulated circles [m]
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,7 @@ from fric.export.base import ExportedPart, Files, Target, axis_values, friction_
 from fric.export.c import name_of
 from fric.units import si_unit
 
-SPEEDS = 61
-"""Speeds of the table of steady friction, both directions and rest."""
+SPEEDS = 61  # Speeds of the table of steady friction, both directions and rest
 SECTIONS = {"axis": ("K_f", "A", "B"), "feedforward": ("gain", "lead"), "controller": ("sampling", "limit")}
 """Sections of the table of parameters, besides those of friction."""
 

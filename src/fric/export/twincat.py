@@ -13,10 +13,8 @@ from fric.export.c import name_of
 from fric.export.rendering import render
 from fric.units import rotates, si_unit
 
-POINTS = 20
-"""Largest number of points in the list."""
-FASTEST = 0.5
-"""Largest velocity of the list [m/s, rad/s]."""
+POINTS = 20  # Largest number of points in the list
+FASTEST = 0.5  # Largest velocity of the list [m/s, rad/s]
 
 
 def list_of(part: ExportedPart) -> tuple[Real, Real, float]:

@@ -15,8 +15,7 @@ from fric.simulate.circle import CircleMap, CircleRun
 from fric.simulate.monte_carlo import MonteCarlo
 from fric.simulate.path import PathRun
 
-LINES = 4
-"""Grid lines on either side of the nominal circle, which is drawn with a radius of twice as many."""
+LINES = 4  # Grid lines on either side of the nominal circle, which is drawn with a radius of twice as many
 
 
 @view("contour", of="CircleRun", usual=True)
@@ -131,8 +130,7 @@ def draw_circle_map(found: CircleMap) -> Figure:
     return figure
 
 
-AROUND = np.pi / 12
-"""Half the width of what is shown, as an angle on the circle [rad]."""
+AROUND = np.pi / 12  # Half the width of what is shown, as an angle on the circle [rad]
 
 
 @view("reversal", of="CircleRun")

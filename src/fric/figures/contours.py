@@ -15,8 +15,7 @@ from fric.control.scheme import Scheme
 from fric.figures.circle import direction_arrow
 from fric.figures.style import BLUE, CYCLE, GREY, VERMILION, new_figure
 
-BEFORE, AFTER = 5.0, 25.0
-"""What is drawn before and after a reversal [degrees]."""
+BEFORE, AFTER = 5.0, 25.0  # What is drawn before and after a reversal [degrees]
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,10 +15,8 @@ from fric.circles.glitches import smoothed
 from fric.figures.circle import LINES, direction_arrow, grid_lines, grid_of
 from fric.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, feed_of, new_figure, view
 
-COLOURS = {1: BLUE, -1: GREEN}
-"""Colour of each direction."""
-PARTS = 1440
-"""Parts of a turn that are drawn."""
+COLOURS = {1: BLUE, -1: GREEN}  # Colour of each direction
+PARTS = 1440  # Parts of a turn that are drawn
 
 
 @view("diagnosis", of="Diagnosis", usual=True)

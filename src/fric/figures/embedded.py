@@ -15,8 +15,7 @@ from matplotlib.projections.polar import PolarAxes
 
 from fric.figures.style import DRAWING, STYLE, laid_out
 
-STROKE = 1.4
-"""Pixels for a point of a line's width, for every size and zoom of a figure on the page."""
+STROKE = 1.4  # Pixels for a point of a line's width, for every size and zoom of a figure on the page
 _NOTHING = dict.fromkeys(("Creator", "Date", "Format", "Type"))
 _LINES = re.compile(r"(stroke-width|stroke-dasharray|stroke-dashoffset): ([^;\"]+)")
 

@@ -12,8 +12,7 @@ from fric.design.observer import ObserverDesign
 from fric.design.perturbation import Perturbation
 from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, look, new_figure, view
 
-LOWEST = 0.5
-"""Lowest frequency at which loops are drawn [Hz]."""
+LOWEST = 0.5  # Lowest frequency at which loops are drawn [Hz]
 
 
 def bode_figure(loops: Iterable[Loop], nyquist: float) -> Figure:

@@ -14,10 +14,8 @@ from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.records.inspection import Inspected, Inspection
 from fric.units import prefixed, si_unit
 
-POINTS = 4000
-"""Columns that a curve is drawn in: more samples than twice that are drawn as their least and greatest."""
-MOST_ROWS = 6
-"""Largest number of records that each get a separate row of panels; more records are overlaid."""
+POINTS = 4000  # Columns that a curve is drawn in: more samples than twice that are drawn as their least and greatest
+MOST_ROWS = 6  # Largest number of records that each get a separate row of panels; more records are overlaid
 
 
 def draw_record(records: Sequence[Record], found: Sequence[Inspected]) -> Figure:

@@ -127,8 +127,7 @@ def rendered(figure: Figure, ending: str = "svg") -> bytes:
     return out.getvalue()
 
 
-DRAWING = 72.0
-"""Points of an inch, as which SVG and PDF are drawn."""
+DRAWING = 72.0  # Points of an inch, as which SVG and PDF are drawn
 
 
 @contextmanager

@@ -10,8 +10,7 @@ from fric.circles.learn import Learned
 from fric.circles.tune_fit import TunedAxis
 from fric.figures.style import BLUE, GREY, VERMILION, feed_of, new_figure, view
 
-AROUND = np.radians(25.0)
-"""Half of what is shown around a reversal, as an angle on the circle [rad]."""
+AROUND = np.radians(25.0)  # Half of what is shown around a reversal, as an angle on the circle [rad]
 
 
 @view("voltage", of="TunedAxis", usual=True)

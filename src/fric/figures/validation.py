@@ -39,8 +39,7 @@ def draw_validation(validations: Sequence[Validation]) -> Figure:
         return figure
 
 
-MOST_DRAWN = 4
-"""Records that are drawn."""
+MOST_DRAWN = 4  # Records that are drawn
 
 
 @view("replay", of="ReplayFit", usual=True)

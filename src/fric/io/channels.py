@@ -40,10 +40,8 @@ ORDER: dict[Form, tuple[str, ...]] = {
     "means": tuple(FORCE_VELOCITY_DIMENSIONS),
 }
 """Channels that each form can have."""
-MOST_DECIBEL = 400.0
-"""Magnitude of a cell in decibels at most."""
-SLOWEST = 1e-6
-"""Samples a second that a mapping may state, at least [Hz]."""
+MOST_DECIBEL = 400.0  # Magnitude of a cell in decibels at most
+SLOWEST = 1e-6  # Samples a second that a mapping may state, at least [Hz]
 TINY = 1e-300
 _NEPER_A_DECIBEL = math.log(10.0) / 20.0
 _DECIBEL = re.compile(r"dB\s*(?:\((.*)\))?")

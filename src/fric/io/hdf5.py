@@ -33,18 +33,12 @@ from fric.units import SI_UNITS, Motion, factor, si_unit
 
 Buffer = bytes | Real
 
-CHUNK = 65_536
-"""Samples a chunk: half a MiB of doubles."""
-AHEAD = 2
-"""Chunks a column that may wait to be written."""
-LEVEL = 1
-"""Of deflate: logs are mostly noise in their last digits, which a higher level does not shorten."""
-SAMPLE = 512
-"""Samples from which the compression of more of their kind is estimated."""
-WORTH = 0.25
-"""Share of the size above which data are stored without compression."""
-_AS_IT_IS = 0b11
-"""Filter mask of a chunk that neither filter was applied to."""
+CHUNK = 65_536  # Samples a chunk: half a MiB of doubles
+AHEAD = 2  # Chunks a column that may wait to be written
+LEVEL = 1  # Of deflate: logs are mostly noise in their last digits, which a higher level does not shorten
+SAMPLE = 512  # Samples from which the compression of more of their kind is estimated
+WORTH = 0.25  # Share of the size above which data are stored without compression
+_AS_IT_IS = 0b11  # Filter mask of a chunk that neither filter was applied to
 
 
 def compressor() -> ThreadPoolExecutor:
@@ -128,8 +122,7 @@ def _shuffled(values: Real) -> NDArray[np.uint8]:
 
 
 FORMAT = "log/1"
-MOST_NAME = 200
-"""Characters of the name of a record at most."""
+MOST_NAME = 200  # Characters of the name of a record at most
 
 
 class LogWriter:

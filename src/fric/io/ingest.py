@@ -40,16 +40,12 @@ def digest_of(path: Path) -> str:
         raise FricError(f"cannot be read: {error.strerror}", where=str(path)) from None
 
 
-WINDOW = 32
-"""Samples that a sampling period is taken over."""
-RATES_DIFFER = 1.3
-"""Two segments whose periods differ by more than this factor were sampled at two rates."""
-ODD_SHARE = 0.1
-"""A segment at another rate that is shorter than this, and inside the record, is missing samples."""
+WINDOW = 32  # Samples that a sampling period is taken over
+RATES_DIFFER = 1.3  # Two segments whose periods differ by more than this factor were sampled at two rates
+ODD_SHARE = 0.1  # A segment at another rate that is shorter than this, and inside the record, is missing samples
 
 
-RUN = 100
-"""Samples of a run of a file at least."""
+RUN = 100  # Samples of a run of a file at least
 
 
 class ClockCheck:
@@ -290,8 +286,7 @@ def joined(files: Sequence[tuple[ForeignTable, ColumnPlan]]) -> tuple[Joined, Co
 KIND_OF_FORM: dict[Form, Kind] = {"response": "frequency-response", "means": FORCE_VELOCITY}
 """Kinds that follow from the columns."""
 BadCells = Literal["error", "drop"]
-EVERYTHING = (-inf, inf)
-"""A window that leaves nothing out [s]."""
+EVERYTHING = (-inf, inf)  # A window that leaves nothing out [s]
 Progress = Callable[[int], None]
 
 

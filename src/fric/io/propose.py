@@ -28,10 +28,8 @@ from fric.units import MOTIONS, Motion, converts, rotates, si_unit
 
 NEEDED = ("time", "position", "velocity", "force")
 """Channels that need a question where they are not sure; other unsure channels are left out."""
-MOST_MEANS = 500
-"""Rows of a table of velocities and forces without samples, at most."""
-MOST_FILES = 16
-"""Number of files of the same columns whose values are read."""
+MOST_MEANS = 500  # Rows of a table of velocities and forces without samples, at most
+MOST_FILES = 16  # Number of files of the same columns whose values are read
 
 
 @dataclass(frozen=True)

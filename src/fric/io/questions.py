@@ -20,14 +20,11 @@ from fric.io.words import Reading
 from fric.output import staged
 from fric.units import Motion, converts, factor, in_units_of, parse, rotates
 
-MOST_QUESTIONS = 3
-"""Largest number of questions; of the rest the likeliest answer is taken."""
-NAME = "fric-mapping"
-"""Name of the mapping that answers become, in the folder of the logs."""
+MOST_QUESTIONS = 3  # Largest number of questions; of the rest the likeliest answer is taken
+NAME = "fric-mapping"  # Name of the mapping that answers become, in the folder of the logs
 NO_TIME = Role("time", None, "", 1.0, 0.0, "as was answered")
 RATES = ("1 kHz", "4 kHz", "2 kHz", "500 Hz", "100 Hz")
-_DOTS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
-"""Bits of the dots of a character of braille."""
+_DOTS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])  # Bits of the dots of a character of braille
 
 
 @dataclass(frozen=True)
@@ -74,8 +71,7 @@ class Review:
             self.others(question)
 
 
-Ask = Callable[[Question], None]
-"""Puts a question to the user, and has it take the answer; or shows all at once."""
+Ask = Callable[[Question], None]  # Puts a question to the user, and has it take the answer; or shows all at once
 
 
 def answered(guess: Guessed, ask: Ask, *places: Path) -> tuple[Path | None, Guessed]:

@@ -23,36 +23,25 @@ from fric.units import factor as si_factor
 
 LIKELY = ("time", "reference", "position", "velocity", "force", "input")
 """Channels in the order in which columns are given to them by their names."""
-SURE = 0.95
-"""Likelihood above which a choice is taken without a question."""
-MOST_VALUES = 8_000_000
-"""Numbers of all tables together that are used."""
-ROWS = 12_000
-"""Increments that a pair of columns is judged by."""
+SURE = 0.95  # Likelihood above which a choice is taken without a question
+MOST_VALUES = 8_000_000  # Numbers of all tables together that are used
+ROWS = 12_000  # Increments that a pair of columns is judged by
 WINDOWS = (2, 8, 32, 128, 512)
 """Rows over which increments are taken: short ones show lags, long ones are robust to quantisation and noise."""
 PAIR, NAMED_PAIR = 0.985, 0.8
 """Share of the variance that makes a column the derivative of another; where names or units show it, too."""
-SAME = 0.97
-"""Correlation of increments above which two positions are of one axis."""
-EXACT = 0.99999
-"""Share of the variance above which a derivative is that of a command."""
-BRAKED = 0.1
-"""Share that the sign of the velocity explains of a force at least; an acceleration has less."""
-REPEATED = 0.01
-"""Share of repeated stamps above which stamps are rounded."""
+SAME = 0.97  # Correlation of increments above which two positions are of one axis
+EXACT = 0.99999  # Share of the variance above which a derivative is that of a command
+BRAKED = 0.1  # Share that the sign of the velocity explains of a force at least; an acceleration has less
+REPEATED = 0.01  # Share of repeated stamps above which stamps are rounded
 UNUSUAL, BY_CHANCE = 0.01, 0.1
 """Weight of unusual units, relative to that of usual units; how often these have a usual factor."""
-UNFIT = 0.5
-"""Likelihood at most of units that do not explain the factor between position and velocity."""
+UNFIT = 0.5  # Likelihood at most of units that do not explain the factor between position and velocity
 WORSE = 20.0
 """How much more of the variance a column without a name leaves than the velocity does, before it may be a force."""
-DRIVING = 0.2
-"""Score of a voltage that drives an axis, at least."""
-JUMPS = 0.5
-"""Step from row to row, relative to the spread, from which on a position cannot be followed."""
-MODES = 4
-"""Values that a mode has at most."""
+DRIVING = 0.2  # Score of a voltage that drives an axis, at least
+JUMPS = 0.5  # Step from row to row, relative to the spread, from which on a position cannot be followed
+MODES = 4  # Values that a mode has at most
 
 
 @dataclass(frozen=True)
@@ -88,8 +77,7 @@ class AxisColumns:
         return [role for role in self.roles.values() if min(role.likelihood, role.unit_likelihood) < SURE]
 
 
-BEYOND = 1e20
-"""Magnitude of a value that no log holds, in any unit: stamps in ns are 1e18."""
+BEYOND = 1e20  # Magnitude of a value that no log holds, in any unit: stamps in ns are 1e18
 
 
 class Samples:
@@ -724,8 +712,7 @@ def _in_units(
     return AxisColumns("", moves, motion_sure, whole, tuple(ranked), None if logged else movement.factor)
 
 
-Units = tuple[str, float, tuple[str, ...]]
-"""A unit, how sure it is, and the others that it may be."""
+Units = tuple[str, float, tuple[str, ...]]  # A unit, how sure it is, and the others that it may be
 
 
 def _units_beside(
@@ -742,8 +729,7 @@ def _units_beside(
 
 
 _DECADES = tuple(m * 10.0**k for m in (1.0, 2.0, 3.6, 4.0, 5.0) for k in range(2, 6))
-COUNTS = np.array([*(2.0**k for k in range(8, 25)), *_DECADES])
-"""Steps of a turn that encoders have."""
+COUNTS = np.array([*(2.0**k for k in range(8, 25)), *_DECADES])  # Steps of a turn that encoders have
 
 
 def _counted(

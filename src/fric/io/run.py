@@ -26,8 +26,7 @@ from fric.units import si_unit
 
 FORMAT = "run/1"
 AGAIN = "Make it again with `fric simulate`."
-MONTE_CARLO = "monte_carlo"
-"""The group of the results of many machines; every other group is of a scheme."""
+MONTE_CARLO = "monte_carlo"  # The group of the results of many machines; every other group is of a scheme
 
 DIMENSIONS = {
     "time": "time", "reference": "position", "position": "position", "measured": "position", "velocity": "velocity",

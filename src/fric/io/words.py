@@ -64,8 +64,7 @@ OF_MEANS = {
 """Further names of the columns of a table of forces and velocities."""
 
 
-AXES = "xyzabcuvw"
-"""Letters that name axes of machine tools."""
+AXES = "xyzabcuvw"  # Letters that name axes of machine tools
 
 
 def named_as(column: Column) -> str | None:
@@ -321,12 +320,10 @@ USUAL: dict[Motion, tuple[dict[str, float], dict[str, float], float, float]] = {
     ),
 }  # fmt: skip
 """Units of position and velocity with how usual they are; a usual travel and a usual speed, in SI."""
-TOLERANCE = 0.02
-"""Deviation of a factor from that of its units, from counts and noise."""
+TOLERANCE = 0.02  # Deviation of a factor from that of its units, from counts and noise
 GEARED = log(1.5) / TOLERANCE
 """The same, relative to it, beyond which position and velocity in known units are of two sides of a gear."""
-SIZE = log(12.0)
-"""Spread of usual travels and speeds."""
+SIZE = log(12.0)  # Spread of usual travels and speeds
 SMALL_CURRENT, LARGE_CURRENT = 5.0, 400.0
 """Currents of drives: below the first value it is in A, above the second in mA; % of the rated current between them."""
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}

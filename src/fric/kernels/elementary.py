@@ -19,8 +19,7 @@ from fric.kernels.signatures import compiled
 
 ONE = types.float64(types.float64)
 
-_PARTS = 32
-"""Parts of an octave in which exp looks up 2^(j/32)."""
+_PARTS = 32  # Parts of an octave in which exp looks up 2^(j/32)
 
 
 def _octave() -> Real:

@@ -10,8 +10,7 @@ from fric.kernels.elementary import exp, expm1, log, sin
 from fric.kernels.inner import step_at
 from fric.kernels.signatures import compiled, compiled_step
 
-AHEAD = 3
-"""State before that of the inner model: position [m], time [s], age of the contact [s]."""
+AHEAD = 3  # State before that of the inner model: position [m], time [s], age of the contact [s]
 
 
 class Guideway(NamedTuple):

@@ -16,8 +16,7 @@ proxy: Any = cgutils.create_struct_proxy
 null: Any = cgutils.get_null_value
 
 _PLAINLY: bool = getattr(config, "DISABLE_JIT")  # noqa: B009 - numba makes its settings at import
-_PLAIN: dict[float, Step] = {}
-"""Steps by their address, where the compiler is switched off by NUMBA_DISABLE_JIT."""
+_PLAIN: dict[float, Step] = {}  # Steps by their address, where the compiler is switched off by NUMBA_DISABLE_JIT
 
 
 def address_of(step: Step) -> float:
@@ -48,5 +47,4 @@ def _step_at(typing: Any, address: Any) -> Any:
     return STEP_FUNCTION(types.float64), generate
 
 
-step_at: Any = _plain_step_at if _PLAINLY else _step_at
-"""``step = step_at(address)`` inside a compiled step."""
+step_at: Any = _plain_step_at if _PLAINLY else _step_at  # ``step = step_at(address)`` inside a compiled step

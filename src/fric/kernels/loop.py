@@ -34,10 +34,8 @@ from fric.kernels.second_mass import ELONGATION
 from fric.kernels.sensing import FAULTLESS, SENSING, Sensing, reading
 from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
 
-BLOCKS = 4
-"""Blocks that a loop has room for: the controller, and three more."""
-CONTROLLER, FEEDFORWARD, OBSERVER = range(3)
-"""What a block is there for."""
+BLOCKS = 4  # Blocks that a loop has room for: the controller, and three more
+CONTROLLER, FEEDFORWARD, OBSERVER = range(3)  # What a block is there for
 
 
 class Board(NamedTuple):

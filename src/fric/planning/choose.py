@@ -106,8 +106,7 @@ def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
 
 
 MARGIN = 0.99  # Share of stroke, feed and acceleration that a plan uses, which leaves room for rounding in a program
-SLOPE = 1.875
-"""Largest slope of `fric.reference.smooth_step`: the acceleration of a ramp is this times speed over time."""
+SLOPE = 1.875  # Largest slope of `fric.reference.smooth_step`: the acceleration of a ramp is this times speed over time
 FALL = (0.05, 4.0)
 """Speeds in v_s between which the Stribeck fall is sampled: eq. (2) is 95 % and 2 % of its rise there."""
 COUNTS = 200.0  # Encoder counts per second above which a drive runs evenly, without hunting between counts

@@ -39,8 +39,7 @@ IDENTIFIED_BY = {
     "sliding-sine": ("C",), "frequency-response": ("A", "B", "T_d", "K_f", "force_lag"),
 }  # fmt: skip
 """The parameters that each kind of record determines."""
-Wanted = Mapping[str, tuple[float, bool]]
-"""Requested half-width by parameter, and whether it is relative to the value."""
+Wanted = Mapping[str, tuple[float, bool]]  # Requested half-width by parameter, and whether it is relative to the value
 
 
 @dataclass(frozen=True)

@@ -34,10 +34,8 @@ from fric.simulate.experiment import logs_of
 from fric.simulate.machine import Axis, Machine, NominalFriction
 from fric.simulate.plan import CandidateRecord, Limits, Narrowing, Planned
 
-NORMAL = 1.959963984540054
-"""Half a 95 % interval in standard deviations."""
-ASSUMED = {"C": log(10.0) / NORMAL}
-"""Standard deviation of the logarithm of an assumed parameter: C to a factor of ten."""
+NORMAL = 1.959963984540054  # Half a 95 % interval in standard deviations
+ASSUMED = {"C": log(10.0) / NORMAL}  # Standard deviation of the logarithm of an assumed parameter: C to a factor of ten
 SURE = 0.4  # Relative uncertainty of a further record's information: half-widths of simulated ones are good to 20 %
 LARGEST = 0.5  # Largest step of a logarithm or logit in which a derivative is taken
 

@@ -17,8 +17,7 @@ from fric.records.segments import SHORTEST
 from fric.statistics import jackknife
 from fric.units import si_unit
 
-Encoder = Literal["motor", "load"]
-"""The encoder whose position is that of the axis."""
+Encoder = Literal["motor", "load"]  # The encoder whose position is that of the axis
 AFTER = 0.1  # Share of a stroke after a reversal that is left out, in which the transmission takes up its backlash
 STROKES = 3  # Least number of strokes
 BESIDE = 3  # Distance in samples at which the force has independent noise

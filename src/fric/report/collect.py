@@ -37,8 +37,7 @@ from fric.simulate.path import PathRun
 from fric.units import Motion, readable
 from fric.verdict import Candidate, Verdict, candidates_of, decide, evidence_of, machine_name
 
-KINDS = ("friction", "plant", "controller", "observer")
-"""The documents that a report shows, in its order."""
+KINDS = ("friction", "plant", "controller", "observer")  # The documents that a report shows, in its order
 
 
 @dataclass(frozen=True)
@@ -235,8 +234,7 @@ class ReportInput:
 
 T = TypeVar("T", Item, ContourTest)
 
-BINS = 720
-"""Number of parts of a contour; the least and greatest error of each are kept, so that no spike is lost."""
+BINS = 720  # Number of parts of a contour; the least and greatest error of each are kept, so that no spike is lost
 
 
 def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: float | None = None) -> ReportInput:

@@ -21,12 +21,9 @@ from fric.report.page import environment
 from fric.report.served import LocalPage
 from fric.units import Motion, in_units_of, readable, rotates
 
-MOST_REQUEST = 262_144
-"""Largest size of a request [bytes]."""
-MOST_WORD = 60
-"""Largest length of a name or a unit [characters]."""
-SKETCH = 160
-"""Points of the sketch of a column."""
+MOST_REQUEST = 262_144  # Largest size of a request [bytes]
+MOST_WORD = 60  # Largest length of a name or a unit [characters]
+SKETCH = 160  # Points of the sketch of a column
 TAKEN = ("time", "position", "velocity", "force", "input", "reference", "load_position")
 """Channels that a column can be stated to be."""
 UNITS: Mapping[str, tuple[str, ...]] = {

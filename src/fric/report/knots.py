@@ -9,12 +9,10 @@ from fric.report.served import LocalPage
 from fric.results.identify import GMSResult
 from fric.units import prefixed, si_unit
 
-MOST_REQUEST = 16_384
-"""Largest size of a request [bytes]."""
+MOST_REQUEST = 16_384  # Largest size of a request [bytes]
 MOST_KNOTS = 12
 
-Fit = Callable[[Sequence[float]], "GMSResult"]
-"""Returns the blocks of knots [m]."""
+Fit = Callable[[Sequence[float]], "GMSResult"]  # Returns the blocks of knots [m]
 
 
 class KnotPage(LocalPage):

@@ -47,8 +47,7 @@ from fric.report.collect import Contour, ContourTest, Item, ReportInput
 from fric.report.drift import Change
 from fric.units import readable, rotates, si_unit
 
-CYCLE_POINTS = 1500
-"""Number of points drawn of a cycle."""
+CYCLE_POINTS = 1500  # Number of points drawn of a cycle
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,10 +265,8 @@ def presliding(inputs: ReportInput) -> float | None:
 
 
 BAND_CAPTION = "The band treats the parameters' intervals as independent."
-ZOOMED = frozenset({"contour", "reversal", "diagnosis"})
-"""Names of the figures that a page shows in a separate way."""
-POINTS = 1500
-"""Number of points drawn of a motion or a response."""
+ZOOMED = frozenset({"contour", "reversal", "diagnosis"})  # Names of the figures that a page shows in a separate way
+POINTS = 1500  # Number of points drawn of a motion or a response
 
 
 @dataclass(frozen=True)

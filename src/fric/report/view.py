@@ -42,8 +42,7 @@ TITLES = {
     "motion": "rigid axis along the motion: mass and frictions",
 }
 FIT = (("rmse", "rms of the residual"), ("r2", "R²"), ("points", "points"), ("method", "method"))
-MATTERS = 0.9
-"""Correlation above which a pair is reported: a change of either number can replace the other's."""
+MATTERS = 0.9  # Correlation above which a pair is reported: a change of either number can replace the other's
 
 
 def groups_of(item: Item) -> Iterator[dict[str, Any]]:
@@ -112,8 +111,7 @@ def measured_view(measured: Measured, key: str, tolerance: float | None) -> dict
     }  # fmt: skip
 
 
-ORDER = ("fail", "not decided", "pass", "")
-"""Results of verdicts, the page shows the first that occurs."""
+ORDER = ("fail", "not decided", "pass", "")  # Results of verdicts, the page shows the first that occurs
 
 
 def summary_of(
@@ -145,10 +143,8 @@ def summary_of(
     }  # fmt: skip
 
 
-SAME_SIGN_LEFT = 0.1
-"""Largest share of the glitch that a sufficient feedforward leaves."""
-UNEVEN = 1.3
-"""Ratio of the glitches of two axes, or of the two ends of an axis, above which they count as different."""
+SAME_SIGN_LEFT = 0.1  # Largest share of the glitch that a sufficient feedforward leaves
+UNEVEN = 1.3  # Ratio of the glitches of two axes, or of the two ends of an axis, above which they count as different
 
 
 def observations(test: ContourTest, presliding: float | None = None) -> list[str]:

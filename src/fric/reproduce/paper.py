@@ -81,8 +81,7 @@ class AxisFiles:
         return self.folder / f"{name.replace('_', '-')}.{endings[name]}"
 
 
-STEPS = len(OF_THE_PAPER) + 5
-"""Steps of an axis: experiments, plant, static map, GMS, controller, observer."""
+STEPS = len(OF_THE_PAPER) + 5  # Steps of an axis: experiments, plant, static map, GMS, controller, observer
 
 
 def learn_axis(machine: Path, axis: str, folder: Path, *, seed: int, published_plant: bool) -> list[bool]:
@@ -155,10 +154,8 @@ def _controller(files: AxisFiles, machine: Path, axis: str) -> Result:
     )
 
 
-FAR = 0.05
-"""Relative difference above which a row gives the reason."""
-CURVE = 100e-6
-"""Length of the virgin curve that is compared [m]."""
+FAR = 0.05  # Relative difference above which a row gives the reason
+CURVE = 100e-6  # Length of the virgin curve that is compared [m]
 
 
 @dataclass(frozen=True)
@@ -332,10 +329,8 @@ def _axis(name: str, files: AxisFiles, part: AxisPart, published: bool) -> dict[
     return {"name": name, "tables": tables, "figures": pictures}
 
 
-FEEDS = (0.1, 0.01)
-"""Feeds of Fig. 8 and Fig. 9 [m/s]."""
-MOST_SAMPLES = 30_000
-"""Samples of a trace that a run file keeps: a folder is to be sent by mail."""
+FEEDS = (0.1, 0.01)  # Feeds of Fig. 8 and Fig. 9 [m/s]
+MOST_SAMPLES = 30_000  # Samples of a trace that a run file keeps: a folder is to be sent by mail
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 else:  # no result needs them before it is drawn, or made a table
     Figure = DataFrame = Any
 
-BRIEF = 4
-"""Most values that a line names."""
+BRIEF = 4  # Most values that a line names
 
 
 class Result(ABC):

@@ -254,10 +254,8 @@ def design_controller(
     return ControllerResult(design, document.axis, motion, document.passed_on(), view=view)
 
 
-FIRST_MODE = 50.0
-"""Assumed lowest structural mode of an axis without a measured response [Hz]: that of a slow machine."""
-MODE_DAMPING = 0.01
-"""Its assumed damping."""
+FIRST_MODE = 50.0  # Assumed lowest structural mode of an axis without a measured response [Hz]: that of a slow machine
+MODE_DAMPING = 0.01  # Its assumed damping
 Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterworth3", "umeno-hori"]
 
 

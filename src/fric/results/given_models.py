@@ -36,8 +36,7 @@ if TYPE_CHECKING:
 D = TypeVar("D", FrictionDocument, PlantDocument, ControllerDocument, "PlanDocument")
 
 
-CIRCLES = "circle tests, or their files"
-"""Arguments of verbs that are measured circles."""
+CIRCLES = "circle tests, or their files"  # Arguments of verbs that are measured circles
 
 
 def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None, to: str = "log") -> D:

@@ -578,8 +578,7 @@ def _cycles(given: tuple[int, int] | str | None) -> tuple[int, int] | None:
     return int(first), int(last)
 
 
-CLIPPED = 0.1
-"""Share of a record whose force may be clipped: those samples are not compared."""
+CLIPPED = 0.1  # Share of a record whose force may be clipped: those samples are not compared
 
 
 @dataclass(frozen=True, eq=False, repr=False)

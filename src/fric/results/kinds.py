@@ -41,12 +41,9 @@ METAVARS = {
 """Placeholder of a quantity in a help text, by its dimension."""
 Quantities: TypeAlias = Annotated[Sequence[float | str] | float | str, Kind(str)]
 """Several quantities, also as a text with commas."""
-Count: TypeAlias = Annotated[int, Kind(least=1, most=1_000_000)]
-"""A number of things."""
-Seed: TypeAlias = Annotated[int, Kind(least=0, most=2**32 - 1)]
-"""A seed of random numbers."""
-EncoderName: TypeAlias = Literal["motor", "load"]
-"""The name of one of two encoders of an axis."""
+Count: TypeAlias = Annotated[int, Kind(least=1, most=1_000_000)]  # A number of things
+Seed: TypeAlias = Annotated[int, Kind(least=0, most=2**32 - 1)]  # A seed of random numbers
+EncoderName: TypeAlias = Literal["motor", "load"]  # The name of one of two encoders of an axis
 LogLike: TypeAlias = Annotated["Record | Path | str | Iterable[Record | Path | str]", Kind(Path, "LOG.h5")]
 """A log file, its records as `fric.read` returns them, or a list of both."""
 PlantLike: TypeAlias = Annotated["Plant | PlantDocument | Result | Path | str", Kind(Path, "PLANT.yaml")]
@@ -63,8 +60,7 @@ MachineLike: TypeAlias = Annotated["Machine | IdentifiedMachine | Path | str", K
 """A machine: given directly, as identified, as its file, or by the name of a bundled machine."""
 MappingLike: TypeAlias = Annotated["MappingDocument | Path | str", Kind(Path, "MAP.yaml")]
 """A mapping of the columns of foreign logs, or its file."""
-RecordKind: TypeAlias = Annotated[LogKind, Kind(Literal[(*KINDS, CIRCLE)], "KIND")]
-"""What was logged."""
+RecordKind: TypeAlias = Annotated[LogKind, Kind(Literal[(*KINDS, CIRCLE)], "KIND")]  # What was logged
 PlanLike: TypeAlias = Annotated["PlanDocument | Result | Path | str", Kind(Path, "PLAN")]
 """A plan, its file or its folder, or the result that made it."""
 CircleLike: TypeAlias = Annotated[
@@ -81,19 +77,14 @@ ResonancesLike: TypeAlias = Annotated["Iterable[str | StructuralMode]", Kind(lis
 """Modes, each also as a text: frequency, damping, share."""
 SpreadsLike: TypeAlias = Annotated["Mapping[str, Spread] | Path | str", Kind(Path, "SPREAD.yaml")]
 """Spreads of parameters by name, or their file."""
-CircleFiles: TypeAlias = Annotated[Sequence[Path | str], Kind(list[Path], "CIRCLE.h5")]
-"""Files of measured circles."""
-SchemeName: TypeAlias = Annotated[str, Kind(metavar="SCHEME", complete="schemes")]
-"""The name of a compensation scheme."""
+CircleFiles: TypeAlias = Annotated[Sequence[Path | str], Kind(list[Path], "CIRCLE.h5")]  # Files of measured circles
+SchemeName: TypeAlias = Annotated[str, Kind(metavar="SCHEME", complete="schemes")]  # The name of a compensation scheme
 SchemesLike: TypeAlias = Annotated["str | Scheme | Iterable[str | Scheme]", Kind(str, "SCHEME", "schemes")]
 """A scheme, several, or their names as ``a,c,f`` or ``all``."""
 KnownSchemes: TypeAlias = Annotated["Mapping[str, Scheme] | Path | str", Kind(Path, "SCHEMES.yaml")]
 """Schemes by name, or their file."""
-AxisName: TypeAlias = Annotated[str, Kind(metavar="AXIS", complete="axes")]
-"""The name of an axis."""
+AxisName: TypeAlias = Annotated[str, Kind(metavar="AXIS", complete="axes")]  # The name of an axis
 Reported: TypeAlias = Annotated["Result | Machine | Path | str", Kind(Path, "FILE")]
 """What a report is made of: a file, or a result or machine in place of the file that it saves."""
-RecordName: TypeAlias = Annotated[str, Kind(metavar="NAME", complete="records")]
-"""The name of a record."""
-Address: TypeAlias = Annotated[str, Kind(metavar="ADDRESS")]
-"""The address of a Dask cluster."""
+RecordName: TypeAlias = Annotated[str, Kind(metavar="NAME", complete="records")]  # The name of a record
+Address: TypeAlias = Annotated[str, Kind(metavar="ADDRESS")]  # The address of a Dask cluster

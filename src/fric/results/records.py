@@ -26,8 +26,7 @@ from fric.results.text import Piece, Table
 from fric.units import readable, si_unit
 from fric.verb import verb
 
-FEW = 4
-"""Largest number of records that are printed in full; more are rows of a table."""
+FEW = 4  # Largest number of records that are printed in full; more are rows of a table
 
 
 def described(found: Sequence[Inspected]) -> list[Piece]:

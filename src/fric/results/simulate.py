@@ -250,8 +250,7 @@ def circle(
     return CircleResult(subject, runs, axis, many, identified, evidence.prediction(many) if evidence else None)
 
 
-POINTS = 6
-"""Number of feeds, and of radii, in a range."""
+POINTS = 6  # Number of feeds, and of radii, in a range
 
 
 @dataclass(frozen=True, eq=False, repr=False)

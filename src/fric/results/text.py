@@ -70,10 +70,8 @@ def plain_names(symbols: Iterable[str]) -> list[str]:
     return names
 
 
-NAMES = "  what it is"
-"""Heading of the column of plain names, which is aligned to the left."""
-WIDTH = 1000
-"""Width of text outside a terminal: lines are not wrapped."""
+NAMES = "  what it is"  # Heading of the column of plain names, which is aligned to the left
+WIDTH = 1000  # Width of text outside a terminal: lines are not wrapped
 
 
 @dataclass(frozen=True)

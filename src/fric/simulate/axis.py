@@ -105,8 +105,7 @@ def _key(kind: type[ControlBlock], setting: Setting, scheme: Scheme) -> tuple[ob
 
 _DESIGNED: dict[tuple[object, ...], ControlBlock] = {}
 """Blocks that were designed for the nominal models of a controller, which many machines and schemes share."""
-_JOINT: dict[tuple[object, ...], JointDesign] = {}
-"""Blocks that were designed with their cascade, by the same."""
+_JOINT: dict[tuple[object, ...], JointDesign] = {}  # Blocks that were designed with their cascade, by the same
 
 
 def _friction(axis: Axis, scheme: Scheme) -> FrictionModel | None:

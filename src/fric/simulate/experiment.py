@@ -284,7 +284,6 @@ _MADE: dict[Kind, Experiment] = {
     "sliding-sine": sliding_sine_around,
     "frequency-response": frequency_response,
 }
-EXPERIMENTS: tuple[Kind, ...] = tuple(_MADE)
-"""The kinds of record that can be made."""
+EXPERIMENTS: tuple[Kind, ...] = tuple(_MADE)  # The kinds of record that can be made
 OF_THE_PAPER: tuple[Kind, ...] = tuple(kind for kind in EXPERIMENTS if kind != "micro-steps")
 """The kinds of record that the paper identifies an axis from."""

@@ -24,8 +24,7 @@ from fric.simulate.spread import DEFAULT_SPREADS, Intervals, Spread, check_sprea
 
 QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}
 """Quantiles of the glitch that are reported, by their keys in JSON and run files."""
-ACCURACY = 5e-9
-"""Largest error of a glitch by the integration of the plant [m], where machines differ by micrometres."""
+ACCURACY = 5e-9  # Largest error of a glitch by the integration of the plant [m], where machines differ by micrometres
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,7 @@ from fric.simulate.machine import Axis
 
 Setting = float | int | tuple[float, ...]
 
-APPROACH = 20.0
-"""Time that the begin of a motion is approached in, from the other end of the stroke [s]."""
+APPROACH = 20.0  # Time that the begin of a motion is approached in, from the other end of the stroke [s]
 
 
 @dataclass(frozen=True)

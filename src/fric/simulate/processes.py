@@ -25,8 +25,7 @@ def default_workers() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-_STUDY: Callable[[int], Any]
-"""The study whose machines a worker process runs."""
+_STUDY: Callable[[int], Any]  # The study whose machines a worker process runs
 
 
 def _begin(study: Callable[[int], Any]) -> None:

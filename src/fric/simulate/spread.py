@@ -23,8 +23,7 @@ from fric.verb import refused
 
 Intervals = Mapping[str, tuple[float, float]]
 """95 % intervals by parameter; ``negative.F_c`` is of the negative direction, ``k_2`` of the second block."""
-NORMAL_97_5 = 1.959963984540054
-"""The 97.5 % quantile of the standard normal distribution."""
+NORMAL_97_5 = 1.959963984540054  # The 97.5 % quantile of the standard normal distribution
 
 
 def normals(
@@ -121,8 +120,7 @@ Distribution = Literal["uniform", "log-uniform", "normal", "log-normal"]
 
 GROUPS = {"level": "force", "stiffness": "stiffness"}
 """Spreads of every friction parameter of one dimension: the level of friction, and the stiffness before sliding."""
-PLANT = ("A", "B", "T_d", "K_f", "M")
-"""Spreads of the plant."""
+PLANT = ("A", "B", "T_d", "K_f", "M")  # Spreads of the plant
 
 
 @dataclass(frozen=True)

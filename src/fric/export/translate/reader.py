@@ -35,8 +35,7 @@ _INTRINSICS: dict[object, str] = {
 }  # fmt: skip
 
 
-MOST_PASSES = 64
-"""Largest number of passes of an unrolled loop."""
+MOST_PASSES = 64  # Largest number of passes of an unrolled loop
 
 
 class Body:
@@ -402,8 +401,7 @@ def _ends(body: list[ast.stmt]) -> bool:
     return isinstance(last, ast.Return)
 
 
-INTERFACE = ("init", "reset", "step")
-"""Names of the exported part itself."""
+INTERFACE = ("init", "reset", "step")  # Names of the exported part itself
 
 
 @dataclass(frozen=True)

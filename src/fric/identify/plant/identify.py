@@ -228,8 +228,7 @@ def plant_records(
     return method, chosen
 
 
-UNLIKE = 0.02
-"""Misfit of eq. (1) above which a second mass is searched for [1]."""
+UNLIKE = 0.02  # Misfit of eq. (1) above which a second mass is searched for [1]
 OFF = 6.0  # Ratio to the usual residual above which a line is an outlier
 VISIBLE = 0.01  # Least relative residual of an outlying line
 MOST_OUTLIERS = 0.35  # Largest share of outlying lines: with more, the model is wrong

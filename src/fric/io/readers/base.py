@@ -22,14 +22,10 @@ from fric.units import is_unit
 if TYPE_CHECKING:
     from fric.arrays import Real
 
-MOST_HEARD = 4
-"""Largest number of warnings of a library that are reported for a file."""
-BLOCK = 131_072
-"""Samples a block: a few MiB, for any size of the file."""
-OF_SEVERAL = "axes"
-"""Key of the names of the axes that the file of a table has tables of."""
-RECORD = "record"
-"""The same for a table that is one of several records of its file, some of which may not be records."""
+MOST_HEARD = 4  # Largest number of warnings of a library that are reported for a file
+BLOCK = 131_072  # Samples a block: a few MiB, for any size of the file
+OF_SEVERAL = "axes"  # Key of the names of the axes that the file of a table has tables of
+RECORD = "record"  # The same for a table that is one of several records of its file, some of which may not be records
 
 
 class Format(NamedTuple):

@@ -28,8 +28,7 @@ from fric.io.readers.text import tables as text_tables
 FORMAT = Format("SINUMERIK Edge", (".json", ".csv"))
 LARGEST_FILE = 512 << 20
 """Bytes of JSON that are read at most: its text and its numbers are held in memory, together below 2 GB."""
-CYCLE_MS = 2.0
-"""Sampling interval [ms] where the file gives none."""
+CYCLE_MS = 2.0  # Sampling interval [ms] where the file gives none
 CHANNELS = (
     ("position", ("ENC_POS", "ENC1_POS", "ENC2_POS"), ("mm", "deg")), ("reference", ("DES_POS",), ("mm", "deg")),
     ("force", ("TORQUE",), ("N*m", "N*m")), ("force", ("CURRENT",), ("A", "A")), ("force", ("LOAD",), ("%", "%")),

@@ -15,8 +15,7 @@ from fric.io.readers.base import ForeignTable, Format, RowBlock
 from fric.io.readers.text import TextTable, beginning
 
 FORMAT = Format("LinuxCNC halsampler", (".txt",))
-FEW = 8
-"""Least number of rows that show a count."""
+FEW = 8  # Least number of rows that show a count
 
 
 def recognises(path: Path, head: bytes) -> float:

@@ -16,8 +16,7 @@ from fric.input import regular
 from fric.io.readers.base import Column, ForeignTable, Format, Memory
 
 FORMAT = Format("LinuxCNC halscope", (".log", ".txt", ".csv"))
-MOST_BYTES = 256 << 20
-"""Bytes of a record that are read at most: halscope itself holds 64,000 samples."""
+MOST_BYTES = 256 << 20  # Bytes of a record that are read at most: halscope itself holds 64,000 samples
 _PERIOD = re.compile(rb"\s*Sampling period is (\d+)\s*nSec")
 
 

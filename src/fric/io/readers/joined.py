@@ -22,12 +22,9 @@ from fric.io.readers.base import Column, ForeignTable, RowBlock
 from fric.notice import Notice
 from fric.series import LARGEST
 
-SAME_INSTANT = 1e-3
-"""Share of a sampling interval up to which two instants are equal."""
-GAP = 2.5
-"""Sampling intervals above which a part has a gap, across which nothing is interpolated."""
-MOST_SLOWER = 1e9
-"""Largest ratio of the sampling rates of two channels."""
+SAME_INSTANT = 1e-3  # Share of a sampling interval up to which two instants are equal
+GAP = 2.5  # Sampling intervals above which a part has a gap, across which nothing is interpolated
+MOST_SLOWER = 1e9  # Largest ratio of the sampling rates of two channels
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,7 @@ from fric.units import is_unit
 _V73 = b"MATLAB 7.3 MAT-file"
 MOST_DEPTH, MOST_PARTS = 16, 20_000
 """Largest depth of nested structs and cells, and number of their parts: references can name one part many times."""
-MOST_TEXT = 10_000
-"""Letters of a text at most."""
+MOST_TEXT = 10_000  # Letters of a text at most
 _V5 = b"MATLAB 5.0 MAT-file"
 _AGAIN = "Save it again, with -v7 or -v7.3."
 _READ = """
@@ -46,10 +45,8 @@ pickle.dump(found, out, protocol=5)
 FORMAT = Format("MATLAB", (".mat",))
 MOST_UNPACKED, PACKED = 512 << 20, 15
 """Bytes that a MATLAB 5 file, which is read whole, unpacks to at most; type of an element that is packed."""
-MOST_COLUMNS = 200
-"""Columns that a matrix has at most, where it is longer than wide."""
-SHORT = 30
-"""Samples that a record has at least, where lengths part records."""
+MOST_COLUMNS = 200  # Columns that a matrix has at most, where it is longer than wide
+SHORT = 30  # Samples that a record has at least, where lengths part records
 _AXIS = re.compile(r"(?i)(.+\.)?([xyzabcuvw]|(axis|axe|achse|asse|eje|joint)_?\d{1,2})")
 """The name of a struct of an axis."""
 _VALUES, _UNIT = ("values", "value", "data", "signal"), ("unit", "units")

@@ -18,8 +18,7 @@ from fric.io.readers.joined import Joined, SharedClock
 from fric.notice import Notice
 
 FORMAT = Format("MDF 4", (".mf4",), "asammdf", "mf4")
-NUMBERS = range(6)
-"""Data types of MDF 4 that are numbers: integers and floats, of either byte order."""
+NUMBERS = range(6)  # Data types of MDF 4 that are numbers: integers and floats, of either byte order
 
 
 def recognises(path: Path, head: bytes) -> float:

@@ -20,14 +20,10 @@ from fric.io.readers.base import Column, ForeignTable, Format, RowBlock, library
 from fric.io.readers.joined import Joined, SharedClock
 
 FORMAT = Format("ROS bag", (".mcap", ".db3", ".bag"), "rosbags.highlevel", "ros")
-MESSAGES = 16_384
-"""Messages a block."""
-MOST_ELEMENTS = 64
-"""Elements of an array that are columns at most: an image is none."""
-DEEP = 8
-"""Largest depth of nested messages."""
-MOST_CHUNK = 256 << 20
-"""Bytes that a chunk unpacks to at most."""
+MESSAGES = 16_384  # Messages a block
+MOST_ELEMENTS = 64  # Elements of an array that are columns at most: an image is none
+DEEP = 8  # Largest depth of nested messages
+MOST_CHUNK = 256 << 20  # Bytes that a chunk unpacks to at most
 
 Taken = Callable[[Any], float]
 

@@ -27,14 +27,10 @@ from fric.io.readers.joined import Joined, SharedClock
 
 FORMAT = Format("SINUMERIK trace", (".xml",))
 AGAIN = "Save the trace again, with its data."
-MOST_BYTES = 1 << 30
-"""Bytes of a trace that are read at most: its samples are held in memory."""
-NO_VALUE = 9.2e18
-"""What is above is no value: the bits of a NaN, written as an integer."""
-SETUP = 1 << 20
-"""Bytes of setup before the data at most."""
-MOST_FILLED = 4_000_000
-"""Instants of a trace at most, with those at which nothing changed."""
+MOST_BYTES = 1 << 30  # Bytes of a trace that are read at most: its samples are held in memory
+NO_VALUE = 9.2e18  # What is above is no value: the bits of a NaN, written as an integer
+SETUP = 1 << 20  # Bytes of setup before the data at most
+MOST_FILLED = 4_000_000  # Instants of a trace at most, with those at which nothing changed
 CHANNELS = (
     ("reference", r"CmdPos"), ("position", r"ActPos2nd"), ("position", r"ActPos"), ("velocity", r"ActVel"),
     ("force", r"Act(ual)?Torque|TorqueAct|\bMotTorque"), ("force", r"Act(ual)?Curr|CurrAct|CurrentAct|ActCurrent"),

@@ -28,8 +28,7 @@ def recognises(path: Path, head: bytes) -> float:
     return float(head.startswith(b"TDSm"))
 
 
-MOST_CHANNELS = 2000
-"""Channels that a file may have: the time to read them grows with their square."""
+MOST_CHANNELS = 2000  # Channels that a file may have: the time to read them grows with their square
 
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:

@@ -25,8 +25,7 @@ from fric.input import foreign, other_kind
 from fric.io.readers.base import Column, ForeignTable, Format, Memory, RowBlock, named
 from fric.units import is_unit
 
-SNIFFED = 300
-"""Lines from which delimiter and decimal mark are determined."""
+SNIFFED = 300  # Lines from which delimiter and decimal mark are determined
 DELIMITERS = (";", "\t", ",", "|", "whitespace")
 _NUMBER = {
     ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE),
@@ -38,8 +37,7 @@ _LINE_END = re.compile(r"\r\n|\n|\r")
 _SPACED = re.compile(r'"[^"]*"|[^\s\[(]\S*(?:\s*\[[^\]]*\]|\s*\([^)]*\))?|\S+')
 """A cell between spaces; a unit in brackets belongs to the name before it."""
 _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
-OF_UNITS = re.compile(r"unit|einheit|unidad", re.IGNORECASE)
-"""Begins a line above the header that names units."""
+OF_UNITS = re.compile(r"unit|einheit|unidad", re.IGNORECASE)  # Begins a line above the header that names units
 
 
 @dataclass(frozen=True)
@@ -253,27 +251,19 @@ def _preamble(lines: list[str], delimiter: str) -> dict[str, str]:
     return found
 
 
-THREADS = 2
-"""Pieces that are parsed at once."""
-PIECE = 2 << 20
-"""Bytes that are parsed at a time."""
-AHEAD = 4
-"""Pieces that may wait, parsed or not."""
-LOOK = 32_768
-"""Bytes at the beginning that are read to find how the file is written."""
+THREADS = 2  # Pieces that are parsed at once
+PIECE = 2 << 20  # Bytes that are parsed at a time
+AHEAD = 4  # Pieces that may wait, parsed or not
+LOOK = 32_768  # Bytes at the beginning that are read to find how the file is written
 MOST_PACKED, SMALL = 200, 64 << 20
 """Bytes that a packed byte of text becomes at most, and bytes that any packed file may hold."""
-MOST_LINE = 2 << 20
-"""Bytes of a line at most."""
-MOST_EMPTY = 256
-"""Empty cells behind those of the header that a row may have."""
-MOST_TURNS = 16
-"""Words that may take turns from row to row."""
+MOST_LINE = 2 << 20  # Bytes of a line at most
+MOST_EMPTY = 256  # Empty cells behind those of the header that a row may have
+MOST_TURNS = 16  # Words that may take turns from row to row
 _LIST = re.compile(rb'"?[\[(]\s*([^\[\]()"]*[^\[\]()"\s,;][\s,;]+[^\[\]()"]*)[\])]"?')
 """A cell with two items or more in brackets."""
 _ITEMS = re.compile(rb"[\s,;]+")
-MOST_STATES = 64
-"""Words of a column of states at most: others are no state."""
+MOST_STATES = 64  # Words of a column of states at most: others are no state
 
 _DATE = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d")
 _STAMP = re.compile(rf"{_DATE.pattern}|\d+:\d\d|\d+(\.\d+)?\s*(s|sec|ms|us|min|hr)\Z")
