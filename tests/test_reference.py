@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from fric.errors import FricError
 from fric.reference import Reference, circle, multisine, sine, sliding_sine, strokes
+from fric.simulate.circle import Circle
 
 RNG = np.random.default_rng(1)
 MOTIONS = {
@@ -73,7 +74,8 @@ def test_motions_that_cannot_be_are_refused() -> None:
         lambda: strokes(0.0, 1.0, 100.0),
         lambda: sine(0.0, 1.0, 1, 100.0),
         lambda: sliding_sine(1e-3, 2e-3, 1.0, 1, 100.0),
-        lambda: circle(0.0, 0.1, 1, 100.0),
+        lambda: Circle(0.0, 0.1, 1),
+        lambda: Circle(0.03, -0.1, 1),
     ):
         with pytest.raises(FricError):
             make()

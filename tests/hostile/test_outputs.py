@@ -234,10 +234,10 @@ def strike(frame, event, argument):
             print("struck", flush=True)
             os.kill(os.getpid(), signal.SIGTERM)
 app = command.app
-def begin():
+def begin(**how):
     sys.setprofile(strike)
     importlib.reload(plant)  # is loaded from the cache
-    app()
+    app(**how)
     print("went on")
 command.app = begin
 sys.argv[1:] = ["simulate", "circle", "xy-table", "--scheme", "a"]
@@ -266,7 +266,7 @@ def test_a_polite_kill_inside_the_compiler_ends_as_one_elsewhere(function, event
 SWALLOWED = """
 import os, signal, sys
 from fric.cli import main as command
-def app():
+def app(**how):
     try:
         os.kill(os.getpid(), signal.SIGTERM)
     except BaseException as error:

@@ -49,7 +49,7 @@ def test_lost_motion_and_stiffness_are_found_with_the_encoder_that_friction_is_i
     assert float(found.lost_motion) == pytest.approx(lost, rel=0.1)
     assert float(found.stiffness) == pytest.approx(stiffness, rel=0.1)
     (notice,) = [warning for warning in inspect(log).warnings if warning.code == "two-encoders"]
-    assert "identified on the motor's encoder" in notice
+    assert "identified by the motor's encoder" in notice
     assert "lost motion" in repr(fric.inspect(log))
     motor, load = fric.identify_plant(log, method="motion"), fric.identify_plant(log, method="motion", encoder="load")
     assert motor.document["fit"] != load.document["fit"]

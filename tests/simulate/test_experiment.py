@@ -9,7 +9,7 @@ from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.io.hdf5 import read_records, write_logs
 from fric.log import Log
-from fric.reproduce.paper import SAMPLES, STEPS
+from fric.reproduce.paper import SAMPLES
 from fric.simulate.experiment import (
     EXPERIMENTS,
     OF_THE_PAPER,
@@ -153,4 +153,3 @@ def test_kinds_and_settings_that_do_not_exist_are_told() -> None:
 
 def test_the_reproduction_makes_the_paper_s_records() -> None:
     assert set(SAMPLES) == set(OF_THE_PAPER)
-    assert STEPS[: len(OF_THE_PAPER)] == OF_THE_PAPER

@@ -82,7 +82,7 @@ class ClockCheck:
                 "Log the time with more digits, or map it by its rate, as in `time: {rate: 4 kHz}`.",
             )  # fmt: skip
             raise FricError(problem, where=self._place(int(rows[n])), hint=hint)
-        self._first = min(self._first, *time[:1])
+        self._first = min([self._first, *time[:1]])
         self._last = float(time[-1]) if len(time) else self._last
         self._gather(steps, rows)
 
