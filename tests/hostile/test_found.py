@@ -14,6 +14,8 @@ import pytest
 from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
+from fric.circles.diagnose import minimum_zone
+from fric.circles.measured import MeasuredCircle
 from fric.cli.main import main
 from fric.documents.mapping import MappingDocument
 from fric.errors import FricError
@@ -185,3 +187,26 @@ def test_a_peak_sensitivity_is_above_one(given: str) -> None:
     assert parse_gain("6 dB", above=1.0) > 1.9
     with pytest.raises(FricError, match="is not a gain above 1"):
         parse_gain(given, above=1.0)
+
+
+def test_a_ball_bar_whose_deviation_is_as_large_as_its_circle() -> None:
+    """As -0.53 m on 0.1 m throughout, whose least zone no programme found."""
+    angle = np.linspace(0.0, 7.0, 99)
+    assert minimum_zone(angle, np.full(99, -0.53439866)) < 1e-14
+    with pytest.raises(FricError, match="deviation of the ball bar reaches"):
+        MeasuredCircle(0.1, 0.02, 1, angle=angle, deviation=np.full(99, -0.53))
+
+
+def test_a_report_whose_origin_is_a_number() -> None:
+    with pytest.raises(FricError, match="what made it"):
+        ContourTest("a.html", {"origin": 1.0}, 0.05, 0.03, 1, (), ())
+
+
+def test_a_clock_that_stands_tells_no_velocity(tmp_path: Path) -> None:
+    t = np.round(np.arange(400) * 1e-3, 1)
+    rows = zip(t, np.sin(9 * t), np.cos(9 * t), strict=True)
+    (tmp_path / "a.csv").write_text("a,b,c\n" + "".join(f"{a},{b},{c}\n" for a, b, c in rows))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(FricError):
+            ingest(tmp_path / "a.csv", tmp_path / "a.h5")

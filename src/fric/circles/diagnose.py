@@ -285,10 +285,11 @@ def minimum_zone(angle: Real, deviation: Real) -> float:
 
     angle, deviation: The path, as angle [rad] and radial deviation [m] from any circle around it, shape (n,).
     """
-    centred, _ = around_its_centre(angle, deviation)
+    centred, mean = around_its_centre(angle, deviation)
     scale = float(np.ptp(centred))
     if scale == 0.0:
         return 0.0
+    centred -= mean  # which may be beyond all digits of the programme
     d, cos, sin, one = centred / scale, np.cos(angle), np.sin(angle), np.ones_like(angle)
     # unknown: shift of the centre (a, b), inner and outer circle; inner ≤ d - a·cos - b·sin ≤ outer
     A = np.vstack([np.column_stack([-cos, -sin, 0 * one, -one]), np.column_stack([cos, sin, one, 0 * one])])

@@ -161,6 +161,9 @@ class MeasuredCircle:
             raise FricError(f"the direction is {self.direction}", where=self.where, hint="Say 1 or -1.")
         if self.instrument not in get_args(Instrument):
             raise FricError(f"'{self.instrument}' is no instrument", where=self.where)
+        if self.deviation is not None and np.abs(self.deviation).max() >= self.radius:
+            raise FricError("the deviation of the ball bar reaches the circle's radius", where=self.where,
+                            hint="Look at its unit.")  # fmt: skip
         if not self.is_ball_bar and len(self.axes) < 2:
             raise FricError(
                 f"has traces of {', '.join(self.axes) or 'no axis'}, and a circle takes two axes",

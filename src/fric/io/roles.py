@@ -564,6 +564,7 @@ class _Motion:
         self.bases = []
         for h in (1, 5, 21):
             rows = data.rows(4 * h)
+            rows = rows[t[rows + 4 * h] > t[rows]]  # a clock may stand, and count back
             if len(rows) < 40:
                 break
             if velocity is not None:

@@ -137,6 +137,8 @@ class ContourTest:
     def __post_init__(self) -> None:
         if len({contour.scheme.name for contour in self.contours}) < len(self.contours):
             raise FricError("holds two results of one scheme", where=self.source, hint="Make it again.")
+        if not isinstance(self.provenance.get("origin", {}), dict):
+            raise FricError("does not say as fric writes it what made it", where=self.source, hint="Make it again.")
 
     @property
     def created(self) -> str:
