@@ -546,7 +546,7 @@ def design_block(
     kind = block_type(name)
     if name in {"cascade", "inverse-model"}:
         other = "controller" if name == "cascade" else "observer"
-        raise FricError(f"'{name}' has a design of its own", hint=f"Use fric design {other}.")
+        raise FricError(f"'{name}' is designed by another command", hint=f"Use fric design {other}.")
     document = document_of(PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
     warnings: list[Notice] = []

@@ -402,7 +402,7 @@ def _estimates(fitted: FittedMap, asked: Asked) -> tuple[dict[str, Estimate], Re
 def _with_weights(estimates: dict[str, Estimate], fitted: FittedMap) -> dict[str, Estimate]:
     """Return intervals that allow for the choice of the strokes that weigh less: by the jackknife, if there are any.
 
-    Without some strokes others may stand off: the whole fit is repeated without each of ten groups, every tenth stroke
+    Which strokes are outliers depends on the sample: the fit is repeated without each of ten groups, every tenth stroke
     by speed. Where a tenth of the strokes is 5.5 standard deviations off, intervals of v_s hold in 90 % of sessions,
     and in 83 % by the errors of the strokes alone.
     """
