@@ -1,8 +1,8 @@
 """The tests' other settings, in turns: processors, last bits, Pythons, and the oldest libraries that are allowed.
 
-`python -m tests.legs` runs all legs, `python -m tests.legs avx2 python3.13` those, and `python -m tests.legs turn` the
-one whose turn it is by the number of commits. What a leg needs and this computer lacks is said, and is no
-failure.
+`python -m tests.legs` runs all legs, `python -m tests.legs avx2 python3.13` those, and `python -m tests.legs turn` a
+sixth of the files of one: which leg and which sixth follows from the number of commits, so that 54 commits run all.
+What a leg needs and this computer lacks is said, and is no failure.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ NUDGED = ("tests/identify", "tests/circles", "tests/planning", "tests/test_docs.
 NUMERIC = ("tests/records", "tests/simulate", "tests/paper", "tests/results", *NUDGED)
 """Tests whose numbers come from fits and simulations, and those of them that a loop hangs on."""
 NUDGES = range(1, 6)
+PARTS = 6  # of a leg's files, of which a commit in CI runs one
 
 WIDTHS = {"X86_V3": 2, "AVX2": 2, "FMA3": 2, "FMA4": 2, "AVX": 1, "F16C": 1}
 """The width of NumPy's vector instructions by name: 1 are AVX, 2 AVX2; what is newer than these counts as 3."""
@@ -64,10 +65,19 @@ def processor(name: str) -> dict[str, str]:
     }  # fmt: skip
 
 
-def numeric(paths: tuple[str, ...], settings: Callable[[], dict[str, str]]) -> None:
-    """Run tests of this environment's under other settings."""
+def files(paths: tuple[str, ...], part: int) -> list[str]:
+    """Return every sixth file of tests below some paths, in the order of their names."""
+    found = [
+        file for path in paths for file in ([ROOT / path] if path.endswith(".py") else (ROOT / path).rglob("test_*.py"))
+    ]
+    return sorted(str(file.relative_to(ROOT)) for file in found)[part::PARTS]
+
+
+def numeric(paths: tuple[str, ...], settings: Callable[[], dict[str, str]], part: int | None = None) -> None:
+    """Run tests of this environment's under other settings: all of some paths, or a sixth of their files."""
     environment = os.environ | {"FRIC_LONG_SECONDS": "0"} | settings()
-    for words in (["tests.warm"], ["pytest", "-n", "auto", "--dist", "worksteal", *paths]):
+    chosen = paths if part is None else files(paths, part)
+    for words in (["tests.warm"], ["pytest", "-n", "auto", "--dist", "worksteal", *chosen]):
         subprocess.run([sys.executable, "-m", *words], cwd=ROOT, env=environment, check=True)
 
 
@@ -101,12 +111,12 @@ def installed(name: str, version: str, *, lowest: bool = False) -> None:
     subprocess.run(pytest, cwd=ROOT, env=environment, check=True)
 
 
-NUMERICS: dict[str, Callable[[], None]] = {
+NUMERICS: dict[str, Callable[..., None]] = {
     **{name: partial(numeric, NUMERIC, partial(processor, name)) for name in PROCESSORS},
     "threads": partial(numeric, NUMERIC, lambda: {"OMP_NUM_THREADS": "2"}),
     **{f"nudge-{n}": partial(numeric, NUDGED, partial(dict, FRIC_NUDGE=str(n))) for n in NUDGES},
 }
-"""Legs of numeric tests, by name, of which each has its turn."""
+"""Legs of numeric tests, by name, of which each has its turn; `part` takes a sixth of the files."""
 LEGS: dict[str, Callable[[], None]] = NUMERICS | {
     **{f"python{one}": partial(installed, f"python{one}", one) for one in ("3.12", "3.13", "3.14")},
     "lowest": partial(installed, "lowest", "3.11", lowest=True),
@@ -120,9 +130,10 @@ def commits() -> int:
     return int(told.stdout or 0)
 
 
-def whose_turn(count: int) -> str:
-    """Return the leg whose turn it is after so many commits."""
-    return list(NUMERICS)[count % len(NUMERICS)]
+def whose_turn(count: int) -> tuple[str, int]:
+    """Return the leg whose turn it is after so many commits, and the sixth of its files."""
+    part, leg = divmod(count, len(NUMERICS))
+    return list(NUMERICS)[leg], part % PARTS
 
 
 def run(legs: dict[str, Callable[[], None]]) -> dict[str, str]:
@@ -144,10 +155,16 @@ def main() -> None:
     """Run the legs that are asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="LEG", help=f"of {', '.join(LEGS)}; turn: by the number of commits")
-    names = [whose_turn(commits()) if name == "turn" else name for name in parser.parse_args().names or LEGS]
-    if unknown := set(names) - set(LEGS):
-        parser.error(f"no leg is called {', '.join(sorted(unknown))}")
-    told = run({name: LEGS[name] for name in names})
+    legs: dict[str, Callable[[], None]] = {}
+    for name in parser.parse_args().names or LEGS:
+        if name == "turn":
+            leg, part = whose_turn(commits())
+            legs[f"{leg}, part {part + 1} of {PARTS}"] = partial(NUMERICS[leg], part=part)
+        elif name in LEGS:
+            legs[name] = LEGS[name]
+        else:
+            parser.error(f"no leg is called {name}")
+    told = run(legs)
     for name, what in told.items():
         print(f"leg {name}: {what}")
     sys.exit(any(what.startswith("FAILED") for what in told.values()))

@@ -10,7 +10,7 @@ import pytest
 from ruamel.yaml import YAML
 
 from tests.conftest import Turn, in_turn
-from tests.legs import LEGS, NUMERICS, commits, whose_turn
+from tests.legs import LEGS, NUMERIC, NUMERICS, PARTS, commits, files, whose_turn
 
 ROOT = Path(__file__).parents[1]
 
@@ -57,7 +57,28 @@ def test_each_long_test_has_its_turn():
 def test_each_leg_has_its_turn():
     begin = commits()
     assert begin > 0 or not (ROOT / ".git").exists()
-    assert {whose_turn(begin + n) for n in range(len(NUMERICS))} == set(NUMERICS)
+    assert {whose_turn(begin + n)[0] for n in range(len(NUMERICS))} == set(NUMERICS)
+    assert {whose_turn(begin + n) for n in range(PARTS * len(NUMERICS))} == {
+        (leg, n) for leg in NUMERICS for n in range(PARTS)
+    }
+    chosen = [file for part in range(PARTS) for file in files(NUMERIC, part)]
+    assert len(chosen) == len(set(chosen))
+    assert {str(file.relative_to(ROOT)) for file in ROOT.glob("tests/identify/**/test_*.py")} < set(chosen)
+
+
+@pytest.mark.parametrize(
+    ("given", "legs"),
+    [({"CI": "true"}, "turn"), ({"CI": "true", "FRIC_LEGS": ""}, ""), ({}, ""), ({"FRIC_LEGS": "old"}, "old")],
+)
+def test_ci_runs_the_leg_whose_turn_it_is(tmp_path, given, legs):
+    """`.ci/run` beside a `make` that prints what it is asked for; nothing is installed."""
+    for name in ("make", "chromedriver", "halcompile"):
+        (tmp_path / name).write_text('#!/bin/sh\necho "$* $FRIC_LONG_SECONDS [$FRIC_LEGS]"\n')
+        (tmp_path / name).chmod(0o755)
+    kept = {name: value for name, value in os.environ.items() if name not in {"CI", "FRIC_LEGS", "FRIC_LONG_SECONDS"}}
+    environment = kept | {"PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"} | given
+    done = subprocess.run(["bash", ROOT / ".ci/run"], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == f"test 0 [{legs}]\n"
 
 
 def test_the_weekly_workflow_runs_every_leg():
