@@ -189,7 +189,8 @@ class Finding:
         """Return the sentence of the error or warning."""
         unit = si_unit(BOUNDS[self.name].dimension, self.motion)
         flaw = UNUSUAL if self.unusual() else IMPLAUSIBLE
-        return flaw[self.name].found(value=Estimate(self.value, unit), usual=Estimate(self.usual, unit))
+        falls = self.value < 0.0
+        return flaw[self.name].found(value=Estimate(self.value, unit), usual=Estimate(self.usual, unit), falls=falls)
 
 
 def settled(findings: Iterable[Finding], hint: str = "") -> list[Notice]:

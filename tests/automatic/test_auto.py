@@ -24,6 +24,7 @@ from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
 from fric.io.circle import read_circles, write_circles
 from fric.io.hdf5 import read_logs, write_logs
+from fric.io.readers.base import ForeignTable, Memory
 from fric.log import Log
 from fric.records.inspection import inspect
 from fric.records.prepared import prepared
@@ -124,6 +125,35 @@ def test_foreign_logs_are_recognised_and_copies_left_out(tmp_path):
     told = find_sources([tmp_path / "noise.csv", *strokes]).description
     (left,) = (one for one in told if one.code == "file-left-out")
     assert "noise.csv --propose map.yaml" in left
+
+
+def test_a_table_of_forces_over_velocities_becomes_a_map(tmp_path):
+    v = np.outer([-1.0, 1.0], [0.05, 0.5, 2.0, 4.0, 8.0, 20.0]).ravel()
+    force = np.sign(v) * (80.0 + 30.0 * np.exp(-np.abs(v))) + 2.0 * v
+    rows = (f"{speed:g}, {f:.4g}, 2.0, 400" for speed, f in zip(v, force, strict=True))
+    (tmp_path / "means.csv").write_text("\n".join(["velocity [mm/s],force [N],deviation [N],n", *rows]))
+    found = find_sources([tmp_path])
+    assert not found.refused
+    (made,) = (one for one in axis_steps(found.logs, tmp_path / "x").steps if one.command == "identify static")
+    assert made.given == (tmp_path / "means.csv",)
+
+
+def test_a_folder_that_is_refused_is_read_once(tmp_path, monkeypatch):
+    """Each proposal read all files again: a folder of 94 sessions took 400 s to be refused."""
+    reads, read = list[Path](), ForeignTable.read
+
+    def counted(table, wanted):
+        reads.extend([table.path] * (not isinstance(table, Memory)))
+        yield from read(table, wanted)
+
+    monkeypatch.setattr(ForeignTable, "read", counted)
+    rng = np.random.default_rng(3)
+    files = [tmp_path / f"log{n}.csv" for n in range(3)]
+    for file in files:
+        np.savetxt(file, rng.standard_normal((400, 5)), fmt="%.5g", delimiter=",", header="a,b,c,d,e", comments="")
+    found = find_sources([tmp_path], proposals=tmp_path / "proposed")
+    assert not found.logs
+    assert sorted(reads) == files
 
 
 def test_the_one_bundled_mapping_that_fits_is_used_and_said(tmp_path):

@@ -368,6 +368,9 @@ SHOWN: dict[str, Show] = {
     "input-clipped": lambda s: forces(np.linspace(0.0, 1.0, 400), "plant", input=cut(s)),
     "clipped-unused": lambda s: clipping.without_clipped([of_force(np.arange(400.0)), of_force(cut(s))], 0.0)[1],
     "sampling-uneven": uneven,
+    "sampling-differs": lambda s: flaws.clock_flaws(
+        [Log(by * np.arange(4.0), position=np.arange(4.0)) for by in (1.0, s * flaws.OTHER_UNIT, 1.0)], "static"
+    ),
     "encoder-too-coarse": coarse,
     "dead-zone": dead,
     "mass-differs": mass,

@@ -106,6 +106,15 @@ def test_what_no_law_tells_and_few_machines_have_is_told(channel: str, by: float
         assert not [one for one in codes(verb, channel, by) if one.startswith("unusual")]
 
 
+def test_a_negative_A_names_friction_that_falls_before_units():
+    t = np.arange(0.0, 8.0, 2e-3)
+    z = 0.05 * np.sin(2.5 * t) + 0.01 * np.sin(8.2 * t)
+    v = np.gradient(z, t)
+    force = 20.0 * np.gradient(v, t) + (20.0 + 30.0 * np.exp(-np.abs(v) / 0.05)) * np.sign(v)
+    with pytest.raises(FricError, match=r"A is -.*friction falls with speed.*\nLog strokes.*units"):
+        fric.identify_plant(fric.Log(t, position=z, force=force, input=force / 50.0, kind="motion"), method="motion")
+
+
 def codes(verb: str, channel: str, by: float) -> dict[str, str]:
     found = VERBS[verb](lambda logs: scaled([replace(one, input=None) for one in logs], channel, by))
     return {one["code"]: one["severity"] for one in found.document["warnings_coded"]}

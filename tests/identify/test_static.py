@@ -215,8 +215,13 @@ def test_one_speed_alone_gives_the_force_there_and_no_map():
 
 
 def test_one_direction_alone_says_that_the_offset_is_assumed():
-    fit = identify_static(_logs(11)[17:])
+    """F_c and an offset are one level there: no split of both has an interval."""
+    moved = [replace(log, force=log.force + 30.0) for log in _logs(11)[17:]]
+    fit = identify_static(moved)
     assert fit.static.estimates["offset"].assumed
+    assert fit.static.estimates["offset"].ci95 is None
+    low, high = fit.static.estimates["F_c"].ci95
+    assert low < TABLE_1.F_c + 30.0 < high
     assert fit.warnings[0].code == "one-direction"
 
 

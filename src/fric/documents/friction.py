@@ -197,11 +197,10 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
         except (FricError, TypeError) as error:
             raise FricError(f"static: {error}") from None
 
-    def found_with(self, model: str | None, record: str) -> tuple[FrictionModel, float]:
-        """Return a model, by default the only one, and the offset [N] that it was identified with.
+    def found_with(self, model: str | None) -> tuple[FrictionModel, float]:
+        """Return a model, by default the only one, and the load [N] of the axis that it was identified with.
 
-        It is the offset of the record itself if the model was fitted to it by replay; else the mean of the fitted
-        records, since the load belongs to the axis; else that of the static map.
+        It is the mean offset of the records that the model was fitted to by replay; else that of the static map.
 
         Raises FricError: When the file holds several models and none is named, or not the named one.
         """
@@ -210,13 +209,9 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
             model = found[0] if len(found) == 1 else "static" if not found else None
         if model is None:
             raise FricError(f"the friction file holds {', '.join(found)}", hint="Name one with `model=`.")
-        friction = self.friction(model)
-        found_in = {
-            record.record: float(record.offset.si("force", self.motion))
-            for record in self.fit_of(model).records or () if record.offset is not None
-        }  # fmt: skip
-        of_axis = sum(found_in.values()) / len(found_in) if found_in else self.load()
-        return friction, found_in.get(record, of_axis)
+        records = self.fit_of(model).records or ()
+        offsets = [float(r.offset.si("force", self.motion)) for r in records if r.offset is not None]
+        return self.friction(model), sum(offsets) / len(offsets) if offsets else self.load()
 
     def load(self) -> float:
         """Return the constant force [N] identified with the static map; 0 without any."""

@@ -15,6 +15,9 @@ SAMPLING_JITTERS = Flaw("sampling-jitters",
     lambda f: "doubt" if f.purpose in ("static", "inspect") or f.share < LITTLE else "wrong",
     "Samples are {jitter} (rms) off the logged time: noise of {displaced}, which grows with speed.",
     "Log by the clock of the control, or the time of each sample.", widens={"T_d": 0.1, "C": 0.5})
+SAMPLING_DIFFERS = Flaw("sampling-differs", "doubt",
+    "Samples are {interval} apart, those of other records {usual}: is the time in ms, and read as s?",
+    "Say the unit of time of each file in a mapping.")
 SAMPLING_UNEVEN = Flaw("sampling-uneven", "note",
     "{missing} of {samples} samples are missing, others up to {off:.0%} of a sample off: evened by a cubic.")
 FORCE_LAGS = Flaw("force-lags", "note",

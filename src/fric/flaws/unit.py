@@ -79,7 +79,9 @@ BOUNDS: Mapping[str, Bound] = {
     "B": Bound("B", "acceleration per input", (1e-5, 1e5), (1e-4, 1e8),
         "1 V gives an axis between a millionth and ten thousand times the acceleration of gravity",
         "input, position and time"),
-    "A": Bound("A", "rate", (0.0, 1e5), (0.0, 1e5), "no mass comes to rest within 10 µs", "position and time"),
+    "A": Bound("A", "rate", (0.0, 1e5), (0.0, 1e5),
+        "{falls:friction falls with speed, or a sign is turned|no mass comes to rest within 10 µs}",
+        "position and time"),
     "T_d": Bound("T_d", "time", (0.0, 0.25), (0.0, 0.25), "no servo loop closes over a quarter second", "the time"),
 }  # fmt: skip
 

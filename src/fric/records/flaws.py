@@ -16,6 +16,7 @@ from fric.flaws.channel import (
     FORCE_COARSE,
     INPUT_CLIPPED,
     SAMPLES_LOST,
+    SAMPLING_DIFFERS,
     SAMPLING_JITTERS,
 )
 from fric.flaws.drift import FORCE_DRIFTS
@@ -128,6 +129,7 @@ Purpose = Literal["static", "gms", "plant", "inspect"]
 Strokes = Sequence[tuple["Log", "Segment"]]
 
 FASTER = 1.2  # Ratio of speeds above which a faster record also shows the jitter of a slower record
+OTHER_UNIT = 500.0  # Ratio of sampling intervals of two records above which a time in ms was taken for s
 COARSE = 12
 """Number of steps in the force's range up to which the steps affect means over strokes and hysteresis cycles."""
 
@@ -180,6 +182,12 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
             displaced=Estimate(worst.displaced, log.unit("position")),
             share=worst.jitter / float(np.median(np.diff(log.time))),
         ))  # fmt: skip
+    intervals = [float(np.median(np.diff(log.time))) for log in logs]
+    usual = sorted(intervals)[(len(logs) - 1) // 2] if logs else 1.0
+    for log, interval in zip(logs, intervals, strict=True):
+        if max(interval / usual, usual / interval) > OTHER_UNIT:
+            apart = {"interval": Estimate(interval, "s"), "usual": Estimate(usual, "s")}
+            warnings.append(SAMPLING_DIFFERS.found(log.where, **apart))
     warnings += [notice for log in logs if (notice := foreign_compensation(log)) is not None]
     return warnings + [notice for log in logs if (notice := two_encoders(log)) is not None][:1]
 

@@ -267,9 +267,9 @@ def validate(
     text = friction_of(friction, axis, motion)
     done, short = list[Validation](), list[Notice]()
     measured = replace(identified, T_d=0.0) if document.T_d.assumed else identified
+    law, offset = text.found_with(model) if text else document.coulomb()
+    weight = offset if load is None else in_si(load, "force", motion)
     for log in records:
-        law, offset = text.found_with(model, log.name) if text else document.coulomb()
-        weight = offset if load is None else in_si(load, "force", motion)
         if cascade:
             done.append(validate_closed_loop(log, identified, cascade, law, weight))
         done.append(validate_open_loop(log, identified, law, weight))

@@ -228,7 +228,8 @@ def _plausible(result: PlantResult, doubtful: list[Notice]) -> PlantResult:
     values = {name: float(estimate) for name, estimate in known.items() if name in {"A", "B", "T_d"}}
     if {"B", "K_f"} <= known.keys():
         values["mass"] = float(known["K_f"]) / values["B"]
-    found = settled(Finding(name, value, motion, result.records[0].where) for name, value in values.items())
+    falls = "Log strokes at constant velocity, which show how; then look at signs and units" if values["A"] < 0 else ""
+    found = settled((Finding(name, value, motion, result.records[0].where) for name, value in values.items()), falls)
     return replace(result, fit=replace(result.fit, warnings=(*result.fit.warnings, *doubtful, *found)))
 
 
