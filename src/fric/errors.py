@@ -78,3 +78,9 @@ def near(given: str, known: Iterable[str]) -> str:
     folded = {name.casefold(): name for name in known}
     found = get_close_matches(str(given).casefold(), folded, n=1, cutoff=0.65)
     return f"Is it {folded[found[0]]}? " if found else ""
+
+
+def require_known(name: str, known: Iterable[str], what: str, there: str = "There are") -> None:
+    """Raise a `FricError` with a similar name and all there are, if a name is not known: ``there is no target``."""
+    if name not in known:
+        raise FricError(f"{what} '{name}'", hint=f"{near(name, known)}{there} {', '.join(known) or 'none'}.")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
-from math import exp, floor, isinf, log10
+from math import exp, floor, inf, isinf, log10
 from typing import Any, Literal, Self, TypeVar
 
 from fric.units import prefixed, significant
 
 STAYS = {"leaves": False}  # Metadata of a dataclass's field that documents leave out
 
+OPEN = 14.0  # Half-width of an interval of a logarithm that is no limit: a factor of a million to either side
 Value = float | tuple[float, ...]
 Interval = tuple[float, float]
 T = TypeVar("T")
@@ -52,7 +53,7 @@ class Estimate:
     @classmethod
     def around_log(cls, value: float, unit: str, half_width: float) -> Estimate:
         """Return a positive value with a 95 % interval that is symmetric in its logarithm."""
-        factor = exp(min(half_width, 700.0))
+        factor = exp(half_width) if half_width < OPEN else inf
         return cls(value, unit, (value / factor, value * factor))
 
     @property

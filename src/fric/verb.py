@@ -34,10 +34,8 @@ class Kind:
 
     def holds(self, given: Any) -> bool:
         """Return whether a number is within the bounds."""
-        if not isinstance(given, Real):
-            return True
-        value = float(given)
-        return (self.least is None or value >= self.least) and (self.most is None or value <= self.most)
+        number = isinstance(given, Real)
+        return not number or ((self.least is None or given >= self.least) and (self.most is None or given <= self.most))
 
     def words(self) -> str:
         """Return the bounds in words."""

@@ -53,8 +53,8 @@ def test_the_source_of_a_verb_says_what_python_sees(name):
 @pytest.mark.parametrize(("call", "words"), [
     (lambda: fric.identify_model("lugre", "x.h5", seed=-1), "takes seed as .* from 0 to 4294967295.* given -1"),
     (lambda: fric.identify_plant("x.h5", coherence=1.5), "takes coherence as a number from 0 to 1.* given 1.5"),
-    (lambda: fric.circle("xy-table", machines=0), "takes machines as a whole number of at least 1.* given 0"),
-    (lambda: fric.compare("x.h5", blocks=0), "takes blocks as a whole number from 1 to 1000000, and was given 0"),
+    (lambda: fric.circle("xy-table", machines=0), "takes machines as a whole number from 1 to 100000.* given 0"),
+    (lambda: fric.compare("x.h5", blocks=0), "takes blocks as a whole number from 1 to 12, and was given 0"),
 ])  # fmt: skip
 def test_python_refuses_numbers_out_of_bounds_too(call, words):
     with pytest.raises(FricError, match=words):

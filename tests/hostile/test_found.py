@@ -12,13 +12,18 @@ import h5py
 import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
+from pydantic import ValidationError
 from scipy.io import savemat
 
+import fric
 from fric.circles.diagnose import minimum_zone
 from fric.circles.measured import MeasuredCircle
 from fric.cli.main import main
+from fric.control.scheme import NONE
 from fric.documents.mapping import MappingDocument
+from fric.documents.quantity import Quantity
 from fric.errors import FricError
+from fric.estimate import Estimate
 from fric.figures.style import new_figure, save_figure
 from fric.identify.gms.hunting import _left_over
 from fric.identify.static_map.map_fit import aged
@@ -31,7 +36,7 @@ from fric.io.safe_hdf5 import BLOCK, _heaps, open_file
 from fric.log import FrequencyResponse, Log
 from fric.records.kicks import _around_reversals
 from fric.records.recognition import force_rises
-from fric.report.collect import ContourTest
+from fric.report.collect import Contour, ContourTest
 from fric.units import parse_gain
 
 
@@ -210,3 +215,52 @@ def test_a_clock_that_stands_tells_no_velocity(tmp_path: Path) -> None:
         warnings.simplefilter("error")
         with pytest.raises(FricError):
             ingest(tmp_path / "a.csv", tmp_path / "a.h5")
+
+
+def test_a_number_of_a_document_that_no_double_holds() -> None:
+    with pytest.raises(ValidationError, match="valid number"):
+        Quantity.model_validate(10**400)
+
+
+def test_a_curve_of_an_earlier_report_has_an_error_at_each_place() -> None:
+    given: dict[str, Any] = {"scheme": NONE, "glitches": (), "glitch": 0.0, "rms": 0.0, "range": 0.0}
+    assert len(Contour(**given, place=[0.0, 1.0], error=[0.0, 1e-6]).place) == 2
+    for place, error in (([0.0], [0.0, 1.0]), ([[0.0]], [[0.0]]), ([], []), ([0.0], [np.nan])):
+        with pytest.raises(FricError):
+            Contour(**given, place=place, error=error)
+
+
+@pytest.mark.parametrize(("time", "interval"), [("nan", "0.002"), ("1e300", "0.002"), ("-inf", "0"), ("1e9", "1e-300")])
+def test_a_trace_of_times_that_no_machine_has(tmp_path: Path, time: str, interval: str) -> None:
+    signals = "".join(f'<dataSignal id="f{n}" description="s{n}" interval="{interval}"/>' for n in (1, 2))
+    rows = "".join(f'<rec time="{t}" f1="1" f2="2"/>' for t in ("0", "0.002", time))
+    text = f"<?xml version='1.0'?><traceSession><frameHeader dropOuts='0'/>{signals}{rows}</traceSession>"
+    (tmp_path / "a.xml").write_text(text)
+    with warnings.catch_warnings(action="error"), pytest.raises(FricError):
+        ingest(tmp_path / "a.xml", tmp_path / "a.h5")
+
+
+@pytest.mark.parametrize(("verb", "name", "sizes"), [
+    (fric.circle, "machines", (0, 10**9, 10**12, 10**400)), (fric.circle, "workers", (0, 10**6)),
+    (fric.circle, "revolutions", (-1, 10**30)), (fric.circle_map, "points", (1, 1000)),
+    (fric.compare, "blocks", (0, 10**6)), (fric.identify_model, "blocks", (10**6,)),
+])  # fmt: skip
+def test_a_size_that_no_computer_bears_is_refused_by_its_type(verb: Any, name: str, sizes: tuple[int, ...]) -> None:
+    for size in sizes:
+        with pytest.raises(FricError, match=f"takes {name} as a whole number from . to [0-9]+, and was given"):
+            verb("xy-table", **{name: size})
+
+
+def test_a_size_beyond_the_bound_is_told_with_what_it_costs(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["fric", "simulate", "circle", "xy-table", "--monte-carlo", "1000000000000"])
+    with pytest.raises(SystemExit):
+        main()
+    assert "100000: Run N machines" in (told := " ".join(capsys.readouterr().err.split()))
+    assert "1000 take a minute of a core" in told
+
+
+def test_an_interval_over_more_than_a_million_is_open() -> None:
+    assert Estimate.around_log(48.0, "Hz", 425.0).as_dict()["ci95"] == [0.0, None]
+    assert Estimate.around_log(48.0, "Hz", 1.0).ci95 == pytest.approx((48.0 / np.e, 48.0 * np.e))

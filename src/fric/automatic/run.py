@@ -28,7 +28,7 @@ from fric.report.summary import Report, make_report
 from fric.results.base import Result
 from fric.results.given import bounded
 from fric.results.given_models import machine_of
-from fric.results.kinds import Address, CircleFiles, Count, EncoderName, MachineFile, Quantity
+from fric.results.kinds import Address, CircleFiles, EncoderName, MachineFile, Quantity, Workers
 from fric.results.text import Piece, Table, named
 from fric.units import rotates
 from fric.verb import Kind, verb
@@ -136,7 +136,7 @@ def auto(
     mapping: Annotated[str | None, Kind(metavar="MAP.yaml")] = None,
     assume: bool = False,
     encoder: EncoderName = "motor",
-    workers: Count | None = None,
+    workers: Workers | None = None,
     scheduler: Address | None = None,
     run: Callable[[Step], Result | None] = Step.make,
     say: Callable[[str], None] = lambda _: None,

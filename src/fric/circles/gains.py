@@ -287,9 +287,8 @@ def _of_log(log: Log) -> FoundController | None:
 def _controller(found: Real, half: Real, explained: float, rate: float | None, where: str) -> FoundController:
     """Return the controller for logarithms of its gains and the half-widths of their intervals [1]."""
     values = dict(zip(UNITS, np.exp(found).tolist(), strict=True))
-    with np.errstate(over="ignore"):  # what the data do not limit
-        factors = zip(UNITS, np.exp(half).tolist(), strict=False)
-    estimates = {key: Estimate(values[key], UNITS[key], (values[key] / by, values[key] * by)) for key, by in factors}
+    widths = zip(UNITS, half.tolist(), strict=False)
+    estimates = {key: Estimate.around_log(values[key], UNITS[key], width) for key, width in widths}
     if rate is None:
         estimates["velocity_filter"] = Estimate(USUAL.velocity_filter, "Hz", assumed=True)
         estimates["sampling"] = Estimate(USUAL.sampling, "Hz", assumed=True)

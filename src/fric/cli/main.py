@@ -78,7 +78,8 @@ def main() -> None:
         try:
             sys.exit(app(standalone_mode=False))
         except _UsageError as error:  # which tells the words of the line as they are
-            error.message = clean(error.message)
+            told = error.message, getattr(getattr(error, "param", None), "help", None)  # what the option is, too
+            error.message = clean(": ".join(filter(None, told)))
             error.show()
             sys.exit(error.exit_code)
         finally:

@@ -5,7 +5,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 from fric.control.base import ControlBlock, Setting
-from fric.errors import FricError, near
+from fric.errors import require_known
 
 __all__ = ["ControlBlock", "Setting", "block_type", "blocks"]
 
@@ -40,6 +40,5 @@ def block_type(name: str) -> type[ControlBlock]:
         import_module(f"{__name__}.{file}")
     if name not in (found := _loaded()):
         found = blocks()
-    if name not in found:
-        raise FricError(f"there is no control block '{name}'", hint=f"{near(name, found)}There are {', '.join(found)}.")
+    require_known(name, found, "there is no control block")
     return found[name]

@@ -9,7 +9,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.drive.plant import LinearPlant
-from fric.errors import FricError
+from fric.errors import FricError, require_known
 from fric.friction import FrictionModel, Parameter
 from fric.kernels.block import BlockStep
 from fric.kernels.loop import CONTROLLER, FEEDFORWARD, OBSERVER, Block
@@ -139,8 +139,7 @@ class ControlBlock(ABC):
         """Raise a `FricError` where a name is not known, or a value [SI] is out of its bounds."""
         known = {parameter.name: parameter for parameter in cls.parameters}
         for name, value in values.items():
-            if name not in known:
-                raise FricError(f"the block '{cls.name}' has no '{name}'", hint=f"It has {', '.join(known) or 'none'}.")
+            require_known(name, known, f"the block '{cls.name}' has no", "It has")
             if not known[name].lower <= value <= known[name].upper:
                 raise FricError(
                     f"{name} of '{cls.name}' is {value:g}, but {known[name].doc} lies between {known[name].lower:g} "

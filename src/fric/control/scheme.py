@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from fric.control import block_type
 from fric.control.base import ControlBlock
-from fric.errors import FricError, near
+from fric.errors import FricError, require_known
 from fric.kernels.loop import BLOCKS
 from fric.reference import MOST_LEAD
 from fric.verb import typed
@@ -167,8 +167,5 @@ def choose_schemes(asked: str, known: Mapping[str, Scheme] | None = None) -> lis
     known = PAPER_SCHEMES if known is None else known
     names = list(known) if asked == "all" else [name.strip() for name in asked.split(",")]
     for name in names:
-        if name not in known:
-            raise FricError(
-                f"there is no scheme '{name}'", hint=f"{near(name, known)}There are {', '.join(known)}, and all."
-            )
+        require_known(name, known, "there is no scheme", "Take all, or some of")
     return [known[name] for name in names]

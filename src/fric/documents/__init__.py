@@ -7,7 +7,7 @@ from typing import Any
 
 from fric.documents.base import Document
 from fric.documents.quantity import Part, Quantity
-from fric.errors import FricError, near
+from fric.errors import require_known
 from fric.verb import verb
 
 __all__ = ["Document", "Part", "Quantity", "document_types"]
@@ -38,9 +38,5 @@ def document_schema(type_name: str) -> dict[str, Any]:
         When there is no such type.
     """
     types = document_types()
-    if type_name not in types:
-        raise FricError(
-            f"there is no document type '{type_name}'",
-            hint=f"{near(type_name, types)}The types are {', '.join(types)}.",
-        )
+    require_known(type_name, types, "there is no document type", "The types are")
     return types[type_name].json_schema()

@@ -5,7 +5,7 @@ from functools import cache
 from pathlib import Path
 
 import fric
-from fric.errors import FricError, as_options, near
+from fric.errors import FricError, as_options, near, require_known
 from fric.input import missing
 from fric.verb import verb
 
@@ -55,9 +55,7 @@ def example(name: str) -> dict[str, bytes]:
     FricError
         When there is no such example; the message has a similar name.
     """
-    if name not in examples():
-        hint = f"{near(name, examples())}There are {', '.join(examples())}."
-        raise FricError(f"there is no example '{name}'", hint=hint)
+    require_known(name, examples(), "there is no example")
     files: dict[str, bytes] = {}
     if name == RIG:
         logs = (path for path in sorted(folder("data").rglob("*")) if path.suffix in {".h5", ".csv"})

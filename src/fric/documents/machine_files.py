@@ -25,7 +25,7 @@ from fric.documents.quantity import Part, Physical, Quantity, in_units, known
 from fric.documents.schemes import LeadGiven, lead_of
 from fric.documents.yaml import read_document, read_tree, write_document
 from fric.drive.sensing import Encoder
-from fric.errors import FricError
+from fric.errors import FricError, require_known
 from fric.estimate import Estimate
 from fric.flaws.files import GAINS_DESIGNED
 from fric.friction import FrictionModel, model_type
@@ -462,8 +462,7 @@ def read_machine_document(path: Path | str, nominal_files: Iterable[str] = ()) -
             raise FricError(
                 f"'{given}' does not say which axis it is for", hint=f"Write it as {next(iter(axes))}={given}."
             )
-        if name not in axes:
-            raise FricError(f"the machine has no axis '{name}'", hint=f"Its axes are {', '.join(axes)}.")
+        require_known(name, axes, "the machine has no axis", "Its axes are")
         kind, part = _nominal_document(Path(file))
         if (part.axis, part.motion) != (name, axes[name].motion):
             raise FricError(

@@ -107,7 +107,7 @@ class Quantity(Part):
             except ValueError:
                 raise ValueError(f"'{given}' is not a quantity\nWrite a number and a unit, as in '105 N'.") from None
         if isinstance(given, int | float) and not isinstance(given, bool):
-            return {"value": float(given), "unit": "1"}
+            return {"value": given, "unit": "1"}
         return given
 
     def si(self, dimension: str, motion: Motion) -> Estimate:

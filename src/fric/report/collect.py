@@ -31,6 +31,7 @@ from fric.io.run import DrawnGlitches, read_drawn, read_prediction, read_run_pro
 from fric.log import Record
 from fric.notice import Notice
 from fric.results.circles import DiagnosisResult, diagnose
+from fric.series import keep
 from fric.simulate.circle import CircleRun
 from fric.simulate.contour_run import ContourRun
 from fric.simulate.path import PathRun
@@ -99,6 +100,9 @@ class Contour(Candidate):
     range: float
     place: Real  # Angle on the circle [rad], or station along the path [m], shape (n,); thinned
     error: Real  # Contour error there [m], outwards positive, shape (n,)
+
+    def __post_init__(self) -> None:
+        keep(self, {"place": "position", "error": "position"}, self.named, least=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -444,7 +448,7 @@ def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
         Contour(
             scheme=Scheme.of(item["scheme"]), glitches=tuple(map(float, item["glitches"])),
             glitch=float(item["glitch"]), rms=float(item["rms"]), range=float(item["range"]),
-            place=np.array(item["place"], float), error=np.array(item["error"], float),
+            place=item["place"], error=item["error"],
             warnings=tuple(map(Notice.of, item["warnings"])),
             drawn=machines(item.get("drawn", ())), oscillation=float(item.get("oscillation", 0.0)),
             swings=machines(item.get("swings", ())), places=tuple(map(float, item.get("places", ()))),

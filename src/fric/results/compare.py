@@ -36,7 +36,7 @@ from fric.records.timing import even_sampling as sampling_of
 from fric.results.base import DataFrame, Result
 from fric.results.given import Advance, in_si, logs_of, silent
 from fric.results.given_models import cascade_of, document_of, friction_of, plant_of
-from fric.results.kinds import CircleFiles, ControllerLike, Count, FrictionLike, LogLike, PlantLike, Quantity, Seed
+from fric.results.kinds import Blocks, CircleFiles, ControllerLike, FrictionLike, LogLike, PlantLike, Quantity, Seed
 from fric.results.text import Piece, Table
 from fric.units import readable, si_unit
 from fric.verb import Kind, verb
@@ -131,7 +131,7 @@ def compare(
     halves: bool = False,
     static: FrictionLike | None = None,
     plant: PlantLike | None = None,
-    blocks: Count = 4,
+    blocks: Blocks = 4,
     seed: Seed = 0,
     circles: CircleFiles = (),
     advance: Advance = silent,

@@ -19,7 +19,7 @@ from fric.documents.base import sources
 from fric.documents.bundled import located
 from fric.documents.listings import ExportDocument, TrialPart
 from fric.documents.machine_files import axis_notices, read_machine, read_machine_document
-from fric.errors import FricError, near
+from fric.errors import FricError, require_known
 from fric.export import targets
 from fric.export.base import ExportedPart, Files, Target, compensation_of, machine_of, manifest, manifest_text
 from fric.flaws.prediction import NOTHING_SIMULATED, SCHEME_SATURATES
@@ -316,8 +316,7 @@ def one_target(name: str, part: str, *, single: bool) -> Target:
     Raises FricError: When there is none.
     """
     known = targets()
-    if name not in known:
-        raise FricError(f"there is no target '{name}'", hint=f"{near(name, known)}There are {', '.join(known)}.")
+    require_known(name, known, "there is no target")
     target = known[name]
     if part not in target.parts:
         able = [target.name for target in known.values() if part in target.parts]

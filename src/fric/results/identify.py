@@ -17,7 +17,7 @@ from fric.documents.friction import FrictionDocument, gms_tree, replay_tree, sta
 from fric.documents.machine_files import nominal_models
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.drive.plant import Plant
-from fric.errors import FricError
+from fric.errors import FricError, require_known
 from fric.estimate import estimate_rows
 from fric.friction import FrictionModel, models
 from fric.identify.gms.fit import GMSFit, Replay
@@ -41,6 +41,7 @@ from fric.results.given import in_si, logs_of, quantity, records_of, several, wh
 from fric.results.given_models import circles_of, document_of, friction_of, plant_of
 from fric.results.kinds import (
     AxisName,
+    Blocks,
     CircleLike,
     Count,
     EncoderName,
@@ -610,7 +611,7 @@ def identify_model(
     *logs: LogLike,
     static: FrictionLike | None = None,
     plant: PlantLike | None = None,
-    blocks: Count = 4,
+    blocks: Blocks = 4,
     fix: Annotated[Iterable[str] | Mapping[str, float | str], Kind(list[str], "NAME=VALUE")] = (),
     free: Annotated[Sequence[str], Kind(list[str], "NAME")] = (),
     seed: Seed = 0,
@@ -669,8 +670,7 @@ def _fixed(model: str, given: Iterable[str] | Mapping[str, float | str], motion:
     declared = {p.name: p for parameters in models()[model].declared().values() for p in parameters}
     for text in texts:
         name, equals, value = text.partition("=")
-        if name not in declared:
-            raise FricError(f"{model} has no parameter '{name}'", hint=f"It has {', '.join(declared)}.")
+        require_known(name, declared, f"{model} has no parameter", "It has")
         if not equals:
             raise FricError(f"'{name}' is fixed at nothing", hint=f"Write its value, as in {name}=VALUE.")
         numbers[name] = parse(value, declared[name].dimension, motion)

@@ -42,6 +42,9 @@ METAVARS = {
 Quantities: TypeAlias = Annotated[Sequence[float | str] | float | str, Kind(str)]
 """Several quantities, also as a text with commas."""
 Count: TypeAlias = Annotated[int, Kind(least=1, most=1_000_000)]  # A number of things
+Blocks: TypeAlias = Annotated[int, Kind(least=1, most=12)]  # Slip blocks: a fit's time grows with their square
+Machines: TypeAlias = Annotated[int, Kind(metavar="N", least=1, most=100_000)]  # An hour of a core, a scheme
+Workers: TypeAlias = Annotated[int, Kind(least=1, most=512)]  # Processes, of 0.15 GB each
 Seed: TypeAlias = Annotated[int, Kind(least=0, most=2**32 - 1)]  # A seed of random numbers
 EncoderName: TypeAlias = Literal["motor", "load"]  # The name of one of two encoders of an axis
 LogLike: TypeAlias = Annotated["Record | Path | str | Iterable[Record | Path | str]", Kind(Path, "LOG.h5")]

@@ -26,12 +26,14 @@ from fric.results.kinds import (
     Count,
     KnownSchemes,
     MachineLike,
+    Machines,
     PathLike,
     Quantities,
     Quantity,
     SchemesLike,
     Seed,
     SpreadsLike,
+    Workers,
 )
 from fric.results.text import Piece, Table
 from fric.simulate.circle import Circle, CircleGrid, CircleMap, CircleRun, run_circle
@@ -169,16 +171,16 @@ def circle(
     *,
     velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
     radius: Annotated[Quantity, "position"] = "30 mm",
-    revolutions: int = 2,
+    revolutions: Count = 2,
     clockwise: bool = False,
     axis: AxisName | None = None,
     known: KnownSchemes | None = None,
-    machines: Annotated[int | None, Kind(metavar="N", least=1)] = None,
+    machines: Machines | None = None,
     spread: SpreadsLike | None = None,
     measured: CirclesLike = (),
     seed: Seed = 0,
     accuracy: Annotated[Quantity, "position"] = "0.005 um",
-    workers: Count | None = None,
+    workers: Workers | None = None,
     scheduler: Address | None = None,
     advance: Advance = silent,
     interrupted: Callable[[], bool] = lambda: False,
@@ -201,7 +203,7 @@ def circle(
     axis
         Simulate one axis alone; the other follows its reference.
     machines
-        Run N machines that are drawn around this machine, in addition to it.
+        Run N machines that are drawn around this machine, in addition to it; 1000 take a minute of a core per scheme.
     spread
         How widely each parameter is drawn; by default configs/spread.yaml. Spreads by name, or their file.
     measured
@@ -332,10 +334,10 @@ def circle_map(
     *,
     feeds: Quantities = "5 … 200 mm/s",
     radii: Quantities = "5 … 100 mm",
-    points: Annotated[int, Kind(least=2, most=1000)] = POINTS,
+    points: Annotated[int, Kind(least=2, most=100)] = POINTS,
     known: KnownSchemes | None = None,
     accuracy: Annotated[Quantity, "position"] = "0.005 um",
-    workers: Count | None = None,
+    workers: Workers | None = None,
     scheduler: Address | None = None,
     advance: Advance = silent,
     interrupted: Callable[[], bool] = lambda: False,

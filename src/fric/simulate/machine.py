@@ -14,7 +14,7 @@ from fric.control.inverse_model import DisturbanceObserver
 from fric.control.scheme import Lead, require_feedforward
 from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder
-from fric.errors import FricError, near
+from fric.errors import FricError, require_known
 from fric.estimate import as_filed
 from fric.friction import FrictionModel
 from fric.notice import Notice
@@ -204,10 +204,7 @@ class Machine:
 
     def axis(self, name: str) -> Axis:
         """Return an axis by its name; raise a `FricError` that names those there are."""
-        if name not in self.axes:
-            raise FricError(
-                f"the machine has no axis '{name}'", hint=f"{near(name, self.axes)}Its axes are {', '.join(self.axes)}."
-            )
+        require_known(name, self.axes, "the machine has no axis", "Its axes are")
         return self.axes[name]
 
     def with_belief(self, **beliefs: Belief | Sequence[Belief]) -> Machine:

@@ -10,7 +10,7 @@ from scipy.special import stdtrit
 
 from fric.arrays import Mask, Real
 from fric.choice import ranked
-from fric.errors import FricError
+from fric.errors import FricError, require_known
 from fric.estimate import Estimate
 from fric.flaws.drift import ENERGY_DRIFTS, ENERGY_IN_ONE_SEGMENT, RECORDS_VARY
 from fric.friction import FrictionModel
@@ -31,8 +31,7 @@ def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple
     """
     names = [record.log.name for record in records]
     for name in fitted:
-        if name not in names:
-            raise FricError(f"there is no record '{name}'", hint=f"The records are {', '.join(names)}.")
+        require_known(name, names, "there is no record", "The records are")
     if set(names) <= set(fitted):
         raise FricError("every record is fitted, and none is left to score", hint="Leave one out of `fit_on=`.")
     return (tuple(record.used & (record.log.name in fitted) for record in records),)

@@ -9,7 +9,7 @@ from scipy.special import stdtrit
 
 from fric.arrays import Real
 from fric.columns import PRESLIDING
-from fric.errors import FricError, near
+from fric.errors import FricError, require_known
 from fric.estimate import Covariance, Estimate, Interval
 from fric.flaws.blocks import EXPLAINS_LITTLE, NEVER_SLIDES, PARAMETER_UNSEEN
 from fric.flaws.channel import STIFFNESS_UNRESOLVED
@@ -182,10 +182,8 @@ def record_notices(records: Sequence[Prepared], model: FrictionModel) -> list[No
 
 def fitted_model(name: str) -> type[FrictionModel]:
     """Return the friction model of a name; raise a `FricError` if there is none that can be fitted."""
-    known = {key: model for key, model in models().items() if model.identified}
-    if name not in known:
-        hint = f"{near(name, known)}There are {', '.join(sorted(known))}."
-        raise FricError(f"there is no friction model '{name}' to fit", hint=hint)
+    known = {key: model for key, model in sorted(models().items()) if model.identified}
+    require_known(name, known, "there is no friction model", "To fit there are")
     return known[name]
 
 
@@ -195,8 +193,7 @@ def _held(
     """Return the fixed values: given, fixed by default, or of a static map that is kept."""
     declared = {p.name: (section, p) for section, parameters in model.declared().items() for p in parameters}
     for name in (*fix, *free):
-        if name not in declared:
-            raise FricError(f"{model.name} has no parameter '{name}'", hint=f"It has {', '.join(declared)}.")
+        require_known(name, declared, f"{model.name} has no parameter", "It has")
     held: dict[tuple[str, str], float] = {}
     for name, (section, p) in declared.items():
         if name in fix:

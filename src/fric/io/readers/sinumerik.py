@@ -24,6 +24,7 @@ from fric.flaws.files import SAMPLES_WITHOUT_VALUE
 from fric.input import regular
 from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, Format, Memory
 from fric.io.readers.joined import Joined, SharedClock
+from fric.series import CLOSEST, LARGEST
 
 FORMAT = Format("SINUMERIK trace", (".xml",))
 AGAIN = "Save the trace again, with its data."
@@ -119,11 +120,11 @@ def _filled(path: Path, trace: "_Trace", time: Real, values: Real) -> tuple[Real
     time, values = time[order], values[order]
     step = min(signal.interval for signal in trace.signals if signal.interval)
     if not trace.lost:
-        count = np.maximum(np.rint(np.diff(time) / step).astype(int), 1)
+        count = np.maximum(np.rint(np.diff(time) / step), 1)
         if count.sum() > MOST_FILLED:
             raise FricError(f"spans {time[-1] - time[0]:.4g} s at {step:.4g} s a sample", where=str(path),
                             hint="Save the trace again, a shorter part of it.")  # fmt: skip
-        source = np.concatenate([np.repeat(np.arange(len(count)), count), [len(time) - 1]])
+        source = np.concatenate([np.repeat(np.arange(len(count)), count.astype(int)), [len(time) - 1]])
         within = np.arange(len(source)) - np.concatenate([[0], np.cumsum(count)])[source]
         values = np.where((within == 0)[:, None], values[source], np.nan)
         time = time[source] + within * step
@@ -199,6 +200,8 @@ class _Trace:
         row = [np.nan] * len(self.signals)
         try:
             time = float(about.pop("time"))
+            if not abs(time) <= LARGEST["time"]:
+                raise ValueError
             for key, text in about.items():
                 if key[0] == "f" and key[1:].isdigit():
                     value = float(text)
@@ -220,4 +223,4 @@ def _number(text: str | None) -> float:
         found = float(text or 0.0)
     except ValueError:
         return 0.0
-    return found if np.isfinite(found) and found >= 0.0 else 0.0
+    return found if CLOSEST <= found <= LARGEST["time"] else 0.0
