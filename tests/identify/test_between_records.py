@@ -6,10 +6,16 @@ import numpy as np
 import pytest
 from scipy.special import stdtrit
 
+from fric.arrays import Real
+from fric.estimate import Estimate
 from fric.friction.dahl import Dahl
 from fric.identify.plant.rigid_body import identify_motion
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
+from fric.identify.static_map.corrections import corrected
 from fric.identify.static_map.identify import StaticFit, identify_static
+from fric.identify.static_map.map_fit import fit_map
+from fric.identify.static_map.points import SpeedPoint
+from fric.identify.static_map.strokes import Asked, Strokes
 from fric.log import ForceVelocity
 from fric.records.prepared import prepared
 from fric.statistics import mixed_model
@@ -187,3 +193,26 @@ def test_a_mass_that_varies_between_records_is_held_and_said(count: int) -> None
         assert any(notice.code == "records-vary" for notice in fit.warnings)
         assert high - low > 0.02 * M
     assert sum(inside) >= fewest(count)
+
+
+def test_an_F_s_that_drifts_within_a_record_is_covered_in_its_quarters() -> None:
+    """From 2.36 to 2.43 N, as in a real joint: 44 % of the windows agreed with the whole."""
+    rng, v = np.random.default_rng(3), np.tile(np.outer(np.geomspace(2e-4, 0.02, 6), [1.0, -1.0]).ravel(), 8)
+    F_s, noise = np.linspace(2.36, 2.43, len(v)), rng.normal(0.0, 0.01, len(v))
+
+    def fit(F_s: Real) -> tuple[Estimate, Strokes]:
+        force = np.sign(v) * (1.6 + (F_s - 1.6) * np.exp(-np.abs(v) / 2e-3)) + 3.0 * v + noise
+        points = [
+            SpeedPoint(*pair, 0.01, 60, "r", float(n), n + 0.9) for n, pair in enumerate(zip(v, force, strict=True))
+        ]
+        strokes = corrected(Strokes.at(points, Asked(delta=1.0, form="stribeck")))
+        return fit_map(strokes).estimates["F_s"], strokes
+
+    found, strokes = fit(F_s)
+    low, high = found.ci95
+    first, *_, last = (part.mean() for part in np.array_split(F_s, 4))
+    assert low < first < last < high
+    assert [one.code for one in strokes.notices] == ["records-vary"]
+    level, strokes = fit(np.full_like(F_s, 2.395))
+    assert level.half_width < 0.5 * found.half_width
+    assert not strokes.between_records

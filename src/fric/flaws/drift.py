@@ -25,8 +25,8 @@ ENERGY_IN_ONE_SEGMENT = Flaw("energy-in-one-segment", "doubt",
     "The energy lost per cycle is {there} from {begin:.4g} to {end:.4g} s, and {elsewhere} in the rest.",
     "Check the axis (chips, lubrication, cables), or leave this part out.")
 RECORDS_VARY = Flaw("records-vary", "doubt",
-    "Records differ: {by} (standard deviation). In their order: {order}.",
-    "Intervals are of the mean over records, and allow for it.{one_speed: Each holds one speed: log several in each, "
+    "{within:Quarters of the record|Records} differ: {by} (standard deviation). In their order: {order}.",
+    "Intervals are of the mean over them, and allow for it.{one_speed: Each holds one speed: log several in each, "
     "which separates records from friction over speed.|}")
 FRICTION_DIFFERS = Flaw("friction-differs", "doubt",
     "Curves of two records differ by {by:2} where they meet: friction changed, or is no sum of blocks.")

@@ -264,7 +264,7 @@ def _described(
         others = [f"the {name} by {readable(float(by), by.unit, 2)}" for name, by in between.items() if name != "level"]
         each = [f"{1.0 + item:.3f} of the friction" for item in levels.each]
         by = [f"friction by {levels.deviation:.1%}", *others]
-        warnings.append(RECORDS_VARY.found(by=by, order=each, one_speed=False))
+        warnings.append(RECORDS_VARY.found(by=by, order=each, one_speed=False, within=False))
     return ReplayFit(
         model, records[0].log.axis, motion, estimates, records, level, own, rmse, r2, independent, coordinates, x,
         solved.joint(), lateness(search, best, quantile), tuple(warnings), between,

@@ -21,13 +21,15 @@ from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.static_map import FORCE_ALONG_AXIS, STICKS, STROKES_SETTLING, STROKES_SWING
 from fric.identify.static_map.map_fit import FEWEST, predicts_better, solved, weighted_rms
 from fric.identify.static_map.points import SpeedPoint, average, force_step, logs_of_strokes, rounded_by
-from fric.identify.static_map.stribeck_fit import MapSolution, StribeckProblem
+from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.identify.static_map.strokes import Correction, Strokes
 from fric.log import Log
 from fric.records.over_strokes import PLACES, along_axis, over_place
 from fric.statistics import DIFFERENT, OF_TWO, mixed_model, sandwich
 
 RECORDS = 8  # Least number of records of a single speed each whose levels are separable from the map
+_LEVELS = ("F_c", "F_s")
+WINDOWS = 4  # Number of windows in time of a single record whose levels are compared
 FEW_STROKES = 3  # Least number of strokes of a record, at two speeds or more, to separate its level from the map
 
 
@@ -39,51 +41,70 @@ def between_records(strokes: Strokes) -> Correction | None:
     (1950), weighted least squares of the forces less the prediction of their record, with its error, is generalised
     least squares: the map is that of the mean over records, and intervals depend on their number.
     """
-    names, one_speed = _told(strokes.points)
-    if len(names) < 2:
-        return None
+    of = [point.of_record for point in strokes.points]
+    names, one_speed = _told(of, strokes.velocity)
+    within = len(names) < 2
+    if within:
+        of = _windows(strokes)
+        names, one_speed = sorted(set(of)), False
+        if not names:
+            return None
     fitted, _ = solved(strokes, strokes.offset)
     problem, solution = fitted.problem, fitted.solution
-    member = np.array([[point.of_record == name for name in names] for point in strokes.points], float)
-    kinds = [member * _friction(problem, solution, strokes.velocity)[:, np.newaxis]]
+    member = np.array([[name == other for other in names] for name in of], float)
+    columns = problem.jacobian(solution.theta)
+    levels = {
+        name: solution.theta[name] * columns[:, [problem.free.index(name)]] for name in _LEVELS if name in problem.free
+    }
+    if not within:
+        levels = {"friction": np.sum(list(levels.values()), axis=0)}
+    kinds = [member * level for level in levels.values()]
     if problem.with_offset:
         kinds.append(member)
-    residual, columns = problem.F - problem.model(solution.theta), problem.jacobian(solution.theta)
-    found = mixed_model(residual, columns, fitted.own, kinds)
+    found = mixed_model(problem.F - problem.model(solution.theta), columns, fitted.own, kinds)
     chance = float(chdtrc(len(kinds), found.likelier))
-    if not found.deviations.any() or (len(names) == 2 and chance > OF_TWO):
+    if not found.deviations.any() or chance > (DIFFERENT if within else OF_TWO if len(names) == 2 else 1.0):
         return None
     effects = np.hstack(kinds)
     points = [point.less(by) for point, by in zip(strokes.points, effects @ found.predicted, strict=True)]
     together = float(stdtrit(len(names) - 1, 0.975)) * (effects @ found.errors).T
-    level, offset = (*found.deviations, 0.0)[:2]
-    scatter = {"level": Estimate(float(level), "1"), "offset": strokes.asked.of(offset, "force")}
+    vary, offset = found.deviations[: len(levels)], (*found.deviations, 0.0)[len(levels)]
+    scatter = {"level": Estimate(float(vary.max()), "1"), "offset": strokes.asked.of(offset, "force")}
     notices = []
     if chance < DIFFERENT:
-        by = [f"friction by {level:.1%}", f"the offset by {strokes.asked.says(offset, 'force', 2)}"][: len(kinds)]
-        order = [f"{1.0 + item:.3f} of the friction" for item in found.predicted[: len(names)]]
-        notices.append(RECORDS_VARY.found(by=by, order=order, one_speed=one_speed))
+        by = [f"{name} by {size:.1%}" for name, size in zip(levels, vary, strict=True)]
+        by += [f"the offset by {strokes.asked.says(offset, 'force', 2)}"] * problem.with_offset
+        most = int(vary.argmax())
+        shares = found.predicted[most * len(names) : (most + 1) * len(names)]
+        order = [f"{1.0 + share:.3f} of {'the ' * (not within)}{list(levels)[most]}" for share in shares]
+        notices.append(RECORDS_VARY.found(by=by, order=order, one_speed=one_speed, within=within))
     return Correction(points=points, together=together, notices=notices, between_records=scatter)
 
 
-def _told(points: Sequence[SpeedPoint]) -> tuple[list[str], bool]:
+def _windows(strokes: Strokes) -> list[str]:
+    """Return the window in time of each stroke of a single record; none if windows do not share all speeds."""
+    speed, order = np.abs(strokes.velocity), np.argsort([point.start for point in strokes.points], kind="stable")
+    parts = np.array_split(order, WINDOWS)
+    alone = len({point.of_record for point in strokes.points}) == 1 and len(order) >= WINDOWS * FEWEST
+    if not alone or any(
+        1.5 * speed.min() < speed[part].min() or 1.5 * speed[part].max() < speed.max() for part in parts
+    ):
+        return []
+    return [f"{number}" for _, number in sorted((n, k) for k, part in enumerate(parts) for n in part)]
+
+
+def _told(of: Sequence[str], v: Real) -> tuple[list[str], bool]:
     """Return the records in order of time whose level is separable from the map, and whether each holds one speed.
 
     Records of a single speed show their level if all are such and exceed the number of the map's parameters: by the
     common deviation of their strokes from a curve.
     """
     speeds: dict[str, list[float]] = {}
-    for point in points:
-        speeds.setdefault(point.of_record, []).append(abs(point.velocity))
+    for name, speed in zip(of, np.abs(v), strict=True):
+        speeds.setdefault(name, []).append(speed)
     enough = {name: v for name, v in speeds.items() if len(v) >= FEW_STROKES}
     several = sorted(name for name, v in enough.items() if max(v) > 1.5 * min(v))
     return several or (sorted(enough) if len(enough) >= RECORDS else []), not several
-
-
-def _friction(problem: StribeckProblem, solution: MapSolution, v: Real) -> Real:
-    """Return the force of friction without its viscous part at velocities [N], shape (n,)."""
-    columns = dict(zip(problem.free, problem.jacobian(solution.theta, v).T, strict=True))
-    return sum((solution.theta[name] * columns[name] for name in ("F_c", "F_s") if name in columns), np.zeros(len(v)))
 
 
 FINER = 4  # Number of cells of the travel for the evaluation of places
