@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,9 @@ import pytest
 import fric
 from fric.errors import FricError
 from fric.friction import models
+from fric.identify.replay import compare
 from fric.identify.replay.compare import (
+    Score,
     compare_models,
     near_reversals,
     presliding_length,
@@ -75,6 +78,29 @@ def test_a_model_that_leaves_no_less_than_coulomb_and_viscous_friction_is_no_win
     assert plain["Coulomb and viscous"].rms < 0.2 * plain["constant force"].rms
     lead, error = comparison.leads["Coulomb and viscous"]
     assert not lead > error
+
+
+def test_a_model_that_leaves_more_than_a_map_near_reversals_is_no_winner(monkeypatch):
+    """Dahl's was named for what it gains between them."""
+    t = np.arange(6000) / 100.0
+    position, velocity = 0.05 * np.sin(0.6 * t), 0.03 * np.cos(0.6 * t)
+    near = np.abs(position) > 0.0495
+    noise = np.random.default_rng(4).normal(0.0, 1.0, len(t)) * np.where(near, 0.1, 1.0)
+    log = Log(t, position=position, force=20.0 * np.sign(velocity) + noise, kind="motion")
+    (record,) = prepared([log])
+    replaced = SimpleNamespace(independent=100.0, warnings=(), model=None)
+
+    def winner(left: float) -> str | None:
+        residual = (np.where(near, left, 0.3),)
+        score = Score("dahl", 2, residual, *compare._sizes(residual, (near,)), (replaced,), 0.3, 1.0)
+        monkeypatch.setattr(compare, "_scored", lambda *_: score)
+        monkeypatch.setattr(compare, "_with_bits", lambda found, _: found)
+        monkeypatch.setattr(compare, "record_notices", lambda *_: [])
+        monkeypatch.setattr(compare, "near_reversals", lambda *_: near)
+        return compare_models(["dahl"], [record], split_by_folds([record], 2)).winner
+
+    assert winner(0.01) == "dahl"
+    assert winner(0.5) is None
 
 
 def test_moments_at_which_the_drive_is_off_are_not_compared(records):

@@ -139,8 +139,8 @@ class Comparison:
     baselines: tuple[Baseline, ...]  # What is left without a dynamic model
     # The best model; None where its lead over another, or over a baseline, does not exceed the error of that lead
     winner: str | None
-    # For each other model and baseline, how much lower the mean squared residual of the best model is, and half the 95
-    # % interval of that [N²]
+    # For each other model and baseline, and those without memory near reversals, how much lower the mean squared
+    # residual of the best model is, and half the 95 % interval of that [N²]
     leads: dict[str, tuple[float, float]]
     warnings: tuple[Notice, ...]  # Warnings: what the records do not determine
 
@@ -160,8 +160,8 @@ def compare_models(
     """Fit every model on some samples and score it on others, by replay through whole records.
 
     Offset (and inertia) of a record are those of its fitted samples or, without any, of the scored samples. The best is
-    named the winner only if its mean squared residual is lower than every other's by more than the 95 % error of that
-    difference, taken over the strokes between reversals.
+    named the winner only if its mean squared residual is lower than every other's, and near reversals than that of each
+    without memory, by more than the 95 % error of that difference, taken over the strokes between reversals.
 
     splits: The samples to fit; the others are scored.
     static, negative, blocks, seed: As in `identify_by_replay`.
@@ -188,6 +188,10 @@ def compare_models(
         plain.append(_baseline("static map", 0, lambda _: _of_map(forward, negative), records, splits, near))
     others: list[Baseline] = [*scores[1:], *plain]
     leads = {other.name: _lead(records, scores[0].residual, other.residual) for other in others}
+    if any((mask & record.used).any() for record, mask in zip(records, near, strict=True)):
+        best = _where(near, scores[0].residual)
+        for other in (one for one in others if one.name == "static" or not isinstance(one, Score)):
+            leads[f"{other.name} near reversals"] = _lead(records, best, _where(near, other.residual))
     winner = scores[0].name if leads and all(lead > error for lead, error in leads.values()) else None
     # of all records, and once: the warnings of a fit are of some records only
     amiss = record_notices(records, scores[0].model)
@@ -279,6 +283,10 @@ def _with_bits(score: Score, independent: float) -> Score:
     force = np.concatenate([record.force[record.used] - record.force[record.used].mean() for record in fit.records])
     penalty = 0.5 * score.parameters * np.log2(max(independent, 1.0))
     return replace(score, bits=float(independent * np.log2(_rms(force) / max(fit.rmse, 1e-300)) - penalty))
+
+
+def _where(near: Masks, residual: Sequence[Real]) -> list[Real]:
+    return [np.where(mask, values, np.nan) for mask, values in zip(near, residual, strict=True)]
 
 
 def _sizes(residual: Sequence[Real], near: Masks) -> tuple[float, float]:
