@@ -39,8 +39,7 @@ from fric.units import readable
 
 DATE = re.compile(r"\d{4}-?\d{2}(-?\d{2}(\D.*)?)?")
 """Names of folders that are dates: 2026-11, 2026-11-21, 20261121, each optionally followed by a time."""
-LEVEL = 0.05
-"""Largest probability, over all axes of a fleet together, with which an unchanged axis is reported as changed."""
+LEVEL = 0.05  # Largest probability, over a fleet, with which an unchanged axis is reported as changed
 FREEDOM = {"gms": 4.0, "plant": 7.0, "glitch": 7.0}
 """Degrees of freedom of intervals: cycles of a record or periods of an excitation, less 1.
 
@@ -246,12 +245,9 @@ def _freedom(document: FrictionDocument | PlantDocument, name: str) -> float:
 class FleetResult(Result):
     """Results for a fleet."""
 
-    folder: Path
-    """Where all files are."""
-    outcomes: Sequence[UnitOutcome]
-    """Results for each machine and date."""
-    drifts: Sequence[ParameterDrift]
-    """Each number at two consecutive dates, the most probable change first."""
+    folder: Path  # Where all files are
+    outcomes: Sequence[UnitOutcome]  # Results for each machine and date
+    drifts: Sequence[ParameterDrift]  # Each number at two consecutive dates, the most probable change first
 
     @property
     def changed(self) -> list[tuple[str, str]]:

@@ -41,22 +41,14 @@ MACHINES = 24  # Machines that are drawn from the intervals of what was identifi
 class AutoResult(Result, schema=AutoDocument):
     """Results for a folder of logs."""
 
-    folder: Path
-    """Where all files are."""
-    axes: dict[str, AxisOutcome]
-    """Results for each axis: which steps were done, and what is missing."""
-    description: list[Notice]
-    """What was guessed or left out."""
-    steps: int
-    """Number of steps."""
-    made: int
-    """Number of steps that had to be run."""
-    failed: Sequence[str]
-    """Steps that failed, with the reason."""
-    page: Report | None
-    """The report; None where there was nothing to report."""
-    rotary: bool = False
-    """Whether all axes are rotary."""
+    folder: Path  # Where all files are
+    axes: dict[str, AxisOutcome]  # Results for each axis: which steps were done, and what is missing
+    description: list[Notice]  # What was guessed or left out
+    steps: int  # Number of steps
+    made: int  # Number of steps that had to be run
+    failed: Sequence[str]  # Steps that failed, with the reason
+    page: Report | None  # The report; None where there was nothing to report
+    rotary: bool = False  # Whether all axes are rotary
 
     @property
     def warnings(self) -> Sequence[Notice]:

@@ -38,27 +38,20 @@ class Flaw:
     number where it is positive; a list is given with commas.
     """
 
-    code: str
-    """Lower case, words joined by hyphens; the same for every size of the same flaw."""
-    severity: Severity | Callable[[Any], Severity]
-    """How bad it is, or a function of its values (as attributes)."""
-    says: str
-    """What is wrong, with named values."""
-    mend: str = ""
-    """What to do."""
+    code: str  # Lower case, words joined by hyphens; the same for every size of the same flaw
+    severity: Severity | Callable[[Any], Severity]  # How bad it is, or a function of its values (as attributes)
+    says: str  # What is wrong, with named values
+    mend: str = ""  # What to do
     _: KW_ONLY
     widens: Mapping[str, float] = field(default_factory=dict)
     """By parameter, the error of a prediction: 95 % lie within this share to either side."""
     circle_settles: bool = False
     """Whether a measured circle settles it: each machine that is drawn has the level of friction of that circle."""
-    no_response: bool = False
-    """Whether it means that the response was not measured, so that an observer is a guess."""
-    disagrees: bool = False
-    """Whether it means that a measured circle is not as predicted."""
+    no_response: bool = False  # Whether it means that the response was not measured, so that an observer is a guess
+    disagrees: bool = False  # Whether it means that a measured circle is not as predicted
     word: tuple[str, str] = ("", "")
     """Of a flaw that every session has: the row of the table, and the words shown there instead of a warning."""
-    source: str = ""
-    """Where its threshold is from."""
+    source: str = ""  # Where its threshold is from
 
     def found(self, where: str = "", /, **values: Any) -> Notice:
         """Return the notice that it was found.

@@ -2,10 +2,8 @@
 
 from fric.flaws.base import Flaw
 
-FEW = 0.005
-"""Share of lost samples up to which the error of speeds and times is below their scatter, also by interpolation."""
-LITTLE = 0.05
-"""Jitter in sampling intervals up to which interpolation of a log between its samples makes as large an error."""
+FEW = 0.005  # Share of lost samples up to which errors of speeds and times are below their scatter
+LITTLE = 0.05  # Jitter in sampling intervals up to which interpolation between samples makes as large an error
 
 # fmt: off
 SAMPLES_LOST = Flaw("samples-lost", lambda f: "wrong" if f.lost > FEW else "doubt",

@@ -16,18 +16,12 @@ LIFT = "`with fric.plausibility.lifted():`"  # How a user accepts a value beyond
 class Bound:
     """The range in which a quantity of every real drive lies."""
 
-    what: str
-    """The quantity, in words."""
-    dimension: str
-    """Its dimension, see `fric.units`."""
-    linear: Limits
-    """Least and greatest value of a linear axis in SI."""
-    rotary: Limits
-    """The same of a rotary axis."""
-    reason: str
-    """Why nothing real is beyond."""
-    units: str
-    """What to check."""
+    what: str  # The quantity, in words
+    dimension: str  # Its dimension, see `fric.units`
+    linear: Limits  # Least and greatest value of a linear axis in SI
+    rotary: Limits  # The same of a rotary axis
+    reason: str  # Why nothing real is beyond
+    units: str  # What to check
 
 
 BOUNDS: Mapping[str, Bound] = {

@@ -39,8 +39,7 @@ AROUND = 40  # Number of lines on each side for comparison
 PEAKS = 3  # Number of lines of a segment that are used: its highest
 SEGMENTS = 3  # Least number of segments that show a pitch
 SPREAD = 1.4  # Least ratio of their greatest to their least speed
-LONGEST = (0.5e-3, 0.02)
-"""Largest pitch of a scale [m, rad]; a ripple of a longer pitch is a screw or a motor, and real motion."""
+LONGEST = (0.5e-3, 0.02)  # Largest pitch of a scale [m, rad]; a longer ripple is a screw or a motor, and real motion
 SMALLEST = 0.5  # Amplitude, in steps of the encoder, above which there is a warning
 
 
@@ -130,8 +129,7 @@ Strokes = Sequence[tuple["Log", "Segment"]]
 
 FASTER = 1.2  # Ratio of speeds above which a faster record also shows the jitter of a slower record
 OTHER_UNIT = 500.0  # Ratio of sampling intervals of two records above which a time in ms was taken for s
-COARSE = 12
-"""Number of steps in the force's range up to which the steps affect means over strokes and hysteresis cycles."""
+COARSE = 12  # Number of steps in the force's range up to which steps affect means over strokes and cycles
 
 
 def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:

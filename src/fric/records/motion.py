@@ -15,8 +15,7 @@ from fric.records.resolution import encoder_step, noise_level
 DEGREE = 5  # Degree of the spline, with a smooth acceleration and a parabola at a reversal within a count
 MOST_KNOTS = 20_000  # Largest number of knots of a record; between knots the motion cannot reverse
 REST = 4  # Number of samples without a count after which the level itself is used, repeatedly
-REFINED = 8
-"""Largest number of solutions of a spline: the rounding error of a stiff spline exceeds its spread until refined."""
+REFINED = 8  # Largest number of solutions of a spline, which is refined until rounding is below its spread
 CONVERGED = 1e-3  # Correction, over the usual spread, below which refinement ends
 FINE = 0.01  # Share of the travel of a sample under which the encoder's step does not matter
 

@@ -23,8 +23,7 @@ REPEATS = 1.5  # Least number of cycles of a sine in sliding, without those at t
 PIECES = 400  # Number of pieces of a record that are searched for pauses
 QUIET, PAUSES = 0.02, 0.05  # Largest travel in a pause over that of a fast piece, and share of pauses between moves
 LINES = 9.0  # Least number of spectral lines with the power of a broad-band excitation; strokes have at most five
-RISING_SHARE = 0.01
-"""Share of the stroke in which the force rises after a reversal, above which a sine is in pre-sliding."""
+RISING_SHARE = 0.01  # Share of the stroke in which the force rises after a reversal, above which it is pre-sliding
 LOOP_SHARE = 0.03  # The same for a motion of any other shape, as by hand or distorted by friction
 LOOP_OF_STROKES = 0.1
 """The same for a motion back and forth at constant velocity: such short strokes show pre-sliding rather than a map."""

@@ -8,18 +8,13 @@ import numpy as np
 from fric.arrays import Real
 
 _EVIDENCE = 16  # Least number of neighbouring values on a lattice, unless each value occurs often
-FINEST = 1e-3
-"""Smallest step as a share of the usual gap between neighbouring values; any gap is near a multiple of a smaller
-one.
-"""
+FINEST = 1e-3  # Smallest step as a share of the usual gap: any gap is near a multiple of a smaller step
 _GAPS = 400  # Largest number of gaps that are used
 _ORDER = 6  # Highest order of differences for the estimate of noise
-_FALLS = 0.64
-"""Ratio of the variances from two orders of differences below which the lower order still includes the motion."""
+_FALLS = 0.64  # Ratio of variances of two orders of differences below which the lower still includes motion
 
 
-_KEPT = 4096
-"""Number of cached lattices, by digest of the channel: every judgement of a record needs that of its position."""
+_KEPT = 4096  # Number of cached lattices, by digest of the channel: every judgement needs that of the position
 _known: dict[bytes, float | None] = {}
 
 

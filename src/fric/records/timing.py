@@ -20,8 +20,7 @@ from fric.notice import Notice
 from fric.records.resolution import lattice_step
 from fric.statistics import robust_deviation
 
-ORDERS = (6, 8)
-"""Orders of the differences that noise is estimated from: motion of f Hz scales with that power of f over rate."""
+ORDERS = (6, 8)  # Orders of the differences that show noise: motion of f Hz scales with that power of f over rate
 WHITE = 0.8  # Ratio of the powers by the higher and the lower order: 1 for white noise, less for a motion
 GAP = 1.5  # Sampling intervals above which samples are missing, as the time shows
 WINDOW = 32  # Number of samples in a window for comparison of noise with speed

@@ -130,8 +130,7 @@ class GMSFit:
 
 
 INERTIA = 0.1  # Share of inertia in the force above which a sine is too fast
-INSEPARABLE = 0.01
-"""Two blocks are not separable when a single block in their place changes the curve by less than this share of F_s."""
+INSEPARABLE = 0.01  # Change of the curve, as a share of F_s, below which a block in place of two is as good
 HOLLOW = 0.02  # Share of F_s by which a virgin curve is below a concave curve, beyond its error, that gives a warning
 LEVEL = 0.03  # Deviation of Σ alpha from 1 that gives a warning
 

@@ -18,8 +18,7 @@ from fric.identify.static_map.stribeck_fit import nonnegative
 from fric.search import minimised
 
 MOST_BLOCKS = 6  # Largest number of blocks that the information criterion may choose by default
-REPEATABLE = 0.005
-"""Friction repeats along a drive to half a per cent at best: a block must change the curve by more than that."""
+REPEATABLE = 0.005  # Share by which friction repeats along a drive at best: a block must change the curve by more
 STRONG = 6.0
 """Difference of Schwarz's criterion below which evidence for a block is not strong (Kass, Raftery, JASA 90, 1995): runs
 whose B differs by 1e-13 scatter by 2.5."""

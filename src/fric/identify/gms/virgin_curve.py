@@ -94,12 +94,10 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
 
 
 CLOSING = 0.03  # Share of a branch at its end that gives the force at the reversal
-SLIDING = 0.85
-"""Share of the highest force above which a dip is the Stribeck fall along a fast stroke, and not backlash."""
+SLIDING = 0.85  # Share of the highest force above which a dip is the Stribeck fall along a fast stroke, no backlash
 NEIGHBOURS, SCATTERING = 5, 21
 """Numbers of neighbouring places: half of the first must show backlash; the second averages the scatter."""
-SAME_AMPLITUDE = 1.15
-"""Records whose amplitudes are within this ratio are averaged; beyond it the larger continues the smaller."""
+SAME_AMPLITUDE = 1.15  # Ratio of amplitudes up to which records are averaged; beyond, the larger continues the smaller
 
 
 @dataclass(frozen=True)

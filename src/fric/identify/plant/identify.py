@@ -41,8 +41,7 @@ from fric.statistics import robust_deviation
 from fric.threads import one_blas_thread
 from fric.units import rotates
 
-GAINS_APART = 0.05
-"""Share by which the friction's gain must differ between two records for their amplitudes to be compared."""
+GAINS_APART = 0.05  # Share by which the friction's gain must differ between records to compare their amplitudes
 SURE = 0.99  # Probability below which two responses count as different
 
 

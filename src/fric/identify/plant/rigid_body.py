@@ -32,8 +32,7 @@ from fric.records.timing import even_sampling
 from fric.statistics import DIFFERENT, Between, between_records, hac_covariance
 from fric.units import Motion, readable, si_unit
 
-UNLIKE = 0.05
-"""Share of the viscous friction by which the directions differ from their mean, above which there is a warning."""
+UNLIKE = 0.05  # Share of the viscous friction by which directions differ from their mean, above which it is warned of
 REST = 0.01  # Share of the largest speed below which the axis counts as resting
 
 

@@ -24,12 +24,10 @@ from fric.records.judgement import RESOLVED, identifiability_of
 
 ROW, MOST_SAMPLES = 160, 40_000  # Number of blocks in the row, and of samples in its replay
 BEYOND = 1.5  # Excess width of the row over the blocks on either side, in the logarithm of k/alpha
-WORSE = 1.02
-"""Ratio of squared residuals above which a place is rejected: the force is interpolated between blocks of the row."""
+WORSE = 1.02  # Ratio of squared residuals above which a place is rejected: the force is interpolated in the row
 TRIED, SETTLED, STEPS = 20_000, 40, 24
 """Largest number of places tried on the grid, number of places refined, and least-squares steps from each."""
-RIVALS, PLACES_APART = 3, 0.05
-"""Points kept beside the best, and their least difference in the logarithm of k/alpha of some block."""
+RIVALS, PLACES_APART = 3, 0.05  # Points kept beside the best, and their least distance in log(k/alpha) of some block
 DRAWS, LEAST = 96, 1e-4  # Number of noise draws, and the share of a step over which their effect is linear
 
 

@@ -260,8 +260,7 @@ def slopes(coordinates: Coordinates, x: Real) -> dict[Key, Slopes]:
 
 
 SUSPECTED = 0.6  # Lag [samples] above which the lag is estimated again, with the force moved by it
-CLEAR = 2.0
-"""Ratio of mean lag to half-width above which a lag is reported: hunting between counts looks like a smaller lag."""
+CLEAR = 2.0  # Ratio of mean lag to half-width above which a lag is reported: hunting looks like a smaller lag
 MOST_SAMPLES, MOST_SECONDS = 4.0, 10e-3
 """Largest lag of a log, in samples or by a filter [s]: friction without corners looks like a longer lag."""
 BLOCKS = 3  # Number of blocks for a virgin curve of any shape

@@ -180,8 +180,7 @@ def _at_one_speed(strokes: Strokes, amiss: Sequence[Notice]) -> StaticFit:
 
 TAKEN = 0.05  # Tolerance of the plant's damping, as a share, before the strokes contradict it
 DIFFERENT = 1e-3  # Probability by chance below which directions count as different
-MISSED = 0.005
-"""Common error of a map in both directions at a speed (rms) over the force above which there is a warning."""
+MISSED = 0.005  # Common error of a map in both directions at a speed (rms) over the force above which it is warned of
 SEEN = 0.5  # Least share of the fall from F_s to F_c above the slowest stroke for strokes to determine F_s
 
 

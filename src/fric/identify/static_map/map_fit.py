@@ -27,8 +27,7 @@ from fric.identify.static_map.stribeck_fit import (
 from fric.identify.static_map.strokes import Asked, Strokes
 from fric.units import si_unit
 
-CLEARLY = 0.8
-"""Ratio of errors below which a free shape factor is used: it is correlated with F_s at stick-slip strokes."""
+CLEARLY = 0.8  # Ratio of errors below which a free shape factor is used: with stick-slip it is correlated with F_s
 LEAST_RISE = 1e-6  # Least rise of F_s with age, as a share of F_s
 DIFFERENT = 1e-3  # Probability of such a gain by chance below which a richer form is used
 FEWEST = 8  # Least number of strokes for a richer form
@@ -64,10 +63,8 @@ class HeldOut:
     weight: Real  # Of each stroke [1/N²], shape (n,)
     form: str  # The form that the map has
     errors: Mapping[str, Real]  # By form, the error at each stroke while it is held out [N], shape (n,)
-    ages: float | None = None
-    """Growth of F_s for each factor e of the age of the contact [N], if that predicts best."""
-    also: Mapping[str, float] = field(default_factory=dict)
-    """Errors of further forms [N], by name."""
+    ages: float | None = None  # Growth of F_s for each factor e of the age of the contact [N], if that predicts best
+    also: Mapping[str, float] = field(default_factory=dict)  # Errors of further forms [N], by name
 
     def __getitem__(self, form: str) -> float:
         """Return the weighted root mean square error of a form [N]."""
@@ -283,8 +280,7 @@ class MapFit:
     asked: Asked  # The arguments
     problem: StribeckProblem  # What was minimised; the standard errors include ``between``
     solution: MapSolution  # Where the minimum is
-    estimates: Mapping[str, Estimate]
-    """Each parameter with unit and 95 % interval; an infinite limit is not determined."""
+    estimates: Mapping[str, Estimate]  # Each parameter with unit and 95 % interval; an infinite limit is not determined
     covariance: Real  # Linearised covariance of the free parameters, in the order of ``problem.free``
     between: float  # Standard deviation of the strokes beyond their noise [N]
     held_out: HeldOut  # How well forms predict strokes that are held out

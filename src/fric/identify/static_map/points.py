@@ -21,8 +21,7 @@ from fric.units import readable, si_unit
 
 Average = Literal["robust", "median"]
 ROW = ", row "  # Separator of the name of a table and the number of a row
-SWINGS = 0.03
-"""Root mean square of the velocity about its mean, over that mean, above which a stroke counts as swinging."""
+SWINGS = 0.03  # Root mean square of the velocity about its mean, over that mean, above which a stroke swings
 UNEVEN = 0.25  # Largest relative difference in speed of the halves of a stroke with ripple
 ENOUGH = 4096  # Number of samples searched for a swing; of more, means are used
 RISES = 0.02  # Least rise of the force in the second half of a stroke that ends in pre-sliding, as a share

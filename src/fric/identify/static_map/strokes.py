@@ -89,8 +89,7 @@ class Correction:
     together: Callable[["Strokes"], Real] | Real | None = None
     """Directions in which its error moves the forces of all points [N], half widths, shape (m, n)."""
     notices: Sequence[Notice] = ()  # Its warnings
-    tried: Mapping[str, float] = field(default_factory=dict)
-    """Error at held-out strokes [N] of what was not taken, by name."""
+    tried: Mapping[str, float] = field(default_factory=dict)  # Error at held-out strokes [N] of what was not taken
     into: Into | None = None  # What it changes of the problem
     between_records: Mapping[str, Estimate] = field(default_factory=dict)
     """Standard deviation of the level [1] and the offset [N] of records."""
@@ -106,8 +105,7 @@ class Strokes:
     stretches: Stretches
     together: Real  # Correlated errors of the forces of all points [N], half widths, shape (m, n)
     notices: tuple[Notice, ...] = ()
-    tried: Mapping[str, float] = field(default_factory=dict)
-    """Errors at held-out strokes of what was tried beside the forms of the map [N], by name."""
+    tried: Mapping[str, float] = field(default_factory=dict)  # Errors at held-out strokes [N] of what was tried
     into: tuple[Into, ...] = ()
     between_records: Mapping[str, Estimate] = field(default_factory=dict)
 
