@@ -5,9 +5,11 @@ from __future__ import annotations
 import bz2
 import gzip
 import re
+import sqlite3
 import struct
 import time
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import h5py
@@ -219,3 +221,24 @@ def test_a_document_of_as_many_keys_as_none_has_is_refused_at_once(tmp_path: Pat
     with pytest.raises(FricError, match="holds over"):
         read_document(path, PlantDocument)
     assert time.process_time() - begun < 5.0
+
+
+@pytest.mark.parametrize("messages", [
+    "create table messages as select 1 as id, 1 as topic_id, 1 as timestamp, zeroblob(8388608) as data",
+    "create view messages as with recursive n(i) as (select 1 union all select i + 1 from n) "
+    "select i as id, 1 as topic_id, i as timestamp, zeroblob(12) as data from n",
+])  # fmt: skip
+def test_a_message_of_a_database_of_gibibytes_and_one_that_does_not_end(
+    tmp_path: Path, messages: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As 2.7 GB that took 3.7 GB of memory; with the bound brought down."""
+    monkeypatch.setattr("fric.io.readers.rosbag.MOST_CHUNK", 1 << 20)
+    with closing(sqlite3.connect(tmp_path / "a.db3")) as file, file:
+        file.execute(
+            "create table topics(id integer primary key, name, type, serialization_format, offered_qos_profiles)"
+        )
+        file.execute("create table schema(schema_version integer, ros_distro text)")
+        file.execute("insert into topics values(1, '/a', 'std_msgs/msg/Float64', 'cdr', '')")
+        file.execute("insert into schema values(3, 'humble')")
+        file.execute(messages)
+    refused(tmp_path / "a.db3", "damaged")

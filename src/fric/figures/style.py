@@ -21,7 +21,7 @@ from cycler import cycler
 
 import fric.figures
 from fric.arrays import Real
-from fric.errors import FricError, clean
+from fric.errors import FricError, clean, require_known
 from fric.output import staged
 
 if TYPE_CHECKING:
@@ -221,8 +221,5 @@ def figure_named(name: str, parts: Sequence[Any]) -> Figure:
     Raises FricError: When none has a figure of that name.
     """
     found = views_of(parts)
-    if name not in found:
-        raise FricError(
-            f"there is no figure '{name}' of this result", hint=f"Take one of {', '.join(found)}." if found else ""
-        )
+    require_known(name, found, "there is no figure", "Of this result there are")
     return found[name]()

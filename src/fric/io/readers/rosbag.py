@@ -73,6 +73,9 @@ def _bound_chunks(path: Path) -> None:
 
     ros_1.decompressors |= {"bz2": bounded(bz2.BZ2Decompressor), "lz4": bounded(lz4.LZ4FrameDecompressor)}
     mcap.DECOMPRESSORS |= {"lz4": bounded(lz4.LZ4FrameDecompressor), "zstd": bounded(mcap.zstd.ZstdDecompressor)}
+    if apsw := getattr(import_module("rosbags.rosbag2.storage_sqlite3"), "apsw", None):
+        length, views = apsw.SQLITE_LIMIT_LENGTH, apsw.SQLITE_DBCONFIG_ENABLE_VIEW  # a view may have no end
+        apsw.connection_hooks = [lambda file: file.limit(length, MOST_CHUNK), lambda file: file.config(views, 0)]
 
 
 class _Topic(ForeignTable):
