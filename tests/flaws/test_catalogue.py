@@ -140,12 +140,10 @@ def response(size: float = 0.5, **more: object) -> list[Notice]:
     return list(described([fit], solution, N(**usual | given["friction"]), estimates, 1000.0))
 
 
-def rigid(rests: float = 0.0, F_c: float = 1.0, **more: object) -> list[Notice]:
-    velocity = np.ones(1000)
-    velocity[: round(1000 * rests)] = 0.0
-    record = N(motion=N(velocity=velocity), used=np.ones(1000, bool))
+def rigid(hidden: float = 0.0, F_c: float = 1.0, **more: object) -> list[Notice]:
+    record = N(used=np.arange(1000) >= round(1000 * hidden))
     given = {"K_f": Estimate(1.0, "N/V"), "delay": 1e-3} | more
-    return list(rigid_body._warnings([record], {"F_c": Estimate(F_c, "N")}, **given))
+    return list(rigid_body._warnings([record], 0, {"F_c": Estimate(F_c, "N")}, **given))
 
 
 def hysteresis(**more: object) -> list[Notice]:
@@ -399,7 +397,7 @@ SHOWN: dict[str, Show] = {
     "amplitudes-disagree": lambda s: response(friction={"differs": is_so(s), "coulomb": Estimate(-1.0, "m/s²")}),
     "friction-in-response": lambda s: response(friction={"differs": is_so(s), "coulomb": Estimate(1.0, "m/s²")}),
     "viscous-by-direction": lambda s: rigid_body.identify_motion([uneven_motion(s * rigid_body.UNLIKE)]).warnings,
-    "axis-rests": lambda s: rigid(rests=0.1 * s),
+    "changes-between": lambda s: rigid(hidden=0.1 * is_so(s)),
     "not-physical": lambda s: rigid(F_c=1.0 - 1.0 * s),
     "T_d-assumed": lambda s: rigid(delay=None if is_so(s) else 1e-3),
     "response-ends": lambda s: perturbation(last=40.0 / s),

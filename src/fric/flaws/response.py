@@ -50,8 +50,9 @@ AMPLITUDES_DISAGREE = Flaw("amplitudes-disagree", "doubt",
     "A rises with the amplitude, which Coulomb friction does not explain: the records differ otherwise.")
 FRICTION_IN_RESPONSE = Flaw("friction-in-response", "note",
     "Friction is seen: A is {low:.4g} to {high:.4g} 1/s here, {A:.4g} 1/s without ({coulomb} times the mass).")
-AXIS_RESTS = Flaw("axis-rests", "doubt", "The axis rests in {resting:.0%} of the samples, where the force does not "
-    "show friction: F_c is too small.")
+CHANGES_BETWEEN = Flaw("changes-between", "doubt",
+    "The speed changes between samples: {share:.0%} of them, around starts and stops, are left out.",
+    "Log at a higher rate, or start and stop slower.")
 NOT_PHYSICAL = Flaw("not-physical", "wrong", "{name} is {value}, which no axis has.", "Check the sign of the force.")
 RESPONSE_ENDS = Flaw("response-ends", "doubt", "The response ends at {last:.4g} Hz, and Q (bandwidth "
     "{bandwidth:.4g} Hz) passes more: that part is not checked.", "Measure up to a higher frequency.")

@@ -18,6 +18,9 @@ REST = 4  # Number of samples without a count after which the level itself is us
 REFINED = 8  # Largest number of solutions of a spline, which is refined until rounding is below its spread
 CONVERGED = 1e-3  # Correction, over the usual spread, below which refinement ends
 FINE = 0.01  # Share of the travel of a sample under which the encoder's step does not matter
+LARGE = 0.2  # Change of the acceleration from sample to sample, relative to its root mean square, that counts as one
+OUTLIES = 6.0  # Ratio of such a change to the usual change, which noise makes
+HIDDEN = 0.05  # Share of such changes in the variance of the acceleration from which on a record is too slow for it
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,40 @@ def smooth_motion(time: Real, position: Real) -> Motion:
         instant, crossing, spread = t, z, np.full_like(z, noise)
     spline = _smoothest(t, instant, crossing, spread, max(dt, (t[-1] - t[0]) / MOST_KNOTS))
     return Motion(t, spline(t), spline(t, 1), spline(t, 2), step)
+
+
+def between_samples(time: Real, position: Real) -> Mask:
+    """Return the samples at which the speed changes between samples, shape (n,); none where few do.
+
+    A ramp that lasts a sample or two shows neither its acceleration nor when the motion began: there, neighbours do not
+    predict the acceleration. In a record at a sufficient rate they do, but for noise and steps of the encoder.
+
+    time, position: The record [s], [m], each of shape (n,).
+    """
+    bends, hidden = np.diff(position, 2), np.zeros(len(position), bool)
+    if len(bends) < 3:
+        return hidden
+    change, size = 0.5 * np.abs(np.diff(bends, 2)), float(np.mean(bends**2))
+    limit = max(LARGE * np.sqrt(size), OUTLIES * float(np.median(change)), REST * encoder_step(position))
+    large = change > limit
+    if (change[large] ** 2).sum() > HIDDEN * size * len(bends):
+        hidden[2:-2] = large
+        hidden = np.convolve(hidden, np.ones(3), "same") > 0.0  # the slope takes in a sample on each side
+    return hidden
+
+
+def shows_mass(motion: Motion, used: Mask) -> bool:
+    """Return whether samples that are used have an acceleration beyond the error that `between_samples` leaves."""
+    squares = motion.acceleration**2
+    return bool(used.any() and squares[used].mean() >= (2.0 * LARGE) ** 2 * squares.mean())
+
+
+def local_motion(time: Real, position: Real) -> Motion:
+    """Return the motion of samples by central differences, so that a change between samples stays where it is."""
+    v = np.gradient(position, time)
+    a = np.gradient(v, time)
+    a[1:-1] = 2.0 * np.diff(np.diff(position) / np.diff(time)) / (time[2:] - time[:-2])
+    return Motion(time, position, v, a, 0.0)
 
 
 def slope(t: Real, z: Real) -> Real:
@@ -144,7 +181,7 @@ def _smoothest(t: Real, instant: Real, value: Real, spread: Real, knot: float) -
     wanted = (value - middle) / unit
     banded, penalty = _upper(normal), _upper(back @ third)
 
-    smoothest = None
+    smoothest, met = None, False
     low, high = -6.0, 14.0
     for _ in range(12):
         exponent = 0.5 * (low + high)
@@ -161,8 +198,8 @@ def _smoothest(t: Real, instant: Real, value: Real, spread: Real, knot: float) -
             if np.abs(correction).max() < CONVERGED:
                 break
         chi2 = float(np.mean(weight * (wanted - basis @ solved) ** 2))
-        if chi2 <= 1.0 or smoothest is None:
-            smoothest = solved
+        if chi2 <= 1.0 or not met:  # what no spline of these knots meets is met as closely as any does
+            smoothest, met = solved, chi2 <= 1.0
         low, high = (low, exponent) if chi2 > 1.0 else (exponent, high)
     if smoothest is None:
         raise FricError("the position jumps more than it moves", hint="Look at the log with `fric inspect`.")
@@ -184,7 +221,8 @@ BANDWIDTH = 20.0  # Bandwidth of a motion under a position loop [Hz]; the filter
 class Conditioning:
     """Filter and decimation of a record before the fit."""
 
-    cutoff: float  # Corner of the fourth-order Butterworth filter, run forwards and backwards over the position [Hz]
+    # Corner of the fourth-order Butterworth filter, run forwards and backwards over the position [Hz]; 0 for no filter
+    cutoff: float
     decimation: int  # Every n-th sample is kept, after a zero-phase Chebyshev filter over each column of the fit
     border: int  # Samples left out at the start of a record, where filter and differences see its edge
 

@@ -27,6 +27,7 @@ class Preparation:
     own: terms of the record, fitted beside the model
     every: every n-th sample was taken
     plant: that was used; None where none is known
+    starts: whether the samples show how the motion starts and stops
     """
 
     source: Literal["force", "input"]
@@ -40,3 +41,4 @@ class Preparation:
     own: tuple[Own, ...] = ("offset",)
     every: int = 1
     plant: Plant | None = field(default=None, metadata=STAYS)
+    starts: bool = field(default=True, metadata=STAYS)

@@ -21,7 +21,15 @@ from fric.flaws.blocks import BEGINS_LOADED
 from fric.log import Log, refuse_several_axes
 from fric.notice import Notice
 from fric.records.clipping import clipped, drive_off
-from fric.records.motion import Conditioning, Motion, filtered_motion, smooth_motion
+from fric.records.motion import (
+    Conditioning,
+    Motion,
+    between_samples,
+    filtered_motion,
+    local_motion,
+    shows_mass,
+    smooth_motion,
+)
 from fric.records.preparation import Own, Preparation
 from fric.records.recognition import kind_of
 from fric.records.reversals import find_reversals
@@ -67,6 +75,7 @@ CYCLES = 3  # Least number of whole cycles for resampling cycles; with fewer, pi
 UNLIKE = 3.0  # Ratio of the difference of the first strokes to any of later ones where a record begins loaded
 LOADED = 0.002  # Least difference of the first strokes, as a share of the range of the force
 PIECES = 10  # Number of pieces of equal length for resampling without cycles
+CREEP = 0.05  # Share of the largest speed below which a record too slow for its starts and stops is not compared
 ONE_WAY = 0.01  # Ratio of the fastest speeds in both directions below which a motion has only one direction
 
 
@@ -234,14 +243,21 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
         hint = "Is it the right column? Friction changes its sign."
         raise FricError("the force does not change", where=log.where, hint=hint)
     position = travelled(log)
+    moves = filters is not None or kind_of(log) == "motion"
+    hidden = between_samples(log.time, position) if moves else np.zeros(len(log), bool)
     try:
-        motion = smooth_motion(log.time, position) if filters is None else filtered_motion(log, filters)
+        if hidden.any():
+            motion = local_motion(log.time, position)
+        elif filters is not None and filters.cutoff:
+            motion = filtered_motion(log, filters)
+        else:
+            motion = smooth_motion(log.time, position)
     except FricError as error:
         raise error.at(log.where) from None
     # the lag of force and position is uniform within a sample; without a plant the delay is not known either
     timing = float(np.median(np.diff(log.time))) / np.sqrt(12.0) * (1.0 if plant else 2.0)
     reversals = find_reversals(position)
-    done = Preparation(source, given.T_d - lag, float(timing), motion.step)
+    done = Preparation(source, given.T_d - lag, float(timing), motion.step, starts=not hidden.any())
     force = acting_force(log.time, force, done.delay)
     if plant is not None:
         inertia, damping = plant.M * motion.acceleration, plant.damping * motion.velocity
@@ -251,12 +267,15 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
         done = replace(
             done, plant=plant, mass=plant.M, damping=plant.damping, inertia_share=shares[0], damping_share=shares[1]
         )  # fmt: skip
-    elif kind_of(log) == "motion":
+    elif moves and filters is None:
         back, forth = float(motion.velocity.min()), float(motion.velocity.max())
         if min(-back, forth) < ONE_WAY * max(-back, forth):  # an offset is friction, and what trembles at rest is none
             reversals = reversals[:0]
-        done = replace(done, own=("offset", "mass") if len(reversals) else ("mass",))
-    used = np.ones(len(log), dtype=bool)
+        terms: tuple[Own, ...] = ("offset", "mass") if shows_mass(motion, ~hidden) else ("offset",)
+        done = replace(done, own=terms if len(reversals) else terms[1:])
+    used = ~hidden
+    if not done.starts:  # how a rest was come to is not known either
+        used &= np.abs(motion.velocity) >= CREEP * np.abs(motion.velocity).max()
     if filters is not None:
         used[: filters.border] = False
         return Prepared(log, motion, np.asarray(force, float), used, reversals, done)

@@ -15,7 +15,7 @@ from fric.flaws.channel import K_F_MISSING
 from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.response import (
     A_HOLDS_VISCOUS,
-    AXIS_RESTS,
+    CHANGES_BETWEEN,
     NOT_PHYSICAL,
     T_D_ASSUMED,
     VISCOUS_BY_DIRECTION,
@@ -26,14 +26,16 @@ from fric.log import Log
 from fric.notice import Notice
 from fric.records.flaws import record_flaws
 from fric.records.judgement import CONDITION
-from fric.records.motion import Conditioning, kept, thinned
+from fric.records.motion import BANDWIDTH, Conditioning, kept, shows_mass, thinned
 from fric.records.prepared import Drive, Prepared, prepared
 from fric.records.timing import even_sampling
 from fric.statistics import DIFFERENT, Between, between_records, hac_covariance
 from fric.units import Motion, readable, si_unit
 
 UNLIKE = 0.05  # Share of the viscous friction by which directions differ from their mean, above which it is warned of
-REST = 0.01  # Share of the largest speed below which the axis counts as resting
+REST = 0.05  # Share of the largest speed below which the axis rests or creeps, and the force does not show friction
+RESTS = 0.1  # Share of such samples above which they are left out; without a filter they always are
+FEWEST = 30  # Least number of samples of a fit
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,8 @@ def identify_motion(
 
     The inverse dynamic model of Janot, Gautier and Brunot (Nonlinear System Identification Benchmarks, 2019):
     the position is filtered forwards and backwards, differentiated by central differences, and each column of the
-    observation matrix is decimated like the force.
+    observation matrix is decimated like the force. Where the rate would put the filter's corner into the motion there
+    is no filter; many rests, and samples between which the speed changes, are left out.
 
     logs: Records of one axis, each with a force or an input, evenly sampled.
     direction: Common F_v, F_c and an offset, or F_v and F_c for each direction (an offset is then half their
@@ -101,11 +104,22 @@ def identify_motion(
     served = [
         replace(log, force=None) if channel == "input" or (scaled and log.input is not None) else log for log in logs
     ]
+    settings = [replace(s, cutoff=0.0) if cutoff is None and s.cutoff < 5 * BANDWIDTH else s for s in settings]
     records = prepared(served, drive=Drive(force_constant or 1.0, delay or 0.0, scale.shift), filters=settings)
+    shown = [_in_motion(record, s) for record, s in zip(records, settings, strict=True)]
+    settings = [
+        s if record.used[s.border :].all() else replace(s, decimation=1)
+        for record, s in zip(shown, settings, strict=True)
+    ]
     names = ("M", "F_v", "F_c", "offset") if direction == "both" else ("M", *_EACH)
-    X = np.vstack([_observations(record, s, direction) for record, s in zip(records, settings, strict=True)])
-    forces = [thinned(record.drive[record.used], s.decimation) for record, s in zip(records, settings, strict=True)]
-    y = np.concatenate(forces)
+    X = np.vstack([_observations(record, s, direction) for record, s in zip(shown, settings, strict=True)])
+    forces = [thinned(record.drive[record.used], s.decimation) for record, s in zip(shown, settings, strict=True)]
+    times = [record.log.time[record.used] for record in shown]
+    times = [t[kept(len(t), s.decimation)] for t, s in zip(times, settings, strict=True)]
+    y, time = np.concatenate(forces), np.concatenate(times)
+    if len(y) < FEWEST or not any(shows_mass(record.motion, record.used) for record in shown):
+        what = f"at {max(rates):.3g} Hz the speed changes between samples, and the mass is not seen"
+        raise FricError(what, where=logs[0].where, hint="Log ten samples or more of each start and stop.")
     _refuse_rank(X, names, logs[0])
 
     values = np.asarray(np.linalg.lstsq(X, y, rcond=None)[0], float)
@@ -131,20 +145,25 @@ def identify_motion(
     plant = scale.estimates() | _plant(
         np.asarray(values, float), covariance, quantile, direction, channel, K_f, delay, max(rates), motion
     )
-    instants = [record.log.time[record.used] for record in records]
-    time = np.concatenate([t[kept(len(t), s.decimation)] for t, s in zip(instants, settings, strict=True)])
     lag = float(residual[1:] @ residual[:-1] / (residual @ residual))
     return MotionFit(
         logs[0].axis, motion, channel, estimates, dict(zip(names, map(float, deviation), strict=True)), plant,
         float(np.linalg.norm(residual) / np.linalg.norm(y)), float(np.linalg.cond(X)), lag, rates[0], settings[0],
         time, y, X @ values,
         (*_varies(between, estimates), *_directions(X, y, lengths, estimates),
-         *_warnings(records, estimates, K_f, delay),
+         *_warnings(records, settings[0].border, estimates, K_f, delay),
          *scale.warnings, *against_mass(plant, mass, motion), *record_flaws(logs, "plant")),
     )  # fmt: skip
 
 
 _EACH = ("F_v_positive", "F_c_positive", "F_v_negative", "F_c_negative")
+
+
+def _in_motion(record: Prepared, settings: Conditioning) -> Prepared:
+    """Return a record without the samples at rest, where they are many or no filter blurs them."""
+    speed = np.abs(record.motion.velocity)
+    moving = speed >= REST * speed[record.used].max(initial=0.0)
+    return record.restricted(moving) if not settings.cutoff or moving[record.used].mean() < 1.0 - RESTS else record
 
 
 def _observations(record: Prepared, settings: Conditioning, direction: str) -> Real:
@@ -237,12 +256,11 @@ def _varies(between: Between | None, estimates: Mapping[str, Estimate]) -> Itera
 
 
 def _warnings(
-    records: Sequence[Prepared], estimates: dict[str, Estimate], K_f: Estimate | None, delay: float | None
+    records: Sequence[Prepared], border: int, estimates: dict[str, Estimate], K_f: Estimate | None, delay: float | None
 ) -> Iterator[Notice]:
-    speed = np.concatenate([np.abs(record.motion.velocity[record.used]) for record in records])
-    resting = float(np.mean(speed < REST * speed.max()))
-    if resting > 0.1:
-        yield AXIS_RESTS.found(resting=resting)
+    hidden = [float(np.mean(~record.used[border:])) for record in records]
+    if any(hidden):
+        yield CHANGES_BETWEEN.found(share=max(hidden))
     for name, estimate in estimates.items():
         if (name == "M" or name.startswith(("F_v", "F_c"))) and float(estimate) <= 0:
             yield NOT_PHYSICAL.found(name=name, value=estimate)

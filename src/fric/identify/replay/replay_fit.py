@@ -51,6 +51,8 @@ from fric.statistics import DIFFERENT
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
 
+YIELDS = 0.1  # Share of the travel of a sample within which a contact yields, of which the samples show no start
+
 
 @dataclass(frozen=True)
 class ReplayFit:
@@ -125,6 +127,11 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
         of_lag = [kind_of(r.log) == "sliding-sine" and not r.slides and not len(r.reversals) for r in records]
         records = [record.in_sliding() if lag else record for record, lag in zip(records, of_lag, strict=True)]
     held = _held(model, fix or {}, free, static)
+    if not any(record.done.starts for record in records):  # what yields before sliding does so between samples
+        step = max(float(np.median(np.abs(np.diff(r.motion.position))[r.used[1:]])) for r in records)
+        rigid = max(float(np.ptp(record.force[record.used])) for record in records) / (YIELDS * step)
+        found = [(s, p) for s, ps in model.declared().items() for p in ps if p.dimension == "stiffness"]
+        held |= {(s, p.name): rigid for s, p in found if not p.per_block and p.name not in {*free, *(fix or {})}}
     coordinates = Coordinates.of(
         model, search_ranges(records), blocks=blocks, held=held, level=with_level, negative=negative
     )
@@ -165,9 +172,14 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
 
 
 def _falls(search: Search, best: Point, coordinate: Coordinate) -> bool:
-    """Return whether a record reaches the velocity at which F_s has fallen to F_c; below it both are inseparable."""
+    """Return whether a record reaches the velocity at which F_s has fallen to F_c; below it both are inseparable.
+
+    A record that is too slow for its starts and stops does not show where it fell.
+    """
     if coordinate.parameter.name != "F_s" or not coordinate.parameter.at_least:
         return True
+    if not any(record.done.starts for record in search.records):
+        return False
     v_s = search.coordinates.values(best.x)["static"].get("v_s", 0.0)
     fastest = max(float(np.quantile(np.abs(record.motion.velocity[record.used]), 0.99)) for record in search.records)
     return not (isinstance(v_s, float) and v_s > fastest)

@@ -1,0 +1,48 @@
+"""Logs so slow that the speed changes between samples: friction is right, and what is not seen is not stated."""
+
+import numpy as np
+import pytest
+
+from fric.errors import FricError
+from fric.identify.plant.rigid_body import identify_motion
+from fric.identify.replay.replay_fit import identify_by_replay
+from fric.log import Log
+from fric.records.prepared import prepared
+
+M, F_V, F_C = 4.0, 6.6, 3.3
+
+
+def moves(rate: float, ramp: float, seed: int = 1) -> Log:
+    """Return moves to and fro at four speeds, with ramps of a duration [s] and rests that hold some force."""
+    r = np.random.default_rng(seed)
+    dt = 1e-3
+    v, held = [np.zeros(300)], [np.zeros(300)]
+    for k in range(24):
+        top, n, m = r.choice([0.02, 0.05, 0.1, 0.2]) * (-1) ** k, round(ramp / dt), int(r.integers(1500, 2500))
+        v += [np.concatenate([np.linspace(0, top, n), np.full(m, top), np.linspace(top, 0, n), np.zeros(450)])]
+        held += [np.full(len(v[-1]), np.sign(top) * r.uniform(0.2, 0.9) * F_C)]
+    velocity = np.concatenate(v)
+    position, acceleration = np.cumsum(velocity) * dt, np.gradient(velocity, dt)
+    friction = np.where(velocity == 0.0, np.concatenate(held), F_C * np.sign(velocity))
+    force = M * acceleration + F_V * velocity + friction + r.normal(0.0, 0.05, len(velocity))
+    every = slice(None, None, round(1.0 / (rate * dt)))
+    time = np.arange(len(velocity)) * dt
+    return Log(name="a", axis="x", kind="motion", time=time[every], position=np.round(position, 6)[every],
+               force=force[every])  # fmt: skip
+
+
+@pytest.mark.parametrize("rate", [10.0, 20.0])
+def test_a_motion_whose_starts_are_between_samples_gives_its_friction_and_no_mass(rate: float) -> None:
+    log = moves(rate, 0.06)
+    with pytest.raises(FricError, match="the mass is not seen"):
+        identify_motion([log])
+    F_c = identify_by_replay("lugre", prepared([log])).estimates["static"]["F_c"]
+    assert float(F_c) == pytest.approx(F_C, rel=0.02)
+    assert F_c.ci95[0] < F_C < F_c.ci95[1]
+
+
+@pytest.mark.parametrize("rate", [100.0, 200.0])
+def test_the_mass_of_a_slow_log_is_not_that_of_a_filter(rate: float) -> None:
+    found = identify_motion([moves(rate, 0.3)]).estimates
+    assert float(found["M"]) == pytest.approx(M, rel=0.01)
+    assert float(found["F_c"]) == pytest.approx(F_C, rel=0.01)
