@@ -31,7 +31,7 @@ SI_UNITS: dict[str, tuple[str, str]] = {  # by dimension: linear, rotary
     "ratio": ("1", "1"), "mass": ("kg", "kg*m^2"), "viscous": ("N*s/m", "N*m*s/rad"), "stiffness": ("N/m", "N*m/rad"),
     "force rate": ("N/s", "N*m/s"), "force per input": ("N/V", "N*m/V"), "rate": ("1/s", "1/s"),
     "acceleration per input": ("m/(s^2*V)", "rad/(s^2*V)"), "position per input": ("m/V", "rad/V"),
-    "velocity gain": ("V*s/m", "V*s/rad"), "position gain": ("V/m", "V/rad"),
+    "velocity gain": ("V*s/m", "V*s/rad"), "position gain": ("V/m", "V/rad"), "small length": ("m", "rad"),
 }  # fmt: skip
 PLAIN: tuple[Motion, ...] = ("linear", "rotary")  # Motions with forces in SI
 OF_FORCE = {"force": "", "mass": "*s^2/{m}", "viscous": "*s/{m}", "stiffness": "/{m}", "force rate": "/s",
@@ -222,6 +222,8 @@ def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float
 _LIKELY: dict[tuple[str, Motion], tuple[tuple[str, float], ...]] = {
     ("position", "linear"): (("m", 1.0), ("mm", inf)),
     ("position", "rotary"): (("rad", 7.0), ("deg", inf)),
+    ("small length", "linear"): (("m", 1e-4), ("mm", 0.02), ("um", inf)),  # of an encoder, a glitch
+    ("small length", "rotary"): (("rad", 1e-4), ("deg", inf)),
     ("velocity", "linear"): (("m/s", 2.0), ("mm/s", 1e3), ("mm/min", inf)),
     ("velocity", "rotary"): (("rad/s", 50.0), ("deg/s", 1e3), ("rpm", inf)),
     ("acceleration", "linear"): (("m/s^2", 50.0), ("mm/s^2", inf)),

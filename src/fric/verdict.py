@@ -496,7 +496,8 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
     if evidence.rotary:
         return
     if evidence.designed:
-        yield "fric auto LOGS --controller 'K_v=… 1/s, K_p=… V*s/m, K_i=… V/m' -o DIR   # the gains of your drive"
+        command = evidence.command if evidence.command.startswith("fric auto ") else "fric auto LOGS -o DIR"
+        yield f"{command} --controller 'K_v=… 1/s, K_p=… V*s/m, K_i=… V/m'   # the gains of your drive"
         if evidence.compared:
             return
     if evidence.missing:

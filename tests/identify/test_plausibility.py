@@ -229,6 +229,12 @@ def test_a_position_in_another_unit_than_its_reference_is_refused(factor):
         (lambda: fric.plan(stroke=300, feed=0.1), "stroke is 300", "'300 mm'"),
         (lambda: fric.circle("xy-table", "a", velocity="100"), "has no unit", "'100 mm/s'"),
         (lambda: fric.plan(stroke="300", feed=0.1), "has no unit", "'300 mm'"),
+        (lambda: fric.plan(stroke=0.3, feed=0.1, encoder="0.25"), "has no unit", "'0.25 um'"),
+        (lambda: fric.experiment("xy-table", "presliding-sine", amplitudes="15"), "has no unit", "'15 um'"),
+        (lambda: fric.circle("xy-table", "a", accuracy="5"), "has no unit", "'5 um'"),
+        (lambda: fric.make_report("configs/xy-table.yaml", tolerance="5"), "has no unit", "'5 um'"),
+        (lambda: fric.make_report("configs/xy-table.yaml", tolerance=5e-3), "tolerance is 5 mm", "'0.005 mm'"),
+        (lambda: fric.auto("data/circle.h5", output="found", tolerance="5"), "has no unit", "'5 um'"),
     ],
 )
 def test_options_are_held_against_what_machines_are_too(verb, given: str, meant: str) -> None:

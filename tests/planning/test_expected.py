@@ -29,8 +29,9 @@ from fric.planning.expected import (
     typical,
 )
 from fric.results.given import silent
+from fric.results.plan import PlanResult
 from fric.simulate.experiment import runs_of
-from fric.simulate.plan import Expected, Limits
+from fric.simulate.plan import Expected, Limits, Plan, Planned
 from fric.simulate.spread import draw_machine
 
 WITHIN = {"A": 2.5, "B": 2.5, "T_d": 2.5}
@@ -53,6 +54,21 @@ def hold(expectation, got: list[dict[str, float]], usual: float = 2.0) -> None:
         ratio, within = [run[name] / one.half_width for run in got], WITHIN.get(name, usual)
         assert 1 / within < typical(ratio) < within, (name, ratio)
         assert one.between[0] <= one.half_width <= one.between[1]
+
+
+def test_the_tables_of_a_plan_fit_into_80_columns() -> None:
+    """One was 120 wide in a pipe, and wrapped in each column of a terminal."""
+    unit = "m/(s^2*V)"
+    half_widths = {
+        "B": Expected(4.525, 0.0016, unit, (0.0014, 0.0019)),
+        "C": Expected(9945.0, 500.0, "N/s", (450.0, 580.0)),
+    }
+    axis = read_machine("xy-table").axes["x"]
+    settings = {"lowest": 2.0, "highest": 500.0, "lines": 60, "periods": 10, "ramp": 0.1, "mean": 0.03}
+    made = Plan(axis, Limits(0.3, 0.1, 5.0), (Planned("frequency-response", settings, ""),), (9.5,), half_widths)
+    text = repr(PlanResult(made, None, "", ()))
+    assert all(len(line) <= 80 for line in text.splitlines()), text
+    assert "0.45 … 0.58" in text
 
 
 @pytest.mark.long(20)

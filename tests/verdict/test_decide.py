@@ -201,7 +201,10 @@ def test_a_circle_settles_only_what_the_drawn_machines_were_made_to_agree_with()
     found = decide(evidence_of(designed, table, unknown, disagreements={"one.h5": seen["/there/one.h5"]}))
     assert found.choice is None
     assert "gains are not known" in found.headline
-    assert "--controller" in found.next[0]
+    assert found.next[0].startswith("fric auto LOGS -o DIR --controller ")
+    ran = designed | {"command": "fric auto data -o found"}
+    found = decide(evidence_of(ran, table, unknown, disagreements={"one.h5": seen["/there/one.h5"]}))
+    assert found.next[0].startswith("fric auto data -o found --controller ")
     assert decide(evidence_of(designed, table, unknown)).headline.startswith("For a controller that fric designed: use")
 
 

@@ -187,6 +187,7 @@ def auto(
             raise FricError("a fleet is identified, and takes no machine, circle or tolerance")
         return fleet(units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance)
     _refuse_among(folder, list(map(Path, logs)))
+    allowed = None if tolerance is None else bounded("tolerance", tolerance)
     found = find_sources(map(Path, logs), mapping, folder / "mappings", assume=assume, ask=ask)
     tests = find_sources(map(Path, circles))
     found.circles, found.traces = [*found.circles, *tests.circles], [*found.traces, *tests.traces]
@@ -215,7 +216,7 @@ def auto(
     _circles(session, found, axes, subject, given is not None)
     pages = [path for axis in axes.values() for path in axis.there]
     pages += [path for path in (folder / "circle.h5",) if path.exists()]
-    page, allowed = None, None if tolerance is None else bounded("tolerance", tolerance)
+    page = None
     if pages:
         pages += [subject] if subject is not None else []
         read = [*pages, *(path for axis in axes.values() for path in axis.logs)]

@@ -77,15 +77,15 @@ def experiment(
     subject = machine_of(machine).axis(axis)
     motion = subject.motion
     if encoder is not None:
-        subject = replace(subject, encoder=Encoder(in_si(encoder, "position", motion)))
+        subject = replace(subject, encoder=Encoder(in_si(encoder, "small length", motion)))
     if noise is not None:
         subject = replace(subject, force_noise=in_si(noise, "force", motion))
     settings: dict[str, Any] = {
         "samples": samples,
         "speeds": several(speeds, "velocity", motion),
-        "amplitudes": several(amplitudes, "position", motion),
+        "amplitudes": several(amplitudes, "small length", motion),
         "frequency": quantity(frequency, "frequency"),
-        "step": None if step is None else in_si(step, "position", motion),
+        "step": None if step is None else in_si(step, "small length", motion),
         "steps": steps,
         "mean": None if mean is None else in_si(mean, "velocity", motion),
         "peaks": several(peaks, "velocity", motion),

@@ -28,10 +28,10 @@ from fric.results.base import Result
 from fric.results.given import Advance, bounded, in_si, logs_of, silent
 from fric.results.given_models import document_of, machine_of, schemes_of
 from fric.results.kinds import FrictionLike, LogLike, MachineLike, PlantLike, Quantity, SchemesLike
-from fric.results.text import Piece, Table, named
+from fric.results.text import Piece, Table, plain_names
 from fric.simulate.machine import Axis
-from fric.simulate.plan import Expected, Limits, Narrowing, Plan, Planned
-from fric.units import readable, rotates, si_unit
+from fric.simulate.plan import Limits, Narrowing, Plan, Planned
+from fric.units import prefixed, readable, rotates, si_unit, significant
 from fric.verb import Kind, verb
 
 GOOD_TO = "expected half-widths are those of simulated records, and good to ± 20 %"
@@ -61,16 +61,15 @@ class PlanResult(Result):
             (record.kind, readable(lasting, "s"), settings_in_words(record, self.plan.axis.motion))
             for record, lasting in zip(self.plan.planned, self.plan.lasting, strict=True)
         ]
-        described = [
-            (
-                name,
-                readable(expected.value, expected.unit, 4),
-                f"± {readable(expected.half_width, expected.unit, 2)}",
-                spread(expected),
-            )
-            for name, expected in self.plan.expected.items()
-        ]
-        table = named(("", "value", "95 % to be expected", "in most runs"), described)
+        described = []
+        for name, expected in self.plan.expected.items():
+            size = max(abs(expected.value), min(expected.half_width, 1e3 * abs(expected.value)))
+            scale, unit = prefixed(size, expected.unit)
+            half, *most = (significant(scale * width, 2) for width in (expected.half_width, *expected.between))
+            described.append([name, significant(scale * expected.value, 4), half, " … ".join(most), unit])
+        names = plain_names(self.plan.expected)
+        columns = ("", "value", "± 95 %", "in most runs", "unit", "what it is")
+        table = Table(columns, [(*row, name) for row, name in zip(described, names, strict=True)])
         total = readable(sum(self.plan.lasting) + self.approaching, "s")
         speed = readable(self.plan.limits.approach, si_unit("velocity", self.plan.axis.motion))
         blocks = self.blocks
@@ -144,12 +143,6 @@ class NextRecordResult(PlanResult):
             Table(("one more record", "time", "then ±", "", "what to run"), rows),
             f"{GOOD_TO}; of records that differ by less the shorter one comes first",
         ]
-
-
-def spread(expected: Expected) -> str:
-    """Return the range of the half-widths of single runs, for people."""
-    least, most = (readable(half, expected.unit, 2) for half in expected.between)
-    return f"{least} … {most}"
 
 
 def settings_in_words(record: Planned, motion: Any) -> str:
@@ -256,7 +249,7 @@ def _prior(
     subject = None if machine is None else machine_of(machine)
     found, notices = prior_axis(subject, axis, known, responded, logs)
     if encoder is not None:
-        found = replace(found, encoder=Encoder(in_si(encoder, "position", found.motion)))
+        found = replace(found, encoder=Encoder(in_si(encoder, "small length", found.motion)))
     if noise is not None:
         found = replace(found, force_noise=in_si(noise, "force", found.motion))
     return found, notices, known, responded

@@ -224,6 +224,7 @@ def circle(
     spreads = read_spreads(Path(spread)) if isinstance(spread, str | Path) else spread
     advance(0, total=len(chosen) + (machines or 0))
     runs = []
+    given: dict[str, Any] = {"accuracy": in_si(accuracy, "small length")}
     for wanted in chosen:
         runs.append(run_circle(subject, wanted, test, only=axis))
         advance()
@@ -235,7 +236,7 @@ def circle(
         )
     if machines is None:
         return CircleResult(subject, runs, axis, None, identified)
-    given: dict[str, Any] = {} if spreads is None else {"spreads": spreads}
+    given |= {} if spreads is None else {"spreads": spreads}
     evidence = None
     if identified:
         from fric.results.circles import KnownMachine  # with SciPy's signal processing, which a table needs not
@@ -243,7 +244,6 @@ def circle(
         tests = circles_of([measured])
         evidence = KnownMachine.of(identified, tests, [axis] if axis else None, seed)
         given |= evidence.drawn()
-    given["accuracy"] = in_si(accuracy, "position")
     study = Study(subject, tuple(chosen), test, seed, only=axis, **given)
     done = run_all(study, machines, workers=workers, scheduler=scheduler, advance=advance, interrupted=interrupted)
     if not done:
@@ -364,7 +364,7 @@ def circle_map(
     over = values_of(feeds, "velocity", points), values_of(radii, "position", points)
     for name, values in zip(("speed", "radius"), over, strict=True):
         bounded(name, max(values))
-    grid = CircleGrid(subject, chosen, *over, in_si(accuracy, "position"))
+    grid = CircleGrid(subject, chosen, *over, in_si(accuracy, "small length"))
     advance(0, total=len(grid))
     cells = run_all(grid, len(grid), workers=workers, scheduler=scheduler, advance=advance, interrupted=interrupted)
     if not cells:

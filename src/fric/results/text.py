@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from html import escape
 from io import StringIO
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from fric.errors import printable
 from fric.estimate import Estimate, estimate_rows
@@ -70,7 +70,8 @@ def plain_names(symbols: Iterable[str]) -> list[str]:
     return names
 
 
-NAMES = "  what it is"  # Heading of the column of plain names, which is aligned to the left
+NAMES = "  what it is"  # Heading of the column of plain names
+WORDS = {NAMES: None, "what it is": 24, "what to run": 36}  # Columns of words, with their largest width
 WIDTH = 1000  # Width of text outside a terminal: lines are not wrapped
 
 
@@ -95,9 +96,10 @@ class Table:
         made = RichTable(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
         least = [max((cell_len(printable(row[0])) for row in self.rows), default=0), *(None for _ in self.columns)]
         for n, column in enumerate(self.columns):
-            words = n == 0 or column == NAMES
+            side: Literal["left", "right"] = "left" if n == 0 or column in WORDS else "right"
+            most = WORDS.get(column)
             # what rows are called is never cut: other columns give way, and wrap
-            made.add_column(shown(column), justify="left" if words else "right", no_wrap=n == 0, min_width=least[n])
+            made.add_column(shown(column), justify=side, no_wrap=n == 0, min_width=least[n], max_width=most)
         for row in self.rows:
             made.add_row(*map(shown, row))
         return made
