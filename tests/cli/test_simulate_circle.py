@@ -103,7 +103,6 @@ def test_a_controller_of_its_own_is_used_and_told_by_its_type(tmp_path: Path) ->
     [
         (["--radius", "0 mm"], "'0 mm' is not positive"),
         (["--velocity", "-1 mm/s"], "'-1 mm/s' is not positive"),
-        (["--revolutions", "0"], "revolutions"),
         (["--scheme", "g"], "no scheme 'g'"),
         (["--axis", "q"], "no axis 'q'"),
         (["--velocity", "100 mm"], "velocity"),
@@ -113,6 +112,12 @@ def test_a_controller_of_its_own_is_used_and_told_by_its_type(tmp_path: Path) ->
 def test_what_cannot_be_run_is_told(words: list[str], told: str) -> None:
     with pytest.raises(FricError, match=told):
         circle(*words)
+
+
+def test_no_revolution_is_a_wrong_usage() -> None:
+    done = RUN.invoke(app, ["simulate", "circle", str(MACHINE), "--revolutions", "0"])
+    assert done.exit_code == 2
+    assert "revolutions" in done.output
 
 
 @pytest.mark.parametrize(

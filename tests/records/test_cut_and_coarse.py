@@ -130,7 +130,7 @@ def test_an_encoder_too_coarse_for_slow_strokes_leaves_no_break_away_force() -> 
 @pytest.mark.parametrize(
     "absurd",
     [
-        lambda: fric.circle("xy-table", "a", revolutions=10**9),
+        lambda: fric.circle("xy-table", "a", revolutions=10**6),
         lambda: fric.circle("xy-table", "a", velocity=1e-9),
         lambda: fric.experiment("xy-table", "presliding-sine", frequency=1e-12),
         lambda: fric.experiment("xy-table", "constant-velocity", speeds=[1e-15]),
