@@ -214,15 +214,34 @@ def test_one_speed_alone_gives_the_force_there_and_no_map():
     assert fit.warnings[0].code == "one-speed"
 
 
-def test_one_direction_alone_says_that_the_offset_is_assumed():
+@pytest.mark.parametrize("offset", [30.0, -30.0, -150.0])
+def test_one_direction_alone_bounds_neither_level_and_knows_their_sum(offset):
     """F_c and an offset are one level there: no split of both has an interval."""
-    moved = [replace(log, force=log.force + 30.0) for log in _logs(11)[17:]]
-    fit = identify_static(moved)
+    fit = identify_static([replace(log, force=log.force + offset) for log in _logs(11)[17:]])
     assert fit.static.estimates["offset"].assumed
     assert fit.static.estimates["offset"].ci95 is None
+    for name in ("F_c", "F_s"):
+        assert fit.static.estimates[name].ci95 == (0.0, np.inf)
+    told = fit.warnings[0]
+    assert (told.code, told.severity) == ("one-direction", "doubt")
+    if offset > -TABLE_1.F_c:
+        low, high = told.values["level"].ci95
+        assert low < TABLE_1.F_c + offset < high
+        force, half = fit.static.predict(np.array([5e-3]))
+        assert abs(force - TABLE_1.steady_state(5e-3) - offset) < half < 2.0
+
+
+def test_a_joint_under_load_in_one_direction_is_not_all_friction():
+    """A joint of 0.77 N*m under 2.64 N*m: its table in one direction gave a friction of 3.41 with a narrow interval."""
+    v, rng = np.geomspace(0.05, 2.0, 14), np.random.default_rng(2)
+    force = 0.77 + 2.64 + 0.1 * v + 0.01 * rng.standard_normal(14)
+    fit = identify_static([ForceVelocity(v, force, error=np.full(14, 0.01), motion="rotary")])
     low, high = fit.static.estimates["F_c"].ci95
-    assert low < TABLE_1.F_c + 30.0 < high
-    assert fit.warnings[0].code == "one-direction"
+    assert low <= 0.77 <= high
+    assert fit.warnings[0].values["level"].ci95[0] < 3.41 < fit.warnings[0].values["level"].ci95[1]
+    known = identify_static([ForceVelocity(v, force, error=np.full(14, 0.01), motion="rotary")], load=2.64)
+    low, high = known.static.estimates["F_c"].ci95
+    assert low < 0.77 < high < 0.8
 
 
 def test_a_force_of_the_wrong_sign_is_told_first():

@@ -66,8 +66,8 @@ DRIVE_OFF = Flaw("drive-off", "note",
 FORCE_COARSE = Flaw("force-coarse", "doubt",
     "The force comes in steps of {step}: forces are off by up to half a step.", "Log it finer.")
 ONE_DIRECTION = Flaw("one-direction", "doubt",
-    "Only one direction was measured: an offset cannot be distinguished from Coulomb friction.",
-    "Log strokes in both directions.")
+    "Only one direction was measured: F_c and an offset are not known apart{level:, only their sum, |}{level}.",
+    "Log strokes in both directions, or give the offset as the load.")
 FORCE_TURNED = Flaw("force-turned", "wrong", "Forward strokes took less force than backward ones: the sign of the "
     "force is wrong.",
     "Change the force's `sign:` in the mapping, and ingest again.")

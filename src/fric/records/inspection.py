@@ -204,7 +204,7 @@ def inspect_table(record: ForceVelocity) -> TableInspection:
     good = len(speeds) > 1
     why = f"{len(speeds)} speeds in {'both directions' if directions == 2 else 'one direction'}"
     why += "" if len(speeds) >= SPEEDS else f": a map takes {SPEEDS}, here or with other records"
-    found = (ONE_DIRECTION.found(),) if directions == 1 else ()
+    found = (ONE_DIRECTION.found(level=None),) if directions == 1 else ()
     size = np.abs(F) if len(F) else np.zeros(1)
     slowest, fastest = (float(speeds.min()), float(speeds.max())) if len(speeds) else (0.0, 0.0)
     return TableInspection.of(

@@ -125,14 +125,17 @@ def _directions_predict(fit: MapFit) -> tuple[MapFit, bool]:
 
 def _both_directions(strokes: Strokes, fit: MapFit) -> tuple[MapFit, None, list[Notice]]:
     """Return the map of both directions, and warnings."""
-    asked, v, force, notices = strokes.asked, strokes.velocity, strokes.force, list[Notice]()
-    if not strokes.both_directions and asked.load is None:
-        notices.append(ONE_DIRECTION.found())
-    elif asked.plant is None and asked.load is None and np.median(force[v > 0]) < np.median(force[v < 0]):
-        notices.append(FORCE_TURNED.found())
+    asked, v, force = strokes.asked, strokes.velocity, strokes.force
+    notices, known = [*damping_notices(fit), *map_notices(fit)], fit.estimates
     if asked.load is not None:
-        fit = replace(fit, estimates={**fit.estimates, "offset": replace(asked.of(asked.load, "force"), fixed=True)})
-    return fit, None, [*notices, *damping_notices(fit), *map_notices(fit)]
+        fit = replace(fit, estimates={**known, "offset": replace(asked.of(asked.load, "force"), fixed=True)})
+    elif not strokes.both_directions:  # the load may have either sign, so that it bounds neither level
+        notices.insert(0, ONE_DIRECTION.found(level=known["F_c"]))
+        apart = {name: replace(known[name], ci95=(0.0, np.inf)) for name in ("F_c", "F_s")}
+        fit = replace(fit, estimates={**known, **apart})
+    elif asked.plant is None and np.median(force[v > 0]) < np.median(force[v < 0]):
+        notices.insert(0, FORCE_TURNED.found())
+    return fit, None, notices
 
 
 def _each_direction(strokes: Strokes, fit: MapFit) -> tuple[MapFit, MapFit, list[Notice]]:
