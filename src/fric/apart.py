@@ -16,11 +16,7 @@ threading.Thread(target=end, daemon=True).start()
 
 
 def run_python(code: str, *words: str) -> subprocess.CompletedProcess[bytes]:
-    """Run code in a separate process, which is terminated when this process ends; return its result.
-
-    code: Python. Its standard input is taken.
-    words: Its ``sys.argv[1:]``.
-    """
+    """Run code in a separate process, which is terminated when this process ends; return its result."""
     reading, writing = os.pipe()
     try:
         return subprocess.run(

@@ -111,7 +111,6 @@ def circularity(x: Real, y: Real, radius: float) -> Circularity:
     is compensated too much leaves an inward spike.
 
     x, y: Positions [m], each of shape (n,).
-    radius: Radius of the reference circle [m].
     Raises FricError: When the motion is no whole revolution, or has no sample near a reversal.
     """
     angle = np.arctan2(y, x)
@@ -180,7 +179,6 @@ def contour_error(path: Real, velocity: Real, motion: Real, sampling: float) -> 
 
     path, velocity: Reference position [m] and velocity [m/s] of both axes, each of shape (n, 2), at a feed that is not
         zero.
-    motion: Position of both axes [m], shape (n, 2).
     sampling: Samples a second [Hz].
     """
     feed = np.hypot(*velocity.T)

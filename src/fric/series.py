@@ -29,11 +29,7 @@ def largest(dimension: str, motion: Motion = "linear") -> float:
 def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Motion = "linear", least: int = 2) -> None:
     """Keep the series of a dataclass as arrays of doubles.
 
-    holder: The dataclass.
     dimensions: Names of its series, and the dimension of each. An optional series that is None is left out.
-    where: File and record, for messages.
-    motion: Of the axis.
-    least: Least number of values of a series.
     Raises FricError: Where a series is no row of numbers, is shorter than ``least`` or not as long as the others, holds
         a value that is no number or that no machine reaches, or ``time`` does not rise throughout.
     """

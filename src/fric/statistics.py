@@ -102,7 +102,6 @@ def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | No
     of such memory is worth, by Student's t.
 
     regressors: The observation matrix X, shape (n, p).
-    residual: What the fit leaves, shape (n,).
     lengths: Rows of each record, in order, where several are stacked: nothing is shared between records.
     most: Order of the autoregressions at most, for a hundred values.
     """
@@ -163,7 +162,6 @@ def _autoregression(parts: Sequence[Real], most: int) -> Real:
 def smoother_than_noise(residual: Real, quantile: float) -> bool:
     """Test whether residuals in their order are smoother than noise, by von Neumann's ratio; never of fewer than 8.
 
-    residual: Residuals, shape (n,).
     quantile: Quantile of the standard normal distribution, below which they are: -2.33 for a level of 1 %.
     """
     n = len(residual)
@@ -187,7 +185,6 @@ def jackknife(gradient: Real, residual: Real, label: Indices) -> Real:
     Each is one Gauss–Newton step from the solution, with Student's t: a percentile bootstrap of five cycles covers some
     80 %, not 95.
 
-    gradient, residual: Derivatives (n, p) and residuals (n,).
     label: The group that each sample belongs to, shape (n,).
     """
     normal, groups = gradient.T @ gradient, np.unique(label)

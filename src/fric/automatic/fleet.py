@@ -190,9 +190,6 @@ def probability(change: Change, freedom: float) -> float | None:
 
     The interval's side towards 0 is ``t·s`` with Student's quantile t at 97.5 %: the difference over s is compared with
     Student's distribution. Among hundreds of comparisons its tails matter, which the normal distribution does not have.
-
-    change: The number at both dates.
-    freedom: Degrees of freedom of its intervals.
     """
     limits = change.difference_ci95
     if limits is None:
@@ -341,12 +338,9 @@ def fleet(
 ) -> FleetResult:
     """Identify every machine at every date, by processes here or by a Dask cluster, and write the fleet's page.
 
-    units: Machines and dates.
     folder: For all results; workers of a cluster must see it, and the logs, under the same names.
-    mapping, run: As in `FleetStudy`.
     workers: Processes; one a core where not given.
     scheduler: Address of a Dask cluster.
-    advance: Called after each machine and date.
     Raises FricError: When the cluster does not answer, or a process was killed.
     """
     folder.mkdir(parents=True, exist_ok=True)

@@ -65,9 +65,6 @@ def find_gains(
 ) -> Path | None:
     """Return the file of an axis' gains; None where they were neither given nor found.
 
-    session, found: The run, and what it was given.
-    logs: The log files of the axis.
-    stated: Gains that were stated.
     ask: Asks the user, where gains are needed and no log shows them.
     """
     axis, motion = logs[0].axis, logs[0].motion

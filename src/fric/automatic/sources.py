@@ -107,7 +107,6 @@ def find_sources(
 ) -> Sources:
     """Inspect files, and the files of folders.
 
-    given: Files and folders.
     mapping: What the columns of foreign logs mean. Where the header does not define them, the only bundled mapping that
         fits, or a guess from their values.
     proposals: Folder for the mapping guessed from values; None to guess none.

@@ -66,7 +66,6 @@ class Step:
     def make(self, advance: Advance = silent) -> Result:
         """Call the verb, write its outputs, and return its result.
 
-        advance: Called with its progress, if the verb reports any.
         Raises FricError: As the verb.
         """
         with commanded("fric", *self.words), together(*self.leaves) as made:
@@ -265,8 +264,6 @@ def identify_axes(
 ) -> dict[str, AxisOutcome]:
     """Ingest and identify; return the results for each axis.
 
-    session: Where the steps are run.
-    found: The logs.
     gains: Returns the file of the controller's gains of an axis from its logs; None where they are to be designed.
         Without it only friction and plant are identified: no figures, no controller, no observer.
     encoder: Of axes with two encoders, the one whose position friction is identified on.
@@ -361,8 +358,6 @@ def axis_steps(
 ) -> AxisSteps:
     """Return the steps of one axis: plant, static map, GMS, controller, observer.
 
-    logs: Log files of this axis.
-    folder: Where its files go.
     lean: Only identify: no figures, controller or observer; the static map has one form, so that dates compare.
     controller: The file of the controller's gains; designed where there is none.
     encoder: Of two encoders, the one whose position friction is identified on.

@@ -57,9 +57,7 @@ def predict(
 
     The interval is that of machines drawn from the uncertainty of the identified machine, widened by an encoder step.
 
-    scheme: The compensation that was switched on.
     known: The distribution of machines, as arguments of `Study`; None if the machine file has no intervals.
-    done: Called after each circle.
     Raises FricError: When the machine cannot run the circle.
     """
     test = measured.test
@@ -100,9 +98,7 @@ def agreement(
 ) -> Agreement:  # fmt: skip
     """Compare a prediction with the measurement, quadrant by quadrant, and name the likely cause of a difference.
 
-    measured, predicted: The diagnoses of both circles.
     intervals: Interval of each predicted glitch [m]; None where there is none.
-    scheme: The scheme that was simulated.
     step: An encoder step [m], the tolerance of a prediction without interval.
     known: Names of the machine's axes: reversals of other axes are not predicted.
     """

@@ -73,9 +73,7 @@ def stated_voltage(
 ) -> StatedVoltage:
     """Return the output of a controller along a recorded motion.
 
-    plant: The plant of its inverse model.
     reference, measured: Reference, and position as the encoder measures it [m], shape (n,).
-    rate: Samples a second [Hz].
     ahead: Whether velocity and inverse model of the reference are fed forward.
     """
     sampled = replace(cascade, sampling=rate)
@@ -214,7 +212,6 @@ def controller_of(test: MeasuredCircle, name: str) -> FoundController:
     velocity, if that is fed forward, agrees with the record.
 
     test: The circle, without compensation of friction.
-    name: Name of the axis.
     Raises FricError: When reference or voltage were not recorded, compensation was on, or no cascade gives this
         voltage.
     """

@@ -171,7 +171,6 @@ def kick_of(pulse: GlitchPulse, rate: float, resolution: float) -> str:
     before the reversal. A motion inwards within `SUDDEN` is due to a compensation: too early if before the reversal,
     too late if the axis stuck before it, too low if it still sticks after it, else too high.
 
-    rate: Feed over radius [rad/s].
     resolution: One step of the encoder [m]; 0 where none is seen.
     """
     spacing = float(np.ptp(pulse.phi)) / max(len(pulse.phi) - 1, 1)

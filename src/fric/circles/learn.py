@@ -67,8 +67,6 @@ def next_feedforward(
     error, voltage: Reference less position as measured [m], and control voltage [V], of this round, each of shape (n,).
     model: Voltage of the inverse model that the controller feeds forward [V], shape (n,).
     before: Voltage that this round fed forward against friction [V], shape (n,).
-    plant: The nominal plant.
-    how: How it is learned.
     """
     from scipy.signal import sosfiltfilt
 
@@ -182,7 +180,6 @@ def learn(
     machine: The machine; its nominal plants are what is learned with.
     rounds, how: How often the circle is learned from, and how; by the feed where not given.
     observer: Whether the disturbance observer is on, where all axes have one.
-    done: Called after each of `circles_to_learn` circles.
     Raises FricError: When the machine cannot run the circle.
     """
     how = how or Learning.at(test.feed)

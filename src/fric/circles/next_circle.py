@@ -390,10 +390,8 @@ def distrusts(
     """Return the reasons why no interval of a prediction is valid; empty if all are.
 
     machine: The machine at the estimates, completed by the tests where there are any.
-    notices: What its files warn of.
     tests, records: Measured circles, and their axes as balances of voltages. Where one has no voltage, its friction is
         found with the stated gains: it agrees with any.
-    circle: The circle that is predicted.
     """
     wrong = [
         notice for notice in notices if notice.severity == "wrong" and not (tests and flaw_of(notice).circle_settles)

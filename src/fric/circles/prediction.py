@@ -96,7 +96,6 @@ def predicted(
 ) -> Prediction:
     """Return the predictions of schemes on a circle, from the machines drawn from what was identified.
 
-    widened, measured, distrust: As in `Prediction`.
     of_schemes: Reasons not to trust a single scheme, by scheme.
     """
     study = many.study

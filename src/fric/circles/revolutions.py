@@ -50,7 +50,6 @@ def find_circles(time: Real, x: Real, y: Real, least: float = 1.0) -> list[Found
     """Return the circles of a motion: segments between rests along which it turns steadily around one point.
 
     time, x, y: Sample instants [s], reference or measured position [m], each of shape (n,).
-    least: Least number of revolutions at steady feed.
     """
     parts = (slice(*ends) for ends in _moving(time, x, y))
     circles = (_circle_in(part, time[part], x[part], y[part], least) for part in parts)

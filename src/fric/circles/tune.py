@@ -118,9 +118,6 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     residual exceeds noise and encoder effects, F_s/F_c, v_s, delta, each alpha and each k, and a level for each
     direction, each kept if it explains more. In each case the intervals are those of the whole shape.
 
-    axis: The axis; its controller believes a GMS model.
-    tests: Circle tests with reference, position and voltage.
-    done: Called after each of `stages`.
     Raises FricError: When there is no nominal GMS model, or a test lacks a channel.
     """
     if "gms" not in axis.nominal_friction.models:
@@ -222,7 +219,6 @@ def tune(
 
     tests: Circle tests with reference, position and voltage of the machine's axes; a fast and a slow circle are
         needed. An axis that the machine does not have is assumed to follow its reference.
-    done: Called `steps_of_tuning` times.
     loop: Whether loops that do not hold their falling friction are redesigned (`fric.design.falling`).
     Raises FricError: When a test lacks a channel, or an axis that the machine has, or there is no nominal GMS model.
     """

@@ -273,7 +273,6 @@ def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: in
 
     starts: Points to start from, each of shape (p,); all are searched coarsely, and the best to the end.
     sigma: Standard deviation of a sample relative to the priors [V].
-    most: Steps at most.
     """
     priors, bounds = balance.coordinates.priors, balance.coordinates.bounds
     basis = np.linalg.qr(balance.columns)[0]

@@ -72,7 +72,6 @@ def validate_closed_loop(
 
     log: A record with position, reference, and force or input, sampled at the controller's rate.
     plant, cascade, friction: The identified axis and its controller; ``K_i`` of 0 is a P/PD controller.
-    load: Constant force against positive motion [N].
     Raises FricError: When a channel is missing, the record is sampled at another rate, or the simulation runs away.
     """
     reference = log.require("reference", "a closed-loop replay")
@@ -98,7 +97,6 @@ def validate_inverse(log: Log, plant: Plant, friction: FrictionModel, load: floa
     The force cross-test of one record by another's parameters (Janot, Gautier, Brunot 2019): position filtered forwards
     and backwards, central differences, both forces decimated in the same way, as `fric identify plant` does.
 
-    log: A record with force, or input.
     plant, friction, load: As in `validate_closed_loop`; with a T_d of 0 if it was not measured.
     Raises FricError: When a channel is missing, the sampling is uneven, or the record is too short for the filter.
     """
@@ -113,8 +111,6 @@ def validate_inverse(log: Log, plant: Plant, friction: FrictionModel, load: floa
 def validate_open_loop(log: Log, plant: Plant, friction: FrictionModel, load: float = 0.0) -> Validation:
     """Return the response of the identified axis to the measured input alone; errors of the model accumulate.
 
-    log: A record with position, and input or force.
-    plant, friction, load: As in `validate_closed_loop`.
     Raises FricError: When a channel is missing, or the sampling is uneven.
     """
     rate = even_sampling(log)

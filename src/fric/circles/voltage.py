@@ -141,7 +141,6 @@ def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None =
     The reference is exact, so only the tracking error is smoothed: ``z = r - LP(r - z_m)`` with a Butterworth filter
     of second order at 200 Hz, there and back.
 
-    name: Name of the axis.
     like: A record of this axis along the same reference at the same instants, whose samples and angles are then used.
     Raises FricError: When reference or voltage were not recorded, or the sampling is too slow.
     """

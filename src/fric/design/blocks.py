@@ -48,7 +48,6 @@ def design_block(
     sensitivity. A block that is not linear is judged around rest, where its gains are largest. Other blocks design
     themselves from plant and friction.
 
-    setting: The axis: plant, cascade, nominal friction.
     peak_sensitivity: Largest M_s of the whole loop, a factor above 1.
     perturbation: Delta, measured; that of the plant's delay alone where not given.
     Raises FricError: When the loop misses the peak sensitivity at the smallest value already.
@@ -138,7 +137,6 @@ def design_jointly(
     smaller value of it keeps the peak sensitivity too.
 
     kind: An observer or a controller with a parameter that is tuned.
-    setting, peak_sensitivity, perturbation: As in `design_block`.
     Raises FricError: When the block does not feed back, or no loop keeps the peak sensitivity.
     """
     import nlopt

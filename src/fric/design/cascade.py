@@ -91,7 +91,6 @@ def design_cascade(
     is the highest at which the velocity loop has the margins; K_v = 2π f_c/``separation``, or the largest below it
     with which the position loop has them too. For both axes of the paper the gain margin decides; f_c is 60 Hz.
 
-    plant: Eq. (1) of the axis.
     requirement: The margins; 60° and 13.8 dB where not given.
     sampling, velocity_filter: Sampling rate, and corner of the low-pass on the velocity [Hz].
     limit: Saturation of the control voltage [V], passed on.

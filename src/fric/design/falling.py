@@ -34,8 +34,6 @@ FASTEST = 0.25  # Largest corner of the velocity filter, of the sampling rate
 def falling_margin(plant: Plant, cascade: Cascade, friction: GMS, blocks: tuple[ControlBlock, ...] = ()) -> float:
     """Return by what factor friction may fall more steeply before errors grow by themselves; below 1 they do.
 
-    plant, cascade: The axis and its controller.
-    friction: What is identified of its friction.
     blocks: Further linear blocks in the loop, as a disturbance observer.
     """
     loop = WholeLoop(plant, cascade, model_perturbation(plant, cascade.sampling / 2))
@@ -61,9 +59,6 @@ def hold_falling(
 
     The peak sensitivity of the whole loop stays within its limit. Unchanged where they hold the branch already;
     where none of `GAINS` does, those with the largest margin.
-
-    plant, cascade, friction: As `falling_margin`.
-    observer: The disturbance observer of the axis, if any.
     """
     Delta = model_perturbation(plant, cascade.sampling / 2)
     fastest = max(FASTEST * cascade.sampling, cascade.velocity_filter)

@@ -112,8 +112,6 @@ def design_observer(
     The limits: |T·Delta| ≤ 1 at every frequency (eq. (8)), and a peak sensitivity of the whole loop, in which cascade
     and observer are opened at the plant's input together.
 
-    plant, cascade: The axis and its controller. G_n has the plant's A and B.
-    filter: Shape of Q, see `fric.control.q_filter.Q_FILTERS`.
     cutoff: Cutoff of Q [Hz], where it is given instead of sought.
     peak_sensitivity: Largest M_s of the whole loop, a factor above 1.
     perturbation: Delta, measured or of a model; the plant's delay alone where not given.

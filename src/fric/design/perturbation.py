@@ -139,7 +139,6 @@ def robust_limit(perturbation: Perturbation, filter: str = "binomial2") -> Robus
     cutoff, with |Q(r)| = 1/D; the limit is the smallest f/r of all.
 
     perturbation: Delta with its confidence.
-    filter: Shape of Q.
     """
     shape = QFilter(filter, 1.0)
     r = np.geomspace(1e-3, 1e3, 6001)

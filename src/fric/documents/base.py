@@ -174,7 +174,6 @@ class Document(Part):
     ) -> Self:
         """Return a document of this process, checked against the schema as when read.
 
-        content: Its content, by key; or the object that the schema reads it from (`fric.documents.quantity.of`).
         logs, also: Records that it was made from, and further keys of its provenance.
         """
         if not isinstance(content, Mapping):

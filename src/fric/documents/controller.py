@@ -177,10 +177,7 @@ class BlockDocument(OfAxis, type="block"):
 
 
 def block_parts(design: BlockDesign, motion: Motion, cascade: Cascade | None = None) -> dict[str, Any]:
-    """Return a control block, by key of the block file.
-
-    cascade: The cascade that it was designed together with, if any.
-    """
+    """Return a control block, by key of the block file."""
     block = design.block
     parameters = in_units(vars(block), {parameter.name: parameter.dimension for parameter in block.parameters}, motion)
     found = {"block": block.name, "parameters": parameters, "reason": design.reason}

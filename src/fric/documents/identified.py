@@ -253,10 +253,7 @@ def read_identified(
 
 
 def machine_to_predict(path: Path) -> tuple[Machine, IdentifiedMachine | None]:
-    """Read a machine file as an identified machine, if it has intervals.
-
-    Raises FricError: As `read_machine`.
-    """
+    """Read a machine file as an identified machine, if it has intervals."""
     try:
         found = read_identified(path)
     except FricError as error:

@@ -57,8 +57,6 @@ class Resonance:
         The images of a sampled response are far above the resonance, where the factor is 1/m_1 of the motor and 0 of
         the table: they are taken from the rigid axis, which is sampled exactly.
 
-        plant: Eq. (1).
-        frequency: Frequencies [Hz], shape (n,).
         hold: Sampling rate of the hold [Hz], None for the continuous response.
         """
         factor = self.factor(plant.A, frequency)

@@ -24,8 +24,6 @@ def polar_figure(runs: Sequence[CircleRun]) -> Figure:
 
     The heavy grey circle is the reference; the grid is in µm, outwards positive; the arrow shows the direction of the
     motion; the number at each reversal is its glitch in µm. The magnification is that of the error against the circle.
-
-    runs: One run per scheme, of one circle.
     """
     largest = max(float(np.abs(run.circularity.error).max()) for run in runs) * 1e6
     grid = grid_of(largest)
@@ -139,8 +137,6 @@ def reversal_figure(runs: Sequence[CircleRun]) -> Figure:
 
     Above the tracking error of the axis, position less reference; below the control voltage, and in it the friction
     feedforward and the output of the observer, which is its estimate with opposite sign.
-
-    runs: One run per scheme, of one circle; drawn is the first axis that was simulated.
     """
     name = next(iter(runs[0].traces))
     test = runs[0].circle
@@ -182,10 +178,7 @@ def last_reversal(trace: Trace, margin: float) -> float:
 
 @view("contour", of="PathRun", usual=True)
 def path_figure(runs: Sequence[PathRun]) -> Figure:
-    """Return the path with the places where an axis reverses, and beside it the contour error of each scheme along it.
-
-    runs: One run per scheme, of one path.
-    """
+    """Return the path with the places where an axis reverses, and beside it the contour error of each scheme."""
     first = runs[0]
     names = tuple(first.traces)
     apart = 2.2 * max(float(np.ptp(run.contour.error)) for run in runs) * 1e6 / 2
@@ -216,7 +209,6 @@ def monte_carlo_figure(found: MonteCarlo, nominal: Mapping[str, float] | None = 
 
     A dot is a machine; the bar goes from the 5 % to the 95 % quantile, with the quartiles thick and the median white.
 
-    found: Outcomes of a study.
     nominal: Glitch of the nominal machine by scheme [m], drawn as a diamond.
     """
     schemes, glitches = found.study.schemes, found.glitches * 1e6

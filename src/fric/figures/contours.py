@@ -50,10 +50,7 @@ def overlay_figure(
     ``ring:2``, so that a page can switch and magnify them.
 
     contours, earlier: The schemes, and those of an earlier run.
-    radius: Radius of the circle [m].
-    direction: 1 counter-clockwise, -1 clockwise.
     magnification: How many times larger the error is drawn than the circle [1].
-    size: Of the figure [inches].
     """
     R = radius * 1e6 / magnification  # the radius of the reference circle, in µm of error
     step = _round(R / 6)
@@ -85,10 +82,6 @@ def after_reversal_figure(
 
     The time is the angle from the reversal times R/F; the error less its median around the circle, so that spikes
     compare.
-
-    radius, feed: Of the circle [m], [m/s].
-    direction: 1 counter-clockwise, -1 clockwise.
-    quarter: Angle of the reversal [rad].
     """
     with new_figure(4.8, 3.3) as figure:
         axes = figure.subplots()

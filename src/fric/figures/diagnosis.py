@@ -27,7 +27,6 @@ def draw_diagnosis(found: Diagnosis, agreement: Agreement | None = None) -> Figu
     geometry and pitch explain. Beside it the deviation around each reversal less that part: the glitch, with the
     prediction, if any.
 
-    found: What the circle shows.
     agreement: What was predicted of it.
     """
     test = found.test

@@ -35,8 +35,6 @@ def draw_gms(fit: GMSFit) -> Figure:
     The first row shows each record as the paper's Fig. 4, with the parts marked that the virgin curve is from; the
     second the virgin curve as Fig. 5, and again over a logarithmic axis, where the first knots are; the third each
     record over time.
-
-    fit: What `fric.identify.gms.identify.identify_gms` found.
     """
     hysteresis = sorted(fit.hysteresis, key=lambda cycle: cycle.amplitude)
     rows = 2 + len(fit.records)

@@ -21,8 +21,6 @@ def draw_plant(fit: PlantFit) -> Figure:
     """Draw measured responses with 95 % bars and eq. (1) with its band; below, the residual of eq. (1).
 
     Where two amplitudes were compared, a further panel shows A over the gain of Coulomb friction.
-
-    fit: What `fric.identify.plant.identify.identify_plant` found.
     """
     compared = fit.friction.compared
     with new_figure(7.2 if compared else 6.3, 5.6) as figure:
@@ -131,10 +129,7 @@ def _influence(axes: Axes, fit: PlantFit) -> None:
 
 @view("motion", of="MotionFit", usual=True)
 def draw_motion(fit: MotionFit) -> Figure:
-    """Draw the logged force with that of the fitted rigid axis, and what is left.
-
-    fit: What `fric.identify.plant.rigid_body.identify_motion` found.
-    """
+    """Draw the logged force with that of the fitted rigid axis, and what is left."""
     unit = si_unit("force", fit.motion) if fit.channel == "force" else "V"
     label = f"{'force' if fit.channel == 'force' else 'input'} [{unit.replace('*', '·')}]"
     figure = motion_figure(fit.time, fit.measured, fit.fitted, label)
@@ -148,8 +143,6 @@ def motion_figure(time: Real, measured: Real, fitted: Real, label: str) -> Figur
     """Draw the logged force of motions, that of the rigid axis, and what is left.
 
     time: Instants [s], shape (n,); where they fall, another record begins.
-    measured, fitted: The forces, shape (n,).
-    label: The quantity and its unit.
     """
     with new_figure(6.3, 4.2) as figure:
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.5))

@@ -24,9 +24,6 @@ def draw_record(records: Sequence[Record], found: Sequence[Inspected]) -> Figure
     A few records get a row each: the channels over time to the left; to the right force over position (a motion that
     reverses) or over velocity (strokes). Many are drawn as an overview: speeds and forces of all segments, and each
     record's path.
-
-    records: The records, of one axis.
-    found: What `fric.records.inspection.inspect` found in each.
     """
     pairs = list(zip(records, found, strict=True))
     if len(pairs) > MOST_ROWS:

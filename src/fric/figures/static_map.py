@@ -49,8 +49,6 @@ def draw_static_map(fit: StaticFit) -> Figure:
 
     The left panel shows the whole range as the paper's Fig. 2, the right panel the range of the Stribeck effect over a
     logarithmic speed, with both directions overlaid and the offset subtracted.
-
-    fit: What `fric.identify.static_map.identify.identify_static` found.
     """
     found = _map_of(fit)
     with new_figure(7.2, 3.6) as figure:

@@ -39,7 +39,6 @@ def prior_axis(
 ) -> tuple[Axis, list[Notice]]:
     """Return an axis as known, and the substitutes for what is not known: a typical machine where none is given.
 
-    axis: Name of the axis; that of the friction where it is given.
     like: A typical log, for force noise and encoder step.
     Raises FricError: When the machine has no such axis, or a file is of another motion.
     """

@@ -187,7 +187,6 @@ def expected(
     """Return the intervals that planned records of an axis will give.
 
     axis: The axis as known beforehand, with the noise and the encoder of its logs.
-    advance: Called after each simulated record and each identification.
     draws: Number of runs and identifications.
     known, plant: Files of the axis, which hold the residuals of its friction models and the scatter of its response.
     """

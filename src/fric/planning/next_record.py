@@ -54,8 +54,6 @@ def narrowing(
     axis: The axis at the last result: its friction is the GMS model that was identified.
     covariances: Covariances of the parameters of its static map and of its GMS model, as in its friction file.
     between: Standard deviation of strokes beyond their noise [N].
-    scheme: The compensation whose glitch is predicted.
-    advance: Is called for each circle and each record.
     Raises FricError: When the friction is no GMS model of both directions, or a record cannot be made.
     """
     model = axis.friction

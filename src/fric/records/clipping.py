@@ -96,7 +96,6 @@ def _fine(values: Real) -> bool:
 def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[Notice]]:
     """Return the records whose force is not cut off, and the warnings about the others.
 
-    logs: The records.
     most: Largest share of clipped samples: 0 where the force at reversals is the start of a branch.
     Raises FricError: When no record is left.
     """

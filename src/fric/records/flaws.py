@@ -61,10 +61,7 @@ class _Line:
 
 
 def encoder_error(strokes: Sequence[tuple[Log, Segment]]) -> EncoderError | None:
-    """Return the sub-divisional error that segments at constant velocity agree on; None where they do not.
-
-    strokes: Constant-velocity segments, each with its record.
-    """
+    """Return the sub-divisional error that segments at constant velocity agree on; None where they do not."""
     lines = [line for n, (log, segment) in enumerate(strokes) for line in _lines(log, segment, n)]
     lines = [line for line in lines if not _hums(line, lines)]
     best: list[_Line] = []
@@ -135,7 +132,6 @@ COARSE = 12  # Number of steps in the force's range up to which steps affect mea
 def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     """Return the warnings of records with any motion: forces and inputs that are clipped, and their clock.
 
-    logs: The records.
     purpose: Their purpose, as in `clock_flaws`.
     """
     found = []
@@ -164,7 +160,6 @@ def _coarse_force(logs: Sequence[Log]) -> list[Notice]:
 def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     """Return the warnings about the clock of records from their positions: lost samples, instants that jitter.
 
-    logs: The records.
     purpose: Their purpose: the mean of a stroke tolerates jitter, a response and an acceleration do not.
     """
     found = [(log, timing(log)) for log in logs]
@@ -195,8 +190,6 @@ def stroke_flaws(
 ) -> list[Notice]:
     """Return the warnings from strokes at constant velocity about the encoder, and about the force over place and time.
 
-    strokes: Constant-velocity segments, each with its record.
-    place: Result of `over_place`.
     force, half_width: The identified friction, and the smaller half-width of Coulomb friction and offset [N], the scale
         of severity.
     taken_off: Whether the force over position was subtracted from the map.

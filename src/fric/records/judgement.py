@@ -160,10 +160,7 @@ def energy_per_cycle(energies: Real) -> Estimate | None:
 
 
 def drift(values: Real) -> tuple[float, float]:
-    """Return the change of values along their regression line from first to last, and half its 95 % interval.
-
-    values: One value a cycle, shape (cycles,), three or more.
-    """
+    """Return the change of values along their regression line from first to last, and half its 95 % interval."""
     n = len(values)
     at = (np.arange(n) - 0.5 * (n - 1)) / max(n - 1, 1)
     slope = float(at @ values / (at @ at))
@@ -179,7 +176,6 @@ STANDS_OFF = 0.1  # Least deviation of the energy of cycles from the others that
 def energy_warnings(energies: Real, ends: Real) -> list[Notice]:
     """Return the warnings from the energies of equal cycles of a record: outlying cycles in one segment, or a drift.
 
-    energies: Energy lost in each cycle [J], shape (n,).
     ends: Instants at which the cycles begin, and the last cycle ends [s], shape (n + 1,).
     """
     if len(energies) < 4:

@@ -44,7 +44,6 @@ def smooth_motion(time: Real, position: Real) -> Motion:
 
     A position without a lattice is smoothed by its noise instead, and a position without noise is not changed.
 
-    time, position: The record [s], [m], each of shape (n,).
     Raises FricError: When the position moves by fewer than eight counts.
     """
     t, z = np.asarray(time, float), np.asarray(position, float)
@@ -85,8 +84,6 @@ def between_samples(time: Real, position: Real) -> Mask:
 
     A ramp that lasts a sample or two shows neither its acceleration nor when the motion began: there, neighbours do not
     predict the acceleration. In a record at a sufficient rate they do, but for noise and steps of the encoder.
-
-    time, position: The record [s], [m], each of shape (n,).
     """
     bends, hidden = np.diff(position, 2), np.zeros(len(position), bool)
     if len(bends) < 3:
@@ -251,7 +248,6 @@ def filtered_motion(log: Log, settings: Conditioning) -> Motion:
     """Return a record's motion behind the filter of the published fit, by central differences.
 
     log: An evenly sampled record with a position or a velocity.
-    settings: The filter.
     Raises FricError: When the record is too short for the filter and its decimation.
     """
     if len(log) < settings.border + 30 * settings.decimation:

@@ -62,8 +62,6 @@ def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
 
     Two strokes are compared over their common places, each without its mean and slope there. Noise differs between
     strokes, so their covariance is the variance of their common part.
-
-    strokes: Constant-velocity segments, each with its record.
     """
     cut = [
         (log.position[segment.start : segment.stop], log.force[segment.start : segment.stop], segment.velocity)
@@ -136,8 +134,6 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
     The slope of the force in each stroke is regressed on the size of the force (the rate), on the speed (a force over
     position) and on the velocity (friction over position), so that effects of place do not count as time. The rate is
     accepted if the strokes of each direction alone show it; it is sure if slow and fast strokes do.
-
-    strokes: Constant-velocity segments, each with its record.
     """
     whole = _trends(strokes, 0.0)
     late = _trends(strokes, 0.5)
@@ -165,8 +161,6 @@ def along_axis(strokes: Sequence[tuple[Log, Segment]]) -> tuple[float, float] | 
     """Return the slope of the force along the axis [N/m], and half its 95 % interval; None if it is 0.
 
     It is estimated from the later halves of strokes, settled or not: a rise along a stroke looks like settling.
-
-    strokes: Stretches at constant velocity, each with its record.
     """
     if (found := _trends(strokes, 0.5, settled=False)) is None:
         return None

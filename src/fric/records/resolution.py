@@ -23,8 +23,6 @@ def lattice_step(values: Real) -> float | None:
 
     The gaps between neighbouring values that occur are whole multiples of the step. They may be off by a fifth of it:
     a log written with few decimals rounds the counts of its encoder. Scaling and offset do not matter.
-
-    values: What was logged, any unit, shape (n,). What is not finite is left out.
     """
     values = np.ascontiguousarray(values, float)
     digest = blake2b(values.data, digest_size=16).digest()
@@ -104,8 +102,6 @@ def noise_level(values: Real) -> float:
     Anderson, Biometrika 10, 1914): a motion's curvature is left in second differences, and would be taken for noise.
     They are taken in blocks. Blocks of exact rest are left out, and the lower quartile of the others, away from ramps,
     steps and glitches, is given.
-
-    values: Equidistant samples, any unit, shape (n,).
     """
     if len(values) < 3:
         return 0.0

@@ -12,7 +12,6 @@ def find_reversals(position: Real, threshold: float | None = None) -> Indices:
     A reversal is an extreme from which the motion returns by more than the threshold, which excludes the flicker of an
     encoder. If the extreme lasts (a dwell, a flat crest of counts), its middle is returned.
 
-    position: Position [m], shape (n,).
     threshold: Travel back [m] that makes a reversal; where it is not given, two counts of the encoder, or the swing of
         white noise over n samples, 2·√(2·ln n) standard deviations (Leadbetter et al., Extremes, 1983), and a tenth.
     """

@@ -250,9 +250,6 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
     their data. Of two files on the same subject, the later is reported, and the earlier is compared with it. Measured
     circles are compared with the machine file, or that of the runs.
 
-    paths: The files; the name of a bundled machine counts as its file.
-    circles: Further measured circles.
-    tolerance: Glitch that is allowed [m].
     Raises FricError: When a file cannot be read, a report does not show its kind, or there is nothing to report.
     """
     items: list[Item] = []

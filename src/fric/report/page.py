@@ -76,11 +76,7 @@ def embedded(picture: bytes, media: str = "image/svg+xml") -> str:
 
 
 def render_report(inputs: ReportInput, title: str = "") -> str:
-    """Return the report of what was collected as one HTML page that needs nothing else.
-
-    inputs: What `fric.report.collect.collect` read.
-    title: Heading of the page; by the machine and its axes where not given.
-    """
+    """Return the report of what was collected as one HTML page that needs nothing else."""
     return render_view(view(inputs), inputs, title or _title(inputs))
 
 

@@ -87,9 +87,6 @@ STEPS = len(OF_THE_PAPER) + 5  # Steps of an axis: experiments, plant, static ma
 def learn_axis(machine: Path, axis: str, folder: Path, *, seed: int, published_plant: bool) -> list[bool]:
     """Make the experiments on one axis and identify all from their logs; return of each step whether it ran.
 
-    axis: Name of the axis.
-    folder: Where the files of this axis go.
-    seed: Seed of all noise.
     published_plant: True where the linear damping of the drive is taken from the machine file, which gives eq. (1), and
         not from the response: A of the response includes the guideway's sigma, and the two could not be separated.
     """
@@ -276,13 +273,7 @@ def write_page(
     runs: Mapping[float, tuple[list[CircleRun], Path]],
     run_files: Sequence[Path],
 ) -> None:
-    """Write the page of a reproduction: the report of what was learned and run, and the paper beside it.
-
-    machine: The machine file that all began with.
-    files: What is known of each axis.
-    runs: Runs and figure of the circles, by feed [m/s].
-    run_files: The files of these runs.
-    """
+    """Write the page of a reproduction: the report of what was learned and run, and the paper beside it."""
     document = read_document(machine, MachineDocument)
     subject = document.machine()
     circles = []

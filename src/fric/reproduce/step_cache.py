@@ -46,12 +46,7 @@ class StepCache:
         leaves: Iterable[Path],
         settings: Mapping[str, Any] | None = None,
     ) -> bool:
-        """Make a step unless its files are up to date; return whether it was made.
-
-        name: What the step is.
-        reads, leaves: Files it depends on, and files it leaves.
-        settings: What else it depends on.
-        """
+        """Make a step unless its files are up to date; return whether it was made."""
         leaves = list(leaves)
         wanted = {
             "code": code_digest(),

@@ -160,7 +160,6 @@ def run_axis(
 ) -> Trace:
     """Return the traces of one axis that starts at rest and follows a reference in closed loop.
 
-    reference: What is asked of it, sampled at its controller's rate.
     excitation: Voltage added to the control voltage [V], shape (n,).
     against: Voltage fed forward against friction in place of that of the scheme's model [V], shape (n,).
     halvings: How often every step of the plant is halved, to see that this changes nothing.

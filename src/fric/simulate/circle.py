@@ -72,8 +72,6 @@ def run_circle(machine: Machine, scheme: Scheme, test: Circle | None = None, **h
     """Run a circle on two axes of a machine under one scheme.
 
     test: The circle; that of the paper, 30 mm at 100 mm/s, where it is not given.
-    how: See `How`.
-    Raises FricError: As `ContourRun.run`.
     """
     return CircleRun.run(machine, scheme, test or Circle(), **how)
 

@@ -132,7 +132,6 @@ def presliding_sine(
     amplitudes: Amplitudes [m].
     frequency: Frequency [Hz], low enough that inertia does not matter.
     cycles: Cycles that are logged.
-    samples: As in `constant_velocity`.
     """
     motions = (sine(amplitude, frequency, cycles, axis.cascade.sampling) for amplitude in amplitudes)
     kind: Kind = "presliding-sine"
@@ -155,7 +154,6 @@ def micro_steps(
     step: Size of a step [m].
     steps, loops: Steps from one end to the other, and how many times there and back.
     ramp, dwell: Time that a step takes, and rest after it [s].
-    samples: As in `constant_velocity`.
     """
     motion = staircase(step, steps, loops, axis.cascade.sampling, ramp=ramp, dwell=dwell)
     return [Trial(motion, "micro-steps", "micro-steps", samples)]
@@ -176,7 +174,6 @@ def sliding_sine_around(
     mean, swing: Mean and amplitude of the velocity [m/s].
     frequency: Frequency of the velocity [Hz].
     cycles: Cycles that are logged.
-    samples: As in `constant_velocity`.
     """
     motion = sliding_sine(mean, swing, frequency, cycles, axis.cascade.sampling)
     return [Trial(motion, "sliding-sine", "sliding-sine", samples, 2 / frequency, (cycles + 2) / frequency)]
@@ -208,7 +205,6 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
     lines: Frequencies, spaced evenly on a logarithmic scale as far as multiples allow; 60 by default.
     periods: Periods that are logged, each of 1/lowest.
     ramp: Time in which the mean speed rises, and falls [s].
-    seed: Seed of the phases.
     Raises FricError: When the highest frequency is not below half the controller's rate, or there is no peak.
     """
     usual = axis.reality.multisine or Excitation(60, 2.0, 500.0)
@@ -259,7 +255,6 @@ def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> I
     """Make the records of one kind of experiment, or of ``all``: those of the paper, which are all but micro-steps.
 
     kind: One of `EXPERIMENTS`, or ``all``.
-    seed: Seed of all that is random.
     settings: Settings of the function of that experiment, such as ``speeds``; of ``all``, each takes those it knows.
     Raises FricError: When there is no such experiment, or it has no such setting.
     """

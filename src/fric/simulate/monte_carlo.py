@@ -177,9 +177,6 @@ class MonteCarlo:
 def monte_carlo(study: Study, machines: int, *, workers: int | None = None) -> MonteCarlo:
     """Run a study on a number of machines.
 
-    study: What is run on each machine.
-    machines: How many.
-    workers: Processes, as in `outcomes`.
     Raises FricError: When a scheme cannot run on the nominal machine, or there are no machines or workers.
     """
     with outcomes(study, machines, workers=workers) as found:

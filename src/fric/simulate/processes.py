@@ -101,8 +101,6 @@ def outcomes(study: Callable[[int], T], machines: int, *, workers: int | None = 
     The machines are shared out among processes. Each imports the script that called, which so needs the usual guard
     ``if __name__ == "__main__":``. When the block ends early, machines that were not begun are left out.
 
-    study: What is run on each machine.
-    machines: How many.
     workers: Processes, 1 for this process alone. Where not given, one a core; this process alone for few machines,
         which it runs before others have started.
     Raises FricError: When a process was killed.

@@ -276,8 +276,6 @@ def draw_machine(
     The draw of a parameter depends on the seed, the index, the axis and the parameter alone: machine i is the same for
     any number of machines, any order, and any other spreads.
 
-    machine: The nominal machine.
-    index: Which of the machines, from 0.
     spreads: By name of a parameter, or ``level`` (every friction force), ``stiffness`` (every stiffness), ``M``,
         ``load``: the `Spread` of its factor on each axis; `DEFAULT_SPREADS` where not given. That of ``alpha`` or ``k``
         is drawn for each block by itself. K_f and M are what a motor and a table have, so B = K_f/M follows them, and

@@ -81,7 +81,6 @@ class Hunting:
 
         The same blocks of the same records hunt in the same way, and are simulated once.
 
-        x: Solution of the fit, shape (p,).
         seen: The determined directions, shape (p, s).
         """
         size = seen.shape[1]

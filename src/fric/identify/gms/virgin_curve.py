@@ -213,7 +213,6 @@ def virgin_curve(
     axes are divided by q. This is exact for the GMS model but for its lag s/C, and puts the plateau at F_s. Where the
     directions have a map each, ``q = (|s_±(v)| + F_s∓)/(F_s+ + F_s-)``, and the plateau is at the mean of the two.
 
-    hysteresis: Pre-sliding records.
     static: The static map; without it no correction is made, and no viscous friction is subtracted.
     negative: That of the negative direction, where each direction has a map.
     """

@@ -81,7 +81,6 @@ def force_constant(
     Otherwise, and if K_f is not given, strokes determine K_f, but not the lag.
 
     given: K_f [N/V], where the user knows it; the records then determine the lag, and check K_f.
-    period, segment: As in `measure_response` [s].
     """
     unit = si_unit("force per input", motion)
     stated = None if given is None else Estimate(given, unit, fixed=True)

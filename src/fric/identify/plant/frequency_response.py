@@ -98,8 +98,6 @@ def period_spectra(input: Real, position: Real, period: int, sampling: float) ->
 
     The driver is 1: the excitation is the same in each period.
 
-    input, position: Control voltage [V] and position [m], each of shape (n,).
-    period: Samples a period.
     Raises FricError: When there are fewer than two periods.
     """
     if period < SHORTEST:
@@ -152,7 +150,6 @@ def segment_spectra(input: Real, position: Real, driver: Real, segment: int, sam
 
     input, position, driver: Control voltage [V], position [m], and their driver: the reference or the input itself,
         each shape (n,).
-    segment: Samples a segment.
     """
     n = len(input) - 1
     starts = np.arange(0, n - segment + 1, max(segment // 2, 1))
@@ -199,7 +196,6 @@ def swept(spectra: Spectra) -> bool:
 def moved_at(spectra: Spectra, *, is_input: bool) -> Mask:
     """Return the lines at which the driver has power, apart from leakage of the window from lower lines.
 
-    spectra: Spectra of segments or neighbouring lines.
     is_input: Whether the driver is the input; a reference, which falls with frequency, is evaluated by its speed.
     """
     size = np.sqrt(np.mean(np.abs(spectra.driver) ** 2, axis=0)) * (1.0 if is_input else spectra.frequency)
@@ -272,7 +268,6 @@ def excited(spectra: Spectra, driven: Mask | None = None) -> Mask:
     small against the input at any lower frequency, and above the noise. A line that is less than surely tall must take
     power from the voltage, ``Re(u*·jωz) > 0``: friction's harmonics bring it.
 
-    spectra: Spectra of whole periods.
     driven: The lines that the reference drives, shape (n,), where it is known: it settles the question.
     """
     U, Z = (np.abs(np.mean(x, axis=0)) for x in (spectra.input, spectra.position))
@@ -325,9 +320,6 @@ def distortion(spectra: Spectra, driven: Mask) -> Real:
     them. The lines between the driven lines do (Pintelon and Schoukens, System Identification, 2nd ed., section 4.3):
     they show the voltage ``|Z_j/G - U_j|``, with G between the driven lines; its median over the `QUIET` nearest lines
     j that are not driven, over U_k, is the error of line k. With fewer than four such lines it is not known: 0.
-
-    spectra: Spectra of whole periods.
-    driven: Which lines are driven, shape (n,).
     """
     U, Z = np.mean(spectra.input, axis=0), np.mean(spectra.position, axis=0)
     at = np.flatnonzero(driven)

@@ -68,11 +68,8 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     amplitude, the describing function of Coulomb friction is removed from A; if friction cannot be separated from A, A
     is assumed to be 0.
 
-    records: Records of an excited axis, or measured responses.
     hold: Sampling rate of the hold [Hz]; that of the record where not given.
     continuous: Take every response as that of eq. (1) itself, without hold and sampling.
-    coherence: Least coherence of a line.
-    period, segment: As in `measure_response` [s].
     given_force_constant: K_f [N/V], where no force was logged.
     mass: Moving mass [kg], where the user knows it: K_f/B is checked against it, or K_f taken from it.
     strokes: Records at constant velocity, which determine K_f where no record of a response has a force.
@@ -339,10 +336,7 @@ def described(
     fits: Sequence[ResponseFit], solution: PlantSolution, friction: FrictionInfluence, estimates: dict[str, Estimate],
     hold: float | None,
 ) -> Iterator[Notice]:  # fmt: skip
-    """Yield the warnings of a fit.
-
-    friction: Influence of friction on A.
-    """
+    """Yield the warnings of a fit."""
     for fit in fits:
         name = fit.measured.table.name
         yield from (warning.at(name) for warning in fit.measured.warnings)

@@ -42,7 +42,6 @@ def select(
     """Return the lines of a response that are certain enough, and their selection, shape (n,).
 
     hold: Sampling rate of the hold [Hz], or None.
-    least: Least number of lines.
     Raises FricError: When fewer lines are left.
     """
     table = measured.table

@@ -89,7 +89,6 @@ def identify_motion(
     delay: T_d [s], which a motion does not show; by default half a sample. If given, it is the delay of the force after
         its voltage.
     cutoff, decimation, border: See `Conditioning`; chosen from the sampling rate where not given.
-    mass: Moving mass [kg], where the user knows it; the identified mass is checked against it.
     Raises FricError: When neither force nor input was logged, the sampling is uneven, or the motion does not separate
         the terms.
     """

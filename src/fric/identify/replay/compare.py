@@ -164,7 +164,6 @@ def compare_models(
     without memory, by more than the 95 % error of that difference, taken over the strokes between reversals.
 
     splits: The samples to fit; the others are scored.
-    static, negative, blocks, seed: As in `identify_by_replay`.
     Raises FricError: When there is no such model, or nothing to score.
     """
     lengths = tuple(presliding_length(record) for record in records)

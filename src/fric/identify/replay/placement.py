@@ -102,7 +102,6 @@ def _spread(moved: Real) -> Real:
 def placed(search: Search, x: Real) -> Placement:
     """Return the best placement of the blocks of a GMS model.
 
-    search: The search, of a GMS model of two blocks or more.
     x: Point of the search, shape (p,): the static map, its level and C are taken from it, but no block.
     """
     every = -(-sum(len(record.force) for record in search.records) // MOST_SAMPLES)

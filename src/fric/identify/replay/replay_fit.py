@@ -113,7 +113,6 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
 
     static: Static map to keep, for a model with a static map; by default it is fitted, too.
     negative: Map of the negative direction, if each direction has a map.
-    blocks: Number of blocks, for a model of slip blocks.
     fix: Values in SI of parameters that are not fitted.
     free: Names of parameters to fit that are held by default (`delta`).
     start: A model to start from; there is no coarse search then.

@@ -48,8 +48,6 @@ def covariance_of(gradient: Real, residual: Real, lengths: Sequence[int], most: 
 
     If the residuals are `white`, it is that of ordinary least squares; else that of `hac_covariance`, which is valid
     for any residuals but less precise.
-
-    gradient, residual: Derivatives (n, p) and residuals (n,) of all records one after the other.
     """
     if not white(residual, lengths):
         return hac_covariance(gradient, residual, lengths, most)

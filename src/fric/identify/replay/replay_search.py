@@ -501,10 +501,6 @@ def side_by_side(model: FrictionModel, alpha: Real, k: Real, C: float, record: P
 
     All of them are in parallel in a single model. Its shares must sum to 1: they are divided by their sum, and level
     and C multiplied by it.
-
-    model: The GMS model, on a guideway or not.
-    alpha, k: Shares [1] and stiffnesses [N/m], shape (m, blocks).
-    C: Attraction parameter [N/s].
     """
     total, motion = float(alpha.sum()), record.motion
 

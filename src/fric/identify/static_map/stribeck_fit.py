@@ -295,8 +295,6 @@ with suppress(ImportError):
 def nonnegative(A: Real, b: Real, most: int) -> tuple[Real, float]:
     """Return ``x ≥ 0`` of least ``|A·x - b|``, and that norm, by Lawson and Hanson's active sets.
 
-    A, b: The problem, of shapes (n, m) and (n,).
-    most: Largest number of active sets.
     Raises RuntimeError: When that many are not enough.
     Raises ValueError: When a number of A or b is not finite.
     """

@@ -28,7 +28,6 @@ def true_axis(axis: Axis, place: float, began: float) -> tuple[Step, Real, Real,
 
     With a second mass, the stretch of its spring is first in the state.
 
-    axis: The axis, with its flaws.
     place: Where it begins [m], for what depends on the position.
     began: Time since the machine was switched on [s], for what drifts.
     Raises FricError: When the friction model cannot have the requested flaws.

@@ -28,10 +28,6 @@ def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: 
     them, and are kept in single precision.
 
     axis: The axis, with the flaws of its force channel, its clock and its encoder.
-    run: What happened.
-    window: The first sample that is logged, and one past the last.
-    samples: Samples that the trace holds.
-    name, kind: Of the record.
     seed: Seed of the noise, of the jitter and of what is lost; with the name of the record.
     """
     first, last = window
