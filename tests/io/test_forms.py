@@ -13,7 +13,9 @@ from fric.automatic.steps import axis_steps
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.readers import tables
+from fric.io.readers.base import Column
 from fric.io.roles import SURE, AxisColumns, axes_of
+from fric.io.words import spoken, usual_units
 from fric.units import parse
 from tests.io.test_roles import axis_of_a_drive, told, write
 
@@ -197,6 +199,90 @@ def test_strokes_in_motions_make_a_map(tmp_path: Path) -> None:
     steps = axis_steps(logs, tmp_path)
     assert [step.command for step in steps.steps if "static" in step.name] == ["identify static"]
     assert not any("lugre" in step.name for step in steps.steps)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "unit"),
+    [
+        ("total_volts", [0.3, -2.4], "V"), ("Uq", [0.3, -2.4], "V"), ("pwm", [0.25, -1.0], "100 %"),
+        ("duty", [40.0, -87.5], "%"), ("PWM", [255.0, -120.0], "count"), ("ActualTorque", [420.0, -377.0], "count"),
+        ("column 5", [0.3, -2.4], "count"), ("column 5", [12.0, *[-12.0] * 50, 3.1], "V"),
+    ],
+)  # fmt: skip
+def test_an_effort_without_a_unit_is_asked_for_and_is_in_its_counts_where_nothing_says(
+    name: str, values: list[float], unit: str
+) -> None:
+    """What a drive puts out was assumed to be in A, with 50 %."""
+    found, sure, others = usual_units("force", spoken(Column(name)), "rotary", np.array(values))
+    assert found == unit
+    assert sure < SURE
+    assert len(others) > 1
+
+
+def test_a_duty_of_one_is_a_hundred_per_cent(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    duty = np.clip(0.4 * a["current"], -1, 1)
+    path = write(tmp_path / "log.csv", "t [s];angle [rad];pwm", a["t"], a["position"], duty)
+    fric.ingest(path, output=tmp_path / "log.h5", assume=True)
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert (log.motion, log.unit("force")) == ("rotary/%", "%")
+    assert log.force is not None
+    assert np.median(np.abs(log.force)) == pytest.approx(40.0, rel=0.1)
+
+
+def test_volts_of_a_feedforward_are_not_the_force(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    head = "time_ms;set_position;actual_position;actual_speed;ff_volts;total_volts"
+    volts = np.sign(a["speed"]) + 0.01 * a["acceleration"]
+    (axis,) = told(write(tmp_path / "log.csv", head, 1e3 * a["t"], a["asked"], a["position"], a["velocity"], volts,
+                         a["current"]))  # fmt: skip
+    assert axis.roles["force"].column == 5
+    assert axis.motion.endswith("/V")
+
+
+def test_motors_by_number_take_turns(tmp_path: Path) -> None:
+    """Rows of three motors were one record, and its friction was 0.95 (open above) of 0.6, 0.4 and 0.25 N·m."""
+    a, n = axis_of_a_drive(), 1500
+    rows = [f"{a['t'][k]:.4f},{j},{a['position'][k + 300 * j]:.6f},{a['current'][k + 300 * j]:.4f}"
+            for k in range(n) for j in (1, 2)]  # fmt: skip
+    (tmp_path / "log.csv").write_text("timestamp,motor_id,position,torque\n" + "\n".join(rows) + "\n")
+    table = next(tables(tmp_path / "log.csv"))
+    assert [c.name for c in table.columns] == ["timestamp", "position[1]", "position[2]", "torque[1]", "torque[2]"]
+
+
+def test_names_on_numbered_lines_head_columns(tmp_path: Path) -> None:
+    """Data recorders of stages list names one a line; four words of another line were taken for them."""
+    a = axis_of_a_drive()
+    head = ["REM Created by Recorder", "SAMPLE_TIME = 0.001", "NAME0 = Commanded Position", "NAME1 = Actual Position",
+            "NAME2 = Actual Velocity", "NAME3 = Motor Output", "END_HEADER"]  # fmt: skip
+    path = tmp_path / "rec.dat"
+    data = np.column_stack([a["asked"], a["position"], a["velocity"], a["current"]])
+    np.savetxt(path, data, header="\n".join(head), fmt="%.6f")
+    (axis,) = told(path)
+    assert channels(axis) == {"time": None, "reference": 0, "position": 1, "velocity": 2, "force": 3}
+    assert axis.roles["time"].unit == "0.001 s"
+    assert axis.roles["time"].unit_likelihood >= SURE
+
+
+def test_structs_of_matrices_are_records(tmp_path: Path) -> None:
+    """The times of three experiments were one another's positions."""
+    a = axis_of_a_drive()
+    runs = np.empty(3, object)
+    for k in range(3):
+        x = np.column_stack([a["position"], a["velocity"]])
+        runs[k] = {"t": a["t"], "x": x, "u": a["current"][:, None]}
+    savemat(tmp_path / "traces.mat", {"tests": runs, "dt": 1e-3})
+    found = list(tables(tmp_path / "traces.mat"))
+    assert [[c.name for c in table.columns] for table in found] == [["t", "x(:,1)", "x(:,2)", "u"]] * 3
+
+
+def test_a_column_named_rpm_is_in_rpm(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    counts = np.floor(a["position"] * 1440 / (2 * np.pi))
+    (axis,) = told(write(tmp_path / "log.csv", "Time(ms);Encoder;RPM;Current(mA)", 1e3 * a["t"], counts,
+                         a["velocity"] * 9.5493, 1e3 * a["current"]))  # fmt: skip
+    assert axis.motion == "rotary/A"
+    assert not axis.open
 
 
 def test_an_archive_alone_is_named_with_what_to_do(tmp_path: Path) -> None:

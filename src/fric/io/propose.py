@@ -56,6 +56,8 @@ class Guess:
             if channel in NEEDED and not _known_unit(role, self.axis.motion):
                 others = f", or {', '.join(role.units)}" if role.units else ""
                 unit = f"is in {role.unit} ({role.unit_likelihood:.0%}{others})" if role.unit else "has no unit"
+                if role.unit == "count":
+                    unit = f"has no unit: friction is in its counts ({role.unit_likelihood:.0%}{others})"
                 found.append(f"{name} ({channel}) {unit}")
         missing = [] if {"position", "velocity"} & self.axis.roles.keys() else ["position"]
         missing += [] if "time" in self.axis.roles or self.kind else ["time"]

@@ -238,10 +238,11 @@ def _of_force(found: Sequence[Guess]) -> Question | None:
     asked = [guess.axis for guess, role in forces if (role.unit, role.units) == (first.unit, first.units)]
 
     def motion(axis: AxisColumns, unit: str) -> Motion:
-        return in_units_of("rotary" if rotates(axis.motion) else "linear", unit)
+        return in_units_of("rotary" if rotates(axis.motion) else "linear", unit.lstrip("0123456789. "))
 
     def understood(unit: str) -> str | None:
-        return unit if all(converts(unit, "force", motion(axis, unit)) for axis in asked) else None
+        plain = unit.lstrip("0123456789. ")  # 0.1 % is what a logged unit is
+        return unit if all(converts(plain, "force", motion(axis, unit)) for axis in asked) else None
 
     def apply(unit: str) -> None:
         for axis in asked:

@@ -707,7 +707,7 @@ def _in_units(
         whole[channel] = replace(role, unit=unit, unit_likelihood=sure, units=others, turn=turn)
     moves: Motion = "rotary" if motion == "rotary" else "linear"
     if "force" in whole:
-        moves = in_units_of(moves, whole["force"].unit)
+        moves = in_units_of(moves, whole["force"].unit.lstrip("0123456789. "))
     ranked = [replace(reading, weight=reading.weight / total) for reading in sorted(found, key=lambda r: -r.weight)]
     whole = {channel: whole[channel] for channel in (*LIKELY, "load_position") if channel in whole}
     return AxisColumns("", moves, motion_sure, whole, tuple(ranked), None if logged else movement.factor)

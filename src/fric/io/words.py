@@ -43,14 +43,16 @@ ACCELERATION = ("acceleration", "accel", "acc", "beschleunigung", "accelerazione
                 "aceleracion", "jerk", "ruck")  # fmt: skip
 BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "température", "bus", "dc", "supply",
                  "zwischenkreis", "power", "leistung", "pressure", "druck", "status", "state", "zustand", "mode(?!l)",
-                 "modus", "flag", "id", "i d", "stato", "estado", "état", "vibration", "batt", "battery",
-                 "hours", "fault")  # fmt: skip
+                 "modus", "flag", "id", "i d", "ud", "u d", "vd", "v d", "stato", "estado", "état", "vibration", "batt",
+                 "battery", "hours", "fault")  # fmt: skip
 """What drives log beside a motion."""
 MEASURED = ("actual", "act", "ist", "istwert", "measured", "meas", "feedback", "fb", "fbk", "encoder", "enc", "real",
             "effettiva", "réelle", "reelle", "mesurée", "medida", "misurata", "true", "present")  # fmt: skip
 AT_LOAD = ("load", "link", "output", "scale", "direct", "second", "abtrieb", "last", "glasmaßstab", "messsystem 2")
 """Where a second encoder is."""
-INPUT = ("input", "voltage", "volt", "spannung", "control signal", "tensione")
+INPUT = ("input", "voltage", "volt", "volts", "spannung", "tensione", "uq", "u q", "vq", "v q", "control signal",
+         r"(?:motor|control|controller) output")  # fmt: skip
+DUTY = ("pwm", "duty", "throttle", "aussteuerung")
 
 LETTERS = {"t": "time", "z": "position", "x": "position", "q": "position", "v": "velocity", "f": "force", "u": "input"}
 """Names of one letter."""
@@ -145,6 +147,7 @@ QUANTITIES = {
     "force": (*FORCE, "par", "(?<!thermo)couple"),
     "position": (*POSITION, "posici"),
     "input": INPUT,
+    "duty": DUTY,
     "load": LOAD,
 }
 """Words of each quantity, in the order in which they are tried."""
@@ -194,9 +197,10 @@ def spoken(column: Column) -> Spoken:
     commanded, measured = _has(name, REFERENCE), _has(name, MEASURED)
     by_name = LETTERS.get(name, by_name) if by_name is None and not commanded else by_name
     by_name = "force" if by_name is None and name.startswith("f ") and name != "f n" else by_name
+    if by_name == "force" and _has(name, INPUT):  # a feedforward (ff) in volts
+        by_name, commanded = "input", commanded or _has(name, ("ff",))
     told = by_name or ""
-    if by_name in {"current", "load"}:
-        by_name = "force"
+    by_name = {"current": "force", "load": "force", "duty": "input"}.get(told, by_name)
     if name in {"index", "row", "sample", "samples", "no", "nr", "count", "idx", "counter", "punkt"}:
         by_name = "row"
     quantity = by_name if by_unit is None or by_name in {"error", "other"} else by_unit
@@ -288,7 +292,7 @@ def _unit_of(column: Column) -> str | None:
         return unit
     tail = re.split(r"[\s,;:/(]+|_(?=[a-zA-Z%µ/]+$)|_(?=[a-z]+_[a-z]+$)", named(column.name).name.strip())[-1]
     low = tail.casefold()
-    if tail != column.name and low in SUFFIX and (len(low) > 1 or tail == "A"):
+    if low == "rpm" or (tail != column.name and low in SUFFIX and (len(low) > 1 or tail == "A")):
         return SUFFIX[low]
     two = "_".join(column.name.casefold().split("_")[-2:])
     return SUFFIX.get(two) if two != column.name.casefold() else None
@@ -326,6 +330,8 @@ GEARED = log(1.5) / TOLERANCE
 SIZE = log(12.0)  # Spread of usual travels and speeds
 SMALL_CURRENT, LARGE_CURRENT = 5.0, 400.0
 """Currents of drives: below the first value it is in A, above the second in mA; % of the rated current between them."""
+SUPPLIES = (5.0, 6.0, 12.0, 24.0, 36.0, 48.0)  # Voltages that an output clips at [V]
+CLIPPED = 0.003  # Share of samples at its largest size from which on an output clips there
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
@@ -420,15 +426,23 @@ def usual_units(channel: str, says: Spoken, motion: str, values: Real) -> tuple[
     """Return the unit of a force or an input, how sure it is, and what else it may be."""
     if says.unit:
         return says.unit, 1.0, ()
-    if channel == "input":
-        return "V", 0.9, ()
     size = float(np.quantile(np.abs(values), 0.98)) if len(values) else 0.0
     newtons = "N*m" if motion == "rotary" else "N"
+    whole = bool(np.all(np.rint(values) == values))  # amperes have decimals, milliamperes and counts need none
     if says.told == "current":
         if size < SMALL_CURRENT or size > LARGE_CURRENT:
             return ("A", 0.96, ("%",)) if size < SMALL_CURRENT else ("mA", 0.96, ("A",))
-        whole = bool(np.all(np.rint(values[:1000]) == values[:1000]))  # amperes have decimals, milliamperes need none
         return ("mA", 0.6, ("A", "%")) if whole and size > 20.0 else ("A", 0.7, ("%", "mA"))
+    if whole and size > (20.0 if says.told in {"force", ""} else 100.0):
+        return "count", 0.6, ("0.1 %", newtons, "A")  # the step of a converter, or of CiA 402
+    if says.told == "input":
+        return "V", 0.9 if channel == "input" else 0.8, ("%", "count")
     if says.told in {"force", "load"}:
         return (newtons, 0.6, ("A", "%")) if says.told == "force" else ("%", 0.7, ("A", newtons))
-    return ("A", 0.5, (newtons, "%")) if size < 50 else ("%", 0.4, (newtons, "A"))
+    top = np.abs(values).max(initial=0.0)
+    if says.told == "duty" or np.mean(np.abs(values) > 0.999 * top) > CLIPPED:
+        if np.any(np.isclose(top, SUPPLIES, rtol=1e-3)):
+            return "V", 0.7, ("%", "count")
+        if says.told == "duty" or np.any(np.isclose(top, (1.0, 100.0), rtol=1e-3)):
+            return ("100 %" if top < 1.5 else "%" if top < 110.0 else "count"), 0.7, ("count", "V")
+    return "count", 0.4, ("A", newtons, "V", "%")

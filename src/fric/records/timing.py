@@ -161,7 +161,7 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
     if len(log) < 16 or np.all(np.abs(steps / period - 1) <= JITTER / 100):
         return log, []
     span = float(log.time[-1] - log.time[0])
-    intervals = round(span / period)
+    intervals = len(steps) if float(steps.max()) < GAP * period else round(span / period)
     missing = intervals + 1 - len(log)
     if missing > MISSING * len(log) or float(steps.max()) > 9.5 * period:
         return log, []  # which is then refused, with its place
@@ -171,7 +171,7 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
     channels: dict[str, Any] = {
         name: CubicSpline(log.time, values)(even) for name, values in log.channels().items() if name != "time"
     }
-    at = (log.time - log.time[0]) / period
+    at = (log.time - log.time[0]) * (intervals / span)
     off = float(np.abs(at - np.rint(at)).max())
     return replace(log, time=even, **channels), [
         SAMPLING_UNEVEN.found(log.name, missing=missing, samples=intervals + 1, off=off)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Literal
 
 import numpy as np
@@ -28,7 +29,7 @@ from fric.records.flaws import record_flaws
 from fric.records.judgement import CONDITION
 from fric.records.motion import BANDWIDTH, Conditioning, kept, shows_mass, thinned
 from fric.records.prepared import Drive, Prepared, prepared
-from fric.records.timing import even_sampling
+from fric.records.timing import even_sampling, evened
 from fric.statistics import DIFFERENT, Between, between_records, hac_covariance
 from fric.units import Motion, readable, si_unit
 
@@ -82,7 +83,7 @@ def identify_motion(
     observation matrix is decimated like the force. Where the rate would put the filter's corner into the motion there
     is no filter; many rests, and samples between which the speed changes, are left out.
 
-    logs: Records of one axis, each with a force or an input, evenly sampled.
+    logs: Records of one axis, each with a force or an input; instants that jitter are made even.
     direction: Common F_v, F_c and an offset, or F_v and F_c for each direction (an offset is then half their
         difference).
     force_constant: K_f [N/V]; with it an input is used as force.
@@ -92,7 +93,8 @@ def identify_motion(
     Raises FricError: When neither force nor input was logged, the sampling is uneven, or the motion does not separate
         the terms.
     """
-    motion = logs[0].motion
+    motion, flaws = logs[0].motion, record_flaws(logs, "plant")
+    logs, clocks = zip(*map(evened, logs), strict=True)
     channel: Literal["force", "input"] = (
         "force" if all(log.force is not None for log in logs) or force_constant is not None else "input"
     )
@@ -151,7 +153,7 @@ def identify_motion(
         time, y, X @ values,
         (*_varies(between, estimates), *_directions(X, y, lengths, estimates),
          *_warnings(records, settings[0].border, estimates, K_f, delay),
-         *scale.warnings, *against_mass(plant, mass, motion), *record_flaws(logs, "plant")),
+         *scale.warnings, *against_mass(plant, mass, motion), *chain(*clocks), *flaws),
     )  # fmt: skip
 
 

@@ -50,6 +50,7 @@ SHORT = 30  # Samples that a record has at least, where lengths part records
 _AXIS = re.compile(r"(?i)(.+\.)?([xyzabcuvw]|(axis|axe|achse|asse|eje|joint)_?\d{1,2})")
 """The name of a struct of an axis."""
 _VALUES, _UNIT = ("values", "value", "data", "signal"), ("unit", "units")
+_OF_CELL = re.compile(r"(.+?\(\d+\))\.(.+)")  # A field of an element of a struct array
 _PARTED = re.compile(r"(?P<struct>.+)\.(?P<field>[^.()]+)|(?P<matrix>.+)\(:,(?P<line>\d+)\)")
 """A name as `_take_apart` makes it: a field of a struct, or a column of a matrix."""
 
@@ -200,6 +201,14 @@ def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     Structs or cells with the same fields are records, and so are matrices with as many columns; a variable beside them
     with their length, as a time, belongs to each. Else columns of one length are a record.
     """
+    cells: dict[str, dict[str, Any]] = {}
+    for name, values in columns.items():
+        if found := _OF_CELL.fullmatch(name):
+            cells.setdefault(found[1], {})[found[2]] = values
+    alike = len({frozenset(fields) for fields in cells.values()}) == 1
+    even = all(len(fields) > 1 and len({*map(len, fields.values())}) == 1 for fields in cells.values())
+    if len(cells) > 1 and alike and even:
+        return cells  # structs of signals and matrices, one an experiment
     groups: dict[str, dict[str, Any]] = {}
     matrices = set[str]()
     for name, values in columns.items():
@@ -210,10 +219,10 @@ def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         matrices |= {prefix} if found and found["matrix"] else set()
     fields = Counter(frozenset(group) for name, group in groups.items() if name and len(group) > 1)
     common, count = fields.most_common(1)[0] if fields else (frozenset(), 0)
-    alike = {name for name, group in groups.items() if name and group.keys() == common}
-    of_alike = {len(values) for name in alike for values in groups[name].values()}
-    beside = {len(values) for name in groups.keys() - alike for values in groups[name].values()}
-    joints = matrices >= alike and len(of_alike) == 1 and of_alike <= beside
+    same = {name for name, group in groups.items() if name and group.keys() == common}
+    of_alike = {len(values) for name in same for values in groups[name].values()}
+    beside = {len(values) for name in groups.keys() - same for values in groups[name].values()}
+    joints = matrices >= same and len(of_alike) == 1 and of_alike <= beside
     if count > 1 and not joints:  # matrices of equal length on a common time are channels of several axes
         records = {}
         for name, group in groups.items():

@@ -37,6 +37,9 @@ _LINE_END = re.compile(r"\r\n|\n|\r")
 _SPACED = re.compile(r'"[^"]*"|[^\s\[(]\S*(?:\s*\[[^\]]*\]|\s*\([^)]*\))?|\S+')
 """A cell between spaces; a unit in brackets belongs to the name before it."""
 _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
+_NUMBER_OF = re.compile(r"(?i)(\b|_)(id|joint|motor|axis|node|servo|channel|achse|gelenk)(\b|_|$)")
+"""The name of a column that says of which motor a row is."""
+_NUMBERED = re.compile(r"[#%\s]*([A-Za-z][A-Za-z _]*?)[ _]?(\d{1,3})\s*[=:]\s*(\S.*)")
 OF_UNITS = re.compile(r"unit|einheit|unidad", re.IGNORECASE)  # Begins a line above the header that names units
 
 
@@ -132,6 +135,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
                 what = f"line {n + 1} has more cells than the {width} of the header"
                 raise FricError(what, hint="Mend or remove the line.")
     cells = table[names] if names is not None else [f"column {n}" for n in range(width)]
+    cells = (layout.header is None and _listed(lines[:first], width)) or cells
     cells = [cell or f"column {n}" for n, cell in enumerate((cells + [""] * width)[:width])]
     columns = [named(cell) for cell in cells]
     if units is not None:
@@ -148,6 +152,18 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
         columns.pop()  # a delimiter at the end of each line makes no column
     spaced = any(delimiter + " " in line for line in lines[first:])
     return Shape(encoding, delimiter, decimal, first, tuple(columns), _preamble(lines[:top], delimiter), spaced)
+
+
+def _listed(lines: Sequence[str], width: int) -> list[str] | None:
+    """Return names that stand on a numbered line each, as in ``# NAME0 = Target Position``; None without."""
+    groups: dict[str, list[tuple[int, str]]] = {}
+    for line in lines:
+        if found := _NUMBERED.fullmatch(line):
+            groups.setdefault(found[1], []).append((int(found[2]), found[3].strip()))
+    for names in groups.values():
+        if [n for n, _ in names] in ([*range(width)], [*range(1, width + 1)]):
+            return [name for _, name in names]
+    return None
 
 
 def _heads(line: str, delimiter: str, width: int) -> list[str]:
@@ -243,7 +259,7 @@ def _preamble(lines: list[str], delimiter: str) -> dict[str, str]:
     for line in lines:
         head, mark, rest = line.partition(delimiter if delimiter != "whitespace" else ":")
         if not mark or (":" in head.rstrip(" :") and delimiter != "whitespace"):
-            head, mark, rest = line.partition(":")
+            head, mark, rest = line.partition(":" if ":" in line else "=")
         name = head.strip(" \t:#%\"'=")
         value = rest.strip().strip("\"'") if delimiter == "whitespace" else (split(rest, delimiter) or [""])[0]
         if name and value and name not in found:
@@ -316,7 +332,8 @@ def _in_turns(head: bytes, shape: Shape) -> tuple[int, list[str]] | None:
     for n, words in enumerate(zip(*rows, strict=False)):
         labels = list(dict.fromkeys(words))
         turns = 1 < len(labels) <= MOST_TURNS and len(words) > 3 * len(labels)
-        turns = turns and not any(is_number(label, shape.decimal) for label in labels)
+        if any(is_number(label, shape.decimal) for label in labels):
+            turns = turns and bool(_NUMBER_OF.search(shape.columns[n].name)) and all(map(str.isdigit, labels))
         if turns and all(word == labels[k % len(labels)] for k, word in enumerate(words)):
             return n, labels
     return None
@@ -332,7 +349,8 @@ def _beside_each_other(table: ForeignTable, column: int, labels: Sequence[str]) 
         same = len(turns) > 1 and np.ptp(turns, axis=1).max() <= np.median(np.abs(np.diff(turns[:, 0])))
         rises = bool(np.all(np.diff(turns[:, 0]) > 0.0))
         for k in range(1 if same and rises else len(labels)):
-            columns.append(at if same and rises else Column(f"{at.name}[{k}]", at.unit))
+            n = labels[k] if labels[k].isdigit() else k
+            columns.append(at if same and rises else Column(f"{at.name}[{n}]", at.unit))
             values.append(turns[:, k])
     names = {f"{table.columns[column].name}[{k}]": label for k, label in enumerate(labels)}
     return Memory(table.path, tuple(columns), values, table.constants | names)
