@@ -138,7 +138,6 @@ def test_a_chunk_of_a_bag_that_unpacks_to_a_gibibyte(
     from fric.io.readers import rosbag
 
     monkeypatch.setattr(rosbag, "MOST_CHUNK", 1 << 20)
-    rosbag._bound_chunks(mcap(tmp_path))
     whole = bytes(8 << 20)
     if kind == "zstd":
         packed = storage_mcap.zstd.compress(whole)
@@ -146,11 +145,12 @@ def test_a_chunk_of_a_bag_that_unpacks_to_a_gibibyte(
         from lz4.frame import compress
 
         packed = compress(whole)
-    with pytest.raises(FricError, match="unpacks to more"):
-        storage_mcap.DECOMPRESSORS[kind](packed, 1)
     small = bytes(1 << 19)
     again = storage_mcap.zstd.compress(small) if kind == "zstd" else compress(small)
-    assert storage_mcap.DECOMPRESSORS[kind](again, 1) == small
+    with rosbag._bounded(mcap(tmp_path)):
+        with pytest.raises(FricError, match="unpacks to more"):
+            storage_mcap.DECOMPRESSORS[kind](packed, 1)
+        assert storage_mcap.DECOMPRESSORS[kind](again, 1) == small
 
 
 def test_a_chunk_of_an_old_bag_that_unpacks_to_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -159,10 +159,32 @@ def test_a_chunk_of_an_old_bag_that_unpacks_to_more(tmp_path: Path, monkeypatch:
     from fric.io.readers import rosbag
 
     monkeypatch.setattr(rosbag, "MOST_CHUNK", 1 << 20)
-    rosbag._bound_chunks(old_bag(tmp_path))
-    with pytest.raises(FricError, match="unpacks to more"):
-        reader.decompressors["bz2"](bz2.compress(bytes(8 << 20)))
-    assert reader.decompressors["bz2"](bz2.compress(b"a") + bz2.compress(b"b")) == b"ab"
+    with rosbag._bounded(old_bag(tmp_path)):
+        with pytest.raises(FricError, match="unpacks to more"):
+            reader.decompressors["bz2"](bz2.compress(bytes(8 << 20)))
+        assert reader.decompressors["bz2"](bz2.compress(b"a") + bz2.compress(b"b")) == b"ab"
+
+
+@pytest.mark.parametrize("make", [mcap, old_bag])
+def test_what_a_bag_is_unpacked_with_is_put_back(tmp_path: Path, make: Callable[[Path], Path]) -> None:
+    """It belongs to the whole process, as a hook that a user's program has in SQLite."""
+    apsw, ros_1 = pytest.importorskip("apsw"), pytest.importorskip("rosbags.rosbag1.reader")
+    from rosbags.rosbag2 import storage_mcap
+
+    from fric.io.readers import rosbag
+
+    def state() -> tuple[object, ...]:
+        return list(apsw.connection_hooks), dict(ros_1.decompressors), dict(storage_mcap.DECOMPRESSORS)
+
+    apsw.connection_hooks.append(hook := lambda file: None)
+    try:
+        before = state()
+        with closing(rosbag.tables(make(tmp_path), Layout())) as tables:
+            next(tables)
+            assert hook in apsw.connection_hooks and len(apsw.connection_hooks) == len(before[0]) + 2
+        assert state() == before
+    finally:
+        apsw.connection_hooks.remove(hook)
 
 
 def test_a_dataset_that_unpacks_as_far_as_deflate_reaches_is_read_and_no_further(tmp_path: Path) -> None:

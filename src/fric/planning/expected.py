@@ -27,8 +27,11 @@ from fric.planning.choose import choose
 from fric.simulate.experiment import Trial, runs_of
 from fric.simulate.machine import Axis
 from fric.simulate.plan import Expected, Limits, Planned
+from fric.simulate.reality.flaws import NONE
 
-DRAWS = 9  # Runs of a plan that are identified: the range of nine includes the next in 80 % of cases
+DRAWS, FEW = 9, 3
+"""Runs of a plan that are identified: the range of nine includes the next in 80 % of cases, that of three in 50 %. On an
+axis with a second mass or flaws a run takes five times as long, and few tell enough."""
 PLACES = 64.0  # Encoder counts over which the start of a record is spread: the hunting of a slow axis depends on it
 ACCURACY = 1e-10  # Largest error of the position by the integration [m]: 0.01 N of a stiffness of 100 N/µm
 NOTABLE = 1.2  # Widening by unmodelled friction above which it is reported
@@ -238,7 +241,7 @@ def planned_for(
     limits: Limits,
     wanted: Wanted,
     advance: Callable[..., object],
-    draws: int = DRAWS,
+    draws: int | None = None,
     known: FrictionDocument | None = None,
     plant: PlantDocument | None = None,
     *,
@@ -250,6 +253,7 @@ def planned_for(
     Others as in `choose` and `expected`.
     """
     times: dict[str, int] = {}
+    draws = draws or (DRAWS if axis.second_mass is None and axis.reality == NONE else FEW)
     while True:
         planned = choose(axis, limits, times, micro_steps=micro_steps)
         found = expected(axis, planned, advance, draws, known, plant)

@@ -22,7 +22,7 @@ from fric.friction import models
 from fric.notice import Notice
 from fric.output import write_folder
 from fric.planning.choose import TYPICAL, durations, prior_axis
-from fric.planning.expected import DRAWS, IDENTIFIED_BY, Wanted, planned_for
+from fric.planning.expected import IDENTIFIED_BY, Wanted, planned_for
 from fric.planning.next_record import narrowing
 from fric.results.base import Result
 from fric.results.given import Advance, bounded, in_si, logs_of, silent
@@ -175,7 +175,7 @@ def plan(
     encoder: Annotated[Quantity | None, "position"] = None,
     like: LogLike | None = None,
     micro_steps: bool = False,
-    draws: int = DRAWS,
+    draws: int | None = None,
     advance: Advance = silent,
 ) -> PlanResult:
     """Plan the records that identify an axis, with the intervals to expect; or the most useful further record.
@@ -210,7 +210,8 @@ def plan(
     micro_steps
         A staircase of small steps instead of the sines before sliding, for a drive without them.
     draws
-        Number of simulated runs of the plan to find the expected intervals.
+        Number of simulated runs of the plan to find the expected intervals; nine, or of an axis with a second mass or
+        flaws, whose runs take long, three.
 
     Raises
     ------

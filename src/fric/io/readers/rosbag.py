@@ -5,6 +5,7 @@ some; its time is the stamp in the message's header, or else when it was recorde
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from importlib import import_module
 from itertools import islice
@@ -39,8 +40,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     reader = library(FORMAT, path)
     from rosbags.typesys import Stores, get_typestore
 
-    _bound_chunks(path)
-    with reader.AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:
+    with _bounded(path), reader.AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:
         topics = [_Topic(path, bag, connection) for connection in bag.connections if connection.msgcount]
         parts = [SharedClock(topic, 0, label=topic.name) for topic in topics if len(topic.columns) > 1]
         if not parts:
@@ -48,8 +48,12 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
         yield Joined(path, parts)
 
 
-def _bound_chunks(path: Path) -> None:
-    """Let the library unpack a chunk up to `MOST_CHUNK`: bz2 makes a GiB of 800 bytes, and the library has no bound."""
+@contextmanager
+def _bounded(path: Path) -> Iterator[None]:
+    """Let the library unpack a chunk up to `MOST_CHUNK`: bz2 makes a GiB of 800 bytes, and the library has no bound.
+
+    What it unpacks with belongs to the whole process: it is put back.
+    """
     import bz2
 
     ros_1: Any = import_module("rosbags.rosbag1.reader")
@@ -71,11 +75,19 @@ def _bound_chunks(path: Path) -> None:
 
         return unpack
 
-    ros_1.decompressors |= {"bz2": bounded(bz2.BZ2Decompressor), "lz4": bounded(lz4.LZ4FrameDecompressor)}
-    mcap.DECOMPRESSORS |= {"lz4": bounded(lz4.LZ4FrameDecompressor), "zstd": bounded(mcap.zstd.ZstdDecompressor)}
-    if apsw := getattr(import_module("rosbags.rosbag2.storage_sqlite3"), "apsw", None):
-        length, views = apsw.SQLITE_LIMIT_LENGTH, apsw.SQLITE_DBCONFIG_ENABLE_VIEW  # a view may have no end
-        apsw.connection_hooks = [lambda file: file.limit(length, MOST_CHUNK), lambda file: file.config(views, 0)]
+    with ExitStack() as stack:
+        for table, makers in (
+            (ros_1.decompressors, {"bz2": bz2.BZ2Decompressor, "lz4": lz4.LZ4FrameDecompressor}),
+            (mcap.DECOMPRESSORS, {"lz4": lz4.LZ4FrameDecompressor, "zstd": mcap.zstd.ZstdDecompressor}),
+        ):
+            stack.callback(table.update, dict(table))
+            table.update({name: bounded(make) for name, make in makers.items()})
+        if apsw := getattr(import_module("rosbags.rosbag2.storage_sqlite3"), "apsw", None):
+            length, views = apsw.SQLITE_LIMIT_LENGTH, apsw.SQLITE_DBCONFIG_ENABLE_VIEW  # a view may have no end
+            for hook in (lambda file: file.limit(length, MOST_CHUNK), lambda file: file.config(views, 0)):
+                apsw.connection_hooks.append(hook)
+                stack.callback(apsw.connection_hooks.remove, hook)
+        yield
 
 
 class _Topic(ForeignTable):
