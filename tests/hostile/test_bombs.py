@@ -181,7 +181,8 @@ def test_what_a_bag_is_unpacked_with_is_put_back(tmp_path: Path, make: Callable[
         before = state()
         with closing(rosbag.tables(make(tmp_path), Layout())) as tables:
             next(tables)
-            assert hook in apsw.connection_hooks and len(apsw.connection_hooks) == len(before[0]) + 2
+            assert hook in apsw.connection_hooks
+            assert len(apsw.connection_hooks) == len(before[0]) + 2
         assert state() == before
     finally:
         apsw.connection_hooks.remove(hook)

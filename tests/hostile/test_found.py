@@ -36,7 +36,7 @@ from fric.io.safe_hdf5 import BLOCK, _heaps, open_file
 from fric.log import FrequencyResponse, Log
 from fric.records.kicks import _around_reversals
 from fric.records.recognition import force_rises
-from fric.report.collect import Contour, ContourTest
+from fric.report.collect import Contour, ContourTest, contour_test
 from fric.units import parse_gain
 
 
@@ -222,12 +222,27 @@ def test_a_number_of_a_document_that_no_double_holds() -> None:
         Quantity.model_validate(10**400)
 
 
+@pytest.mark.parametrize("given", [
+    "1e300 N", {"value": [1.0, -1e300], "unit": "N"}, {"value": 1.0, "unit": "N", "ci95": [0.5, 1e300]},
+    {"value": [1.0, 1.0], "unit": "N", "ci95": [[0.5, None], [-1e300, 2.0]]},
+])  # fmt: skip
+def test_a_limit_of_a_document_that_no_drive_reaches(given: Any) -> None:
+    """As one of 1e300 in a static map, which `identify gms --static` handed on."""
+    with pytest.raises(ValidationError, match="beyond all drives"):
+        Quantity.model_validate(given)
+
+
 def test_a_curve_of_an_earlier_report_has_an_error_at_each_place() -> None:
     given: dict[str, Any] = {"scheme": NONE, "glitches": (), "glitch": 0.0, "rms": 0.0, "range": 0.0}
     assert len(Contour(**given, place=[0.0, 1.0], error=[0.0, 1e-6]).place) == 2
     for place, error in (([0.0], [0.0, 1.0]), ([[0.0]], [[0.0]]), ([], []), ([0.0], [np.nan])):
         with pytest.raises(FricError):
             Contour(**given, place=place, error=error)
+    curve = given | {"scheme": NONE.plain(), "place": [0.0], "error": [0.0, 1.0], "warnings": ()}
+    test = {"source": "run.h5", "provenance": {}, "feed": 0.1, "radius": 0.1, "direction": 1, "labels": ()}
+    told = r"^in.html: run.h5: .* differ in length \(place 1, error 2\)\nMake it again with `fric report`.$"
+    with pytest.raises(FricError, match=told):
+        contour_test(test | {"contours": [curve]}, "in.html: ")
 
 
 @pytest.mark.parametrize(("time", "interval"), [("nan", "0.002"), ("1e300", "0.002"), ("-inf", "0"), ("1e9", "1e-300")])

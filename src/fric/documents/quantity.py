@@ -3,6 +3,7 @@
 from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from itertools import chain
 from math import inf, isfinite
 from operator import attrgetter
 from typing import Annotated, Any, ClassVar, Self, TypeVar
@@ -12,6 +13,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_valida
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Scale
 from fric.units import Motion, factor, si_unit
+
+MOST = 1e20  # Largest number of a quantity: a stiffness of 1e9 N/m whose interval is open reaches 1e15
 
 Known = Annotated[
     float | None, BeforeValidator(lambda given: None if isinstance(given, float) and not isfinite(given) else given)
@@ -126,11 +129,13 @@ class Quantity(Part):
 
     @model_validator(mode="after")
     def _interval_fits(self) -> Self:
-        pairs: Any = self.ci95 if isinstance(self.value, list) else [self.ci95]
-        count = len(self.value) if isinstance(self.value, list) else 1
-        pair = all(isinstance(pair, list) and len(pair) == 2 for pair in pairs or ())
-        if self.ci95 is not None and not (pair and len(pairs) == count):
+        values = self.value if isinstance(self.value, list) else [self.value]
+        pairs: Any = (self.ci95 if isinstance(self.value, list) else [self.ci95]) if self.ci95 is not None else []
+        if self.ci95 is not None and [isinstance(pair, list) and len(pair) for pair in pairs] != [2] * len(values):
             raise ValueError("ci95 does not fit the value\nGive [low, high], one such pair per value.")
+        for number in (*values, *chain(*pairs)):
+            if number is not None and abs(number) > MOST:
+                raise ValueError(f"{number:g} {self.unit} is beyond all drives\nGive null for an open limit.")
         return self
 
 

@@ -30,8 +30,8 @@ from fric.simulate.plan import Expected, Limits, Planned
 from fric.simulate.reality.flaws import NONE
 
 DRAWS, FEW = 9, 3
-"""Runs of a plan that are identified: the range of nine includes the next in 80 % of cases, that of three in 50 %. On an
-axis with a second mass or flaws a run takes five times as long, and few tell enough."""
+"""Runs of a plan that are identified: the range of nine includes the next in 80 % of cases, that of three in 50 %. Few
+are those of an axis with a second mass or flaws: each takes five times as long."""
 PLACES = 64.0  # Encoder counts over which the start of a record is spread: the hunting of a slow axis depends on it
 ACCURACY = 1e-10  # Largest error of the position by the integration [m]: 0.01 N of a stiffness of 100 N/µm
 NOTABLE = 1.2  # Widening by unmodelled friction above which it is reported

@@ -441,18 +441,22 @@ def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
     def machines(given: Sequence[float | None]) -> tuple[float, ...]:
         return tuple(nan if value is None else float(value) for value in given)
 
-    contours = tuple(
-        Contour(
-            scheme=Scheme.of(item["scheme"]), glitches=tuple(map(float, item["glitches"])),
-            glitch=float(item["glitch"]), rms=float(item["rms"]), range=float(item["range"]),
-            place=item["place"], error=item["error"],
-            warnings=tuple(map(Notice.of, item["warnings"])),
-            drawn=machines(item.get("drawn", ())), oscillation=float(item.get("oscillation", 0.0)),
-            swings=machines(item.get("swings", ())), places=tuple(map(float, item.get("places", ()))),
-            predicted=prediction.schemes.get(item["scheme"]["name"]) if prediction else None,
-        )
-        for item in data["contours"]
-    )  # fmt: skip
+    try:
+        contours = tuple(
+            Contour(
+                scheme=Scheme.of(item["scheme"]), glitches=tuple(map(float, item["glitches"])),
+                glitch=float(item["glitch"]), rms=float(item["rms"]), range=float(item["range"]),
+                place=item["place"], error=item["error"],
+                warnings=tuple(map(Notice.of, item["warnings"])),
+                drawn=machines(item.get("drawn", ())), oscillation=float(item.get("oscillation", 0.0)),
+                swings=machines(item.get("swings", ())), places=tuple(map(float, item.get("places", ()))),
+                predicted=prediction.schemes.get(item["scheme"]["name"]) if prediction else None,
+            )
+            for item in data["contours"]
+        )  # fmt: skip
+    except FricError as error:
+        where, hint = f"{before}{data['source']}: {error.where}", "Make it again with `fric report`."
+        raise FricError(error.what, where=where, hint=hint) from None
     return ContourTest(
         before + data["source"], dict(data["provenance"]), float(data["feed"]),
         None if data["radius"] is None else float(data["radius"]), int(data["direction"]),
