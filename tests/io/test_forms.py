@@ -1,6 +1,7 @@
 """Forms that genuine logs have, each found to be lost or read wrongly once."""
 
 from pathlib import Path
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import h5py
 import numpy as np
@@ -283,6 +284,30 @@ def test_a_column_named_rpm_is_in_rpm(tmp_path: Path) -> None:
                          a["velocity"] * 9.5493, 1e3 * a["current"]))  # fmt: skip
     assert axis.motion == "rotary/A"
     assert not axis.open
+
+
+def zipped(path: Path, name: str, text: bytes) -> Path:
+    with ZipFile(path, "w", ZIP_DEFLATED) as archive:
+        archive.writestr("dataset/README.txt", "measured in 2021")
+        archive.writestr(name, text)
+    return path
+
+
+def test_logs_in_a_zip_are_those_of_a_folder(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    log = write(tmp_path / "log.csv", "time [s];position [rad];torque [N*m]", a["t"], a["position"], a["current"])
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    zipped(folder / "set.zip", "dataset/../../run.csv", log.read_bytes())  # whose name does not lead out of its folder
+    found = find_sources([folder], None, tmp_path / "out" / "mappings")
+    assert [source.path for source in found.logs] == [tmp_path / "out" / "unpacked" / "set" / "dataset" / "run.csv"]
+
+
+def test_a_zip_that_unpacks_to_too_much_is_named(tmp_path: Path) -> None:
+    zipped(tmp_path / "set.zip", "run.csv", b"0" * (65 << 20))
+    found = find_sources([tmp_path], None, tmp_path / "out" / "mappings")
+    assert [files for why, files in found.refused.items() if "unpack it beside it" in why] == [[tmp_path / "set.zip"]]
+    assert not (tmp_path / "out" / "unpacked").exists()
 
 
 def test_an_archive_alone_is_named_with_what_to_do(tmp_path: Path) -> None:

@@ -86,5 +86,18 @@ def test_maps_are_recognised_and_intervals_hold_the_truth(name):
     assert sum(held) >= fewest(40, 0.95)
 
 
+def test_places_there_and_back_may_differ():
+    """A map of 180 places there and 170 others back was a motion, with a viscous friction."""
+    seen = 0
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        z = np.concatenate([np.sort(rng.uniform(0.0, 0.4, 60)), np.sort(rng.uniform(0.0, 0.4, 50))[::-1]])
+        force = 0.3 + np.repeat([1.1, -1.1], [60, 50]) + 0.03 * rng.normal(size=110)
+        log = Log(np.cumsum(rng.uniform(0.4, 2.5, 110)), z, force=force, name="map")
+        seen += is_holding_map(log)
+        assert float(holding_map(log).level) == pytest.approx(1.1, rel=0.02)
+    assert seen >= fewest(20, 0.95)
+
+
 def test_no_motion_that_is_sampled_on_its_way_is_one():
     assert sum(is_holding_map(sampled(seed)) for seed in range(120)) <= most(120, 0.01)

@@ -87,6 +87,22 @@ def test_words_name_modes(tmp_path):
     assert found.warnings[0].values["parts"][1] == "ffw on from 2.001 to 4.199 s"
 
 
+def test_a_state_among_unknown_columns_is_a_mode_and_an_axis_moved_by_hand_is_left_out(tmp_path):
+    """While the drive was off the axis was moved by hand, and its torque of 0 was friction of 0."""
+    t = np.arange(9000) / 1e3
+    on = (t > 3.0) & (t < 7.0)
+    z = 3.0 * np.sin(2 * np.pi * t)
+    torque = np.where(on, 2.0 * np.sign(np.cos(2 * np.pi * t)), 0.0)
+    word = np.where(on, "position", "stopped")
+    rows = [f"{a:.3f},{w},{b:.6f},{6 * np.pi * np.cos(2 * np.pi * a):.4f},{c:.3f}"
+            for a, w, b, c in zip(t, word, z, torque, strict=True)]  # fmt: skip
+    (tmp_path / "log.csv").write_text("\n".join(["timestamp,mode,position,velocity,q_current", *rows]))
+    fric.ingest(tmp_path / "log.csv", output=tmp_path / "log.h5", assume=True)
+    (log,) = fric.read(tmp_path / "log.h5")
+    assert log.labels == ("stopped", "position")
+    assert [part.name for part in parts_of(log)] == ["log position"]
+
+
 @pytest.mark.long(330)
 @pytest.mark.parametrize("machine", MACHINES)
 def test_modes_are_found_without_a_channel_and_no_others(machine):

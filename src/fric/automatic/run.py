@@ -20,6 +20,7 @@ from fric.documents.machine_files import MachineDocument
 from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
 from fric.estimate import estimate_rows
+from fric.flaws.channel import HOLDING_MAP
 from fric.io.circle import choose_circles
 from fric.io.propose import first_of
 from fric.io.questions import Ask
@@ -67,8 +68,9 @@ class AutoResult(Result, schema=AutoDocument):
     def report(self) -> list[Piece]:
         """Return what was found and is missing of each axis, the verdict, and what failed."""
         pieces: list[Piece] = []
+        held = [str(notice) for notice in self.description if notice.code == HOLDING_MAP.code]
         for name, axis in self.axes.items():
-            pieces += [_found(name, axis)] if axis.there else [f"axis {name}: nothing"]
+            pieces += [_found(name, axis)] if axis.there else [f"axis {name}: {'; '.join(held) or 'nothing'}"]
             lacks = (text for text in axis.missing if f"{name}: {text}" not in self.failed)
             pieces += [f"missing for {text}" for text in lacks]
         pieces += ["", *self.verdict.lines(), *self._doubts()]

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TypeVar
+from zipfile import ZipFile
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.flaws.files import COLUMNS_LEFT_OUT as LEFT_OUT
 from fric.flaws.files import FILE_COPIES, FILE_LEFT_OUT, MAPPING_AMBIGUOUS, MAPPING_BESIDE, MAPPING_BUNDLED
-from fric.input import regular
+from fric.input import foreign, regular
 from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
@@ -44,6 +45,9 @@ from fric.units import Motion
 ARCHIVES = frozenset({".zip", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz"})
 """Endings of archives, which are to be unpacked first."""
 PACKED = "it is an archive, which is not read: unpack it beside it"
+MOST_UNPACKED, MOST_RATIO, SMALL = 1 << 30, 200, 64 << 20
+"""Bytes that a ZIP unpacks to at most, and that a member does: times those that are stored, or however few are."""
+MOST_MEMBERS = 2000  # Files that a ZIP unpacks to at most
 MOTION = "motion"  # Use of records of any kind whose motion determines mass, viscous and Coulomb friction
 PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ".m"})
 """Endings of files beside logs that are not logs themselves, unless they begin with the signature of a format."""
@@ -116,6 +120,8 @@ def find_sources(
     """
     given = list(given)
     found, seen, asking = Sources(), list[Record](), dict[Path, str]()
+    archives = [path for path in _inside(given) if path.suffix.lower() in ARCHIVES]
+    given += _unpacked(given, archives, proposals, asking)
     for path in _files(given):
         kind = _own(path)
         if kind in {"circle/1", "run/1"}:
@@ -144,7 +150,7 @@ def find_sources(
     asking |= {log.path: NO_FORCE for log in found.logs if log.path not in pushed}
     found.logs = [log for log in found.logs if log.pushed]
     if not (found.logs or found.circles or found.traces):
-        asking |= {path: PACKED for path in _inside(given) if path.suffix.lower() in ARCHIVES}
+        asking = dict.fromkeys(archives, PACKED) | asking
     for path, why in ((path, why) for path, why in asking.items() if not _is_paper(path)):
         found.refused.setdefault(why, []).append(path)
     for path in _controllers(given):
@@ -225,6 +231,31 @@ def _holds_numbers(path: Path) -> bool:
 def _is_paper(path: Path) -> bool:
     """Return whether a file is documentation by its name, and not a log."""
     return bool(_PAPER.match(path.name)) and path.suffix.lower() in {".txt", ".md", ".rst", ".log", ".dat"}
+
+
+def _is_log(path: Path) -> bool:
+    """Return whether a file may be a log by its name."""
+    return path.suffix.lower() in endings() and not _is_paper(path)
+
+
+def _unpacked(given: list[Path], archives: list[Path], proposals: Path | None, asking: dict[Path, str]) -> list[Path]:
+    """Unpack the logs of ZIPs, where there are no others, into folders of their names, and return these."""
+    found: list[Path] = []
+    if proposals is None or any(map(_is_log, _files(given))):
+        return found
+    folder = proposals.parent / "unpacked"
+    for path in archives:
+        try:
+            with foreign(path), ZipFile(path) as archive:
+                logs = [member for member in archive.infolist() if _is_log(Path(member.filename))]
+                large = any(member.file_size > max(SMALL, MOST_RATIO * member.compress_size) for member in logs)
+                if large or sum(member.file_size for member in logs) > MOST_UNPACKED or len(logs) > MOST_MEMBERS:
+                    raise FricError("it unpacks to more than is unpacked here: unpack it beside it")
+                archive.extractall(folder / path.stem, logs)
+                found += [folder / path.stem] if logs else []
+        except FricError as error:
+            asking |= {path: error.what} if path.suffix.lower() == ".zip" else {}
+    return found
 
 
 def _files(given: Iterable[Path]) -> Iterator[Path]:

@@ -282,7 +282,7 @@ def identify_axes(
         controller = gains(of_axis) if gains else None
         plan = axis_steps(of_axis, folder, lean=lean, controller=controller, encoder=encoder)
         read = {path for step in plan.steps for path in step.reads}
-        for unused in (log for log in of_axis if log.path not in read):
+        for unused in (log for log in of_axis if log.path not in read and log.kinds != {"holding-map"}):
             found.description.append(FILE_UNUSED.found(str(unused.path), kinds=sorted(unused.kinds), axis=name))
         done = [step.name.partition(": ")[2] for step in plan.steps if session.take(step)]
         failed = [session.failed[step.name] for step in plan.steps if step.name in session.failed]

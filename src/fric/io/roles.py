@@ -17,7 +17,18 @@ import numpy as np
 from fric.arrays import Mask, Real
 from fric.errors import FricError
 from fric.io.readers.base import ForeignTable, Memory
-from fric.io.words import TOLERANCE, Reading, Spoken, motions_in, readings, spoken, tags, time_units, usual_units
+from fric.io.words import (
+    TOLERANCE,
+    Reading,
+    Spoken,
+    motions_in,
+    readings,
+    says_mode,
+    spoken,
+    tags,
+    time_units,
+    usual_units,
+)
 from fric.units import PLAIN, Motion, converts, in_units_of, parse, rotates, si_unit
 from fric.units import factor as si_factor
 
@@ -186,7 +197,19 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     axes = sorted((axis for axis in found if axis), key=_first_column)
     for n, axis in enumerate(axes, 1):
         axis.name = str(n)
+        if (mode := _mode(data, _first_column(axis))) is not None:
+            axis.roles["mode"] = Role("mode", mode, "1", 0.97, 1.0, "by its name")
     return axes
+
+
+def _mode(data: Samples, main: int) -> int | None:
+    """Return the column of the mode of the control of an axis, of few numbers or of words."""
+    found = {n: says_mode(column) for n, column in enumerate(data.columns) if not _apart(data, n, main)}
+    found = {
+        n: sure for n, sure in found.items()
+        if sure and (not data.numeric[n] or 1 < len(np.unique(data.x[:, n])) <= 2 * MODES)
+    }  # fmt: skip
+    return max(found, key=lambda n: found[n], default=None)
 
 
 def _first_column(axis: AxisColumns) -> int:

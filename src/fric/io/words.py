@@ -46,6 +46,9 @@ BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "températu
                  "modus", "flag", "id", "i d", "ud", "u d", "vd", "v d", "stato", "estado", "état", "vibration", "batt",
                  "battery", "hours", "fault")  # fmt: skip
 """What drives log beside a motion."""
+MODE = ("mode(?!l)", "modus", "enabled?", "freigabe", "control ?word", "servo on", "state", "zustand", "stato",
+        "estado", "état", "status")  # fmt: skip
+"""What a control is in, the surest words first."""
 MEASURED = ("actual", "act", "ist", "istwert", "measured", "meas", "feedback", "fb", "fbk", "encoder", "enc", "real",
             "effettiva", "réelle", "reelle", "mesurée", "medida", "misurata", "true", "present")  # fmt: skip
 AT_LOAD = ("load", "link", "output", "scale", "direct", "second", "abtrieb", "last", "glasmaßstab", "messsystem 2")
@@ -211,6 +214,12 @@ def spoken(column: Column) -> Spoken:
     if by_name == "time" and by_unit in {None, "time"}:
         quantity, unit = "time", unit or next((size for word, size in CLOCKS.items() if word in name.split()), None)
     return Spoken(quantity, unit, commanded, measured, motions_in(name), _has(name, AT_LOAD), told)
+
+
+def says_mode(column: Column) -> float:
+    """Return how surely a name is that of a mode of the control; 0 where it is not."""
+    name = _words(column.name)
+    return next((1.0 / (1 + n) for n, word in enumerate(MODE) if _has(name, (word,))), 0.0)
 
 
 def motions_in(name: str) -> Mapping[Motion, float]:

@@ -19,6 +19,7 @@ PLACES = 8  # Least number of places in a pass
 MOST = 20_000  # Largest number of rows of a map
 SAME = 0.1  # Largest difference of places between both passes, as a share of their distance
 COUNTS = 5.0  # Encoder counts between neighbouring places below which all motions reach the same places
+ALIKE = 0.4  # Correlation of ways and times, and of neighbouring speeds, from which on they are of a motion
 UNEVEN = 0.5  # Least range of the intervals of an event-driven clock (10 % to 90 %), over their median
 
 
@@ -48,9 +49,10 @@ def passes_of(position: Real) -> list[slice]:
 
 
 def is_holding_map(log: Log) -> bool:
-    """Return whether a record without an even clock reaches the same places forwards and backwards.
+    """Return whether a record without an even clock reaches places forwards and backwards that were chosen.
 
-    A sampled motion does not, unless its encoder is very coarse.
+    They are the same both ways, which a sampled motion does not reach unless its encoder is very coarse; or they lie as
+    far apart as they like, however long that took, as no motion does.
     """
     z, force = log.position, log.force
     if z is None or force is None or not 2 * PLACES <= len(z) <= MOST:
@@ -72,7 +74,19 @@ def is_holding_map(log: Log) -> bool:
     back = back[(back > there[0] - 0.5 * step) & (back < there[-1] + 0.5 * step)]
     n = np.clip(np.searchsorted(there, back), 1, len(there) - 1)
     off = np.minimum(np.abs(back - there[n - 1]), np.abs(back - there[n]))
-    return len(back) >= PLACES and float(np.quantile(off, 0.9)) < SAME * step
+    same = len(back) >= PLACES and float(np.quantile(off, 0.9)) < SAME * step
+    return same or (not rows and len(back) >= PLACES and _at_will(steps, np.diff(z), passes))
+
+
+def _at_will(steps: Real, moved: Real, passes: list[slice]) -> bool:
+    """Return whether the way to each next place says nothing about its time, nor the speed about the next speed."""
+    inside = (moved != 0.0) & (steps > 0.0)
+    inside[[part.stop - 2 for part in passes]] = False
+    way, time = np.log(np.abs(moved[inside])), np.log(steps[inside])
+    if len(way) < 4 * PLACES or min(way.std(), time.std()) < 0.5 * UNEVEN:
+        return False
+    speed = way - time
+    return bool(np.corrcoef(way, time)[0, 1] < ALIKE and np.corrcoef(speed[1:], speed[:-1])[0, 1] < ALIKE)
 
 
 def holding_map(log: Log) -> HoldingMap | None:

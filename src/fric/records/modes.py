@@ -51,9 +51,14 @@ def modes_of(log: Log) -> list[ModePart]:
 
 
 def parts_of(log: Log) -> list[Log]:
-    """Return the parts of a record, each named by its mode; the whole record if no mode switches."""
+    """Return the parts of a record, each named by its mode, without those in which the drive is off: its force is 0.
+
+    The whole record is returned if no mode switches.
+    """
     found, count = list[Log](), dict[str, int]()
     for part in modes_of(log):
+        if log.force is not None and log.input is None and not log.force[part.start : part.stop].any():
+            continue
         count[part.mode] = n = count.get(part.mode, 0) + 1
         name = f"{log.name} {part.mode}{f' {n}' if n > 1 else ''}"
         found.append(replace(log.slice(part.start, part.stop), name=name))
