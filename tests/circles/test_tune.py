@@ -24,7 +24,6 @@ from fric.circles.tune import cautious, loop_warnings, tune, tune_axis
 from fric.circles.tune_fit import (
     Balance,
     BalanceCoordinates,
-    alike_warnings,
     at,
     fit,
     groups_alike,
@@ -343,8 +342,6 @@ def test_intervals_hold_the_truth_of_blocks_that_slip_alike(drawn, circles):
         for n, (low, high) in enumerate(estimates.gms[key].ci95):
             assert low <= getattr(axis.friction, key)[n] <= high
             assert (high > 2.0 * low) == (n in (1, 2))
-    (told,) = alike_warnings(axis, found, estimates)
-    assert "2, 3 together have alpha = 0.39" in told
 
 
 def test_files_of_a_tuning_are_a_machine_again(drawn, tuned, tmp_path):

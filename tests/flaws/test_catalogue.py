@@ -47,7 +47,6 @@ from fric.verdict import Candidate, Evidence
 Show = Callable[[float], Iterable[Notice | None]]
 """Gives the notices of a record whose flaw is so many times its threshold."""
 RNG = np.random.default_rng(0)
-GAPS = [0.0]
 USUAL = {"friction": 0.5, "speed": 5e-4, "sampling": 3.0}
 
 
@@ -150,7 +149,7 @@ def hysteresis(**more: object) -> list[Notice]:
     """Give the warnings of a GMS fit in which nothing is amiss but what is given."""
     given = {
         "static_given": True, "asked": None, "first": 1.0, "share": 0.0, "assumed": False, "level": 1.0,
-        "mismatch": 0.0, "hollow": 0.0, "cycles": 5, "saturates": True, "plant": True, "gap": 50.0,
+        "mismatch": 0.0, "hollow": 0.0, "cycles": 5, "saturates": True, "plant": True,
         "loaded": False,
     } | more  # fmt: skip
     record = N(name="a", motion=N(step=1e-6), done=N(inertia_share=given["share"]))
@@ -162,7 +161,6 @@ def hysteresis(**more: object) -> list[Notice]:
         saturates=given["saturates"], mismatch=given["mismatch"], mismatch_half=0.0, hollow=(1e-5, given["hollow"]),
         cycles=[0] * given["cycles"], displacement=np.array([0.0, 1e-5]), force=np.array([0.0, 50.0]),
     )  # fmt: skip
-    GAPS[:] = [given["gap"]]
     fit = N(
         motion="linear", static_given=given["static_given"], static=N(F_s=100.0), curve=curve, asked=given["asked"],
         blocks=[N(), N()], reason="the data show two.",
@@ -406,7 +404,6 @@ SHOWN: dict[str, Show] = {
     "no-static-map": lambda s: hysteresis(static_given=not is_so(s)),
     "fewer-blocks": lambda s: hysteresis(asked=4 if is_so(s) else 2),
     "first-block-unresolved": lambda s: hysteresis(first=1.0 / s),
-    "blocks-inseparable": lambda s: hysteresis(gap=gms.INSEPARABLE * 100.0 / s),
     "sine-too-fast": lambda s: hysteresis(share=s * gms.INERTIA),
     "C-assumed": lambda s: hysteresis(assumed=is_so(s)),
     "C-without-plant": lambda s: hysteresis(plant=not is_so(s)),
@@ -464,12 +461,6 @@ SHOWN: dict[str, Show] = {
 }
 
 
-@pytest.fixture(autouse=True)
-def _gap_of_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Blocks as far apart as a test says; how far they are is held by the tests of the virgin curve."""
-    monkeypatch.setattr(gms, "pair_gaps", lambda blocks: GAPS)
-
-
 @pytest.mark.parametrize("code", SHOWN)
 def test_a_flaw_is_found_at_half_more_than_its_threshold_and_not_at_a_third_less(code: str) -> None:
     found = {one.code: one for one in SHOWN[code](1.5) if one is not None}
@@ -494,7 +485,7 @@ WITHOUT = """
     A-holds-viscous controller-by-default observer-assumed
     explains-little prediction-without-interval model-disagrees delay-differs controller-differs feedforward-found
     added-voltage-found learning-diverges learning-gains-nothing learned-for-one-circle learned-from-one-circle
-    nothing-fed-before circle-drifts blocks-alike loop-designed falling-friction tuned-in-part tuning-refused
+    nothing-fed-before circle-drifts loop-designed falling-friction tuned-in-part tuning-refused
     tuning-no-better circle-unused prediction-widened interval-open not-drawn scheme-unstable not-as-predicted
     scheme-saturates no-reversal scheme-failed drive-saturates spread-unused interrupted T_d-below-hold
     inverse-left-out library-warns samples-without-value joined-in-part joined-thinned joined-moved

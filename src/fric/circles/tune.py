@@ -22,7 +22,6 @@ from fric.circles.tune_fit import (
     BalanceCoordinates,
     FittedBalance,
     TunedAxis,
-    alike_warnings,
     at,
     explained,
     fit,
@@ -155,7 +154,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
         return TunedAxis(axis, friction, nominal, before, found, None, full, False, tuple(warnings))
     plant = Plant(A=max(float(a / m), 0.0), B=float(1 / m), T_d=T_d, K_f=nominal.K_f)
     estimates = tuned_estimates(found, plant)
-    warnings += [*alike_warnings(axis, found, estimates), *timing_warnings(axis, found, estimates.plant["T_d"])]
+    warnings += timing_warnings(axis, found, estimates.plant["T_d"])
     improves = found.rms < before.rms
     new = with_belief(axis, friction, plant) if improves else axis
     return TunedAxis(new, friction, plant, before, found, estimates, full, improves, tuple(warnings))

@@ -450,7 +450,6 @@ class TunedEstimates:
     gms: dict[str, Estimate]
     plant: dict[str, Estimate]
     covariance: Covariance  # Covariance of the logarithms of the fitted parameters
-    coordinates: Real  # Covariance of the coordinates that were searched, shape (p, p)
 
     def at(self, friction: FrictionModel) -> TunedEstimates:
         """Return the estimates with another nominal friction, in which differing values are marked as fixed."""
@@ -594,28 +593,6 @@ def merged(found: FittedBalance) -> FittedBalance | None:
     return replace(at(found.balance, x), residual=found.residual)
 
 
-def alike_warnings(axis: Axis, found: FittedBalance, estimates: TunedEstimates) -> Iterator[Notice]:
-    """Yield the warning about blocks that slip together, with their total share and stiffness."""
-    if not (groups := groups_alike(found)):
-        return
-    coordinates, covariance = found.balance.coordinates, estimates.coordinates
-    model = coordinates.friction(found.x)
-    together = []
-    for group in groups:
-        texts = []
-        for name, unit, values in (("alpha", "", model.alpha), ("k", " N/m", model.k)):
-            total, slope = sum(values[n] for n in group), np.zeros(len(coordinates.names))
-            for n in group:
-                slope[coordinates.names.index(f"{name}_{n + 1}")] = values[n] / total
-            if name == "alpha":  # shares of all
-                indices = [coordinates.names.index(f"alpha_{n + 1}") for n in range(len(values))]
-                slope[indices] -= np.array(values)
-            half = HALF_WIDTH * max(float(slope @ covariance @ slope), 0.0) ** 0.5
-            texts.append(f"{name} = {total:.4g} ({total * np.exp(-half):.4g} to {total * np.exp(half):.4g}){unit}")
-        together.append(f"{', '.join(str(n + 1) for n in group)} together have {' and '.join(texts)}")
-    yield circle.BLOCKS_ALIKE.found(f"axis {axis.name}", together="; ".join(together))
-
-
 def tuned_estimates(found: FittedBalance, plant: Plant) -> TunedEstimates:
     """Return the result with intervals due to noise, correlated in any way, and to the encoder.
 
@@ -623,7 +600,6 @@ def tuned_estimates(found: FittedBalance, plant: Plant) -> TunedEstimates:
     a shape that is off by little moves F_c by several half-widths before it shows in the residual.
     """
     left = recorded_again(found)
-    coordinates = _covariance(found, left)[: len(found.x), : len(found.x)]
     found, step = whole(found)
     covariance = _covariance(found, left)
     names = found.balance.coordinates.names
@@ -676,7 +652,7 @@ def tuned_estimates(found: FittedBalance, plant: Plant) -> TunedEstimates:
     of_friction = [n for n, label in enumerate(labels) if label not in ("A", "B", "T_d") and label in fitted]
     spread += np.outer(moved, moved)
     joint = Covariance.of([labels[n] for n in of_friction], spread[np.ix_(of_friction, of_friction)], "log")
-    return TunedEstimates(static, negative, gms, of_plant, joint, coordinates)
+    return TunedEstimates(static, negative, gms, of_plant, joint)
 
 
 def _scaled(estimate: Estimate, shift: float, wider: float) -> Estimate:

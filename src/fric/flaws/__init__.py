@@ -73,11 +73,10 @@ def page() -> str:
     """Return the page of all flaws, as Markdown."""
     head = """# Warnings by their codes
 
-Made from `fric.flaws` by `make docs`; `fric help CODE` shows one entry. A *note* is good to know; with a *doubt* a "
-    "number may be off by more than its interval; with *wrong* it is, until mended. Values are in italics. `load=` is "
-    "an argument,
-and `--load` the option of the command line. Each warning in `warnings_coded` has `code`, `severity`, `text`, and where
-there are any `values`, `where` and `carried` (a file that was read said it first).
+Made from `fric.flaws` by `make docs`; `fric help CODE` shows one entry. A *note* is good to know; with a *doubt* a
+number may be off by more than its interval; with *wrong* it is, until mended. Values are in italics. `load=` is an
+argument, and `--load` the option of the command line. Each warning in `warnings_coded` has `code`, `severity`, `text`,
+and where there are any `values`, `where` and `carried` (a file that was read said it first).
 """
     chapters = (
         "\n".join([f"\n## {(family.__doc__ or '').partition(chr(10))[0]}\n", *(entry(flaw, "###") for flaw in flaws)])

@@ -14,8 +14,6 @@ EXPLAINS_LITTLE = Flaw("explains-little", "doubt", "{model} explains {share:.0%}
 NO_STATIC_MAP = Flaw("no-static-map", "doubt", "No static map was given: F_c = F_s = {F_s} from the plateau.",
     "Give `static=` for the Stribeck effect.")
 FEWER_BLOCKS = Flaw("fewer-blocks", "note", "{why}")
-BLOCKS_INSEPARABLE = Flaw("blocks-inseparable", "note",
-    "Blocks {n} and {m} (slip at {slip} and {next}) could be one: the curve changes by {gap:2}.")
 SINE_TOO_FAST = Flaw("sine-too-fast", "doubt", "Inertia is {share:.0%} of the force: the sine is too fast.",
     "Log it at a frequency lower by {slower:.2g} or more.")
 BEGINS_LOADED = Flaw("begins-loaded", "note",

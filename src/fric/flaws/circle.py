@@ -82,8 +82,6 @@ POSITION_EARLY = Flaw("position-early", "doubt",
 CIRCLE_DRIFTS = Flaw("circle-drifts", "doubt",
     "Friction {change:rises|falls} by {size:.1%} (± {half:.1%}) over the circle at {feed}: its mean is found.",
     "Run the axis warm, and record again.", widens={"level": 0.08})
-BLOCKS_ALIKE = Flaw("blocks-alike", "note",
-    "Circles do not separate blocks that slip at about the same displacement: {together}.")
 LOOP_DESIGNED = Flaw("loop-designed", "note",
     "New gains: K_p {K_p:.4g}, K_i {K_i:.4g}, K_v {K_v:.4g}, velocity filter {filter:.4g} Hz{observer:, observer "
     "{observer:.3g} Hz|}.",

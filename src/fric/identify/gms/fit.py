@@ -130,7 +130,6 @@ class GMSFit:
 
 
 INERTIA = 0.1  # Share of inertia in the force above which a sine is too fast
-INSEPARABLE = 0.01  # Change of the curve, as a share of F_s, below which a block in place of two is as good
 HOLLOW = 0.02  # Share of F_s by which a virgin curve is below a concave curve, beyond its error, that gives a warning
 LEVEL = 0.03  # Deviation of Σ alpha from 1 that gives a warning
 
@@ -148,13 +147,9 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
     if fit.asked not in {None, len(fit.blocks)}:
         yield blocks.FEWER_BLOCKS.found(why=fit.reason)
     step = max(cycle.record.motion.step for cycle in fit.hysteresis)
-    slips = [Estimate(float(slip), metre) for slip in fit.model.slip_displacements]
-    if float(slips[0]) < RESOLVED * step:
-        yield FIRST_BLOCK_UNRESOLVED.found(slip=slips[0], step=Estimate(step, metre))
-    for n, gap in enumerate(pair_gaps(fit.blocks)):
-        if gap < INSEPARABLE * F_s and len(slips) == len(fit.blocks):
-            found = {"n": n + 1, "m": n + 2, "slip": slips[n], "next": slips[n + 1]}
-            yield blocks.BLOCKS_INSEPARABLE.found(**found, gap=Estimate(float(gap), newton))
+    first = float(fit.model.slip_displacements[0])
+    if first < RESOLVED * step:
+        yield FIRST_BLOCK_UNRESOLVED.found(slip=Estimate(first, metre), step=Estimate(step, metre))
     shares = {cycle.record.name: cycle.record.done.inertia_share or 0.0 for cycle in fit.hysteresis}
     fast = {name: share for name, share in shares.items() if share > INERTIA}
     for name, share in fast.items():
@@ -204,14 +199,3 @@ def _saturation(fit: GMSFit, metre: str, newton: str) -> Iterator[Notice]:
     missing = Estimate(max(fit.static.F_s - end, 0.0), newton)
     found = {"extent": Estimate(extent, metre), "force": force, "missing": missing}
     yield blocks.NEVER_SATURATES.found(**found, amplitude=amplitude)
-
-
-def pair_gaps(pairs: Blocks) -> Real:
-    """Return the largest change of the virgin curve when two neighbours are merged [N], shape (N - 1,).
-
-    The merged block has their total stiffness and limit; the greatest change is where it slips.
-    """
-    k, limit = pairs.k, pairs.limit
-    merged = (limit[:-1] + limit[1:]) / (k[:-1] + k[1:])
-    both = np.minimum(k[:-1] * merged, limit[:-1]) + np.minimum(k[1:] * merged, limit[1:])
-    return np.asarray(limit[:-1] + limit[1:] - both)
