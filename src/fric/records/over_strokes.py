@@ -28,7 +28,7 @@ SETTLING = 3.0  # Largest ratio of the rates in whole strokes and in their later
 STUCK = 1e-9  # Least uncertainty of the slope over a stroke, as a share of the force, unless the force is at a bound
 REPEATED = 0.05  # Relative difference of speeds up to which strokes repeat each other
 FEWEST = 4  # Number of speeds above which each is left out
-LIKELY_RATE, SURE_RATE = 0.99, 0.999  # Probabilities above which a rate is likely, and surely, not zero
+LIKELY_RATE, SURE_RATE = 0.99, 0.995  # Probabilities above which a rate is likely, and surely, not zero
 
 
 @dataclass(frozen=True)
