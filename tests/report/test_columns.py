@@ -86,7 +86,7 @@ def test_every_file_is_shown_that_is_asked_for(tmp_path: Path) -> None:
     with ExitStack() as files:
         assert not guessed([tmp_path / "log.csv"], files).found
         page = ColumnsPage(guessed([tmp_path / "log.csv"], files, every=True))
-        page.close()
+        page._server.server_close()
     assert b'"unit":"mm"' in page.content.replace(b"\\u0022", b'"')
 
 

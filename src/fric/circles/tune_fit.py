@@ -450,6 +450,7 @@ class TunedEstimates:
     gms: dict[str, Estimate]
     plant: dict[str, Estimate]
     covariance: Covariance  # Covariance of the logarithms of the fitted parameters
+    coordinates: Real  # Covariance of the coordinates that were searched, shape (p, p)
 
     def at(self, friction: FrictionModel) -> TunedEstimates:
         """Return the estimates with another nominal friction, in which differing values are marked as fixed."""
@@ -501,7 +502,6 @@ LATE = 0.25
 BLOCKS_ALIKE = 0.5
 """Distance of two blocks' slip displacements, in the logarithm, below which they are not separable: the residual has
 several minima there, whose alpha and k differ by up to 20 %."""
-HALF_WIDTH = 2.31  # Half-width of a 95 % interval in standard deviations from a bootstrap of eight draws (Student's t)
 MISFIT = 3.0  # Largest residual of a result over the noise
 AT_BOUND = 0.97  # Share of a bound of the search above which a parameter counts as at it
 SMALL_STEP = 1e-4  # Step of derivatives between parameters and coordinates, in the logarithm
@@ -600,6 +600,7 @@ def tuned_estimates(found: FittedBalance, plant: Plant) -> TunedEstimates:
     a shape that is off by little moves F_c by several half-widths before it shows in the residual.
     """
     left = recorded_again(found)
+    coordinates = _covariance(found, left)[: len(found.x), : len(found.x)]
     found, step = whole(found)
     covariance = _covariance(found, left)
     names = found.balance.coordinates.names
@@ -652,7 +653,7 @@ def tuned_estimates(found: FittedBalance, plant: Plant) -> TunedEstimates:
     of_friction = [n for n, label in enumerate(labels) if label not in ("A", "B", "T_d") and label in fitted]
     spread += np.outer(moved, moved)
     joint = Covariance.of([labels[n] for n in of_friction], spread[np.ix_(of_friction, of_friction)], "log")
-    return TunedEstimates(static, negative, gms, of_plant, joint)
+    return TunedEstimates(static, negative, gms, of_plant, joint, coordinates)
 
 
 def _scaled(estimate: Estimate, shift: float, wider: float) -> Estimate:

@@ -47,13 +47,7 @@ class ColumnsPage(LocalPage):
         self._found = [replace(one, table=tables[one.table.path]) for one in guess.found if not one.joined]
         if not self._found:
             raise FricError("no file has columns to state")
-        self._saved = Guessed(())
         super().__init__(_rendered(self._found).encode(), MOST_REQUEST)
-
-    def serve(self) -> Guessed:
-        """Serve the page until a mapping is saved; return the statement."""
-        self.wait()
-        return self._saved
 
     def answer(self, word: str, asked: Any) -> dict[str, Any]:
         """Return the stated mapping and the resulting records; ``save`` accepts it.
@@ -71,8 +65,7 @@ class ColumnsPage(LocalPage):
         document = read_text(text, MappingDocument)
         found = {"mapping": text, "axes": [_followed(guess, document) for guess in stated]}
         if word == "save":
-            self._saved = Guessed(tuple(stated))
-            self.end()
+            self.end(Guessed(tuple(stated)))
         return found
 
 

@@ -25,15 +25,9 @@ class KnotPage(LocalPage):
     def __init__(self, start: GMSResult, fit: Fit) -> None:
         super().__init__(_rendered(start).encode(), MOST_REQUEST)
         self._fit = fit
-        self.knots: list[float] = start.fit.blocks.displacement.tolist()
-
-    def serve(self) -> list[float]:
-        """Serve the page until knots are saved; return them [m]."""
-        self.wait()
-        return self.knots
 
     def answer(self, word: str, asked: Any) -> dict[str, Any]:
-        """Return the answer to a request: ``try`` fits knots, ``save`` accepts them.
+        """Return the answer to a request: ``try`` fits knots [m], ``save`` accepts them.
 
         Raises FricError: When the knots are not valid, or do not suit the curve.
         """
@@ -44,11 +38,11 @@ class KnotPage(LocalPage):
             and all(isinstance(knot, int | float) and 0 < knot < 1e3 for knot in knots)
         ):
             raise FricError(f"that is no list of 1 to {MOST_KNOTS} displacements")
+        ordered = sorted(float(knot) for knot in knots)
         with self.lock:
-            found = _found(self._fit(sorted(float(knot) for knot in knots)))
+            found = _found(self._fit(ordered))
         if word == "save":
-            self.knots = sorted(float(knot) for knot in knots)
-            self.end()
+            self.end(ordered)
         return found
 
 

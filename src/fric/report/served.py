@@ -26,7 +26,7 @@ class LocalPage(ABC):
 
     def __init__(self, content: bytes, most: int) -> None:
         self.content, self.most = content, most
-        self.lock, self._done = Lock(), Event()
+        self.lock, self._done, self._saved = Lock(), Event(), None
         self.token = token_urlsafe(24)
         self._server = ThreadingHTTPServer((HOST, 0), partial(_Handler, self))
         self._server.daemon_threads = True
@@ -45,22 +45,20 @@ class LocalPage(ABC):
         """Address of the page, for this computer only."""
         return f"http://{HOST}:{self.port}/{self.token}/"
 
-    def end(self) -> None:
-        """Stop serving after pending requests are answered."""
+    def end(self, saved: Any) -> None:
+        """Accept a result, and stop serving after pending requests are answered."""
+        self._saved = saved
         self._done.set()
 
-    def wait(self) -> None:
-        """Serve the page until a result is saved."""
+    def serve(self) -> Any:
+        """Serve the page until a result is saved; return it."""
         try:
             self._server.timeout = 0.2
             while not self._done.is_set():
                 self._server.handle_request()
         finally:
-            self.close()
-
-    def close(self) -> None:
-        """Release the port."""
-        self._server.server_close()
+            self._server.server_close()
+        return self._saved
 
 
 class _Handler(BaseHTTPRequestHandler):
