@@ -15,6 +15,8 @@ from benchmarks.reality.results import Results
 from benchmarks.reality.session import SPEEDS, Sessions, flaws
 from benchmarks.reality.truth import plant_truth, static_truth, steady_force, virgin_truth
 from fric.notice import Notice
+from fric.records.over_strokes import over_time
+from fric.records.segments import steady_segments
 
 PAGE = Path("docs/reality.md").read_text(encoding="utf-8")
 
@@ -111,6 +113,20 @@ def test_a_session_on_each_machine_ends_in_numbers_or_words(flaw: str) -> None:
     for step in outcome.steps.values():
         assert not step.crash
         assert step.numbers or step.failure
+
+
+@pytest.mark.long(40)
+@pytest.mark.parametrize("seed", [0, 2])
+def test_a_machine_that_drifts_is_surely_said_to_drift(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """F_s is 2 sd off there; of 20 sessions 8 had the drift as likely alone, which no verdict counts."""
+    for name in ("presliding_sine", "sliding_sine_around", "frequency_response"):
+        monkeypatch.setattr(f"benchmarks.reality.session.{name}", SimpleNamespace(planned=lambda *_, **__: ()))
+    strokes = [(log, part) for log in Sessions("drift").session(seed).logs["constant-velocity"]
+               for part in steady_segments(log)]  # fmt: skip
+    found = over_time(strokes)
+    assert found is not None
+    assert found.sure
+    assert found.change == pytest.approx(-0.11, abs=0.02)
 
 
 def test_the_circle_is_that_of_what_was_identified_and_of_the_machine(base) -> None:
