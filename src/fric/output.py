@@ -13,7 +13,6 @@ from fric.errors import FricError
 REPLACE = "Name another file, or replace it with `force=True`."
 WAIT = 30.0  # How long a file that another process adds to is waited for [s]
 
-
 FORMATS = {
     "YAML": (".yaml", ".yml"),
     "HDF5": (".h5", ".hdf5"),

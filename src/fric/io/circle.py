@@ -75,11 +75,8 @@ def read_path(path: Path, feed: float) -> PointPath | RecordedPath:
 
 
 def _of_circle(path: Path) -> RecordedPath:
-    with open_file(path) as file:
-        is_run = str(file.attrs.get("fric", "")).startswith("run/")
-    traces: list[Trace | AxisTrace | None] = [
-        *(read_runs(path)[0].traces if is_run else read_circles(path)[0].axes).values(), None, None
-    ]  # fmt: skip
+    recorded = (read_runs(path)[0].traces if _is_run(path) else read_circles(path)[0].axes).values()
+    traces: list[Trace | AxisTrace | None] = [*recorded, None, None]
     first, second = traces[:2]
     if first is None or second is None or first.reference is None or second.reference is None:
         raise FricError("holds no reference of two axes", hint="Record where the axes were asked to be.")
@@ -143,7 +140,7 @@ def _write(group: h5py.Group, test: MeasuredCircle) -> None:
 def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
     """Read the circle tests of a file of `fric ingest --kind circle`, or the circles of a run file, one a scheme.
 
-    scheme: Name of the scheme of a run file; all where not given.
+    scheme: Name of the scheme of a run file; all where not given. Of a circle file it says nothing.
     Raises FricError: When it is neither, is cut short, or has no such scheme.
     """
     path = Path(path)
@@ -160,15 +157,12 @@ def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
             f"holds {found}, not {FORMAT} or {RUN}", where=str(path),
             hint="Read the trace with `fric ingest --kind circle`, or give a file of `fric simulate circle -o`.",
         )  # fmt: skip
-    runs = [run for run in read_runs(path) if isinstance(run, CircleRun)]
-    names = ", ".join(run.scheme.name for run in runs)
-    if not runs:
+    if not (runs := [run for run in read_runs(path) if isinstance(run, CircleRun)]):
         raise FricError("holds no circle", where=str(path), hint="Give a file of `fric simulate circle -o`.")
-    if scheme is not None:
-        runs = [run for run in runs if run.scheme.name == scheme]
-        if not runs:
-            raise FricError(f"holds no scheme '{scheme}'", where=str(path), hint=f"Its schemes are {names}.")
-    return [measured_from_run(run, str(path)) for run in runs]
+    if not (chosen := [run for run in runs if scheme in (None, run.scheme.name)]):
+        names = ", ".join(run.scheme.name for run in runs)
+        raise FricError(f"holds no scheme '{scheme}'", where=str(path), hint=f"Its schemes are {names}.")
+    return [measured_from_run(run, str(path)) for run in chosen]
 
 
 def _read(group: h5py.Group, source: str) -> MeasuredCircle:
@@ -195,13 +189,10 @@ def choose_circles(paths: Iterable[Path], scheme: str | None = None) -> list[Mea
     """
     found: list[MeasuredCircle] = []
     for path in map(Path, paths):
-        tests = read_circles(path, scheme if _is_run(path) else None)
-        schemes = [test.scheme for test in tests]
-        if _is_run(path) and len(tests) > 1:
-            raise FricError(
-                f"holds {len(tests)} schemes", where=str(path),
-                hint=f"Say which with `scheme=`: {' or '.join(schemes)}.",
-            )  # fmt: skip
+        tests = read_circles(path, scheme)
+        if len(tests) > 1 and _is_run(path):
+            hint = f"Say which with `scheme=`: {' or '.join(test.scheme for test in tests)}."
+            raise FricError(f"holds {len(tests)} schemes", where=str(path), hint=hint)
         found += tests
     return found
 

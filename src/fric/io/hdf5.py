@@ -41,11 +41,6 @@ WORTH = 0.25  # Share of the size above which data are stored without compressio
 _AS_IT_IS = 0b11  # Filter mask of a chunk that neither filter was applied to
 
 
-def compressor() -> ThreadPoolExecutor:
-    """Return the thread that packs and writes chunks; zlib and the file let go of the interpreter meanwhile."""
-    return ThreadPoolExecutor(1, thread_name_prefix="compress")
-
-
 class GrowingColumn:
     """One dataset that values are appended to.
 
@@ -54,7 +49,7 @@ class GrowingColumn:
 
     group, name: Where the dataset is made, once the first chunk is full; a shorter log gets a shorter chunk.
     unit: Its attribute ``unit``.
-    thread: See `compressor`.
+    thread: Packs and writes chunks; zlib and the file let go of the interpreter meanwhile.
     """
 
     def __init__(self, group: h5py.Group, name: str, unit: str, thread: ThreadPoolExecutor) -> None:
@@ -238,7 +233,8 @@ def log_writer(
         adding = append and path.exists()
         if adding:
             header_of(path)
-        with staged_hdf5(path, force=force, add=adding) as (file, check), compressor() as threads:
+        threads = ThreadPoolExecutor(1, thread_name_prefix="compress")
+        with staged_hdf5(path, force=force, add=adding) as (file, check), threads:
             yield LogWriter(file, axis, motion, threads, check)
 
 

@@ -100,7 +100,7 @@ def _write_monte_carlo(group: h5py.Group, many: MonteCarlo) -> None:
 
 def _write_circle(group: h5py.Group, run: CircleRun) -> None:
     found = run.circularity
-    group.attrs.update(_described(run.circle))
+    group.attrs.update(vars(run.circle))
     group.attrs.update({"quadrants": found.quadrants, "radial_rms": found.rms, "radial_range": found.range})
     write_column(group, "angle", found.angle, "rad")
     write_column(group, "error", found.error, "m")
@@ -169,13 +169,8 @@ def read_drawn(path: Path) -> dict[str, DrawnGlitches]:
         }
 
 
-def _described(thing: Circle) -> dict[str, Any]:
-    values = {field.name: getattr(thing, field.name) for field in fields(thing)}
-    return {key: value for key, value in values.items() if value is not None}
-
-
 def _read(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
-    attributes = {key: _plain(value) for key, value in group.attrs.items()}
+    attributes = {key: value.item() if isinstance(value, np.generic) else value for key, value in group.attrs.items()}
     scheme = Scheme.of({key[7:]: value for key, value in attributes.items() if key.startswith("scheme_")})
     where = f"{group.file.filename}, scheme '{scheme.name}'"
     traces = {
@@ -207,7 +202,3 @@ def _read(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
     keep(found, {"angle": "angle", "error": "position"}, where)
     require_plausible("glitch", np.array(found.quadrants), "position", where)
     return CircleRun(scheme, circle, traces, found, warnings, at_places)
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value

@@ -53,7 +53,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     try:
         with warned(path, notices):
             for sheet in book.worksheets:
-                sheet._get_source = partial(_rows, sheet._get_source, path)
+                sheet._get_source = partial(_Rows, sheet._get_source, path)
             sheets = [sheet for sheet in book.worksheets if len(list(islice(sheet.iter_rows(), 2))) == 2]
         if not sheets:
             raise FricError("holds no sheet with rows", where=str(path), hint="Export it again.")
@@ -84,15 +84,11 @@ def _without_sizes() -> Iterator[None]:
         kind._get_size = asks
 
 
-def _rows(opened: Callable[[], IO[bytes]], path: Path) -> "_Rows":
-    return _Rows(opened(), path)
-
-
 class _Rows:
     """A sheet as the library reads it, which ends where a row is longer than any: a row is held as a whole."""
 
-    def __init__(self, source: IO[bytes], path: Path) -> None:
-        self._source, self._path, self._since = source, path, 0
+    def __init__(self, opened: Callable[[], IO[bytes]], path: Path) -> None:
+        self._source, self._path, self._since = opened(), path, 0
 
     def read(self, size: int = -1) -> bytes:
         """Return the next bytes."""
