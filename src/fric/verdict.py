@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from shlex import quote
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -262,7 +264,8 @@ def evidence_of(
     compared, more: Further fields of `Evidence`.
     """
     distrust = prediction.distrust if prediction else ()
-    seen = {Path(where.partition(", test ")[0]).name for where in (prediction.measured if prediction else ())}
+    files = [where.partition(", test ")[0] for where in (prediction.measured if prediction else ())]
+    seen = {Path(file).name: file for file in files}
     compared = compared or bool(seen)
     against = [notice for notice in distrust if flaw_of(notice).disagrees]
     beside = {NO_MEASURED_CIRCLE.code} if compared else set()
@@ -277,7 +280,7 @@ def evidence_of(
         notices = [notice for notice in notices if not flaw_of(notice).circle_settles]
     file = str(made.get("origin", {}).get("path", ""))
     names = {"machine": machine_name(file) if file else "MACHINE.yaml", "command": str(made.get("command", ""))}
-    names |= {"circle": min(seen)} if seen else {}
+    names |= {"circle": min(seen.values())} if seen else {}
     return Evidence(
         candidates=candidates,
         axes=tuple(map(str, made.get("axes", ()))),
@@ -492,7 +495,7 @@ def nothing(evidence: Evidence) -> str:
 
 def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = None) -> Iterator[str]:
     """Yield the next commands, the most urgent first."""
-    machine, circle = evidence.machine, evidence.circle
+    machine, circle = quote(evidence.machine), quote(evidence.circle)
     if evidence.rotary:
         return
     if evidence.designed:
@@ -521,7 +524,7 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
         yield f"fric tune {machine} {circle} -o tuned"
     elif chosen is not None and not chosen.scheme.bare:
         axis = evidence.axes[0] if evidence.axes else "x"
-        _, _, end = evidence.command.partition(" -o ")  # the run that the verdict is from
-        run = end.split()[0] if end else "run.h5"
+        place = re.search(r" -o ('[^']*'|\S+)", evidence.command)  # of the run that the verdict is from
+        run = place[1] + "/circle.h5" * evidence.command.startswith("fric auto ") if place else "run.h5"
         given = f"--run {run} --circle {circle}"
         yield f"fric export linuxcnc {machine} --axis {axis} --scheme {chosen.scheme.name} {given} -o controller"

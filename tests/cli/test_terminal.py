@@ -14,11 +14,13 @@ import termios
 import traceback
 from collections.abc import Sequence
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 import pyte
 import pytest
+from rich.console import Console
 
 import fric
 from fric.cli import console
@@ -133,6 +135,27 @@ def test_auto_says_each_step_in_a_line_above_its_bar(auto: tuple[int, list[str],
     assert re.search(r"F_c \S+ N, F_s \S+ N.* s$", step), step
     assert any(line.startswith("F_c ") for line in lines)
     assert len(lines) < 60
+
+
+def test_a_sentence_breaks_between_words_and_a_command_stays_whole() -> None:
+    """At 80 columns the decision ended in "n" and went on with "ow 40 µm", and a number parted from its unit."""
+    stream = console.Stream(stderr=True)
+    shown = vars(stream)["console"] = Console(file=StringIO(), force_terminal=True, width=30, soft_wrap=True)
+    stream.say("It leaves 1.7 µm on X, at most 1.9 µm; now 40 µm.", "warning:")
+    stream.say("next: fric export linuxcnc found/machine.yaml")
+    stream.say("   Ms ≤ 6 dB")
+    text = re.sub(r"\x1b\[[0-9;]*m", "", shown.file.getvalue())
+    assert text.splitlines() == [
+        "warning: It leaves 1.7 µm on", "X, at most 1.9 µm;", "now 40 µm.",
+        "next: fric export linuxcnc found/machine.yaml", "   Ms ≤ 6 dB",
+    ]  # fmt: skip
+
+
+def test_the_steps_of_auto_fit_80_columns() -> None:
+    shown = (ROOT / "README.md").read_text(encoding="utf-8")
+    steps = re.findall(r"^(?:[a-z]: |circle(?::|  )).*", shown, re.MULTILINE)
+    assert len(steps) == 7
+    assert max(map(len, steps)) <= 72, steps  # and the time behind them
 
 
 def log_without_units(folder: Path) -> Path:

@@ -46,7 +46,7 @@ def test_another_shape_is_found_and_can_be_forced_away(delta: float) -> None:
     fit = identify_static(logs)
     low, high = fit.static.estimates["delta"].ci95
     assert low < delta < high
-    assert fit.method.startswith("eq. (2) with delta free (errors at strokes held out: ")
+    assert fit.method.startswith("eq. (2) with delta free (rms error at strokes left out of the fit: ")
     assert identify_static(logs, delta=1.0).static.estimates["delta"].fixed
     assert not identify_static(rig(3), delta="free").static.estimates["delta"].fixed
 
@@ -124,7 +124,7 @@ def test_directions_that_differ_get_a_map_each_and_can_be_forced_together() -> N
 def test_what_comes_again_at_the_same_places_is_taken_off(flaw: dict[str, float]) -> None:
     logs = session(1, **flaw)
     fit, raw = identify_static(logs), identify_static(logs, over_position="off")
-    assert "what comes again at the same places taken off" in fit.method
+    assert "force over position removed" in fit.method
     assert any(p.over_position for p in fit.points)
     assert fit.static.rmse < 0.35 * raw.static.rmse
     low, high = fit.static.estimates["F_c"].ci95

@@ -16,7 +16,7 @@ DATA = Path(__file__).parents[2] / "data"
 
 def test_halves_of_the_bundled_strokes_agree_and_the_command_says_so() -> None:
     result = fric.compare(fric.read(DATA / "constant-velocity.h5"), halves=True)
-    assert {one.by for one in result.halves.found} >= {"turns", "record", "direction"}
+    assert {one.by for one in result.halves.found} >= {"alternation", "record", "direction"}
     assert result.halves.within > 0.8
     assert "half-widths apart" in repr(result)
     assert result.document["fric"] == "halves/1"
@@ -38,7 +38,7 @@ def test_a_mass_that_changed_stands_out() -> None:
     late = replace(log, force=log.force + 12.0 * acceleration * (t > 2.0))
     apart = {one.parameter: one.half_widths for one in halves([late]).found if one.by == "time"}
     assert apart["M"] > 3.0
-    assert "farthest apart: M by " in halves([late]).conclusion
+    assert "the largest difference, of M halved by " in halves([late]).conclusion
 
 
 def test_what_has_no_halves_is_said() -> None:

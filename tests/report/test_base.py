@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from fric.report.page import embedded, environment, micrometres
+from fric.report.page import embedded, environment, micrometres, minus
 
 
 def test_a_page_that_extends_the_base_loads_nothing() -> None:
@@ -20,4 +20,7 @@ def test_a_page_that_extends_the_base_loads_nothing() -> None:
 def test_numbers_of_a_page_carry_a_true_minus_and_one_decimal() -> None:
     assert micrometres(-9.13e-6) == "−9.1"
     assert micrometres(21.94e-6, sign=True) == "+21.9"
+    assert minus("-46 … -3") == "−46 … −3"
+    assert minus("-x") == "−x"
+    assert minus("low-pass, 3-2") == "low-pass, 3-2"
     assert embedded(b"<svg/>") == "data:image/svg+xml;base64,PHN2Zy8+"

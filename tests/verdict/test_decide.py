@@ -94,6 +94,22 @@ def test_with_a_tolerance_the_first_that_keeps_it_else_the_best_that_fails():
     assert tight.headline.startswith("No scheme surely stays within 1 µm. Use (f)")
 
 
+@pytest.mark.parametrize(
+    ("command", "run"),
+    [
+        ("fric auto data -o found", "found/circle.h5"),
+        ("fric auto data -o 'next to it'", "'next to it'/circle.h5"),
+        ("fric simulate circle m.yaml -o r.h5 --plot r.png", "r.h5"),
+        ("", "run.h5"),
+    ],
+)
+def test_the_command_to_export_can_be_pasted(command: str, run: str):
+    """It said `--run found`, a folder, in the log of `auto`, and broke paths at their spaces."""
+    given = evidence(leaves("a", 20, 20 * LEVEL), leaves("c", 1, LEVEL), machine="my m.yaml", command=command)
+    (following,) = decide(given).next
+    assert f"fric export linuxcnc 'my m.yaml' --axis x --scheme c --run {run} --circle CIRCLE.h5" in following
+
+
 def test_no_scheme_is_recommended_against_a_measured_circle():
     given = evidence(leaves("a", 20, 20 * LEVEL), leaves("f", 1, LEVEL), disagreements=[apart("c.h5")])
     found = decide(replace(given, machine="m.yaml", circle="c.h5"))

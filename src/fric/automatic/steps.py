@@ -231,12 +231,12 @@ class Session:
         self.last = found = results[0] if results else None
         brief, whole = (found.brief(), repr(found)) if found is not None else ("" if made else "up to date", "")
         timed = made and "SOURCE_DATE_EPOCH" not in environ  # which asks for the same text again
-        self._tell(step, text, f"{brief:<66} {monotonic() - begun:5.1f} s" if timed else brief, whole)
+        self._tell(step, text, brief, whole, f"{monotonic() - begun:5.1f} s" if timed else "")
         return True
 
-    def _tell(self, step: Step, command: str, brief: str, whole: str) -> None:
+    def _tell(self, step: Step, command: str, brief: str, whole: str, lasted: str = "") -> None:
         self.log += [f"$ {command}", whole or brief, ""]
-        self.say(f"{step.name:<18} {brief}".rstrip())
+        self.say(f"{f'{step.name:<18} {brief}':<72}{lasted}".rstrip())  # 80 columns with the time
         self.done()
 
     def write(self, tree: dict[str, Any], path: Path) -> None:

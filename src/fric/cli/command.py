@@ -16,8 +16,14 @@ from fric.cli import completion
 from fric.cli.console import finish
 from fric.cli.help import HelpfulCommand, listed
 from fric.errors import FLAGS, FricError, as_options, near
-from fric.results.kinds import METAVARS
 from fric.verb import Argument, VerbForm, kinds_of
+
+METAVARS = {
+    "time": "TIME", "frequency": "FREQUENCY", "position": "LENGTH", "velocity": "SPEED", "force": "FORCE",
+    "angle": "ANGLE", "gain": "GAIN", "mass": "MASS", "input": "VOLTAGE", "acceleration": "ACCELERATION",
+    "force per input": "K_F", "rate": "GAIN", "velocity gain": "GAIN", "position gain": "GAIN",
+}  # fmt: skip
+"""Placeholder of a quantity in a help text, by its dimension."""
 
 
 def option(help: str, *names: str, **settings: Any) -> Any:

@@ -13,6 +13,7 @@ from functools import cached_property
 from io import TextIOWrapper
 from itertools import count
 from pathlib import Path
+from textwrap import fill
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -48,6 +49,16 @@ class Stream:
     def print(self, *things: Any, markup: bool = True, end: str = "\n") -> None:
         """Print as Rich does, with its markup or without."""
         self.console.print(*(clean(item) if isinstance(item, str) else item for item in things), markup=markup, end=end)
+
+    def say(self, text: str, lead: str = "", style: str = "bold yellow") -> None:
+        """Print a sentence behind a word; a terminal's lines break between words, but a command stays whole."""
+        if lead:
+            self.print(f"[{style}]{lead}[/]", end=" ")
+        if self.console.is_terminal and "fric " not in text:
+            room = self.console.width - len(lead) - bool(lead)
+            bound = re.sub(r"(?<=\d) (?=[^\W\d]|%)", "\xa0", text)  # a number and its unit
+            text = fill(bound, room, break_long_words=False, break_on_hyphens=False).replace("\xa0", " ")
+        self.print(text, markup=False)
 
 
 SPELLED = str.maketrans({"≤": "<=", "≥": ">=", "−": "-", "Δ": "Delta", "⁻": "-", "¹": "1", "σ": "sigma", "α": "alpha"})
@@ -126,7 +137,10 @@ def finish(
         print_json(warned(result.warnings) | result.document)
     else:
         for piece in result.report():
-            OUT.print(printable(worded(piece), 10 * MOST_CHARACTERS) if isinstance(piece, str) else piece, markup=False)
+            if isinstance(piece, str):
+                OUT.say(printable(worded(piece), 10 * MOST_CHARACTERS))
+            else:
+                OUT.print(piece)
         if written:
             OUT.print(f"wrote {' and '.join(map(str, written))}", markup=False)
     from fric.results.text import told_alone
@@ -152,8 +166,7 @@ def print_json(document: Mapping[str, Any]) -> None:
 def print_warnings(warnings: Iterable[str]) -> None:
     """Print each warning on standard error."""
     for warning in warnings:
-        ERR.print("[bold yellow]warning:[/]", end=" ")
-        ERR.print(printable(warning, MOST_CHARACTERS), markup=False)
+        ERR.say(printable(warning, MOST_CHARACTERS), "warning:")
 
 
 @contextmanager
@@ -197,7 +210,15 @@ def ask(question: Any) -> None:
     Raises FricError: When the input ends.
     """
     with paused():
-        _put(question)
+        lines, line = question.lines(drawn=ERR.console.encoding.lower().startswith("utf")), ""
+        ERR.print("\n".join(printable(text, MOST_CHARACTERS) for text in lines), markup=False)
+        while not (line and question.take(line)):
+            numbers = f"1 to {len(question.choices)}, " if len(question.choices) > 1 else ""
+            ERR.print("That is no answer. " * bool(line) + f"{numbers}or Enter for 1: ", end="")
+            line = sys.stdin.readline()
+            if not line:
+                ERR.print("")
+                raise FricError("a question was not answered", hint="Give --assume for the likeliest meaning or --map.")
 
 
 @contextmanager
@@ -210,37 +231,14 @@ def paused() -> Iterator[None]:
         bar.start()
 
 
-def _put(question: Any) -> None:
-    lines = question.lines(drawn=ERR.console.encoding.lower().startswith("utf"))
-    ERR.print("\n".join(printable(line, MOST_CHARACTERS) for line in lines), markup=False)
-    line = ""
-    while not (line and question.take(line)):
-        numbers = f"1 to {len(question.choices)}, " if len(question.choices) > 1 else ""
-        ERR.print("That is no answer. " * bool(line) + f"{numbers}or Enter for 1: ", end="")
-        line = sys.stdin.readline()
-        if not line:
-            ERR.print("")
-            raise FricError("a question was not answered", hint="Give --assume for the likeliest meaning, or --map.")
-
-
 class Interruption:
     """Whether Ctrl-C was pressed, or SIGTERM received."""
 
-    def __init__(self) -> None:
-        self._caught: list[int] = []
+    status = 0  # 128 and the number of the signal, as a shell gives it
 
     def __call__(self) -> bool:
         """Say whether it did."""
-        return bool(self._caught)
-
-    @property
-    def status(self) -> int:
-        """128 and the number of the signal, as a shell gives it."""
-        return 128 + self._caught[0]
-
-    def catch(self, number: int, frame: FrameType | None) -> None:
-        """Take a signal."""
-        self._caught.append(number)
+        return self.status > 0
 
 
 @contextmanager
@@ -253,7 +251,7 @@ def interruption() -> Iterator[Interruption]:
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
 
     def catch(number: int, frame: FrameType | None) -> None:
-        interrupted.catch(number, frame)
+        interrupted.status = 128 + number
         for own, handler in before.items():
             signal.signal(own, handler)
 

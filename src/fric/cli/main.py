@@ -107,8 +107,13 @@ _FULL = (errno.ENOSPC, errno.EPIPE, errno.EIO, errno.EDQUOT)
 
 def _fail(error: str, status: int) -> None:
     try:
-        ERR.print("[bold red]error:[/]", end=" ")
-        ERR.print(error, markup=False)
+        what, _, more = error.partition("\n")
+        hint, _, form = more.partition("\n")
+        ERR.say(what, "error:", "bold red")
+        if more:
+            ERR.say(hint)
+        if form:
+            ERR.print(form, markup=False)
     except OSError:  # standard error is full, too: the status is left
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     sys.exit(status)

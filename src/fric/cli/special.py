@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
-from functools import partial
 from typing import Annotated, Any
 
 import typer
@@ -67,9 +66,7 @@ OF_CIRCLES = ("radius", "feed", "sampling", "instrument", "scheme", "clockwise")
 
 def auto(command: Command, given: dict[str, Any]) -> None:
     """Run all steps, with a line for each above a progress bar."""
-    command.end(
-        command.call(given | {"say": partial(ERR.print, markup=False), "ask": _asks(given)}), given, doing="auto"
-    )
+    command.end(command.call(given | {"say": ERR.say, "ask": _asks(given)}), given, doing="auto")
 
 
 def ingest(command: Command, given: dict[str, Any]) -> None:

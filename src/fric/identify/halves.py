@@ -52,11 +52,10 @@ class Halves:
     def conclusion(self) -> str:
         """A sentence on how many halves agree, and which differ most."""
         count = len(self.found)
-        text = f"{round(self.within * count)} of {count} differ by less than the half-width of their difference"
+        text = f"{round(self.within * count)} of {count} values agree within their intervals, 95 % are expected to"
         far = max(self.found, key=lambda halved: halved.half_widths)
-        parts = f"; farthest apart: {far.parameter} by {far.by}, {far.half_widths:.1f} half-widths"
-        apart = parts if far.half_widths > 1.0 else ""
-        return f"{text}{apart}; 95 % do where intervals hold"
+        apart = f"; the largest difference, of {far.parameter} halved by {far.by}, is {far.half_widths:.1f} times that"
+        return text + apart * (far.half_widths > 1.0)
 
 
 def halves(logs: Sequence[Log], plant: Plant | None = None) -> Halves:
@@ -129,7 +128,7 @@ def _of_strokes(logs: Sequence[Log], plant: Plant | None) -> Iterator[tuple[str,
     speed = np.argsort(np.argsort(velocity))
     forward = velocity > 0
     yield "time", fit(2 * number < len(points)), fit(2 * number >= len(points))
-    yield "turns", fit(speed // 2 % 2 == 0), fit(speed // 2 % 2 == 1)
+    yield "alternation", fit(speed // 2 % 2 == 0), fit(speed // 2 % 2 == 1)
     if len(names) > 1:
         yield "record", fit(of_record % 2 == 0), fit(of_record % 2 == 1)
     if forward.any() and not forward.all():

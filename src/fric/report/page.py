@@ -1,5 +1,6 @@
 """Rendering of pages: the templates of this folder, and filters that format numbers for people."""
 
+import re
 from base64 import b64encode
 from collections.abc import Mapping
 from functools import cache
@@ -41,6 +42,7 @@ def environment() -> Environment:
         "embedded": embedded,
         "percent": percent,
         "limit": limit,
+        "minus": minus,
     }
     made.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
     made.globals["version"] = fric.__version__
@@ -55,19 +57,23 @@ def _shown(value: Any) -> Any:
 
 def micrometres(length: float, *, sign: bool = False) -> str:
     """Return a length [m] in µm with one decimal: ``micrometres(-9.13e-6) == "−9.1"``."""
-    text = f"{length * 1e6:{'+' if sign else ''}.1f}"
-    return text.replace("-", "−")
+    return minus(f"{length * 1e6:{'+' if sign else ''}.1f}")
 
 
 def percent(share: float) -> str:
     """Return a relative difference in per cent with its sign: ``percent(-0.021) == "−2.1 %"``."""
     text = f"{100 * share:+.1f} %"
-    return "0.0 %" if text in {"+0.0 %", "-0.0 %"} else text.replace("-", "−")
+    return "0.0 %" if text in {"+0.0 %", "-0.0 %"} else minus(text)
 
 
 def limit(value: float, unit: str) -> str:
     """Return a limit of an interval for people; an infinite limit is open."""
-    return readable(value, unit).replace("-", "−") if isfinite(value) else "open"
+    return minus(readable(value, unit)) if isfinite(value) else "open"
+
+
+def minus(text: str) -> str:
+    """Return a text with minus signs for the hyphens before numbers and quadrants."""
+    return re.sub(r"(?<!\S)-(?=[\dxy])", "−", text)
 
 
 def embedded(picture: bytes, media: str = "image/svg+xml") -> str:

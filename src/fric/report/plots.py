@@ -70,7 +70,7 @@ def agreement(logs: Sequence[Log], plant: Plant | None = None) -> str:
     if not logs:
         return ""
     try:
-        return f"Halves of the {logs[0].kind or 'motion'} logs, identified apart: {halves(logs, plant).conclusion}."
+        return f"Each half of the {logs[0].kind or 'motion'} logs by itself: {halves(logs, plant).conclusion}."
     except FricError as error:
         return f"{error.what[:1].upper()}{error.what[1:]}."
 

@@ -95,8 +95,8 @@ def measured_view(measured: Measured, key: str, tolerance: float | None) -> dict
     test, held = result.found.test, result.held
     alt = "The radial deviation as a polar plot, and over time at each reversal"
     alt += f"{', measured and predicted' if held else ''}; the tables have the numbers."
-    caption = "Left the deviation of the radius around its centre, right the glitch over the time after each reversal"
-    caption += f"{': measured whole, predicted dashed' if held else ''}."
+    caption = "Left: deviation of the radius. Right: the glitch over the time after each reversal."
+    caption += " Solid: measured; dashed: predicted." if held else ""
     title = f"ircle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
     said = f"{measured.source}, c{title}: measured glitch {readable(measured.glitch, 'm', 2)}"
     if tolerance is not None:
@@ -197,15 +197,8 @@ def overcompensation(test: ContourTest) -> list[str]:
         spikes = " and ".join(f"{contour.named} ({readable(abs(peak(contour)), 'm')})" for contour in static)
         text = (
             f"{spikes} overcompensate{'s' if len(static) == 1 else ''}: the spike points the other way. A static map "
-            "switches at the reversal at once, and true friction builds up over the pre-sliding."
+            "switches at the reversal at once; true friction builds up over the pre-sliding, as a GMS model does."
         )
-        follows = [
-            contour
-            for contour in contours
-            if contour.scheme.friction not in {None, "static"} and not contour.scheme.observer
-        ]
-        if follows and follows[0].glitch < static[0].glitch:
-            text += f" {follows[0].named}, which follows that, leaves {readable(follows[0].glitch, 'm')}."
         said.insert(0, text)
     return said
 

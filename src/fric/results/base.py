@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 else:  # no result needs them before it is drawn, or made a table
     Figure = DataFrame = Any
 
-BRIEF = 4  # Most values that a line names
+BRIEF = 53  # Columns of a line that names values
 
 
 class Result(ABC):
@@ -160,7 +160,9 @@ class Identified(Result):
             f"{name} {readable(entry['value'], entry['unit'])}" for name, entry in named
             if isinstance(entry.get("value"), int | float) and not entry.get("fixed")
         ]  # fmt: skip
-        return ", ".join(values[:BRIEF])
+        while len(text := ", ".join(values)) > BRIEF:
+            values.pop()
+        return text
 
     def conf_int(self) -> DataFrame:
         """Return the 95 % interval of each parameter that has an interval, in SI; infinite where the data set no

@@ -284,15 +284,15 @@ class ObserverResult(Design, schema=ObserverDocument, of="content"):
             for name, found in tree["limits"].items()
         ]
         return [
-            f"Q  {tree['filter']}, cutoff {_hertz(tree['cutoff'])}, −3 dB at {_hertz(tree['bandwidth'])}",
+            f"Q  {tree['filter']}, cutoff {_hertz(tree['cutoff'])}, -3 dB at {_hertz(tree['bandwidth'])}",
             f"   {tree['reason']}",
             Table(["limit", "cutoff", "bandwidth"], rows),
             self.margins(),
         ]
 
     def brief(self) -> str:
-        """Return the bandwidth of Q."""
-        return f"Q to {_hertz(self.document['bandwidth'])}"
+        """Return the cutoff of Q."""
+        return f"Q cutoff {_hertz(self.document['cutoff'])}"
 
     def figure(self) -> Figure:
         """Return Q with what limits it, or the loops."""
@@ -339,7 +339,7 @@ def design_observer(
     cutoff
         Corner of Q, 1/(2πτ); by default the largest allowed.
     bandwidth
-        Bandwidth of Q (−3 dB), instead of its corner.
+        Bandwidth of Q (−3 dB), instead of its cutoff.
     resonances
         A mode that the plant does not have, as in '280 Hz, 0.02, 0.1'; repeatable. Frequency, damping, share.
     first_mode

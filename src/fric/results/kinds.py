@@ -33,12 +33,6 @@ if TYPE_CHECKING:  # each brings what a command's help does without
 
 Quantity = float | str
 """A number in SI, or a text with its unit; the annotation has its dimension: ``Annotated[Quantity, "force"]``."""
-METAVARS = {
-    "time": "TIME", "frequency": "FREQUENCY", "position": "LENGTH", "velocity": "SPEED", "force": "FORCE",
-    "angle": "ANGLE", "gain": "GAIN", "mass": "MASS", "input": "VOLTAGE", "acceleration": "ACCELERATION",
-    "force per input": "K_F", "rate": "GAIN", "velocity gain": "GAIN", "position gain": "GAIN",
-}  # fmt: skip
-"""Placeholder of a quantity in a help text, by its dimension."""
 Quantities: TypeAlias = Annotated[Sequence[float | str] | float | str, Kind(str)]
 """Several quantities, also as a text with commas."""
 Count: TypeAlias = Annotated[int, Kind(least=1, most=1_000_000)]  # A number of things

@@ -73,10 +73,10 @@ class PlanResult(Result):
         total = readable(sum(self.plan.lasting) + self.approaching, "s")
         speed = readable(self.plan.limits.approach, si_unit("velocity", self.plan.axis.motion))
         blocks = self.blocks
-        with_blocks = f"; they resolve {blocks} slip blocks (identify gms --blocks {blocks})" if blocks else ""
+        with_blocks = [f"they resolve {blocks} slip blocks: identify gms --blocks {blocks}"] if blocks else []
         records = Table(("record", "time", "what to run"), rows)
-        altogether = f"{total} in all, with approaches at {speed}{with_blocks}"
-        return [records, table, altogether, *([GOOD_TO] if described else [])]
+        altogether = [f"{total} in all, with approaches at {speed}", *with_blocks]
+        return [records, table, *altogether, *([GOOD_TO] if described else [])]
 
     @cached_property
     def moves(self) -> list[Move | Arc]:

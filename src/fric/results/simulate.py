@@ -44,7 +44,7 @@ from fric.simulate.path import PathRun, PointPath, RecordedPath, run_path
 from fric.simulate.processes import run_all
 from fric.units import readable
 from fric.verb import Kind, verb
-from fric.verdict import Verdict, candidates_of, decide, evidence_of, facts
+from fric.verdict import Verdict, bare, candidates_of, decide, evidence_of, facts
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -121,9 +121,8 @@ class CircleResult(Result, schema=CircleResultDocument):
 
     def brief(self) -> str:
         """Return the glitch without compensation, and that of the recommended scheme."""
-        found = self.verdict.choice
-        bare = next((run for run in self.runs if run.scheme.bare), None)
-        now = "" if bare is None else f"now {readable(bare.chance().median, 'm', 2)}"
+        found, without = self.verdict.choice, bare(candidates_of(self.runs, self.many, self.prediction))
+        now = "" if without is None else f"now {readable(without.middle, 'm', 2)}"
         left = "" if found is None else f"{found.named} {readable(found.middle, 'm', 2)}"
         return ", ".join(filter(None, (now, left, f"{len(self.many)} varied machines" if self.many else "")))
 

@@ -36,7 +36,7 @@ OTHERS = {
     "velocity_filter": "low-pass of the velocity",
     "sampling": "rate of the controller",
     "limit": "largest voltage",
-    "cutoff": "corner of Q",
+    "cutoff": "cutoff of Q",
     "sigma_0": "stiffness at rest",
     "sigma_1": "damping of the bristles",
     "n": "shape of the transition",
@@ -94,12 +94,13 @@ class Table:
 
         title = shown(self.title) if self.title else None
         made = RichTable(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
-        least = [max((cell_len(printable(row[0])) for row in self.rows), default=0), *(None for _ in self.columns)]
+        first = max((cell_len(printable(row[0])) for row in self.rows), default=0)
         for n, column in enumerate(self.columns):
             side: Literal["left", "right"] = "left" if n == 0 or column in WORDS else "right"
             most = WORDS.get(column)
-            # what rows are called is never cut: other columns give way, and wrap
-            made.add_column(shown(column), justify=side, no_wrap=n == 0, min_width=least[n], max_width=most)
+            # what rows are called is never cut, nor a word of a heading: columns give way, and wrap
+            least = max([*map(cell_len, column.split()), 0 if n else first])
+            made.add_column(shown(column), justify=side, no_wrap=n == 0, min_width=least, max_width=most)
         for row in self.rows:
             made.add_row(*map(shown, row))
         return made

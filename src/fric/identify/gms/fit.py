@@ -126,7 +126,7 @@ class GMSFit:
             "concave piecewise-linear virgin curve" if self.choice or not self.knots_given else "eq. (6) at given knots"
         )
         refined = ", refined by replay of all records" if self.refined else ""
-        return f"{start}{refined}; intervals by leaving out cycles, and by misfit that comes again"
+        return f"{start}{refined}; intervals by leaving out cycles, and by the repeatable misfit"
 
 
 INERTIA = 0.1  # Share of inertia in the force above which a sine is too fast

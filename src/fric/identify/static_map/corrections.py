@@ -127,7 +127,7 @@ def place(strokes: Strokes) -> Correction | None:
             for points in (strokes.points, profile.held_out(strokes.points))
         )
         weight, as_logged, without = raw.weight, raw.errors[raw.form], placed.errors[placed.form]
-        again = "what comes again at the same places"
+        again = "force over position"
         if not predicts_better(weight, as_logged, without):
             return Correction(tried={f"without {again}": weighted_rms(weight, without)})
         tried = {f"with {again}": weighted_rms(weight, as_logged)}

@@ -93,7 +93,7 @@ def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
     method = (
         f"{fit.describe_form(tried)}; separable least squares; weights {weights}; average {average}; "
         f"direction {'each' if split else 'both'}"
-        + ("; what comes again at the same places taken off" if taken_off else "")
+        + ("; force over position removed" if taken_off else "")
         + "; 95 % intervals by profile likelihood"
     )
     half = min(fit.estimates[name].half_width for name in ("F_c", "offset") if name in fit.estimates)

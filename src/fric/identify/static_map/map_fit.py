@@ -34,7 +34,7 @@ FEWEST = 8  # Least number of strokes for a richer form
 GROUPS = 10  # Number of groups of strokes that are left out in turn for an interval
 DESCRIPTIONS = {
     "stribeck": "by eq. (2)",
-    "coulomb": "without its fall",
+    "coulomb": "without the Stribeck fall",
     "delta": "with delta free",
     "ages": "with an F_s that ages",
     "each": "by a map for each direction",
@@ -300,7 +300,7 @@ class MapFit:
         if len(tried := held_out.as_dict()) < 2:
             return form
         errors = [f"{self.asked.says(error, 'force')} {text}" for text, error in tried.items()]
-        return f"{form} (errors at strokes held out: {', '.join(errors)})"
+        return f"{form} (rms error at strokes left out of the fit: {', '.join(errors)})"
 
     @property
     def residual(self) -> Real:
