@@ -90,3 +90,18 @@ def test_a_log_is_read_without_what_models_are_compiled_by(log, tmp_path):
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert "'pandas'" in loaded
     assert [name for name in ("numba", "scipy", "matplotlib", "pint") if f"'{name}'" in loaded] == []
+
+
+def test_two_files_in_ms_among_others_in_s_are_named(tmp_path):
+    """Maps over 16.7 µm/s and 16.7 mm/s came of such a folder without a word."""
+    rng, t = np.random.default_rng(1), 5e-3 * np.arange(400)
+    for n, v in enumerate(np.outer([1.0, -1.0], [2e-3, 5e-3, 10e-3, 20e-3]).ravel()):
+        force = np.sign(v) * (50.0 + 1e3 * abs(v)) + 0.2 * rng.standard_normal(len(t))
+        scale = 1e3 if n in (2, 6) else 1.0
+        rows = "".join(f"{scale * a:.6g},{1e3 * v * a:.6g},{f:.5g}\n" for a, f in zip(t, force, strict=True))
+        (tmp_path / f"stroke{n}.csv").write_text("time,position [mm],force [N]\n" + rows)
+    out = tmp_path / "log.h5"
+    ingest(*sorted(tmp_path.glob("*.csv")), "-o", out)
+    done = RUN.invoke(app, ["identify", "static", str(out), "-o", str(tmp_path / "map.yaml")])
+    told = [line for line in done.output.splitlines() if "is the time in ms, and read as s?" in line]
+    assert ["'stroke2'" in told[0], "'stroke6'" in told[1], len(told)] == [True, True, 2]

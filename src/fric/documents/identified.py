@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from pydantic import Field, model_validator
+from scipy.special import stdtrit
 
 from fric.documents.base import Document
 from fric.documents.friction import FrictionDocument
@@ -18,6 +19,7 @@ from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
 from fric.flaws import flaw_of
 from fric.flaws.prediction import INTERVAL_OPEN, NOT_DRAWN, PREDICTION_WIDENED
+from fric.identify.static_map.corrections import WINDOWS
 from fric.notice import Notice, once
 from fric.simulate.machine import Machine
 from fric.simulate.reality.flaws import NONE
@@ -114,9 +116,8 @@ def _of_friction(friction: FrictionDocument) -> Found:
         yield "level", 1.96 * _number(fit.between_strokes) / level, why
     elif level > 0 and fit.rmse is not None:
         yield "level", 1.96 * _number(fit.rmse) / level, "the static map misses the strokes by so much"
-    fits = [fit, *map(friction.fit_of, friction.model_names())]
-    if varies := max(_number((fit.between_records or {}).get("level")) for fit in fits):
-        yield "level", 1.96 * varies, "friction differs so much from record to record"
+    if varies := level_of_next_record(friction):
+        yield "level", varies, "friction differs so much from record to record"
     blocks = friction.fit_of("gms")
     if blocks.alpha_sum is not None:
         limits: Any = blocks.alpha_sum.ci95 or [blocks.alpha_sum.value]
@@ -128,6 +129,22 @@ def _of_friction(friction: FrictionDocument) -> Found:
         count = max(len(friction.estimates("gms")["alpha"].value), 1) if "alpha" in friction.section("gms") else 1  # type: ignore[arg-type]
         yield "k", 2.0 * share * count, "the blocks miss the virgin curve"
         yield "alpha", share * count, "the blocks miss the virgin curve"
+
+
+def level_of_next_record(friction: FrictionDocument) -> float:
+    """Return half the 95 % interval of the level of the next record [1], beyond the error of the mean.
+
+    It is the deviation of the levels by Student's t of their number less one; a single record has four windows.
+    """
+    made = friction.provenance.model_dump() if friction.provenance else {}
+    strokes = len({log.get("record") for log in (made.get("static") or made).get("logs", ())})
+    found = []
+    for name in ("static", *friction.model_names()):
+        fit = friction.fit_of(name)
+        count = len(fit.records) if fit.records else strokes
+        deviation = _number((fit.between_records or {}).get("level"))
+        found.append(float(stdtrit(count - 1 if count > 1 else WINDOWS - 1, 0.975)) * deviation)
+    return max(found)
 
 
 def _beyond_the_plant(plant: PlantPart, delay: float) -> Found:
