@@ -8,6 +8,7 @@ import pytest
 from fric.documents.friction import static_tree
 from fric.documents.machine_files import read_machine
 from fric.friction.dahl import Dahl
+from fric.identify.gms.virgin_curve import find_cycles
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.static_map.identify import identify_static
 from fric.log import Log
@@ -103,3 +104,15 @@ def test_intervals_of_alpha_and_k_hold_whether_force_and_position_are_of_one_ins
     assert len(share) == 8
     assert (share >= 23 / 30).all(), share  # fewer of 30 at 95 %: 1e-5
     assert ((size > 0.43) & (size < 1.52)).all(), size  # chi-squared with 30 degrees of freedom, 6e-5 on either side
+
+
+def test_the_damping_of_the_drive_is_no_friction_of_blocks_where_no_plant_is_known() -> None:
+    """Without a term for it alpha_4 and k_4 were four half-widths off: a map made with the plant leaves M·A·v."""
+    static = {name: float(getattr(PAPER, name)) for name in ("F_c", "F_s", "v_s", "delta", "sigma")}
+    logs = pair(APART, cycles=4, dt=8e-3, step=1e-7, damping=1e4)
+    records = [find_cycles(one).for_replay() for one in prepared(logs)]
+    assert not any(record.slides for record in records)
+    fit = identify_by_replay("gms", records, blocks=4, start=APART, fix=static | {"C": APART.C})
+    rows = [row for row in flattened(fit, APART) if row[0].startswith(("alpha", "k_"))]
+    assert [low < true < high for _, _, (low, high), true in rows] == [True] * 8
+    assert float(fit.own_estimates[1]["damping"]) == pytest.approx(1e4, rel=0.05)

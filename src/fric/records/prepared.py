@@ -95,10 +95,11 @@ class Prepared:
         """Name of the record."""
         return self.log.name
 
-    @property
+    @cached_property
     def slides(self) -> bool:
         """True for a record in sliding, which only shows the frictional lag; see `in_sliding`."""
-        return "damping" in self.done.own
+        v = self.motion.velocity[self.used]
+        return "damping" in self.done.own and not ((v > 0).any() and (v < 0).any())
 
     @property
     def drive(self) -> Real:

@@ -140,7 +140,8 @@ class Hunting:
         axis = Axis(record.log.axis, plant, cascade, model, encoder=Encoder(m.step), motion=record.log.motion)
         run = run_axis(axis, reference, accuracy=ACCURACY)
         log = logged(axis, run, (0, count), -(-count // divider), record.name, "presliding-sine", 0)
-        return prepared([log], self.plant and plant)[0].trimmed()
+        again = prepared([log], self.plant and plant)[0].trimmed()
+        return replace(again, done=replace(again.done, own=record.done.own))
 
 
 def _counts(record: Prepared) -> bool:

@@ -49,12 +49,17 @@ class HysteresisCycles:
         return [(r[n], r[n + 1], r[n + 2]) for n in range(0, len(r) - 2, 2)][self.cycles[0] - 1 : self.cycles[1]]
 
     def for_replay(self) -> Prepared:
-        """Return the part of the record that is compared: from first to last reversal of the chosen cycles."""
+        """Return the part of the record that is compared: from first to last reversal of the chosen cycles.
+
+        Without a plant the force holds the drive's linear damping, which no map tells: the record gets a term for it.
+        """
         n, (first, last), reversals = len(self.record.force), self.cycles, self.record.reversals
+        done = self.record.done
+        done = done if done.plant else replace(done, own=(*done.own, "damping"))
         whole = (len(reversals) - 1) // 2
         used = np.zeros(n, dtype=bool)
         used[reversals[2 * (first - 1)] : n if (first, last) == (1, whole) else reversals[2 * last]] = True
-        return replace(self.record, used=used)
+        return replace(self.record, used=used, done=done)
 
 
 def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> HysteresisCycles:
