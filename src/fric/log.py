@@ -167,12 +167,14 @@ class Log(_FromFile):
         """
         if not hasattr(frame, "keys"):
             raise refused("Log.from_frame", "a data frame, or columns by name", frame)
+        if not isinstance(units, Mapping | None):
+            raise refused("Log.from_frame", "units by channel", units)
         found = dict[str, Any]()
         for column in frame:
             channel, _, unit = str(column).partition("[")
             channel, unit = channel.strip(), unit.rstrip("] ")
             if channel in CHANNELS:
-                unit = (units or {}).get(channel, unit)
+                unit = str((units or {}).get(channel, unit))
                 scale = factor(unit, channel_dimension(channel), motion) if unit else 1.0
                 try:
                     found[channel] = scale * np.asarray(frame[column], float)

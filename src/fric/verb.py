@@ -19,7 +19,6 @@ P = ParamSpec("P")
 R = TypeVar("R")
 T = TypeVar("T")
 WORDS = {str: "a text", Path: "a path", float: "a number", int: "a whole number", bool: "True or False", NoneType: ""}
-NUMBERS: dict[Any, type] = {float: Real, int: Integral}  # NumPy's numbers too; no truth value is a number
 
 
 @dataclass(frozen=True)
@@ -208,7 +207,9 @@ def require_numbers(holder: Any, names: Iterable[str], several: Container[str] =
 
 
 def _is_number(given: Any) -> bool:
-    return isinstance(given, float) or (isinstance(given, Real) and not isinstance(given, bool))
+    """Return whether a double holds it, as NumPy's numbers too; no truth value is a number."""
+    held = isinstance(given, Real) and not isinstance(given, bool) and abs(given) <= sys.float_info.max
+    return isinstance(given, float) or held
 
 
 _signature = cache(signature)
@@ -239,8 +240,10 @@ def _fits(given: Any, hint: Any) -> bool:
         return any(_fits(given, item) for item in inner)
     if origin is Literal:
         return isinstance(given, str) and given in inner
-    if hint in NUMBERS:
-        return isinstance(given, NUMBERS[hint]) and not isinstance(given, bool)
+    if hint is float:
+        return _is_number(given)
+    if hint is int:
+        return isinstance(given, Integral) and not isinstance(given, bool)
     if getattr(origin, "__name__", "") == "ndarray":  # whoever keeps an array tells what it is
         return True
     if getattr(hint, "_is_protocol", False) or origin is Callable:

@@ -31,7 +31,7 @@ from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.io.circle import FEEDFORWARD, read_feedforward
 from fric.io.ingest import ingest
 from fric.io.ingest_circle import StatedCircle, ingest_circles
-from fric.io.readers import matlab, tdms
+from fric.io.readers import base, matlab
 from fric.io.safe_hdf5 import BLOCK, _heaps, open_file
 from fric.log import FrequencyResponse, Log
 from fric.records.kicks import _around_reversals
@@ -107,10 +107,10 @@ def test_no_name_is_a_formula_or_a_control_character_of_a_figure(tmp_path: Path)
 
 def test_a_measurement_of_more_channels_than_any_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As 1.1 MB of 20,000 channels that took over a minute."""
-    monkeypatch.setattr(tdms, "MOST_CHANNELS", 8)
+    monkeypatch.setattr(base, "MOST_COLUMNS", 8)
     with TdmsWriter(tmp_path / "a.tdms") as file:
         file.write_segment([ChannelObject("g", f"c{n}", np.zeros(2)) for n in range(9)])
-    with pytest.raises(FricError, match="9 channels"):
+    with pytest.raises(FricError, match="has 9 columns"):
         ingest(tmp_path / "a.tdms", tmp_path / "a.h5")
 
 
@@ -220,6 +220,18 @@ def test_a_clock_that_stands_tells_no_velocity(tmp_path: Path) -> None:
 def test_a_number_of_a_document_that_no_double_holds() -> None:
     with pytest.raises(ValidationError, match="valid number"):
         Quantity.model_validate(10**400)
+
+
+def test_units_and_numbers_that_python_alone_holds() -> None:
+    frame: Any = {"time [s]": [0.0, 1.0, 2.0], "position": [0.0, 1.0, 0.0]}
+    for units in (iter(["mm"]), np.array(["mm", "s"]), "mm"):
+        with pytest.raises(FricError, match="takes units by channel"):
+            Log.from_frame(frame, cast("Any", units))
+    with pytest.raises(FricError):
+        Log.from_frame(frame, cast("Any", {"position": 5}))
+    for huge in (10**400, -(10**400)):
+        with pytest.raises(FricError, match="and was given an int"):
+            fric.circle("xy-table", velocity=huge)
 
 
 @pytest.mark.parametrize("given", [

@@ -8,7 +8,6 @@ import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -22,6 +21,7 @@ from fric.units import is_unit
 if TYPE_CHECKING:
     from fric.arrays import Real
 
+MOST_COLUMNS = 2000  # Columns of a table at most: to find what they are takes a time that grows with their square
 MOST_HEARD = 4  # Largest number of warnings of a library that are reported for a file
 BLOCK = 131_072  # Samples a block: a few MiB, for any size of the file
 OF_SEVERAL = "axes"  # Key of the names of the axes that the file of a table has tables of
@@ -128,6 +128,7 @@ class ForeignTable(ABC):
     columns: Names and units.
     constants: Values that the file holds once: scalars, lines of the preamble. They serve as ``{fields}`` of a mapping.
     said: What the file itself says of the record: ``axis``, ``motion``, ``name``, ``kind``, ``sha256``, ``source``.
+    Raises FricError: Where the columns are more than any log has.
     """
 
     notices: Sequence[Notice] = ()
@@ -144,6 +145,8 @@ class ForeignTable(ABC):
         constants: Mapping[str, str] | None = None,
         said: Mapping[str, str] | None = None,
     ) -> None:
+        if len(columns) > MOST_COLUMNS:
+            raise FricError(f"has {len(columns)} columns", where=str(path), hint="Save those of one axis alone.")
         self.path, self.columns = path, tuple(columns)
         self.constants, self.said = dict(constants or {}), dict(said or {})
 
@@ -212,15 +215,15 @@ class ForeignTable(ABC):
         raise FricError(what, where=str(self.path), hint=f"{beside}The columns are {listed}.")
 
 
-@dataclass(eq=False)
 class Memory(ForeignTable):
-    """A table whose columns are in memory already (or behave as if): anything that slices to numbers."""
+    """A table whose columns are in memory already (or behave as if): ``data``, anything that slices to numbers."""
 
-    path: Path
-    columns: tuple[Column, ...]
-    data: Sequence[Any]
-    constants: dict[str, str] = field(default_factory=dict)
-    said: dict[str, str] = field(default_factory=dict)
+    def __init__(
+        self, path: Path, columns: Sequence[Column], data: Sequence[Any], constants: Mapping[str, str] | None = None,
+        said: Mapping[str, str] | None = None,
+    ) -> None:  # fmt: skip
+        super().__init__(path, columns, constants, said)
+        self.data = data
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Slice the columns; raise a `FricError` when they differ in length."""

@@ -28,9 +28,6 @@ def recognises(path: Path, head: bytes) -> float:
     return float(head.startswith(b"TDSm"))
 
 
-MOST_CHANNELS = 2000  # Channels that a file may have: the time to read them grows with their square
-
-
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a TDMS file: a record a group where the groups hold the same channels, else one of all on a common clock."""
     nptdms = library(FORMAT, path)
@@ -40,8 +37,6 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
             group.name: [channel for channel in group.channels() if _is_number(channel)] for group in file.groups()
         }
         groups = {name: channels for name, channels in groups.items() if channels}
-        if (count := sum(map(len, groups.values()))) > MOST_CHANNELS:
-            raise FricError(f"has {count} channels of numbers", where=str(path), hint="Save those of one axis alone.")
         refuse_declared(path, sum(8 * len(channel) for channels in groups.values() for channel in channels))
         names = [[channel.name for channel in channels] for channels in groups.values()]
         apart = len(groups) > 1 and all(name == names[0] for name in names)
