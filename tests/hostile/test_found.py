@@ -270,7 +270,7 @@ def test_a_trace_of_times_that_no_machine_has(tmp_path: Path, time: str, interva
 @pytest.mark.parametrize(("verb", "name", "sizes"), [
     (fric.circle, "machines", (0, 10**9, 10**12, 10**400)), (fric.circle, "workers", (0, 10**6)),
     (fric.circle, "revolutions", (-1, 10**30)), (fric.circle_map, "points", (1, 1000)),
-    (fric.compare, "blocks", (0, 10**6)), (fric.identify_model, "blocks", (10**6,)),
+    (fric.learn, "rounds", (0, 1000)), (fric.compare, "blocks", (0, 10**6)), (fric.identify_model, "blocks", (10**6,)),
 ])  # fmt: skip
 def test_a_size_that_no_computer_bears_is_refused_by_its_type(verb: Any, name: str, sizes: tuple[int, ...]) -> None:
     for size in sizes:

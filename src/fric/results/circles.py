@@ -411,7 +411,7 @@ class LearnedTable(Result, schema=LearnedFeedforwardDocument, of="table"):
 def learn(
     given: Annotated[MachineLike | CircleLike, Kind(Path, "MACHINE.yaml|CIRCLE.h5")],
     *,
-    rounds: Annotated[int | None, Kind(least=1, most=1000)] = None,
+    rounds: Annotated[int | None, Kind(least=1, most=50)] = None,
     velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
     radius: Annotated[Quantity, "position"] = "30 mm",
     clockwise: bool = False,
@@ -433,7 +433,7 @@ def learn(
     given
         A machine; or a recorded circle. A machine, or its file, goes with ``rounds``; a circle test with ``machine``.
     rounds
-        In simulation: circles to learn from.
+        In simulation: circles to learn from. Each takes a second or two of a core.
     velocity
         In simulation: feed along the circle.
     radius
