@@ -208,8 +208,9 @@ def require_numbers(holder: Any, names: Iterable[str], several: Container[str] =
 
 def _is_number(given: Any) -> bool:
     """Return whether a double holds it, as NumPy's numbers too; no truth value is a number."""
-    held = isinstance(given, Real) and not isinstance(given, bool) and abs(given) <= sys.float_info.max
-    return isinstance(given, float) or held
+    if isinstance(given, int):
+        return not isinstance(given, bool) and abs(given) <= sys.float_info.max
+    return isinstance(given, Real)
 
 
 _signature = cache(signature)
