@@ -120,43 +120,63 @@ def score_covariance(
     most: Order of the autoregressions at most, for a hundred values.
     """
     n, p = regressors.shape
-    scores = regressors * residual[:, None]
+    scores = np.ascontiguousarray(regressors.T) * residual
     ends = np.cumsum(lengths if lengths is not None else [n])
-    parts = np.split(scores, ends[:-1])
-    order = int(min(most * (n / 100.0) ** 0.25, min(map(len, parts)) / 8))
-    filters = [_autoregression([part[:, j] for part in parts], order) for j in range(p)]
-    longest, whiten = max(map(len, filters)), [np.append(1.0, -a) for a in filters]
-    whitened = np.vstack([
-        np.transpose([np.convolve(x, array)[longest : len(x)] for x, array in zip(part.T, whiten, strict=True)])
-        for part in parts
-    ])  # fmt: skip
-    sums = np.array([float(a.sum()) + (1.0 + 3.0 * max(float(a.sum()), 0.0)) / n * bool(len(a)) for a in filters])
+    starts = np.append(0, ends[:-1])
+    order = int(min(most * (n / 100.0) ** 0.25, np.min(ends - starts) / 8))
+    filters = _autoregressions(scores, starts[1:], order)
+    whitened = scores.copy()
+    for lag, a in enumerate(filters.T, start=1):
+        whitened[:, lag:] -= a[:, None] * scores[:, :-lag]
+    whole = [whitened[:, start + filters.shape[1] : end] for start, end in zip(starts, ends, strict=True)]
+    whitened = np.concatenate(whole, axis=1).T
+    total = filters.sum(axis=1)
+    sums = total + (1.0 + 3.0 * np.maximum(total, 0.0)) / n * filters.any(axis=1)
     left = 1.0 - np.minimum(sums, 1.0 - LASTING / n)
     covariance = whitened.T @ whitened * (n / len(whitened) * n / (n - p)) / np.outer(left, left)
-    memory = np.maximum(np.diag(covariance) / np.maximum(np.sum(scores**2, axis=0), 1e-300), 1.0)
+    memory = np.maximum(np.diag(covariance) / np.maximum(np.sum(scores**2, axis=1), 1e-300), 1.0)
     wider = stdtrit(np.maximum(n / memory - 1.0, 1.0), 0.975) / 1.96
     return np.asarray(covariance * np.outer(wider, wider))
 
 
-def _autoregression(parts: Sequence[Real], most: int) -> Real:
-    """Return the coefficients by which a series in parts is predicted, of the order up to a most that is best.
+def _autoregressions(series: Real, starts: Indices, most: int) -> Real:
+    """Return the coefficients by which each series is predicted, of the order up to a most that is best for it.
 
     By Burg's recursion; a coefficient costs ``PENALTY`` of ``n·log`` of the error (Akaike's 2 takes too many).
+
+    series: Values in parts, shape (p, n), and where the parts begin but for the first.
     """
-    n, forward, backward, a = sum(map(len, parts)), parts, parts, np.zeros(0)
-    error = sum(float(x @ x) for x in parts) / n
-    best, found = n * float(np.log(max(error, 1e-300))), a
+    (p, n), forward, backward = series.shape, series.copy(), series.copy()
+    a = found = np.zeros((p, 0))
+    error = np.sum(series**2, axis=1) / n
+    best, orders = n * np.log(np.maximum(error, 1e-300)), np.zeros(p, np.intp)
     for order in range(1, most + 1):
-        forward, backward = [x[1:] for x in forward], [x[:-1] for x in backward]
-        pairs = list(zip(forward, backward, strict=True))
-        power = sum(float(x @ x + y @ y) for x, y in pairs)
-        k = 2.0 * sum(float(x @ y) for x, y in pairs) / power if power > 0.0 else 0.0
-        a = np.append(a - k * a[::-1], k)
-        forward, backward = [x - k * y for x, y in pairs], [y - k * x for x, y in pairs]
-        error *= 1.0 - k * k
-        if (cost := n * float(np.log(max(error, 1e-300))) + PENALTY * order) < best:
-            best, found = cost, a
-    return found
+        forward, backward = forward[:, 1:], backward[:, :-1]
+        forward[:, starts - 1] = backward[:, starts - order] = 0.0  # nothing is predicted from another part
+        power = np.einsum("pn,pn->p", forward, forward) + np.einsum("pn,pn->p", backward, backward)
+        k = 2.0 * np.einsum("pn,pn->p", forward, backward)[:, None] / np.where(power > 0.0, power, np.inf)[:, None]
+        a = np.hstack([a - k * a[:, ::-1], k])
+        forward, backward = forward - k * backward, backward - k * forward
+        error = error * (1.0 - k[:, 0] ** 2)
+        cost = n * np.log(np.maximum(error, 1e-300)) + PENALTY * order
+        better = cost < best
+        best, orders = np.where(better, cost, best), np.where(better, order, orders)
+        found = np.where(better[:, None], a, np.hstack([found, np.zeros((p, 1))]))
+    return found[:, : int(orders.max(initial=0))]
+
+
+def pair_power(columns: tuple[Real, Real], rest: Real, known: Real) -> Real:
+    """Return the sums of squares that pairs of columns explain beside known ones, shape (f,).
+
+    columns: The first and the second of each pair, each of shape (n, f).
+    rest: What is to be explained, shape (n,).
+    known: An orthonormal basis of the known columns, shape (n, p).
+    """
+    a, b = (one - known @ (known.T @ one) for one in columns)
+    aa, bb, ab = (np.einsum("nf,nf->f", one, other) for one, other in ((a, a), (b, b), (a, b)))
+    on_a, on_b, little = rest @ a, rest @ b, 1e-12 * (aa + bb)
+    aa, bb = aa + little, bb + little
+    return np.asarray((bb * on_a**2 - 2 * ab * on_a * on_b + aa * on_b**2) / (aa * bb - ab**2))
 
 
 def smoother_than_noise(residual: Real, quantile: float) -> bool:

@@ -22,6 +22,7 @@ from fric.flaws import circle
 from fric.identify.replay.replay_intervals import covariance_of
 from fric.notice import Notice
 from fric.records.resolution import lattice_step
+from fric.statistics import pair_power
 
 PERIODS = (2.5, 120.0)  # Least and largest number of periods on the diameter to search
 TOGETHER = 200_000  # Samples times frequencies that are computed at once, to fit the cache
@@ -83,14 +84,8 @@ def _powers(axis: int, frequencies: Real, angle: Real, rest: Real, radius: float
     found, at_once = [], max(TOGETHER // len(angle), 1)
     for start in range(0, len(frequencies), at_once):
         phase = np.outer(2 * pi * radius * along, frequencies[start : start + at_once])
-        cosine, sine = along[:, np.newaxis] * np.cos(phase), along[:, np.newaxis] * np.sin(phase)
-        cosine -= basis @ (basis.T @ cosine)
-        sine -= basis @ (basis.T @ sine)
-        cc, ss, cs = (np.einsum("nf,nf->f", a, b) for a, b in ((cosine, cosine), (sine, sine), (cosine, sine)))
-        on_cosine, on_sine = rest @ cosine, rest @ sine
-        little = 1e-12 * (cc + ss)
-        cc, ss = cc + little, ss + little
-        found.append((ss * on_cosine**2 - 2 * cs * on_cosine * on_sine + cc * on_sine**2) / (cc * ss - cs**2))
+        columns = along[:, np.newaxis] * np.cos(phase), along[:, np.newaxis] * np.sin(phase)
+        found.append(pair_power(columns, rest, basis))
     return np.concatenate(found)
 
 
@@ -190,18 +185,15 @@ def fit_geometry(
     basis = np.linalg.qr(X)[0]
     beside = d - basis @ (basis.T @ d)
 
-    def all_tails(fade: float, bend: float) -> Real:
-        """Return tails and their derivatives to ln λ and κ, shape (3, n, 4·tests)."""
-        tails = np.zeros((3, len(d), 4 * many))
-        end = 0
-        for n, (one, _) in enumerate(parts):
-            tails[:, end : end + len(one.angle), 4 * n : 4 * n + 4] = tails_of(one, behind[n], fade, bend)
-            end += len(one.angle)
-        return tails
+    beyond, size = np.zeros((2, len(d), 4 * many))
+    end = 0
+    for n, (one, _) in enumerate(parts):
+        block = slice(end, end := end + len(one.angle)), slice(4 * n, 4 * n + 4)
+        beyond[block], size[block] = behind_of(one, behind[n])
 
     def left(fade: float) -> float:
         """Return the residual sum of squares of geometry and exponential tails."""
-        tails = all_tails(fade, 0.0)[0]
+        tails = size * np.exp(-beyond / fade)
         tails -= basis @ (basis.T @ tails)
         gram, score = tails.T @ tails, tails.T @ beside
         gram += 1e-9 * (np.trace(gram) + 1e-300) * np.eye(len(gram))
@@ -209,7 +201,7 @@ def fit_geometry(
 
     shape = np.array([np.log(FADES[np.argmin([left(fade) for fade in FADES])]), 0.0])
     for _ in range(STEPS):
-        tails, *slopes = all_tails(float(np.exp(shape[0])), shape[1])
+        tails, *slopes = tails_of(beyond, size, float(np.exp(shape[0])), shape[1])
         columns = np.hstack([X, tails])
         values, *_ = np.linalg.lstsq(columns, d, rcond=None)
         residual = d - columns @ values
@@ -249,15 +241,18 @@ def _means(tested: Revolutions, used: Indices, every: int) -> tuple[Revolutions,
     return means, [len(part) // every for part in segments]
 
 
-def tails_of(tested: Revolutions, behind: Mapping[str, float], fade: float, bend: float) -> Real:
-    """Return the tails of the four glitches, each 1 where it begins, and derivatives to ln λ and κ, shape (3, n, 4)."""
-    tails = []
-    for n, name in enumerate(QUADRANTS):
-        phi = (tested.test.direction * (tested.angle - n * pi / 2)) % (2 * pi)
-        u = np.maximum(phi - behind[name], 0.0) / fade
-        size = np.exp(-u) * np.cos(phi) * (phi > behind[name])
-        tails.append([size * (1 + bend * u), size * u * (1 + bend * u - bend), size * u])
-    return np.moveaxis(np.array(tails), 0, -1)
+def behind_of(tested: Revolutions, behind: Mapping[str, float]) -> tuple[Real, Real]:
+    """Return how far samples are behind where the four tails begin [rad], and the tails' size, each (n, 4)."""
+    phi = (tested.test.direction * (tested.angle[:, np.newaxis] - np.arange(4) * pi / 2)) % (2 * pi)
+    begin = np.array([behind[name] for name in QUADRANTS])
+    return np.maximum(phi - begin, 0.0), np.cos(phi) * (phi > begin)
+
+
+def tails_of(beyond: Real, size: Real, fade: float, bend: float) -> tuple[Real, Real, Real]:
+    """Return the tails of glitches, each 1 where it begins, and derivatives to ln λ and κ, each as `behind_of`."""
+    u = beyond / fade
+    tails, bent = size * np.exp(-u), 1 + bend * u
+    return tails * bent, tails * u * (bent - bend), tails * u
 
 
 BINS = 3600  # Number of parts of a turn: values are computed from their means, if the test has more samples
@@ -356,7 +351,8 @@ def _lag(
     used = np.flatnonzero(quiet(tested, behind))
     along = tested.angle[used] - axis * pi / 2  # the axis moves as the cosine of this
     speed = -tested.test.direction * tested.test.feed * np.sin(along)
-    tails, _, bent = tails_of(tested, behind, fit.fade, fit.bend)[:, used]  # each bent by itself: one axis' share alone
+    beyond, size = (each[used] for each in behind_of(tested, behind))
+    tails, _, bent = tails_of(beyond, size, fit.fade, fit.bend)  # each bent by itself: one axis' share alone
     columns = np.column_stack([speed, np.ones(len(used)), np.cos(along), np.sign(speed), tails, bent])
     values, *_ = np.linalg.lstsq(columns, error[used], rcond=None)
     segments = [len(array) for array in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]

@@ -45,18 +45,20 @@ class Probed:
     def response(self, inputs: Sequence[str], frequency: Real, sampling: float) -> Complex:
         """Return volts over the inputs, which move together, at frequencies [Hz], shape (n,)."""
         z = np.exp(2j * np.pi * np.asarray(frequency, float) / sampling)
-        B, D = self.columns(inputs)
-        T, U = self._triangular
-        b, c = U.conj().T @ B, self.C @ U
-        found, x = np.full(z.shape, D, complex), np.empty((len(b), *z.shape), complex)
+        T, b, c, D = _driven(self, tuple(inputs))
+        each = (slice(None), *(np.newaxis,) * z.ndim)
+        x = np.empty((len(b), *z.shape), complex)
         for i in reversed(range(len(b))):  # backwards through (z - T)·x = b
-            right = np.full(z.shape, b[i])
-            for j in range(i + 1, len(b)):
-                if T[i, j] != 0.0:
-                    right += T[i, j] * x[j]
-            x[i] = right / (z - T[i, i])
-            found += c[i] * x[i]
-        return found
+            x[i] = (b[i] + np.sum(T[i, i + 1 :][each] * x[i + 1 :], axis=0)) / (z - T[i, i])
+        return np.asarray(D + np.sum(c[each] * x, axis=0))
+
+
+@lru_cache(maxsize=256)
+def _driven(block: Probed, inputs: tuple[str, ...]) -> tuple[Complex, Complex, Complex, float]:
+    """Return the triangular form of a block that some inputs drive together: T, b, c and D."""
+    B, D = block.columns(inputs)
+    T, U = block._triangular
+    return T, U.conj().T @ B, block.C @ U, D
 
 
 def probed(block: ControlBlock, setting: Setting) -> Probed:

@@ -73,7 +73,7 @@ def tracking(log: Log) -> Tracking | None:
 
 def _sine_of(t: Real, position: Real) -> Real | None:
     """Return the sine that a motion to and fro follows away from its reversals [m], shape (n,); None for others."""
-    sine = fitted_sine(t, position)
+    sine = fitted_sine(t, position) if len(find_reversals(position)) > 1 else None
     if sine is None or not sine.reversals:
         return None
     angle = 2.0 * np.pi * sine.frequency * (t - t[0])

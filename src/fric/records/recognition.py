@@ -12,6 +12,7 @@ from fric.records.holding import is_holding_map
 from fric.records.resolution import lattice_step, noise_level
 from fric.records.reversals import find_reversals
 from fric.records.segments import Segment, segments_and_rests, travelled
+from fric.statistics import pair_power
 
 STEADY_SHARE = 0.75  # Share of the time in motion above which a record counts as strokes at constant velocity
 STROKE_SHARE = 0.3  # The same if the axis reverses or stops between any two speeds, as between strokes with ramps
@@ -157,19 +158,17 @@ def fitted_sine(time: Real, position: Real) -> Sine | None:
     t, z, line = t[::thin], z[::thin], line[::thin]
     spread *= len(t) / len(level)
 
-    def fit(frequency: float) -> tuple[float, Real]:
-        angle = 2.0 * np.pi * frequency * t
-        basis = np.column_stack([line, np.sin(angle), np.cos(angle)])
-        weights = np.linalg.lstsq(basis, z, rcond=None)[0]
-        residual = z - basis @ weights
-        return float(residual @ residual), weights
-
-    width, frequency = 1.0 / span, peak / span
+    width, frequency, known = 1.0 / span, peak / span, np.linalg.qr(line)[0]
     for _ in range(6):  # the misfit has one minimum within a line's width: narrow it down
         trial = frequency + width * np.linspace(-1.0, 1.0, 9)
-        frequency = float(min(trial[trial > 0.2 / span], key=lambda f: fit(f)[0]))
+        trial = trial[trial > 0.2 / span]
+        angle = 2.0 * np.pi * np.multiply.outer(t, trial)
+        frequency = float(trial[np.argmax(pair_power((np.sin(angle), np.cos(angle)), z, known))])
         width /= 4.0
-    misfit, weights = fit(frequency)
+    angle = 2.0 * np.pi * frequency * t
+    columns = np.column_stack([line, np.sin(angle), np.cos(angle)])
+    weights = np.linalg.lstsq(columns, z, rcond=None)[0]
+    misfit = float(np.sum((z - columns @ weights) ** 2))
     explained = 1.0 - misfit / spread
     if explained < SINE_FIT or frequency * span < 1.0:
         return None
