@@ -22,11 +22,14 @@ import subprocess
 import sys
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 LATE = ("rich.console", "rich.table", "pint", "scipy.signal", "matplotlib.backends.backend_agg")
 """What commands import where they need it, as most do."""
+
+UNDRAWN = "FRIC_UNDRAWN"
+"""Set where no figure of a command is looked at: they are empty files then."""
 
 CLIENT = """#!{python} -IS
 import json, os, resource, signal, socket, sys
@@ -136,9 +139,12 @@ def main() -> None:
         processes.default_workers = lambda: 1  # as in the tests' own processes (`alone` in tests/conftest.py)
         nudge()
         units._registry()
+        from tests.figures.drawn import undrawn
+
         gc.freeze()  # what is there stays shared by all children
         serve(sys.argv[1])
-        status = _run()
+        with undrawn() if os.environ.pop(UNDRAWN, "") else nullcontext():
+            status = _run()
         sys.stdout.flush()
         sys.stderr.flush()
         atexit._run_exitfuncs()

@@ -248,7 +248,7 @@ def moving(*, driven: bool) -> Log:
     return Log(time=t, position=z, force=force, input=force / 40.0 if driven else None)
 
 
-@pytest.mark.parametrize("driven", [True, False])
+@pytest.mark.parametrize("driven", [True, pytest.param(False, marks=pytest.mark.long(3))])
 def test_a_motion_is_a_record_of_what_it_tells(driven, tmp_path):
     """Mass, viscous and Coulomb friction are identified from it, and what is left is missing."""
     write_logs(tmp_path / "log.h5", [moving(driven=driven)])

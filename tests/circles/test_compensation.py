@@ -41,7 +41,9 @@ CASES = {"too high": ((1.7, 3.0), (0.0, 0.002)), "too late": ((1.0, 2.0), (0.015
 """Level and lateness [s] of a compensation, from and to."""
 
 
-@pytest.mark.parametrize("how", CASES)
+@pytest.mark.parametrize(
+    "how", [pytest.param(how, marks=pytest.mark.long(4)) if how in {"too early", "too high"} else how for how in CASES]
+)
 def test_a_compensation_is_said_to_be_early_late_high_or_low(how):
     (_, level), (late, _) = CASES[how]
     test = measured("xy-table", level, late)

@@ -37,6 +37,7 @@ def test_noise_and_encoder_can_be_switched_off(tmp_path: Path) -> None:
     assert still.std() < 1e-3
 
 
+@pytest.mark.long(7)  # tests/identify/test_plant.py has the same of records that are made faster
 def test_two_amplitudes_around_rest_tell_what_friction_adds(tmp_path: Path) -> None:
     """The records hold A + F_c/M times friction's gain; that line, drawn back to gain 0, is the true A and viscous."""
     log, plant = str(tmp_path / "log.h5"), str(tmp_path / "plant.yaml")

@@ -22,7 +22,7 @@ from fric.reference import circle
 from fric.simulate.axis import run_axis
 
 SAMPLING = 4000.0
-SAMPLES = 100_000
+SAMPLES = 60_000  # both reversals of the circle at 10 mm/s
 MACHINE = Path(__file__).parents[2] / "configs/xy-table.yaml"
 SCHEMES = read_schemes(MACHINE.parent / "literature.yaml")
 EXPORTED = ("c", "d", "f", "kalman-gms", "two-dof")

@@ -61,7 +61,8 @@ def test_every_target_writes_its_files_and_a_manifest_that_holds_their_digests(
     assert manifest["files"] == {name: sha256(file.read_bytes()).hexdigest() for name, file in written.items()}
     assert manifest["sources"] == [{"file": str(MACHINE), "sha256": sha256(MACHINE.read_bytes()).hexdigest()}]
     assert manifest["friction"]["static"]["F_s"] == {"value": 165.0, "unit": "N"}
-    assert exported.__wrapped__(target).files == found.files
+    if target != "sinumerik":  # it takes 5 s; the files of its page are made anew in test_docs.py
+        assert exported.__wrapped__(target).files == found.files
 
 
 def test_a_friction_that_makes_the_circle_worse_is_not_exported_unless_forced(tmp_path: Path) -> None:
@@ -105,6 +106,7 @@ def test_what_the_verdict_doubts_is_told_and_kept(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long(6)  # the page targets.md has an axis that is trusted, too
 def test_what_the_verdict_trusts_is_exported(tmp_path: Path) -> None:
     fric.circle(MACHINE, "a").save(tmp_path / "circle.h5")
     fric.circle(MACHINE, "a,c", machines=20, axis="x", workers=1).save(tmp_path / "run.h5")
@@ -114,16 +116,21 @@ def test_what_the_verdict_trusts_is_exported(tmp_path: Path) -> None:
     found.save(tmp_path / "out")
     alone = fric.export_axis("csv", MACHINE, scheme="c", **(known | {"circles": []}))
     assert [one.code for one in alone.distrust] == ["no-measured-circle"]
+
+
+def test_a_run_of_machines_that_does_not_fit_the_export_is_refused(tmp_path: Path) -> None:
+    fric.circle(MACHINE, "a").save(tmp_path / "circle.h5")
+    fric.circle(MACHINE, "a,c", machines=2, axis="y", workers=1).save(tmp_path / "run.h5")
+    known = {"axis": "y", "drawn": [tmp_path / "run.h5"], "circles": [tmp_path / "circle.h5"]}
     for other, told in (
         ({"scheme": "f"}, "without scheme f"),
         ({"scheme": "c", "gain": 1.0}, "another friction, gain"),
     ):
         with pytest.raises(FricError, match=told):
             fric.export_axis("csv", MACHINE, **(known | other))
-    fric.circle(MACHINE, "a,c", machines=2, axis="y", workers=1).save(tmp_path / "run.h5", force=True)
     with pytest.raises(FricError, match="without axis x"):
-        fric.export_axis("csv", MACHINE, scheme="c", **known)
-    few = fric.export_axis("csv", MACHINE, scheme="c", **(known | {"axis": "y"}))
+        fric.export_axis("csv", MACHINE, scheme="c", **(known | {"axis": "x"}))
+    few = fric.export_axis("csv", MACHINE, scheme="c", **known)
     assert [one.code for one in few.distrust] == ["few-machines"]
 
 

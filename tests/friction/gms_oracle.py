@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
+from math import exp
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -25,26 +26,32 @@ def force(
     m = model.static
 
     def s(v: float) -> float:
-        return m.F_c + (m.F_s - m.F_c) * np.exp(-((abs(v) / m.v_s) ** m.delta))
+        return m.F_c + (m.F_s - m.F_c) * exp(-((abs(v) / m.v_s) ** m.delta))
+
+    def speed(t: float) -> float:
+        return float(v(t))
 
     total = np.array([m.sigma * v(t) for t in time])
     edges = [time[0], *turns, time[-1]]
     for alpha, k in zip(model.alpha, model.k, strict=True):
         F = 0.0
         for start, end in pairwise(edges):
-            sign = np.sign(v(0.5 * (start + end)))
+            sign = float(np.sign(v(0.5 * (start + end))))
             inside = (time >= start) & (time <= end) if end == time[-1] else (time >= start) & (time < end)
 
             def reaches(t: float, F: np.ndarray, sign=sign, alpha=alpha) -> float:
-                return sign * F[0] - alpha * s(v(t))
+                return sign * float(F[0]) - alpha * s(speed(t))
 
             def slip(t: float, F: np.ndarray, sign=sign, alpha=alpha, k=k) -> list[float]:
-                rate = model.C * (alpha - sign * F[0] / s(v(t)))
-                return [sign * (rate if as_printed else min(rate, k * abs(v(t))))]
+                now = speed(t)
+                rate = model.C * (alpha - sign * float(F[0]) / s(now))
+                return [sign * (rate if as_printed else min(rate, k * abs(now)))]
 
             reaches.terminal, reaches.direction = True, 1.0  # type: ignore[attr-defined]
             tight = {"rtol": 1e-10, "atol": 1e-10, "max_step": (end - start) / 200, "dense_output": True}
-            stick = solve_ivp(lambda t, F, k=k: [k * v(t)], (start, end), [F], events=reaches, method="DOP853", **tight)
+            stick = solve_ivp(
+                lambda t, F, k=k: [k * speed(t)], (start, end), [F], events=reaches, method="DOP853", **tight
+            )
             here = inside & (time <= stick.t[-1])
             total[here] += stick.sol(time[here])[0] if here.any() else 0.0
             F = stick.y[0, -1]

@@ -76,12 +76,21 @@ def test_the_step_is_of_second_order(name, C):
     assert 1.8 < order < 2.3
 
 
+MODELS = {
+    "Table 1": TABLE_1, "ten": ten_blocks(), "slow C": replace(TABLE_1, C=100.0), "fast C": replace(TABLE_1, C=1e5),
+}  # fmt: skip
+
+
 @pytest.mark.parametrize(
-    "model",
-    [TABLE_1, ten_blocks(), replace(TABLE_1, C=100.0), replace(TABLE_1, C=1e5)],
-    ids=["Table 1", "ten", "slow C", "fast C"],
+    ("name", "model"),
+    [
+        pytest.param(
+            name, model, id=f"{name}-{word}", marks=[pytest.mark.long(2)] * (" 10 mm" in name and word != "Table 1")
+        )
+        for name in REFERENCES
+        for word, model in MODELS.items()
+    ],
 )
-@pytest.mark.parametrize("name", REFERENCES)
 def test_force_agrees_with_the_equations_solved_apart(name, model):
     z, v, turns, duration = motion(name)
     dt = 2e-5

@@ -13,11 +13,14 @@ NARROW = 0.8
 ASIDE = 0.2
 """Nor estimates that are off by this many standard errors."""
 
+LONG = {"gms": 8, "leuven": 15, "lugre": 7, "maxwell_slip": 7}
+"""Models whose statistics take longer [s]; that each is found, with intervals, is in test_replay_fit.py."""
+
 recovered = cache(lambda name: recover(name, range(SEEDS)))
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.long(15)) if name == "leuven" else name for name in FITTED]
+    "name", [pytest.param(name, marks=pytest.mark.long(LONG[name])) if name in LONG else name for name in FITTED]
 )
 def test_intervals_cover_the_truth(name):
     recovered(name).check()

@@ -115,7 +115,7 @@ def test_a_volt_is_no_newton() -> None:
         identify_motion([Log(log.time, position=log.position, input=log.force), log])
 
 
-@pytest.mark.parametrize("rate", [200.0, 1000.0, 10_000.0])
+@pytest.mark.parametrize("rate", [200.0, 1000.0, pytest.param(10_000.0, marks=pytest.mark.long(3))])
 def test_the_filters_follow_the_sampling_rate(rate: float) -> None:
     fit = identify_motion([motion(rate=rate)])
     assert float(fit.estimates["M"]) == pytest.approx(M, rel=0.03)
@@ -210,7 +210,10 @@ def session(seed: int, records: int, vary: float) -> list[Log]:
 
 @pytest.mark.parametrize(
     ("records", "vary", "count"),
-    [(5, 0.05, 5), *(pytest.param(n, by, 60, marks=pytest.mark.long(40)) for n in (3, 8) for by in (0.0, 0.01, 0.2))],
+    [
+        pytest.param(5, 0.05, 5, marks=pytest.mark.long(4)),
+        *(pytest.param(n, by, 60, marks=pytest.mark.long(40)) for n in (3, 8) for by in (0.0, 0.01, 0.2)),
+    ],
 )
 def test_intervals_are_those_of_the_mean_over_records(records: int, vary: float, count: int) -> None:
     """Chance of failing: below one in a thousand for each parameter (`tests/chance.py`)."""

@@ -129,7 +129,7 @@ def test_lines_that_friction_brings_are_not_taken_as_driven(swing: float) -> Non
 def test_an_A_that_is_friction_is_assumed_to_be_none() -> None:
     """Of few lines around rest A was 227 (-341…795) for 20 1/s: fed forward, 42 µm were left where 0.9 was said."""
     axis = read_machine(CONFIGS / "reality" / "sparse-lines.yaml").axis("x")
-    (trial,) = frequency_response.planned(axis, 0, periods=8)
+    (trial,) = frequency_response.planned(axis, 0, periods=4)
     fit = identify_plant([trial.log(axis, trial.run(axis, 0.0), 0)])
     told = {w.code: w.severity for w in fit.warnings if isinstance(w, Notice)}
     assert told["A-holds-friction"] == "wrong"

@@ -41,7 +41,14 @@ def holds(fit: StaticFit) -> dict[str, bool]:
             for name, one in fit.static.estimates.items() if name in {"F_c", "F_s", "v_s"}}  # fmt: skip
 
 
-@pytest.mark.parametrize(("C", "gravity"), [(700.0, 0.0), (1000.0, 0.0), (1000.0, 40.0)])
+@pytest.mark.parametrize(
+    ("C", "gravity"),
+    [
+        pytest.param(700.0, 0.0, marks=pytest.mark.long(3)),
+        pytest.param(1000.0, 0.0, marks=pytest.mark.long(3)),
+        (1000.0, 40.0),
+    ],
+)
 def test_what_is_left_of_the_settling_is_taken_off_and_told(C: float, gravity: float) -> None:
     fits = [identify_static(strokes(seed, C, gravity=gravity)) for seed in range(8)]
     held = [one for fit in fits for one in holds(fit).values()]

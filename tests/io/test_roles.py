@@ -27,7 +27,7 @@ from tests.io.judge import judged
 
 STROKES = Path(__file__).parents[2] / "data" / "strokes"
 
-SEEDS = 30
+SEEDS = 12
 
 
 def told(path: Path) -> list[AxisColumns]:

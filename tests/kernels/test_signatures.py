@@ -29,6 +29,8 @@ from level import level
 def step(dz, v, dt, state, parameters):
     return {factor} * level(v)
 """
+BEFORE = "import sys; sys.dont_write_bytecode = True; "
+"""Python takes a file of the same second and length for unchanged: here two edits may follow within a second."""
 WITHOUT = "import fric.kernels.signatures as s; s._link_runtime = lambda: s.moved; "
 """As another version of Numba may be: what is reached into is not there."""
 CALL = "import numpy as np; from model import step; e = np.zeros(0); " + (
@@ -36,27 +38,30 @@ CALL = "import numpy as np; from model import step; e = np.zeros(0); " + (
 )
 
 
-def _run(folder: Path, level: float, model: float, before: str = "") -> tuple[float, bool]:
+def _run(environment: dict[str, str], folder: Path, level: float, model: float, before: str = "") -> tuple[float, bool]:
     for name, text in (("level", LEVEL.format(factor=level)), ("model", MODEL.format(factor=model))):
         path = folder / f"{name}.py"
         if not path.exists() or path.read_text() != text:
             path.write_text(text)
-    # Python takes a file of the same second and length for unchanged: here two edits may follow within a second.
-    without_bytecode = {"PYTHONDONTWRITEBYTECODE": "1"}
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), *sys.path])} | without_bytecode
+    path = {"PYTHONPATH": os.pathsep.join([str(folder), *sys.path])}
     out = subprocess.run(
-        [sys.executable, "-c", before + CALL], env=environment, cwd=folder, check=True, capture_output=True, text=True
+        ["python", "-c", BEFORE + before + CALL],
+        env=environment,
+        cwd=folder,
+        check=True,
+        capture_output=True,
+        text=True,
     )
     value, hits = out.stdout.split()
     return float(value), int(hits) > 0
 
 
-def test_cache_is_warm_in_a_new_process_and_sees_every_edit(tmp_path: Path) -> None:
-    assert _run(tmp_path, level=2.0, model=3.0) == (6.0, False)
-    assert _run(tmp_path, level=2.0, model=3.0) == (6.0, True)
-    assert _run(tmp_path, level=2.0, model=5.0) == (10.0, False)
-    assert _run(tmp_path, level=7.0, model=5.0) == (35.0, False)  # the step's own file is untouched
-    assert _run(tmp_path, level=7.0, model=5.0, before=WITHOUT) == (35.0, True)  # by Numba's own way
+def test_cache_is_warm_in_a_new_process_and_sees_every_edit(tmp_path: Path, warm: dict[str, str]) -> None:
+    assert _run(warm, tmp_path, level=2.0, model=3.0) == (6.0, False)
+    assert _run(dict(os.environ), tmp_path, level=2.0, model=3.0) == (6.0, True)  # a process that nothing has warmed
+    assert _run(warm, tmp_path, level=2.0, model=5.0) == (10.0, False)
+    assert _run(warm, tmp_path, level=7.0, model=5.0) == (35.0, False)  # the step's own file is untouched
+    assert _run(warm, tmp_path, level=7.0, model=5.0, before=WITHOUT) == (35.0, True)  # by Numba's own way
 
 
 def test_the_file_of_every_number_that_is_compiled_in_is_watched():

@@ -129,6 +129,7 @@ def test_a_machine_that_drifts_is_surely_said_to_drift(seed: int, monkeypatch: p
     assert found.change == pytest.approx(-0.11, abs=0.02)
 
 
+@pytest.mark.long(6)
 def test_the_circle_is_that_of_what_was_identified_and_of_the_machine(base) -> None:
     verdict = identified(base)
     found = glitches("base", verdict)

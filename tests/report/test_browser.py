@@ -84,7 +84,7 @@ def opened(driver: Any, path: Path) -> Any:
 def judged(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Report], Path]:
     """A report of a run and of a measured circle that is as predicted, and of one that is not, with a tolerance."""
     folder = tmp_path_factory.mktemp("judged")
-    fric.circle("xy-table", "a,c,f").save(folder / "run.h5")
+    fric.circle("xy-table", "a,f").save(folder / "run.h5")
     fric.circle("xy-table", "a", revolutions=3).save(folder / "same.h5")
     fric.circle("virtual-rig", "a", revolutions=3).save(folder / "other.h5")
     made = {}

@@ -31,7 +31,12 @@ REVERSALS = sine(1e-3, 2.9, 1, 4000.0, run_in=0.5)
 
 @pytest.mark.parametrize(
     ("scheme", "axis"),
-    [("f", IDEAL), ("a", MACHINE.axis("x")), ("f", MACHINE.axis("x")), ("a", MACHINE.axis("x").placed(0.3))],
+    [
+        pytest.param("f", IDEAL, marks=pytest.mark.long(4)),
+        ("a", MACHINE.axis("x")),
+        ("f", MACHINE.axis("x")),
+        pytest.param("a", MACHINE.axis("x").placed(0.3), marks=pytest.mark.long(3)),
+    ],
     ids=["f, no encoder", "a", "f", "a, between counts"],
 )
 def test_the_loop_agrees_with_a_plain_one_written_apart(scheme: str, axis: Axis) -> None:
