@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import fric
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction import models
@@ -13,6 +14,7 @@ from fric.friction.lugre import LuGre
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.log import Log
 from fric.records.prepared import prepared
+from fric.records.recognition import kind_of
 from tests.identify.recovery import FITTED, flattened
 from tests.identify.virtual_logs import logs_of
 
@@ -104,3 +106,30 @@ def test_coulomb_friction_of_a_motion_without_a_plant_is_found_under_its_inertia
     log = Log(time=t, position=x, velocity=v, force=force, axis="x", motion="linear", name="motion")
     fit = identify_by_replay("lugre", prepared([log]))
     assert fit.estimates["static"]["F_c"].value == pytest.approx(100.0, rel=0.05)
+
+
+def joint(t: np.ndarray, position: np.ndarray, load: np.ndarray | float = 0.0) -> Log:
+    """Return a joint of 0.5 kg·m² with friction of 1 N·m + 0.4 N·m·s/rad and a load, in steps of 1e-4 rad."""
+    v = np.gradient(position, t)
+    torque = np.tanh(v / 1e-3) + 0.4 * v + 0.5 * np.gradient(v, t) + load
+    torque += 0.05 * np.random.default_rng(0).standard_normal(len(t))
+    return Log(t, np.round(position, 4), force=torque, motion="rotary")
+
+
+def test_strokes_of_a_joint_show_its_mass_beside_its_friction():
+    """Strokes were replayed without a mass: 0.9 (0.76 to 1.08) for a friction of 1."""
+    t = np.arange(0, 16, 0.01)
+    speed = np.repeat([0.3, -0.3, 0.8, -0.8, 1.4, -1.4, 0.5, -0.5], 200)
+    log = joint(t, np.cumsum(np.convolve(speed, np.hanning(31) / 15, "same")) * 0.01)
+    assert kind_of(log) == "constant-velocity"
+    (found,) = (section["F_c"] for section in fric.identify_model("dahl", log).fit.estimates.values())
+    assert float(found) == pytest.approx(1.0, rel=0.05)
+    assert found.half_width < 0.15
+
+
+def test_a_load_that_hides_friction_ends_in_what_to_log():
+    """A friction of 14, with an open interval, was said of a joint of 2.4 under gravity."""
+    t = np.arange(0, 20, 0.02)
+    position = 0.4 * np.sin(2 * np.pi * 0.1 * t) + 0.3 * np.sin(2 * np.pi * 0.23 * t + 1)
+    with pytest.raises(FricError, match="do not determine Coulomb friction"):
+        fric.identify_model("dahl", joint(t, position, 30.0 * np.cos(3.0 * position)))

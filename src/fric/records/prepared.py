@@ -244,7 +244,7 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
         hint = "Is it the right column? Friction changes its sign."
         raise FricError("the force does not change", where=log.where, hint=hint)
     position = travelled(log)
-    moves = filters is not None or kind_of(log) == "motion"
+    moves = filters is not None or kind_of(log) in {"motion", "constant-velocity"}
     hidden = between_samples(log.time, position) if moves else np.zeros(len(log), bool)
     try:
         if hidden.any():

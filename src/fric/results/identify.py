@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import inf
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -657,6 +658,14 @@ def identify_model(
         free=free,
         seed=seed,
     )
+    levels = [estimates["F_c"].ci95 for estimates in found.estimates.values() if "F_c" in estimates]
+    slid = all(kind_of(record) in {"motion", "constant-velocity"} for record in records)
+    if (0.0, inf) in levels or (slid and any(ci95 and ci95[1] == inf for ci95 in levels)):  # a load passes for friction
+        raise FricError(
+            "these records do not determine Coulomb friction: its interval is open", where=records[0].where,
+            hint="Log strokes in both directions at several speeds; a load that changes on the way (gravity, a spring) "
+            "covers it.",
+        )  # fmt: skip
     static = getattr(found.model, "static", None)
     if static is not None:
         doubtful += settled(of_friction(static, motion, taken_off.M if taken_off else None, records[0].where))
