@@ -1,5 +1,6 @@
 """Forms that genuine logs have, each found to be lost or read wrongly once."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile
 
@@ -13,6 +14,8 @@ from fric.automatic.sources import Source, find_sources
 from fric.automatic.steps import axis_steps
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
+from fric.io.propose import guessed
+from fric.io.questions import Question, answered
 from fric.io.readers import tables
 from fric.io.readers.base import Column
 from fric.io.roles import SURE, AxisColumns, axes_of
@@ -284,6 +287,29 @@ def test_a_column_named_rpm_is_in_rpm(tmp_path: Path) -> None:
                          a["velocity"] * 9.5493, 1e3 * a["current"]))  # fmt: skip
     assert axis.motion == "rotary/A"
     assert not axis.open
+
+
+def test_a_question_about_a_position_in_counts_takes_the_counts_of_a_turn(tmp_path: Path) -> None:
+    """A servo's log in counts and tenths of rpm could be said to be in µm or mdeg, and not in what it is."""
+    a = axis_of_a_drive()
+    counts, tenths = np.round(a["position"] * 131072 / (2 * np.pi)), np.round(a["velocity"] * 95.493)
+    path = write(tmp_path / "pdo.csv", "Time[ms];ActualPosition;ActualVelocity;ActualTorque", 1e3 * a["t"], counts,
+                 tenths, np.round(100 * a["current"]))  # fmt: skip
+    asked = list[str]()
+
+    def ask(question: Question) -> None:
+        asked.append(question.text)
+        assert question.take("131072" if "counts has a turn" in question.text else "0.1 %")
+
+    with ExitStack() as files:
+        guess = guessed([path], files, assume=True)
+        mapping, _ = answered(guess, ask, tmp_path)
+    assert len(asked) == 2
+    fric.ingest(path, output=tmp_path / "log.h5", mapping=mapping)
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert log.motion == "rotary/%"
+    np.testing.assert_allclose(log.position, a["position"], atol=1e-4)
+    np.testing.assert_allclose(log.force, np.round(100 * a["current"]) / 10)
 
 
 def zipped(path: Path, name: str, text: bytes) -> Path:

@@ -183,18 +183,26 @@ def _of_units(found: Sequence[Guess]) -> Question | None:
     asked = [guess for guess in asked if replace(guess.axis.readings[0], weight=readings[0].weight) == readings[0]]
     likely = [reading for n, reading in enumerate(readings[:4]) if n < 2 or reading.weight > 0.02]
 
+    position = _column(first, (first.axis.roles.get("position") or first.axis.roles["velocity"]).column)
+    counts = "position" in first.axis.roles and bool(np.all(np.rint(position) == position))
+
     def apply(reading: Reading) -> None:
         for guess in asked:
+            if reading.position[:1].isdigit():  # what a count is, and not what a speed is in
+                guess.axis.roles.pop("velocity", None)
             take_reading(guess.axis, reading)
 
+    def understood(text: str) -> Reading | None:
+        if counts and text.isdecimal() and 0 < int(text) < 2**40:
+            return replace(readings[0], motion="rotary", position=f"{1.0 / int(text):.9g} rev", velocity="")
+        return next((r for r in readings if text in {r.position, r.velocity, r.motion}), None)
+
     return Question(
-        f"In which units is the motion of {_named(asked)}?",
+        f"In which units is the motion of {_named(asked)}?" + " Or how many counts has a turn?" * counts,
         [(_meaning(first, reading), reading) for reading in likely],
         apply,
-        [picture(_column(first, (first.axis.roles.get("position") or first.axis.roles["velocity"]).column))],
-        lambda text: next(
-            (reading for reading in readings if text in {reading.position, reading.velocity, reading.motion}), None
-        ),
+        [picture(position)],
+        understood,
     )
 
 
