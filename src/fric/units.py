@@ -168,7 +168,7 @@ def _spelled(unit: str) -> str:
     plain = unit.strip().replace("·", "*").replace("²", "**2").replace("µ", "u").replace("μ", "u").replace("⁻¹", "**-1")
     if re.search(r"\bgrad\b", plain):
         raise FricError(f"'{unit}' is degrees in German, and gon elsewhere", hint="Write deg, or gon.")
-    plain = re.sub(r"\bGrad\b", "deg", plain)  # German degrees, which Pint takes for a thousand million radians
+    plain = re.sub(r"\bGra?d\b", "deg", plain)  # German degrees, which Pint takes for a thousand million radians
     plain = re.sub(r"\brevs?\b", "revolution", plain)
     return _SPELLED.get(plain, _NEWTON_METRE.sub(r"\1*\2", plain))
 
@@ -177,7 +177,8 @@ def _of_an_angle(unit: str, spelled: str, dimension: str) -> str:
     """Refuse the units that would pass for radians only because an angle has no dimension."""
     if spelled in {"1/min", "min**-1"}:
         return "rpm"
-    if _registry().Quantity(1.0, spelled).units in {_registry().Unit(u) for u in ("count", "percent", "", "Hz", "1/s")}:
+    units = _registry().Quantity(1.0, spelled).units
+    if "count" in str(units) or units in {_registry().Unit(u) for u in ("percent", "", "Hz", "1/s")}:
         raise FricError(
             f"{dimension} cannot be in '{unit}': that does not say what angle it is",
             hint='Write rad/s or rev/s, or give the angle of one logged unit as a scale, as in scale: "0.0879 mrad".',

@@ -312,6 +312,36 @@ def test_a_question_about_a_position_in_counts_takes_the_counts_of_a_turn(tmp_pa
     np.testing.assert_allclose(log.force, np.round(100 * a["current"]) / 10)
 
 
+def test_letters_behind_names_are_axes_and_those_before_them_are_not(tmp_path: Path) -> None:
+    """``s-Ist X``, ``v-Ist X`` and ``I-Ist X`` were of axes s, v and i, and no axis had a current."""
+    a = axis_of_a_drive()
+    parts = [(a["position"][k:][:3500], a["velocity"][k:][:3500], a["current"][k:][:3500]) for k in (0, 325)]
+    head = ";".join(["t [s]", *(f"{q} {ax} [{u}]" for ax in "XY" for q, u in
+                                (("s-Ist", "mm"), ("v-Ist", "mm/s"), ("I-Ist", "A")))])  # fmt: skip
+    found = told(write(tmp_path / "log.csv", head, a["t"][:3500], *parts[0], *parts[1]))
+    assert [channels(axis) for axis in found] == [
+        {"time": 0, "position": 1, "velocity": 2, "force": 3}, {"time": 0, "position": 4, "velocity": 5, "force": 6},
+    ]  # fmt: skip
+
+
+def test_stamps_with_a_zone_are_seconds(tmp_path: Path) -> None:
+    rows = [f"2024-05-11T08:00:{0.1 * k:06.3f}Z,{k},{k}" for k in range(50)]
+    (tmp_path / "log.csv").write_text("timestamp,x,y\n" + "\n".join(rows) + "\n")
+    (block,) = next(tables(tmp_path / "log.csv")).read([0])
+    np.testing.assert_allclose(np.diff(block.columns[0]), 0.1, atol=1e-6)
+
+
+def test_counts_a_second_are_no_radians_a_second(tmp_path: Path) -> None:
+    """Of a linear motor's counts a rotary axis was made without a question."""
+    a = axis_of_a_drive()
+    head = "Time [sec];Position [counts];Velocity [counts/sec];Active Current [A]"
+    path = write(tmp_path / "rec.csv", head, a["t"], np.round(2e4 * a["position"]), 2e4 * a["velocity"], a["current"])
+    (axis,) = told(path)
+    assert channels(axis) == {"time": 0, "position": 1, "velocity": 2, "force": 3}
+    assert axis.roles["position"].unit_likelihood < SURE
+    assert parse("180 Grd", "position", "rotary") == pytest.approx(np.pi)
+
+
 def zipped(path: Path, name: str, text: bytes) -> Path:
     with ZipFile(path, "w", ZIP_DEFLATED) as archive:
         archive.writestr("dataset/README.txt", "measured in 2021")

@@ -19,8 +19,10 @@ from fric.errors import FricError
 from fric.io.readers.base import ForeignTable, Memory
 from fric.io.words import (
     TOLERANCE,
+    USUAL,
     Reading,
     Spoken,
+    is_counted,
     motions_in,
     readings,
     says_mode,
@@ -199,7 +201,13 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
         axis.name = str(n)
         if (mode := _mode(data, _first_column(axis))) is not None:
             axis.roles["mode"] = Role("mode", mode, "1", 0.97, 1.0, "by its name")
+        for channel, role in axis.roles.items():  # a file that says counts says that it is in no unit
+            if role.column is not None and role.unit in _OF_MOTION and is_counted(data.columns[role.column].unit):
+                axis.roles[channel] = replace(role, unit_likelihood=0.5 * role.unit_likelihood)
     return axes
+
+
+_OF_MOTION = {unit for of in USUAL.values() for units in of[:2] for unit in units}
 
 
 def _mode(data: Samples, main: int) -> int | None:

@@ -194,7 +194,7 @@ def spoken(column: Column) -> Spoken:
     shows = leaf in LETTERS or leaf.startswith("f ") or any(_has(leaf, known) for known in QUANTITIES.values())
     name = leaf if shows else name
     unit = _unit_of(column)
-    counted = unit in COUNTED
+    counted = is_counted(unit)
     by_unit = _quantity_of(unit) if unit and not counted else None
     by_name = next((quantity for quantity, known in QUANTITIES.items() if _has(name, known)), None)
     commanded, measured = _has(name, REFERENCE), _has(name, MEASURED)
@@ -214,6 +214,11 @@ def spoken(column: Column) -> Spoken:
     if by_name == "time" and by_unit in {None, "time"}:
         quantity, unit = "time", unit or next((size for word, size in CLOCKS.items() if word in name.split()), None)
     return Spoken(quantity, unit, commanded, measured, motions_in(name), _has(name, AT_LOAD), told)
+
+
+def is_counted(unit: str | None) -> bool:
+    """Return whether a unit is counts, or counts/s."""
+    return unit is not None and unit.partition("/")[0] in COUNTED
 
 
 def says_mode(column: Column) -> float:
@@ -253,8 +258,10 @@ def tags(columns: Sequence[Column]) -> list[str | None]:
     """
     plain = (re.sub(r"\((?::,)?(\w+)\)$", r" \1", bare(column)) for column in columns)  # J1 is no joule
     names = [tuple(_words(name).split()) for name in plain]
+    first, last = [0] * len(names), [len(name) - 1 for name in names]
+    letters = sum(name[-1:] in {("x",), ("y",), ("z",)} for name in names)
     numbers = [next((n for n in reversed(range(len(name))) if re.fullmatch(r"\d{1,2}", name[n])), -1) for name in names]
-    for places in (numbers, [0] * len(names), [len(name) - 1 for name in names]):
+    for places in (numbers, last, first) if letters > 1 else (numbers, first, last):
         rests: dict[str, set[tuple[str, ...]]] = {}
         found = [""] * len(names)
         for k, (name, n) in enumerate(zip(names, places, strict=True)):

@@ -569,8 +569,8 @@ def _stamps(text: "pd.Series[Any]") -> "pd.Series[Any]":
     if not _DATE.match(first):
         return pd.to_timedelta(text, errors="coerce").dt.total_seconds()
     form = "ISO8601" if re.match(r"\d{4}-", first) else "mixed"
-    stamps = pd.to_datetime(text, errors="coerce", format=form, dayfirst=bool(re.match(r"\d+\.", first)))
-    return (stamps - pd.Timestamp(0)) / pd.Timedelta(1, "s")
+    stamps = pd.to_datetime(text, errors="coerce", format=form, dayfirst=bool(re.match(r"\d+\.", first)), utc=True)
+    return (stamps - pd.Timestamp(0, tz="UTC")) / pd.Timedelta(1, "s")
 
 
 def _opened(path: Path, zipped: bool, encoding: str | None = None) -> IO[Any]:
