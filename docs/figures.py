@@ -43,14 +43,21 @@ def run_page(page: Path, folder: Path) -> None:
             raise SystemExit(f"{page.name}: $ {command}\n{printed}")
 
 
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+
+
 def readme(folder: Path) -> None:
-    """Draw Table 2's circles, and the map that the README's session draws."""
-    run_page(FIGURES.parents[1] / "README.md", folder)
-    shutil.copy(folder / "static-map.png", FIGURES)
-    command = f"fric simulate circle configs/xy-table.yaml --plot {FIGURES / 'table-2.png'} --force"
-    status, printed = examples.run(command, folder)
-    if status:
-        raise SystemExit(printed)
+    """Draw Table 2's circles, and the first screen of the page of the README's session; that needs a browser."""
+    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+    shot = f"--hide-scrollbars --force-device-scale-factor=1 --window-size=1200,720 --screenshot={FIGURES / 'page.png'}"
+    for command in (
+        f"fric simulate circle configs/xy-table.yaml --plot {FIGURES / 'table-2.png'} --force",
+        "fric auto data -o found",
+        f"{browser} --headless --no-sandbox --disable-gpu {shot} file://{folder}/found/report.html",
+    ):
+        status, printed = examples.run(command, folder)
+        if status:
+            raise SystemExit(printed)
 
 
 def tutorial(folder: Path) -> None:

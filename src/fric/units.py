@@ -121,7 +121,7 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
         other: Motion = "linear" if rotates(motion) else "rotary"
         fits = registry.Quantity(1.0, spelled).check(registry.Unit(si_unit(dimension, other)).dimensionality)
         hint = f" (the axis is {motion}; is it {other}? Then say `motion: {other}`)" if fits else ""
-        what = f"{dimension} cannot be in '{unit}': that unit measures {_measured(spelled)}"
+        what = f"{dimension.removeprefix('small ')} cannot be in '{unit}': that unit measures {_measured(spelled)}"
         raise FricError(what, hint=f"Give a unit that converts to {si}{hint}.") from None
     except FricError:
         raise

@@ -23,7 +23,7 @@ def test_record_names_are_whole_in_a_narrow_terminal():
     rows = [[name, "constant-velocity", "100.6 s", "5.952 Hz", "-80.01 µm/s, 80 µm/s", "", "static"] for name in names]
     lines = printed(Table(["record", "kind", "duration", "sampling", "what", "flaws", "good for"], rows), 80)
     assert max(map(len, lines)) <= 80
-    assert [line.split()[0] for line in lines if line.startswith("constant-velocity-at")] == names
+    assert [line.split()[0] for line in lines if line.startswith("constant-velocity-at")] == 2 * names
 
 
 def test_a_symbol_is_named_once():
@@ -48,3 +48,17 @@ def test_what_every_session_shows_is_a_word_in_the_table_and_what_a_file_said_is
 def test_a_text_is_a_text_in_a_notebook_too(monkeypatch):
     monkeypatch.setattr("rich.console._is_jupyter", lambda: True)  # Rich would show what it prints, beside the result
     assert plain(["F_c"]) == "F_c"
+
+
+def test_a_table_that_is_wider_than_the_terminal_comes_in_parts_and_cuts_no_cell() -> None:
+    """At 80 columns the circles of `reproduce` read 13.2±… and "pa" and "per" on two lines."""
+    cells = [f"{n}.2±0.1" for n in range(13, 20)]
+    table = Table(("scheme", "+x", "+y", "near reversals", *"abcd"), [("(f) GMS + observer", *cells)], "circle")
+    out = StringIO()
+    Console(file=out, width=50, color_system=None, soft_wrap=True).print(table)
+    lines = [line.rstrip() for line in out.getvalue().splitlines()]
+    assert max(map(len, lines)) <= 50
+    assert sum(line.startswith("(f) GMS + observer") for line in lines) == 3
+    assert all(cell in out.getvalue() for cell in cells)
+    assert "…" not in out.getvalue()
+    assert lines.count("circle") == 1

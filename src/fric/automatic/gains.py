@@ -35,7 +35,7 @@ class Stated:
         """Sort what was given into files of controllers, and texts like `EXAMPLE` with the axis before a colon."""
         files, texts = dict[str, Path](), dict[str, str]()
         for item in given:
-            if _GAIN.search(str(item)) and not Path(item).exists():
+            if ("=" in str(item) or _GAIN.search(str(item))) and not Path(item).exists():
                 named = _AXIS.match(str(item))
                 texts[named[1] if named else ""] = str(item)[named.end() if named else 0 :]
             else:

@@ -192,6 +192,12 @@ def auto(
     allowed = None if tolerance is None else bounded("tolerance", tolerance)
     found = find_sources(map(Path, logs), mapping, folder / "mappings", assume=assume, ask=ask)
     tests = find_sources(map(Path, circles))
+    if circles and not (tests.circles or tests.traces):
+        hint = "Make a circle of its log with `fric ingest LOG.csv --kind circle -o circle.h5`."
+        raise FricError("there is no measured circle in it", where=str(circles[0]), hint=hint)
+    given = located(Path(machine), "machine") if machine else None
+    if given is not None:
+        machine_of(given)  # refused before all steps
     found.circles, found.traces = [*found.circles, *tests.circles], [*found.traces, *tests.traces]
     found.description += tests.description
     stated = Stated.of(controllers)
@@ -199,7 +205,7 @@ def auto(
     if nothing and found.open.found:
         raise found.open.error()
     if nothing:
-        raise _none_found(found)
+        raise _none_found(found, logs)
     if encoder == "load" and not any(log.loaded for log in found.logs):
         raise FricError("no log has the position of the load", hint="Name its column load_position in a mapping.")
     advance(0, total=_steps(found))
@@ -213,7 +219,6 @@ def auto(
         return find_gains(session, found, of_axis, stated, ask, needed=responses and machine is None)
 
     axes = identify_axes(session, found, gains, encoder)
-    given = located(Path(machine), "machine") if machine else None
     subject = _machine(session, axes, given)
     _circles(session, found, axes, subject, given is not None)
     pages = [path for axis in axes.values() for path in axis.there]
@@ -234,10 +239,13 @@ def auto(
     return AutoResult(folder, axes, described, session.steps, session.made, failed, page, rotary)
 
 
-def _none_found(found: Sources) -> FricError:
+def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
     """Return the error that no file shows friction, with what to log or to fill in."""
     if not found.refused:
-        return FricError("there is no log in these files", hint="Give logs of a drive, or their folder.")
+        return FricError(
+            f"there is no log in {', '.join(map(str, logs))}",
+            hint="Give logs of a drive, or their folder. `fric ingest --list` lists the formats.",
+        )
     ((why, files), *more) = sorted(found.refused.items(), key=lambda item: "column" not in item[0])
     what = f"no log here shows friction: {why}"
     beside = [f"{first_of(others)}: {reason}" for reason, others in more[:3]]

@@ -80,7 +80,7 @@ def validate_closed_loop(
         raise FricError(
             f"the record is sampled at {rate:g} Hz and the controller runs at {cascade.sampling:g} Hz",
             where=log.where,
-            hint="Give the rate of the record as the controller's sampling.",
+            hint="Log at the controller's rate; without `controller=` the friction alone is replayed.",
         )
     force = _driven(log, plant)
     recorded = log.input if log.input is not None else force / plant.K_f

@@ -65,7 +65,7 @@ MODEL_SHAPE = Flaw("model-shape", "doubt",
     "Learning leaves {learned}, the best friction model {model} of the circle: its shape is wrong.",
     "`fric compare` shows which model fits the friction of the logs best.")
 LAW_DIFFERS = Flaw("law-differs", "doubt",
-    "Friction does not follow the model: at {feed} ({scheme}) leaves {glitch} to {most}, else {alone}.",
+    "Friction does not follow the model: ({scheme}) leaves {glitch} to {most} at {feed}, not {alone}.",
     "Tune again with circles recorded after this; `fric learn` needs no model and can reach {alone}.")
 ONE_FEED = Flaw("one-feed", "doubt", "All circles have about the same feed, {feed}: they do not determine {missing}.",
     "Record one fast and one slow circle, as at 100 and 10 mm/s.")

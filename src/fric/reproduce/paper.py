@@ -346,7 +346,7 @@ class Reproduction(Result, schema=ReproductionDocument):
     def report(self) -> list[Piece]:
         """Return the circles beside the paper's, where the page is, and the conclusion."""
         tables = [piece for circle in self.circles() for piece in circle.report()]
-        made = f"{self.made} of {self.steps} steps were run, the rest was up to date"
+        made = f"{self.steps} steps: {self.made} run, {self.steps - self.made} up to date"
         return [*tables, made, str(self.page), *map(self._conclusion, self.runs)]
 
     def _conclusion(self, feed: float) -> str:

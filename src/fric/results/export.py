@@ -8,6 +8,7 @@ from importlib import import_module
 from importlib.machinery import ModuleSpec
 from importlib.util import module_from_spec
 from pathlib import Path
+from shlex import quote
 from types import ModuleType
 from typing import Annotated, Any
 
@@ -37,7 +38,7 @@ from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine
 from fric.units import readable
 from fric.verb import Kind, verb
-from fric.verdict import Candidate, Evidence, candidates_of, decide, evidence_of, reasons_against
+from fric.verdict import Candidate, Evidence, candidates_of, decide, evidence_of, machine_name, reasons_against
 
 
 def trust_of(
@@ -160,7 +161,7 @@ class ExportResult(Result):
             When the verdict does not trust it, or a file exists, and ``force`` is not set.
         """
         if not force:
-            require_trust(self.part, self.against, self.distrust)
+            require_trust(self.part, self.against, self.distrust, self.made_from)
         write_folder(Path(path), self._all(), force=force)
 
     def _all(self) -> dict[str, str | bytes]:
@@ -243,7 +244,7 @@ def export_axis(
         if target != "linuxcnc":
             raise FricError(f"a trial is for the target linuxcnc, and this is {target}")
         if not force:
-            require_trust(made, against, distrust)
+            require_trust(made, against, distrust, made_from)
         bench = _linuxcnc_bench()
         Path(trial).mkdir(parents=True, exist_ok=True)
         arcs = bench.try_in_linuxcnc(subject, wanted, Path(trial), advance=advance)
@@ -269,7 +270,9 @@ def _linuxcnc_bench() -> ModuleType:
     return import_module(f"{name}.trial")
 
 
-def require_trust(part: ExportedPart, against: Sequence[Notice], distrust: Sequence[Notice]) -> None:
+def require_trust(
+    part: ExportedPart, against: Sequence[Notice], distrust: Sequence[Notice], made_from: Sequence[dict[str, str]]
+) -> None:
     """Raise a `FricError` where the verdict does not trust what would be exported."""
     if against:
         raise FricError(
@@ -277,10 +280,12 @@ def require_trust(part: ExportedPart, against: Sequence[Notice], distrust: Seque
             hint="Correct that first; `force=True` exports it nevertheless.",
         )
     if distrust:
+        name = quote(machine_name(made_from[0]["file"])) if made_from else "MACHINE.yaml"
+        many = f"fric simulate circle {name} --scheme a,{part.scheme} --monte-carlo 20 -o run.h5"
         raise FricError(
             f"scheme {part.scheme} on axis {part.axis} is not to be trusted yet. {' '.join(distrust)}",
-            hint="Give a run with varied machines (`fric simulate circle --monte-carlo 20 -o RUN.h5`) with `drawn=`, "
-            "and a measured circle with `circles=`; `force=True` exports it nevertheless.",
+            hint=f"Give a run with varied machines (`{many}`) with `drawn=`, and a measured circle with `circles=`; "
+            "`force=True` exports it nevertheless.",
         )
 
 

@@ -131,7 +131,10 @@ def bounded(name: str, given: str | float, motion: Motion = "linear") -> float:
     Raises FricError: When it is no quantity of its dimension, not positive, or beyond that of any machine.
     """
     dimension = BOUNDS[name].dimension
-    value = positive(given, dimension, motion)
+    try:
+        value = positive(given, dimension, motion)
+    except FricError as error:
+        raise error.at(BOUNDS[name].what) from None
     settled([Finding(name, value, motion)], f"Is '{likely(f'{value:g}', dimension, motion)}' meant? Write the unit")
     return value
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from html import escape
@@ -15,6 +15,7 @@ from fric.flaws import flaw_of
 from fric.notice import Notice
 
 if TYPE_CHECKING:
+    import rich.console
     import rich.table
 
 OTHERS = {
@@ -83,27 +84,38 @@ class Table:
     rows: Sequence[Sequence[str]] = field(default_factory=list)  # Cells, a row of as many as there are headings
     title: str = ""  # What stands above it
 
-    def __rich__(self) -> rich.table.Table:
-        """Return the table as Rich prints it."""
+    def __rich_console__(self, console: rich.console.Console, options: Any) -> Iterator[rich.table.Table]:
+        """Yield the table as Rich prints it; where a terminal is too narrow in parts, so that no cell is cut."""
         from rich.cells import cell_len
         from rich.table import Table as RichTable
         from rich.text import Text
 
-        def shown(text: str) -> Text:
-            return Text(printable(text))
-
-        title = shown(self.title) if self.title else None
-        made = RichTable(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
-        first = max((cell_len(printable(row[0])) for row in self.rows), default=0)
-        for n, column in enumerate(self.columns):
-            side: Literal["left", "right"] = "left" if n == 0 or column in WORDS else "right"
-            most = WORDS.get(column)
-            # what rows are called is never cut, nor a word of a heading: columns give way, and wrap
-            least = max([*map(cell_len, column.split()), 0 if n else first])
-            made.add_column(shown(column), justify=side, no_wrap=n == 0, min_width=least, max_width=most)
-        for row in self.rows:
-            made.add_row(*map(shown, row))
-        return made
+        rows = [list(map(printable, row)) for row in self.rows]
+        cells = [[printable(column), *(row[n] for row in rows)] for n, column in enumerate(self.columns)]
+        full = [max(map(cell_len, column)) for column in cells]
+        # what rows are called stays on its line, the rest wraps between words
+        least = [
+            full[0],
+            *(max(cell_len(word) for text in column for word in ["", *text.split()]) for column in cells[1:]),
+        ]
+        parts: list[list[int]] = [[0]]
+        for n in range(1, len(self.columns)):
+            if len(parts[-1]) > 1 and sum(least[k] + 2 for k in (*parts[-1], n)) - 2 > options.max_width:
+                parts.append([0])
+            parts[-1].append(n)
+        title: Text | None = Text(printable(self.title))
+        for part in parts:
+            title, over = None, title or None
+            made = RichTable(title=over, title_justify="left", box=None, pad_edge=False, header_style="bold")
+            for n in part:
+                side: Literal["left", "right"] = "left" if n == 0 or self.columns[n] in WORDS else "right"
+                made.add_column(
+                    Text(cells[n][0]), justify=side, no_wrap=full[n] == least[n], min_width=least[n],
+                    max_width=WORDS.get(self.columns[n]),
+                )  # fmt: skip
+            for row in rows:
+                made.add_row(*(Text(row[n]) for n in part))
+            yield made
 
     def html(self) -> str:
         """Return the table as HTML."""

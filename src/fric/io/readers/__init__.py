@@ -64,7 +64,7 @@ def _surest(path: Path) -> tuple[float, Any]:
     except OSError as error:
         raise FricError(f"cannot be read: {error.strerror}", where=str(path)) from None
     if not head.strip():
-        raise FricError("is empty", where=str(path), hint="Export the log again.")
+        raise FricError("the file is empty", where=str(path), hint="Export the log again.")
     return max(((float(reader.recognises(path, head)), reader) for reader in _readers()), key=lambda found: found[0])
 
 

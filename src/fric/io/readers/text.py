@@ -370,7 +370,7 @@ def beginning(path: Path) -> tuple[bytes, bool]:
 def shaped(path: Path, head: bytes, layout: Layout) -> Shape:
     """Return how a text is written, by its first bytes."""
     if not head.strip():
-        raise FricError("is empty", where=str(path), hint="Export the log again.")
+        raise FricError("the file is empty", where=str(path), hint="Export the log again.")
     try:
         return shape_of(head, layout, whole=len(head) < LOOK)
     except FricError as error:
