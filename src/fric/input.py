@@ -16,7 +16,7 @@ MOST_PACKED, SMALL = 3000, 1 << 20
 _OWN = str(Path(__file__).parent)
 
 
-def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a file in it.") -> Path:
+def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a file in it, or use `fric auto`.") -> Path:
     """Return the path of a regular file of a bounded size [byte].
 
     Raises FricError: When there is no such file, or it is a folder, a device or a pipe, or is larger.

@@ -197,7 +197,9 @@ def auto(
         raise FricError("there is no measured circle in it", where=str(circles[0]), hint=hint)
     given = located(Path(machine), "machine") if machine else None
     if given is not None:
-        machine_of(given)  # refused before all steps
+        machine_of(given)  # refused before all steps, as is a mapping that is not there
+    if mapping is not None:
+        located(Path(mapping), "mapping")
     found.circles, found.traces = [*found.circles, *tests.circles], [*found.traces, *tests.traces]
     found.description += tests.description
     stated = Stated.of(controllers)
@@ -208,7 +210,7 @@ def auto(
         raise _none_found(found, logs)
     if encoder == "load" and not any(log.loaded for log in found.logs):
         raise FricError("no log has the position of the load", hint="Name its column load_position in a mapping.")
-    advance(0, total=_steps(found))
+    advance(0, total=len(found.traces) + 5 * len({log.axis for log in found.logs}) + 2 + 2 * len(found.circles))
     session = Session(folder, run, say, advance)
     for trace in found.traces:
         one = trace_step(trace, folder)
@@ -266,12 +268,6 @@ def _refuse_among(folder: Path, logs: Sequence[Path]) -> None:
                 f"the results would lie among the logs in {path if path.is_dir() else path.parent}", where=str(folder),
                 hint=f"Give a folder beside them: -o {place.parent / 'found'}.",
             )  # fmt: skip
-
-
-def _steps(found: Sources) -> int:
-    """Return the approximate number of steps."""
-    axes = {log.axis for log in found.logs}
-    return len(found.traces) + 5 * len(axes) + 2 + 2 * len(found.circles)
 
 
 def _machine(session: Session, axes: dict[str, AxisOutcome], given: Path | None) -> Path | None:

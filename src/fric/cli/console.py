@@ -109,6 +109,8 @@ def finish(
     writes: Format of ``output``, as `fric.output.FORMATS` calls it.
     worded: Replaces arguments by options in a warning.
     """
+    from fric.results.text import plain, told_alone
+
     figures = {path: draw for path, draw in (also or {}).items() if path is not None}
     view, plot = named(plot)
     written = [path for path in (output, plot, *figures) if path is not None]
@@ -140,11 +142,9 @@ def finish(
             if isinstance(piece, str):
                 OUT.say(printable(worded(piece), 10 * MOST_CHARACTERS))
             else:
-                OUT.print(piece)
+                OUT.print(piece if OUT.console.is_terminal else plain([piece]), markup=False)  # a pipe without blanks
         if written:
             OUT.print(f"wrote {' and '.join(map(str, written))}", markup=False)
-    from fric.results.text import told_alone
-
     print_warnings(map(worded, told_alone(result.warnings)))
     return result
 

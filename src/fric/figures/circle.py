@@ -48,10 +48,10 @@ def grid_lines(axes: PolarAxes, grid: float) -> None:
     """Draw the reference circle, and a labelled grid [µm] to either side of it."""
     axes.plot(np.linspace(0, 2 * pi, 361), np.zeros(361), color=GREY, linewidth=1.6, zorder=1.9)
     axes.set_ylim(-2 * LINES * grid, LINES * grid * 1.15)
-    labels = ["" if n % 2 else f"{n * grid:+g} µm" if n else "0" for n in range(-LINES, LINES + 1)]
-    labels = [label.replace("-", "−") for label in labels]
+    labels = ["" if n % 2 else f"{n * grid:+g}".replace("-", "−") if n else "0" for n in range(-LINES, LINES)]
+    labels.append(f"+{LINES * grid:g} µm")
     axes.set_yticks(grid * np.arange(-LINES, LINES + 1), labels, fontsize=6, color=GREY)
-    axes.set_rlabel_position(22.5)
+    axes.set_rlabel_position(45)
     axes.set_xticks(np.arange(4) * pi / 2, [name.replace("-", "−") for name in QUADRANTS])
     axes.tick_params(axis="x", pad=-1)
     axes.spines["polar"].set_visible(False)

@@ -80,10 +80,8 @@ def _drawn(test: ContourTest, advance: Callable[..., None]) -> ContourTest:
         for outcome in found:
             done.append(outcome)
             advance()
-    glitches, swings = (
-        np.array([np.abs(outcome.quadrants).max(axis=1) for outcome in done]),
-        np.array([o.swings for o in done]),
-    )
+    glitches = np.array([np.abs(outcome.quadrants).max(axis=1) for outcome in done])
+    swings = np.array([outcome.swings for outcome in done])
     contours = (
         replace(contour, drawn=tuple(map(float, glitches[:, n])), swings=tuple(map(float, swings[:, n])))
         for n, contour in enumerate(test.contours)
@@ -95,10 +93,8 @@ def _drawn(test: ContourTest, advance: Callable[..., None]) -> ContourTest:
 class Report(Result):
     """A report: identified parameters, measured circles, the verdict, and drift."""
 
-    inputs: ReportInput
-    """The data that it is made of."""
-    title: str = ""
-    """Heading of its page."""
+    inputs: ReportInput  # The data that it is made of
+    title: str = ""  # Heading of its page
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -114,10 +110,8 @@ class Report(Result):
     @property
     def warnings(self) -> Sequence[Notice]:
         """Warnings of the files and of measured circles."""
-        return [
-            *self.document["warnings"],
-            *(text for circle in self.inputs.circles for text in circle.result.warnings),
-        ]
+        measured = (text for circle in self.inputs.circles for text in circle.result.warnings)
+        return [*self.document["warnings"], *measured]
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write one self-contained HTML page."""

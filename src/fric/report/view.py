@@ -268,19 +268,16 @@ def uneven(test: ContourTest) -> list[str]:
         return []
     size = np.abs(without.glitches)
     first, second = float(size[[0, 2]].max()), float(size[[1, 3]].max())
-    both = len(test.axes) == 2
     said = []
-    if both and max(first, second) > UNEVEN * min(first, second):
+    if len(test.axes) == 2 and max(first, second) > UNEVEN * min(first, second):
         larger, lesser = ("x", "y") if first > second else ("y", "x")
         said.append(
             f"Axis {larger} has the larger glitch without compensation, {readable(max(first, second), 'm')} against "
             f"{readable(min(first, second), 'm')} of axis {lesser}: begin there."
         )
     for axis, ends in (("x", (0, 2)), ("y", (1, 3))):
-        if axis not in test.axes:
-            continue
-        one, other = float(size[ends[0]]), float(size[ends[1]])
-        if max(one, other) > UNEVEN * min(one, other):
+        one, other = (float(size[end]) for end in ends)
+        if axis in test.axes and max(one, other) > UNEVEN * min(one, other):
             said.append(
                 f"Axis {axis} shows {readable(one, 'm')} at +{axis} and {readable(other, 'm')} at -{axis}: its "
                 "friction depends on direction or place. Identify with `direction='each'`."
