@@ -658,18 +658,26 @@ def identify_model(
         free=free,
         seed=seed,
     )
-    levels = [estimates["F_c"].ci95 for estimates in found.estimates.values() if "F_c" in estimates]
-    slid = all(kind_of(record) in {"motion", "constant-velocity"} for record in records)
-    if (0.0, inf) in levels or (slid and any(ci95 and ci95[1] == inf for ci95 in levels)):  # a load passes for friction
-        raise FricError(
-            "these records do not determine Coulomb friction: its interval is open", where=records[0].where,
-            hint="Log strokes in both directions at several speeds; a load that changes on the way (gravity, a spring) "
-            "covers it.",
-        )  # fmt: skip
+    _refuse_hidden(found, records)
     static = getattr(found.model, "static", None)
     if static is not None:
         doubtful += settled(of_friction(static, motion, taken_off.M if taken_off else None, records[0].where))
     return ModelResult(replace(found, warnings=(*found.warnings, *loaded, *doubtful)), kept)
+
+
+def _refuse_hidden(found: ReplayFit, records: Sequence[Log]) -> None:
+    """Raise where Coulomb friction is not determined; before sliding the force that is seen bounds it from below."""
+    slid = all(kind_of(record) in {"motion", "constant-velocity"} for record in records)
+    for level in (estimates["F_c"] for estimates in found.estimates.values() if "F_c" in estimates):
+        low, high = np.ravel(level.ci95 or (1.0, 1.0))
+        if (slid and (high == inf or (low == 0.0 and high > 3.0 * float(level)))) or (low, high) == (0.0, inf):
+            upper = "open" if high == inf else readable(float(high), level.unit)
+            raise FricError(
+                f"these records do not determine Coulomb friction: its interval is {low:g} to {upper}",
+                where=records[0].where,
+                hint="Log strokes in both directions at several speeds; a load that changes on the way (gravity, a "
+                "spring) hides it.",
+            )
 
 
 def _fixed(model: str, given: Iterable[str] | Mapping[str, float | str], motion: Motion) -> dict[str, float]:
