@@ -99,7 +99,7 @@ def test_the_loop_with_observer_agrees_with_python_control(plant: LinearPlant, c
     assert np.abs(poles).max() < 1.0
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     st.floats(1.0, 200.0), st.floats(0.5, 20.0), st.floats(0.125e-3, 2e-3), st.floats(1.0, 250.0), st.floats(0.02, 1.0)
 )

@@ -195,7 +195,7 @@ def energy(model, state):
     ],
     ids=["Table 1", "ten", "fast C", "rolling"],
 )
-@settings(max_examples=40, deadline=None, derandomize=True, database=None)
+@settings(max_examples=20, deadline=None, derandomize=True, database=None)
 @given(
     dt=st.floats(-7, 3).map(lambda x: 10**x),
     speed=st.floats(-7, 0).map(lambda x: 10**x),

@@ -18,7 +18,7 @@ from fric.kernels.increments import reversal
 from tests.friction.instances import INSTANCES, slowly, static_of, stiffness_of, with_property, with_viscous
 
 every_model = pytest.mark.parametrize("name", INSTANCES)
-quick = settings(max_examples=40, deadline=None, derandomize=True, database=None)
+quick = settings(max_examples=20, deadline=None, derandomize=True, database=None)
 
 
 def claiming(*claimed):

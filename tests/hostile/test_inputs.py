@@ -129,7 +129,7 @@ def test_what_is_no_column_of_numbers_is_told(log, spoil):
         assert len(said(call)) < 1200
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(st.data())
 def test_bytes_of_a_log_that_were_changed_end_in_a_sentence_or_a_log(tmp_path_factory, data):
     folder = tmp_path_factory.mktemp("fuzz")
@@ -203,7 +203,7 @@ def test_yaml_that_is_made_to_hurt(tmp_path, text, match):
     assert all(one.isprintable() or one == "\n" for one in str(caught.value))
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.binary(max_size=400))
 def test_any_bytes_are_a_document_or_a_sentence(tmp_path_factory, data):
     path = tmp_path_factory.mktemp("yaml") / "a.yaml"

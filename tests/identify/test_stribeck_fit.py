@@ -32,7 +32,7 @@ def test_scipys_local_solver_ends_in_the_wrong_basin_where_this_one_does_not():
     assert problem.solve().cost == pytest.approx(right, rel=1e-5)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(
     F_c=st.floats(1.0, 1e3), rise=st.floats(0.05, 2.0), v_s=st.floats(1e-4, 1e-2), sigma=st.floats(0.0, 1e3),
     delta=st.floats(0.5, 2.5), offset=st.floats(-10.0, 10.0), free=st.booleans(),
@@ -48,7 +48,7 @@ def test_exact_forces_give_exact_parameters(F_c, rise, v_s, sigma, delta, offset
     assert found["offset"] == pytest.approx(offset, abs=1e-3 * F_c)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 10_000))
 def test_bounds_hold_whatever_the_forces(seed):
     rng = np.random.default_rng(seed)

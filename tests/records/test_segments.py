@@ -34,7 +34,7 @@ def programmes(draw):
     return strokes(legs, acceleration=acceleration, dwell=dwell, rate=rate), step, draw(st.integers(0, 10**6))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(programmes(), st.sampled_from([0.0, 0.3]))
 def test_every_stroke_is_found_and_no_sample_of_its_ramps(programme, noise_counts):
     made, step, seed = programme
@@ -60,7 +60,7 @@ def test_every_stroke_is_found_and_no_sample_of_its_ramps(programme, noise_count
         assert abs(mean - COULOMB * np.sign(velocity)) < 5.0 * NOISE / np.sqrt(len(segment)) + bias
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(programmes())
 def test_velocity_logs_give_the_same_strokes(programme):
     made, _, seed = programme

@@ -59,7 +59,7 @@ def written(draw):
     return text.encode(encoding), np.array(values), header, draw(st.booleans())
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(written())
 def test_any_way_of_writing_gives_the_same_numbers(case):
     data, values, header, zipped = case
