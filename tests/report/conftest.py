@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,7 +12,10 @@ import pytest
 
 import fric
 from fric.control.scheme import choose_schemes
+from fric.drive.plant import Plant
+from fric.identify.halves import halves
 from fric.io.run import write_runs
+from fric.log import Log
 from fric.simulate.circle import run_circle
 
 ROOT = Path(__file__).parents[2]
@@ -61,6 +65,24 @@ B: {value: 4.526, unit: m/(s^2*V), ci95: [4.5, 4.55]}
 T_d: {value: 0.65, unit: ms, ci95: [0.64, 0.66]}
 K_f: {value: 548, unit: N/V}
 """
+
+
+HALVES: dict[object, object] = {}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def halved_once() -> Iterator[None]:
+    """Fit halves of the same strokes once: it takes 2 s, and tests/identify/test_halves.py judges it."""
+
+    def once(logs: Sequence[Log], plant: Plant | None = None) -> object:
+        key = (*(values.tobytes() for log in logs for values in log.channels().values()), plant)
+        if key not in HALVES:
+            HALVES[key] = halves(logs, plant)
+        return HALVES[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fric.report.plots.halves", once)
+        yield
 
 
 @pytest.fixture(scope="session")
