@@ -1,11 +1,13 @@
 """Kicks at reversals that no reference asks for: a friction compensation of the control was left on."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fric import FricError
+from fric.circles.tune import trace_flaws
 from fric.drive.sensing import Encoder
 from fric.identify.gms.identify import identify_gms
 from fric.log import Log
@@ -122,3 +124,11 @@ def test_kicks_are_found_and_no_others():
     false, right = np.array(found).T
     assert right.sum() >= fewest(120, 0.95)
     assert false.sum() <= most(120, 0.01)
+
+
+@pytest.mark.parametrize(("scheme", "told"), [("", True), ("a", True), ("f", False)])
+def test_the_compensation_of_a_scheme_that_is_named_is_not_foreign_to_tune(scheme, told):
+    """A clean machine of scheme (c) was called wrong: its own feedforward leads at reversals."""
+    log = kicked_sine(0, 1, 3, 4)
+    found = trace_flaws([SimpleNamespace(scheme=scheme, logs=lambda: [log])])
+    assert ("foreign-compensation" in {notice.code for notice in found}) == told

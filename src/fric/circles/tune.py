@@ -37,6 +37,7 @@ from fric.drive.plant import Plant, hold_delay
 from fric.errors import FricError
 from fric.estimate import Estimate, as_filed
 from fric.flaws import circle
+from fric.flaws.channel import FOREIGN_COMPENSATION
 from fric.flaws.circle import CIRCLE_DRIFTS, CIRCLE_MISFIT, TUNED_IN_PART, TUNING_NO_BETTER, TUNING_REFUSED
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed, directed
@@ -234,7 +235,7 @@ def tune(
     axes = {name: tune_axis(axis, tests, done) for name, axis in before.items()}
     axes = {name: cautious(holding(axis) if loop else axis) for name, axis in axes.items()}
     logs = [log for test in tests for log in test.logs()]
-    warnings = [warning for axis in axes.values() for warning in axis.warnings] + clock_flaws(logs, "inspect")
+    warnings = [warning for axis in axes.values() for warning in axis.warnings] + trace_flaws(tests)
     better = all(axis.improves for axis in axes.values())
     predicted = next_circles(tests, axes, done) if better else []
     found = axes
@@ -276,6 +277,13 @@ def tune(
     warnings += loop_warnings(axes)
     new = replace(machine, axes={**machine.axes, **{name: axis.axis for name, axis in axes.items()}})
     return Tuned(new, axes, tuple(tests), tuple(predicted), tuple(dict.fromkeys(warnings)))
+
+
+def trace_flaws(tests: Sequence[MeasuredCircle]) -> list[Notice]:
+    """Return the warnings about the traces; the compensation of a scheme that is named is not foreign."""
+    found = clock_flaws([log for test in tests for log in test.logs()], "inspect")
+    bare = any(test.scheme in ("", "a") for test in tests)
+    return [notice for notice in found if bare or notice.code != FOREIGN_COMPENSATION.code]
 
 
 def steps_of_tuning(tests: Sequence[MeasuredCircle]) -> int:
