@@ -24,6 +24,7 @@ import numpy as np
 
 from benchmarks.reality.bench import Outcome, Row
 from benchmarks.reality.judge import Step, judged_static
+from benchmarks.reality.page import silent
 from benchmarks.reality.results import Results
 from benchmarks.reality.session import CLEAN, Session, Sessions, flaws
 from fric.documents.plant import PlantDocument, plant_tree
@@ -258,6 +259,7 @@ def warnings_section(rows: Sequence[Row]) -> str:
     clean = sum(len(row.outcomes) for row in rows if row.flaw == CLEAN)
     seeds = min(len(row.outcomes) for row in rows)
     head = WARNINGS_HEAD.format(clean=clean, seeds=seeds)
+    text += " By these sessions: " + silent(row for row in rows if row.flaw != CLEAN)
     return f"\n{WARNINGS}\n{head}" + "\n".join(lines) + f"\n\n{text}\n"
 
 
@@ -293,7 +295,8 @@ def main() -> int:
                 part.write_text(json.dumps(held), encoding="utf-8")
     print(found := sections(given.to))
     if given.write:
-        rest = given.write.read_text(encoding="utf-8").partition(f"\n{HEADING}")[0]
+        first = HEADING if held else WARNINGS  # without sessions here, the page keeps what it says of corrections
+        rest = given.write.read_text(encoding="utf-8").partition(f"\n{first}")[0]
         given.write.write_text(rest + found, encoding="utf-8")
     return 0
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -56,14 +56,19 @@ def page(rows: Sequence[Row]) -> str:
         cells = [f"`{row.flaw}`<br>{_flaw(row.flaw)}", *(_cell(row, step) for step in STEPS), _codes(row)]
         cells += [_glitch(row, scheme) for scheme in ("a", "c")]
         lines.append("| " + " | ".join(cells) + " |")
-    silent = [f"`{row.flaw}` ({', '.join(step for step in STEPS if row.verdict(step) == 'silent')})" for row in rows
-              if any(row.verdict(step) == "silent" for step in STEPS)]  # fmt: skip
     undecided = [row.flaw for row in rows if any(row.verdict(step) == "open" for step in STEPS)]
     lines += ["", f"Open, for want of seeds: {', '.join(f'`{flaw}`' for flaw in undecided)}."] if undecided else []
-    lines += ["", f"Silent now: {', '.join(silent)}." if silent else "No flaw is seen to be silent."]
+    lines += ["", silent(rows)]
     counts = sorted({len(row.outcomes) for row in rows})
     seeds = " to ".join(str(count) for count in dict.fromkeys((counts[0], counts[-1])))
     return HEAD.format(seeds=seeds, holds=HOLDS) + "\n".join(lines) + "\n"
+
+
+def silent(rows: Iterable[Row]) -> str:
+    """Return a sentence on the machines and steps that are silent."""
+    found = [(row.flaw, ", ".join(step for step in STEPS if row.verdict(step) == "silent")) for row in rows]
+    named = ", ".join(f"`{flaw}` ({steps})" for flaw, steps in found if steps)
+    return f"Silent now: {named}." if named else "No flaw is seen to be silent."
 
 
 def _flaw(flaw: str) -> str:

