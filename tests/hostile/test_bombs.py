@@ -119,6 +119,27 @@ def test_a_parquet_file_of_rows_that_take_no_room(tmp_path: Path, monkeypatch: p
     refused(path, "declares 16 MB")
 
 
+def test_no_text_of_a_parquet_file_is_read(tmp_path: Path) -> None:
+    """As 60 kB whose one text of a MB recurs: 2.2 GB of memory."""
+    import pyarrow as pa
+    from pyarrow import parquet as writer
+
+    from fric.io.readers.parquet import tables
+
+    def write(plain: bool) -> None:
+        text = pa.DictionaryArray.from_arrays(np.zeros(300, "i4"), ["1" * 100_000])
+        columns = {"time [s]": np.arange(300.0), "position [mm]": text.dictionary_decode() if plain else text}
+        writer.write_table(pa.table(columns), tmp_path / "a.parquet")
+
+    for plain in (False, True):
+        write(plain)
+        with closing(tables(tmp_path / "a.parquet", Layout())) as opened:
+            (block,) = next(opened).read([0, 1])
+            assert pa.total_allocated_bytes() < 10e6
+        assert np.array_equal(block.columns[0], np.arange(300.0))
+        assert np.isnan(block.columns[1]).all()
+
+
 def test_a_log_whose_zeros_take_no_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With the bound brought down, so that a small file is beyond it."""
     monkeypatch.setattr("fric.io.safe_hdf5.MOST_EMPTY", 1 << 20)

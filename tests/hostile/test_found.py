@@ -28,6 +28,7 @@ from fric.figures.style import new_figure, save_figure
 from fric.identify.gms.hunting import _left_over
 from fric.identify.static_map.map_fit import aged
 from fric.identify.static_map.stribeck_fit import StribeckProblem
+from fric.io import roles
 from fric.io.circle import FEEDFORWARD, read_feedforward
 from fric.io.ingest import ingest
 from fric.io.ingest_circle import StatedCircle, ingest_circles
@@ -112,6 +113,16 @@ def test_a_measurement_of_more_channels_than_any_has(tmp_path: Path, monkeypatch
         file.write_segment([ChannelObject("g", f"c{n}", np.zeros(2)) for n in range(9)])
     with pytest.raises(FricError, match="has 9 columns"):
         ingest(tmp_path / "a.tdms", tmp_path / "a.h5")
+
+
+def test_a_table_of_more_axes_than_any_machine_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As 300 columns that wander, of which minutes went into what they are."""
+    monkeypatch.setattr(roles, "MOST_WEIGHED", 50)
+    columns = np.cumsum(np.random.default_rng(1).normal(size=(99, 20)), axis=0)
+    text = "\n".join(",".join(f"{value:.4g}" for value in row) for row in columns)
+    (tmp_path / "a.csv").write_text(",".join(f"c{n}" for n in range(20)) + "\n" + text)
+    with pytest.raises(FricError, match="too many columns that may be an axis\nSay in a mapping"):
+        fric.ingest(tmp_path / "a.csv", output=tmp_path / "a.h5")
 
 
 def test_a_matlab_file_that_unpacks_to_what_no_memory_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -38,6 +38,8 @@ LIKELY = ("time", "reference", "position", "velocity", "force", "input")
 """Channels in the order in which columns are given to them by their names."""
 SURE = 0.95  # Likelihood above which a choice is taken without a question
 MOST_VALUES = 8_000_000  # Numbers of all tables together that are used
+MOST_MOVING, MOST_WEIGHED = 500, 5000
+"""Columns that move at most, and of these with each that may be a position: the time grows with either product."""
 ROWS = 12_000  # Increments that a pair of columns is judged by
 WINDOWS = (2, 8, 32, 128, 512)
 """Rows over which increments are taken: short ones show lags, long ones are robust to quantisation and noise."""
@@ -167,6 +169,7 @@ def _head(table: ForeignTable, most: int) -> Real:
 def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     """Return the axes of tables that have the same columns, in the order of these."""
     data = Samples(tables)
+    _refuse_many(tables[0], moving := int(data.moving.sum()), MOST_MOVING)
     clock = _clock(data)
     if clock.column is None and not clock.unit:
         clock = _said_clock(tables[0].constants) or clock
@@ -177,6 +180,7 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     movements = [_movement(data, t, pairs, members) for members in _clusters(data, pairs)] or _by_velocity(data)
     if not movements:
         return [AxisColumns("1", "linear", 0.5, {"time": clock} if clock.column is not None else {})]
+    _refuse_many(tables[0], moving * len(movements), MOST_WEIGHED)
     used = {n for movement in movements for n in movement.columns} | {clock.column}
     scores = _drives(data, t, pairs, movements, used)
     moved = [(movement, movement.roles["position"]) for movement in movements if "position" in movement.roles]
@@ -208,6 +212,12 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
 
 
 _OF_MOTION = {unit for of in USUAL.values() for units in of[:2] for unit in units}
+
+
+def _refuse_many(table: ForeignTable, found: int, most: int) -> None:
+    if found > most:
+        raise FricError("has too many columns that may be an axis", where=str(table.path),
+                        hint="Say in a mapping (--map) which are time, position and force.")  # fmt: skip
 
 
 def _mode(data: Samples, main: int) -> int | None:

@@ -4,6 +4,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fric.documents.mapping import Layout
 from fric.input import refuse_declared
 from fric.io.readers.base import BLOCK, Column, ForeignTable, Format, RowBlock, library, named, numbers
@@ -33,11 +35,20 @@ class ParquetTable(ForeignTable):
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Read the file batch by batch."""
-        schema, row = self._file.schema_arrow, 0
-        for batch in self._file.iter_batches(BLOCK, columns=[schema[n].name for n in dict.fromkeys(wanted)]):
-            columns = [numbers(batch.column(schema[n].name).to_numpy(zero_copy_only=False)) for n in wanted]
+        names, row = [field.name for field in self._file.schema_arrow], 0
+        read = {names[n] for n in wanted if _is_number(self._file.schema_arrow[n].type)}
+        for batch in self._file.iter_batches(BLOCK, columns=[*read]):
+            columns = [numbers(batch.column(name).to_numpy(zero_copy_only=False)) if name in read
+                       else np.full(batch.num_rows, np.nan) for name in (names[n] for n in wanted)]  # fmt: skip
             yield RowBlock(row, columns, batch.nbytes)
             row += batch.num_rows
+
+
+def _is_number(kind: Any) -> bool:
+    """Return whether a column holds numbers or stamps: no text is read: one of a MB that recurs takes gigabytes."""
+    from pyarrow.types import is_primitive
+
+    return bool(is_primitive(kind.value_type if hasattr(kind, "index_type") else kind))
 
 
 def _column(field: Any) -> Column:
