@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 import shutil
 import subprocess
@@ -362,6 +363,29 @@ def test_a_step_that_fails_is_told_and_the_rest_goes_on(tmp_path, monkeypatch):
     with undrawn():
         again = fric.auto(*LOGS, output=tmp_path / "out", run=refuse_gms)
     assert "7 steps: 6 up to date, 1 failed" in str(again)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--circle", str(LOGS[0])], "there is no measured circle in it"),
+        (["--machine", str(ROOT / "data/circle.h5")], "a machine file is asked for"),
+        (["--map", "no.yaml"], "no.yaml: there is no such file"),
+        (["--controller", "Kv=100 1/s, Kp=131, Ki=4090"], "no gains of axis"),
+        (["--tolerance", "5 kg"], "the tolerance: length cannot be in 'kg'"),
+    ],
+)
+def test_a_wrong_option_is_refused_before_the_steps(tmp_path, options, told):
+    """A circle of another kind was left out without a word, and a wrong machine met after half a minute of steps."""
+
+    def run(step):
+        raise AssertionError(step.name)
+
+    names = {"--circle": "circles", "--map": "mapping", "--controller": "controllers"}
+    name = names.get(options[0], options[0].strip("-"))
+    given = {name: options[1:] if name in {"circles", "controllers"} else options[1]}
+    with pytest.raises(FricError, match=re.escape(told)):
+        fric.auto(*LOGS[:2], output=tmp_path / "out", run=run, **given)
 
 
 def test_nothing_to_read_is_an_error(tmp_path):

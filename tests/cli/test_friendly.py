@@ -198,3 +198,29 @@ def test_blocks_are_listed_as_json_too():
     assert {"name": "kalman", "kind": "observer", "linear": True}.items() <= next(
         block for block in found if block["name"] == "kalman"
     ).items()
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["simulate", "circle", "xy-table", "--scheme", "a c"], "Take all, or some as 'a,c' of a, b, c"),
+        (["inspect", "nowhere.h5"], "It was looked for in "),
+        (["inspect", "."], "or use `fric auto`"),
+        (["simulate", "path", "xy-table", "one.csv"], "Head the columns 'x [mm], y [mm]'."),
+        (["auto", "note.pdf", "-o", "found"], "`fric ingest --list` lists the formats"),
+        (["auto", "zero.csv", "-o", "found"], "the file is empty"),
+    ],
+)
+def test_first_mistakes_are_told_with_what_mends_them(tmp_path, monkeypatch, words, told):
+    monkeypatch.chdir(tmp_path)
+    Path("one.csv").write_text("force\n1\n2\n")
+    Path("note.pdf").write_text("%PDF-1.4\n")
+    Path("zero.csv").write_text("")
+    error = RUN.invoke(app, words).exception
+    assert told in str(error)
+
+
+def test_a_pipe_gets_no_trailing_blanks():
+    shown = RUN.invoke(app, ["ingest", "--list"]).output.splitlines()
+    assert len(shown) > 9
+    assert shown == [line.rstrip() for line in shown]

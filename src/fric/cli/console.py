@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cached_property
 from io import TextIOWrapper
 from itertools import count
@@ -29,22 +30,19 @@ if TYPE_CHECKING:
 # Rich is imported where it is first needed: `fric --help` prints nothing through it, and it costs 50 ms.
 
 
+@dataclass
 class Stream:
-    """Standard output or standard error, written through Rich.
+    """Standard output or standard error, written through Rich."""
 
-    stderr: True for standard error.
-    """
-
-    def __init__(self, *, stderr: bool) -> None:
-        self._stderr = stderr
+    stderr: bool  # Whether it is standard error
 
     @cached_property
     def console(self) -> Console:
         """Rich's console; a file takes lines of any length."""
         from rich.console import Console
 
-        wide = self._stderr or sys.stdout.isatty()
-        return Console(stderr=self._stderr, highlight=False, soft_wrap=True, width=None if wide else 1000)
+        wide = self.stderr or sys.stdout.isatty()
+        return Console(stderr=self.stderr, highlight=False, soft_wrap=True, width=None if wide else 1000)
 
     def print(self, *things: Any, markup: bool = True, end: str = "\n") -> None:
         """Print as Rich does, with its markup or without."""
@@ -54,7 +52,7 @@ class Stream:
         """Print a sentence behind a word; a terminal's lines break between words, but a command stays whole."""
         if lead:
             self.print(f"[{style}]{lead}[/]", end=" ")
-        if self.console.is_terminal and "fric " not in text:
+        if self.console.is_terminal and "fric " not in text and "\n" not in text:
             room = self.console.width - len(lead) - bool(lead)
             bound = re.sub(r"(?<=\d) (?=[^\W\d]|%)", "\xa0", text)  # a number and its unit
             text = fill(bound, room, break_long_words=False, break_on_hyphens=False).replace("\xa0", " ")

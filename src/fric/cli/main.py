@@ -107,13 +107,10 @@ _FULL = (errno.ENOSPC, errno.EPIPE, errno.EIO, errno.EDQUOT)
 
 def _fail(error: str, status: int) -> None:
     try:
-        what, _, more = error.partition("\n")
-        hint, _, form = more.partition("\n")
+        what, *more = error.split("\n", 2)
         ERR.say(what, "error:", "bold red")
-        if more:
-            ERR.say(hint)
-        if form:
-            ERR.print(form, markup=False)
+        for text in more:  # the hint, and a form
+            ERR.say(text)
     except OSError:  # standard error is full, too: the status is left
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     sys.exit(status)

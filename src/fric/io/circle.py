@@ -90,14 +90,15 @@ def _columns(path: Path) -> dict[str, Real]:
     table = next(iter(tables(path)))
     names = ["time"] if any(column.name.lower() == "time" for column in table.columns) else []
     names += ["x", "y"]
-    columns = [table.find(name, name) for name in names]
-    scales = []
+    hint, scales = "Head the columns 'x [mm], y [mm]'.", []
+    try:
+        columns = [table.find(name, name) for name in names]
+    except FricError as error:
+        raise FricError(error.what, where=error.where, hint=hint) from None
     for name, n in zip(names, columns, strict=True):
         unit = table.columns[n].unit
         if unit is None:
-            raise FricError(
-                f"column '{table.columns[n].name}' has no unit", where=str(path), hint="Head it 'x [mm], y [mm]'."
-            )
+            raise FricError(f"column '{table.columns[n].name}' has no unit", where=str(path), hint=hint)
         scales.append(factor(unit, "time" if name == "time" else "position"))
     blocks = [block.columns for block in table.read(columns)]
     return {

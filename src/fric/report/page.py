@@ -15,7 +15,7 @@ from fric.errors import as_options, clean
 from fric.io.recognise import REPORT_MARK
 from fric.report.collect import ReportInput, as_data
 from fric.report.view import view
-from fric.units import readable, significant
+from fric.units import readable
 
 
 @cache
@@ -23,7 +23,7 @@ def environment() -> Environment:
     """Return the environment that every page of fric is rendered with.
 
     A page extends ``base.html.j2``. Text is escaped, a name that is not given is an error. Filters: ``readable``
-    (``2.2e-5 | readable("m")`` is ``22 µm``), ``significant`` (digits of a number), ``micrometres`` (a length as a bare
+    (``2.2e-5 | readable("m")`` is ``22 µm``), ``micrometres`` (a length as a bare
     number of µm, one decimal), ``percent`` (of a relative difference), ``embedded``
     (bytes of a picture as a ``data:`` address).
     """
@@ -37,7 +37,6 @@ def environment() -> Environment:
     )
     made.filters |= {
         "readable": readable,
-        "significant": significant,
         "micrometres": micrometres,
         "embedded": embedded,
         "percent": percent,

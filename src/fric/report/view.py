@@ -449,7 +449,6 @@ def _next_step(inputs: ReportInput) -> str:
     """Name what is missing for advice, if there is no run."""
     if inputs.tests:
         return ""
-    has_gms = any("gms" in item.sections() for item in inputs.items if item.kind == "friction")
     frictions = [item for item in inputs.items if item.kind == "friction"]
     if not frictions and any((item.tree.get("fit") or {}).get("parameters") for item in inputs.items):
         return (
@@ -458,7 +457,8 @@ def _next_step(inputs: ReportInput) -> str:
         )
     if not frictions:
         return "No friction and no run was given. Begin with `fric identify static` on strokes at constant velocity."
-    step = "" if has_gms else "The friction has no pre-sliding part yet; `fric identify gms` finds it from slow sines. "
+    step = "The friction has no pre-sliding part yet; `fric identify gms` finds it from slow sines. "
+    step *= not any("gms" in item.sections() for item in frictions)
     if all(rotates(item.motion) for item in frictions):
         return step + "Compensations are compared on a circle of two linear axes, and this axis is rotary."
     if not inputs.machine:
@@ -467,7 +467,6 @@ def _next_step(inputs: ReportInput) -> str:
             f"{frictions[0].axis}, too. `fric auto LOGS -o found` says which record is missing, and `fric "
             "plan` plans it."
         )
-    command = (
-        f"fric simulate circle {machine_name(inputs.machine)} --friction {frictions[0].axis}={frictions[0].source}"
-    )
+    given = f"{frictions[0].axis}={frictions[0].source}"
+    command = f"fric simulate circle {machine_name(inputs.machine)} --friction {given}"
     return step + f"To compare the glitch under each compensation, run `{command} -o run.h5`, and report run.h5 too."

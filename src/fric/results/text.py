@@ -93,11 +93,8 @@ class Table:
         rows = [list(map(printable, row)) for row in self.rows]
         cells = [[printable(column), *(row[n] for row in rows)] for n, column in enumerate(self.columns)]
         full = [max(map(cell_len, column)) for column in cells]
-        # what rows are called stays on its line, the rest wraps between words
-        least = [
-            full[0],
-            *(max(cell_len(word) for text in column for word in ["", *text.split()]) for column in cells[1:]),
-        ]
+        least = [max(map(cell_len, ["", *" ".join(column).split()])) for column in cells]  # cells wrap between words
+        least[0] = full[0]  # but what rows are called stays on its line
         parts: list[list[int]] = [[0]]
         for n in range(1, len(self.columns)):
             if len(parts[-1]) > 1 and sum(least[k] + 2 for k in (*parts[-1], n)) - 2 > options.max_width:
