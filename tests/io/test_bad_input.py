@@ -226,7 +226,7 @@ def test_folder_that_is_not_there(tmp_path, log):
 
 def test_a_log_that_was_not_ingested_is_sent_there(tmp_path):
     (tmp_path / "log.csv").write_text(HEADER + rows(GOOD))
-    with pytest.raises(FricError, match="is no log file of fric's\nRead it with `fric ingest` first"):
+    with pytest.raises(FricError, match="is no log file of fric's\nMake one of it: `fric ingest "):
         read_logs(tmp_path / "log.csv")
 
 

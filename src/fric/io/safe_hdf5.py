@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from shlex import join
 from typing import IO, Any
 
 import h5py
@@ -177,7 +178,10 @@ def open_file(
                 kind = re.match(rb"fric: (\w+)/", head.read(80))
             if kind and kind[1].decode() in TAKEN:
                 raise other_kind(path, kind[1].decode(), "log") from None
-            what, hint = "is no log file of fric's", "Read it with `fric ingest` first, and give the log file."
+            what, hint = (
+                "is no log file of fric's",
+                f"Make one of it: `{join(['fric', 'ingest', str(path), '-o', 'log.h5'])}`.",
+            )
         raise FricError(what, where=str(path), hint=hint) from None
     with foreign(path, hint), file:
         _check(file, path, most)
