@@ -10,6 +10,7 @@ from pathlib import Path
 
 from numba.core.dispatcher import Dispatcher
 
+from docs.examples import environment
 from fric.kernels.signatures import _sources
 from tests.warm import modules
 
@@ -58,7 +59,7 @@ def _run(environment: dict[str, str], folder: Path, level: float, model: float, 
 
 def test_cache_is_warm_in_a_new_process_and_sees_every_edit(tmp_path: Path, warm: dict[str, str]) -> None:
     assert _run(warm, tmp_path, level=2.0, model=3.0) == (6.0, False)
-    assert _run(dict(os.environ), tmp_path, level=2.0, model=3.0) == (6.0, True)  # a process that nothing has warmed
+    assert _run(environment(), tmp_path, level=2.0, model=3.0) == (6.0, True)  # a process that nothing has warmed
     assert _run(warm, tmp_path, level=2.0, model=5.0) == (10.0, False)
     assert _run(warm, tmp_path, level=7.0, model=5.0) == (35.0, False)  # the step's own file is untouched
     assert _run(warm, tmp_path, level=7.0, model=5.0, before=WITHOUT) == (35.0, True)  # by Numba's own way

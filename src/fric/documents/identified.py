@@ -19,7 +19,6 @@ from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
 from fric.flaws import flaw_of
 from fric.flaws.prediction import INTERVAL_OPEN, NOT_DRAWN, PREDICTION_WIDENED
-from fric.identify.static_map.corrections import WINDOWS
 from fric.notice import Notice, once
 from fric.simulate.machine import Machine
 from fric.simulate.reality.flaws import NONE
@@ -136,6 +135,8 @@ def level_of_next_record(friction: FrictionDocument) -> float:
 
     It is the deviation of the levels by Student's t of their number less one; a single record has four windows.
     """
+    from fric.identify.static_map.corrections import WINDOWS  # which loads SciPy's optimisation
+
     made = friction.provenance.model_dump() if friction.provenance else {}
     strokes = len({log.get("record") for log in (made.get("static") or made).get("logs", ())})
     found = []

@@ -244,8 +244,11 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
         hint = "Is it the right column? Friction changes its sign."
         raise FricError("the force does not change", where=log.where, hint=hint)
     position = travelled(log)
-    moves = filters is not None or kind_of(log) in {"motion", "constant-velocity"}
+    kind = kind_of(log)
+    moves = filters is not None or kind in {"motion", "constant-velocity"}
     hidden = between_samples(log.time, position) if moves else np.zeros(len(log), bool)
+    if filters is None and kind == "constant-velocity" and hidden.any():  # no mass is seen, and reversals are needed
+        moves, hidden = False, np.zeros(len(log), bool)
     try:
         if hidden.any():
             motion = local_motion(log.time, position)
