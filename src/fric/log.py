@@ -19,7 +19,7 @@ from fric.columns import (
 )
 from fric.errors import FricError, near
 from fric.series import keep
-from fric.units import Motion, factor, si_unit
+from fric.units import MOTIONS, Motion, factor, si_unit
 from fric.verb import refused, typed
 
 if TYPE_CHECKING:
@@ -169,6 +169,8 @@ class Log(_FromFile):
             raise refused("Log.from_frame", "a data frame, or columns by name", frame)
         if not isinstance(units, Mapping | None):
             raise refused("Log.from_frame", "units by channel", units)
+        if not isinstance(motion, str) or motion not in MOTIONS:
+            raise refused("Log.from_frame", f"a motion ({', '.join(MOTIONS)})", motion)
         found = dict[str, Any]()
         for column in frame:
             channel, _, unit = str(column).partition("[")

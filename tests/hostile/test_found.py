@@ -240,6 +240,9 @@ def test_units_and_numbers_that_python_alone_holds() -> None:
             Log.from_frame(frame, cast("Any", units))
     with pytest.raises(FricError):
         Log.from_frame(frame, cast("Any", {"position": 5}))
+    for motion in (0.5, None, "sideways", np.zeros(2)):
+        with pytest.raises(FricError, match="a motion"):
+            Log.from_frame(frame, motion=cast("Any", motion))
     for huge in (10**400, -(10**400)):
         with pytest.raises(FricError, match="and was given an int"):
             fric.circle("xy-table", velocity=huge)
@@ -266,6 +269,9 @@ def test_a_curve_of_an_earlier_report_has_an_error_at_each_place() -> None:
     told = r"^in.html: run.h5: .* differ in length \(place 1, error 2\)\nMake it again with `fric report`.$"
     with pytest.raises(FricError, match=told):
         contour_test(test | {"contours": [curve]}, "in.html: ")
+    for size in ({"radius": -0.03}, {"feed": 0.0}, {"feed": float("nan")}):
+        with pytest.raises(FricError, match="not above 0"):
+            contour_test(test | {"contours": []} | size, "in.html: ")
 
 
 @pytest.mark.parametrize(("time", "interval"), [("nan", "0.002"), ("1e300", "0.002"), ("-inf", "0"), ("1e9", "1e-300")])

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from math import isclose, isfinite, nan
+from math import inf, isclose, isfinite, nan
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -143,6 +143,8 @@ class ContourTest:
             raise FricError("holds two results of one scheme", where=self.source, hint="Make it again.")
         if not isinstance(self.provenance.get("origin", {}), dict):
             raise FricError("does not say as fric writes it what made it", where=self.source, hint="Make it again.")
+        if not all(0.0 < size < inf for size in (self.feed, self.radius) if size is not None):
+            raise FricError("holds a radius or a feed that is not above 0", where=self.source, hint="Make it again.")
 
     @property
     def created(self) -> str:
