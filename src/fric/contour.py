@@ -1,5 +1,6 @@
 """Contour errors: the radial error of a circle with its quadrant glitches, the error of any path."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from math import pi
@@ -41,15 +42,15 @@ class Figures(NamedTuple):
         return max(map(abs, self.glitches), default=0.0)
 
 
-class Judged:
+class Judged(ABC):
     """The characteristic values of an error along a contour."""
 
     error: Real
 
     @property
+    @abstractmethod
     def glitches(self) -> tuple[float, ...]:
         """The signed glitch at each reversal [m]."""
-        raise NotImplementedError
 
     @property
     def glitch(self) -> float:

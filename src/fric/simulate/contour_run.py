@@ -5,6 +5,7 @@ within a revolution at 10 mm/s. So a glitch is the median of several runs, betwe
 between two counts (`Machine.placed`). Runs that are compared are made at the same places.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
@@ -107,7 +108,7 @@ class How(TypedDict, total=False):
 
 
 @dataclass(frozen=True, eq=False)
-class ContourRun(Generic[Followed, Left]):
+class ContourRun(ABC, Generic[Followed, Left]):
     """Result of one scheme on a contour: where it depends on counts, the run of the median glitch over places."""
 
     scheme: Scheme  # The compensation scheme
@@ -118,11 +119,11 @@ class ContourRun(Generic[Followed, Left]):
     places: tuple[Figures, ...] = ()  # Its errors at each place between two counts; empty where one run is enough
 
     @classmethod
+    @abstractmethod
     def judged(
         cls, test: Followed, references: Sequence[Reference], motion: Sequence[Real]
     ) -> tuple[Left, tuple[Notice, ...]]:
         """Return what is left of a contour along the true positions of both axes [m], and warnings about it."""
-        raise NotImplementedError
 
     @classmethod
     def run(
