@@ -119,3 +119,10 @@ def test_the_smaller_record_that_ends_higher_is_a_positive_mismatch():
     lower = virgin_curve(loops_of([replace(small, force=0.9 * small.force), large]), PAPER)
     assert lower.mismatch < -0.03 * PAPER.F_s
     assert lower.hollow[1] < 0.01 * PAPER.F_s  # nor where a small loop takes less, as in LuGre's model
+
+
+def test_a_force_at_the_reversals_that_does_not_oppose_the_motion_is_refused():
+    # a staircase of six counts does so too, by chance: docs/data-quality.md has its record
+    (log,) = pair(step=0.0, noise=0.0)[:1]
+    with pytest.raises(FricError, match="does not oppose"):
+        virgin_curve(loops_of([replace(log, force=-log.force)]), PAPER)

@@ -220,6 +220,7 @@ def virgin_curve(
 
     static: The static map; without it no correction is made, and no viscous friction is subtracted.
     negative: That of the negative direction, where each direction has a map.
+    Raises FricError: When the force at the reversals of a record does not oppose its motion.
     """
     ordered = sorted(hysteresis, key=lambda cycle: cycle.amplitude)
     groups: list[list[HysteresisCycles]] = []
@@ -239,6 +240,12 @@ def virgin_curve(
         if last is not None and keep.any():
             continued = np.array([np.interp(last[0], place[seen], row[seen]) for row in merged])
             steps.append(_apart(last[1], continued))
+        if not np.mean(levels) > 0.0:
+            raise FricError(
+                "the force at the reversals does not oppose the motion: too few encoder steps, or a wrong sign",
+                where=group[0].record.log.where,
+                hint="Log a larger amplitude: ten steps or more. Look at the sign of the force.",
+            )
         parts.append((group[0].record.name, place[keep], merged[:, keep], float(np.mean(levels))))
         extent = float(place[keep].max(initial=extent))
         last = (place[keep][-NEIGHBOURS:], merged[:, keep][:, -NEIGHBOURS:]) if keep.any() else last
