@@ -21,7 +21,7 @@ from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction.directed import Directed
-from fric.simulate.circle import Circle, CircleRun, run_circle
+from fric.simulate.contour_run import Circle, CircleRun, run_circle
 from fric.simulate.machine import Axis, Machine
 from fric.simulate.reality.trace import logged
 from fric.simulate.spread import draw_machine

@@ -17,7 +17,7 @@ from fric.circles.learn import learn
 from fric.documents.bundled import folder
 from fric.documents.identified import read_spreads
 from fric.documents.machine_files import read_machine
-from fric.simulate.circle import Circle
+from fric.simulate.contour_run import Circle
 from fric.simulate.spread import draw_machine
 
 ROUNDS = 20

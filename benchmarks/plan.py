@@ -8,11 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from fric.documents.machine_files import read_machine
-from fric.planning.choose import choose, prior_axis
-from fric.planning.expected import DRAWS, expected, typical
+from fric.planning.choose import DRAWS, choose, expected, prior_axis, typical
 from fric.results.given import silent
-from fric.simulate.experiment import runs_of
-from fric.simulate.plan import Limits
+from fric.simulate.experiment import Limits, runs_of
 from fric.simulate.spread import draw_machine
 from tests.planning.test_expected import SUBJECTS, achieved, anywhere, identified
 

@@ -22,7 +22,7 @@ from fric.figures.style import BLUE, GREY, VERMILION, new_figure, save_figure
 from fric.identify.static_map.points import stroke_points
 from fric.io.hdf5 import read_logs
 from fric.log import Log
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.experiment import experiment
 
 FIGURES = Path(__file__).parent / "figures"

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from fric.errors import FricError
 from fric.reference import Reference, circle, multisine, sine, sliding_sine, strokes
-from fric.simulate.circle import Circle
+from fric.simulate.contour_run import Circle
 
 RNG = np.random.default_rng(1)
 MOTIONS = {

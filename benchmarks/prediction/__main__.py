@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.prediction.bench import Outcome, Pair, outcome
 from benchmarks.reality.session import MACHINES, flaws
-from fric.simulate.circle import Circle
+from fric.simulate.contour_run import Circle
 
 WIDE, HELD, STEP = 1.5e-6, 0.9, 1e-7
 """Width that the median of the trusted intervals of (c) to (f) may have [m], share of pairs that they must hold, and

@@ -17,7 +17,7 @@ from fric.documents.machine_files import MachineDocument
 from fric.documents.yaml import plain, read_tree, write_document
 from fric.errors import FricError
 from fric.io.hdf5 import write_logs
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.experiment import (
     constant_velocity,
     frequency_response,
@@ -28,7 +28,7 @@ from fric.simulate.experiment import (
 from fric.verdict import CYCLE, CYCLE_RATIO
 
 if TYPE_CHECKING:
-    from fric.simulate.circle import CircleRun
+    from fric.simulate.contour_run import CircleRun
     from fric.simulate.machine import Axis, Machine
 
 

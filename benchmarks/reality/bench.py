@@ -13,7 +13,7 @@ from benchmarks.reality.judge import Number, Step, Verdict, identified
 from benchmarks.reality.session import CLEAN, Sessions, machine_with
 from fric.control.scheme import choose_schemes
 from fric.errors import FricError
-from fric.simulate.circle import run_circle
+from fric.simulate.contour_run import run_circle
 from fric.simulate.machine import Machine, NominalFriction
 from fric.simulate.reality.flaws import NONE
 

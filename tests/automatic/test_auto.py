@@ -16,7 +16,7 @@ import pytest
 from typer.testing import CliRunner
 
 import fric
-from fric.automatic.gains import Stated, find_gains
+from fric.automatic.run import Stated, find_gains
 from fric.automatic.sources import find_sources
 from fric.automatic.steps import Session, axis_steps, identify_axes, trace_step
 from fric.cli.main import app

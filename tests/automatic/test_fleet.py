@@ -16,7 +16,7 @@ from fric.cli.main import app
 from fric.documents.listings import FleetDocument
 from fric.documents.yaml import read_document
 from fric.io.circle import write_circles
-from fric.report.drift import Change
+from fric.report.collect import Change
 from tests.automatic.fleet_rig import DATES, make_fleet
 from tests.circles.synthetic_circles import Faults, circle
 from tests.figures.drawn import undrawn

@@ -8,15 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fric.circles.agreement import agreement
-from fric.circles.diagnose import both_directions, diagnose
+from fric.circles.diagnose import agreement, both_directions, diagnose
 from fric.circles.measured import MeasuredCircle, measured_from_run
 from fric.circles.revolutions import find_circles, revolutions
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.reference import circle as circle_reference
 from fric.results.circles import DiagnosisResult
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from tests.chance import fewest
 from tests.circles.synthetic_circles import QUADRANTS, Faults, circle, drawn_faults, truths
 

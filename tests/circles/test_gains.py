@@ -12,7 +12,7 @@ import fric
 from fric.circles.gains import controller_of
 from fric.circles.learn import learn_from
 from fric.circles.measured import AxisTrace, MeasuredCircle, measured_from_run
-from fric.circles.voltage import voltage_record
+from fric.circles.tune_fit import voltage_record
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 

@@ -19,7 +19,7 @@ from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.io.circle import read_circles, read_feedforward
 from fric.results.circles import LearnResult
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.spread import draw_machine
 
 ROOT = Path(__file__).parents[2]

@@ -18,7 +18,7 @@ from fric.documents.plant import PlantDocument
 from fric.flaws import CATALOGUE
 from fric.friction.completed import PLAY, since_reversal
 from fric.notice import Notice
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.spread import draw_machine
 from fric.verdict import evidence_of
 

@@ -28,17 +28,17 @@ from fric.circles.tune_fit import (
     fit,
     groups_alike,
     instrumented,
+    refined,
     timing_warnings,
     tuned_estimates,
+    voltage_record,
 )
-from fric.circles.voltage import refined, voltage_record
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.circle_findings import write_tuned
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction.completed import Completed, travels
-from fric.simulate.circle import Circle, run_circle
-from fric.simulate.contour_run import Chance
+from fric.simulate.contour_run import Chance, Circle, run_circle
 from fric.simulate.spread import draw_machine
 
 ROOT = Path(__file__).parents[2]

@@ -8,9 +8,8 @@ import typer
 from typer.testing import CliRunner
 
 import fric
-from fric.cli.command import GIVEN, Command, found
+from fric.cli.command import EXAMPLES, GIVEN, Command, found
 from fric.cli.commands import COMMANDS, DESIGN, IDENTIFY, MODELS, SIMULATE
-from fric.cli.help import EXAMPLES
 from fric.cli.main import app
 from fric.errors import FricError
 from fric.verb import VerbForm

@@ -26,7 +26,7 @@ from fric.documents.machine_files import read_machine
 from fric.drive.plant import SampledPlant
 from fric.friction.gms import GMS
 from fric.simulate.axis import setting_of
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.machine import Axis
 from tests.control.blocks import AXIS, MOTION, Running, no_commands
 

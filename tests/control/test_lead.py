@@ -17,7 +17,7 @@ from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
 from fric.reference import Reference, sine
 from fric.simulate.axis import run_axis
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 
 TABLE = Path("configs/xy-table.yaml")
 GMS = Scheme("c", "GMS", friction="gms")

@@ -13,7 +13,7 @@ from fric.errors import FricError
 from fric.io.run import read_runs, write_runs
 from fric.kernels.block import Sample
 from fric.simulate.axis import blocks_of, setting_of
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from tests.control.blocks import AXIS, MOTION
 
 HEAD = "fric: schemes/1\nschemes:\n"

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from fric.design.cascade import Requirement, assess_cascade, check_cascade, design_cascade
-from fric.design.loop import SampledLoop
-from fric.design.margins import decibel, margins
+from fric.design.loop import SampledLoop, decibel, margins
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from tests.design.plants import CASCADE_X, CASCADE_Y, X, Y

@@ -10,9 +10,8 @@ import pytest
 from scipy.linalg import expm
 
 import fric
-from fric.design.falling import MARGIN, falling_margin, hold_falling
-from fric.design.observer import PEAK_SENSITIVITY, WholeLoop
-from fric.design.perturbation import model_perturbation
+from fric.design.cascade import MARGIN, falling_margin, hold_falling
+from fric.design.observer import PEAK_SENSITIVITY, WholeLoop, model_perturbation
 from fric.simulate.spread import draw_machine
 
 ROOT = Path(__file__).parents[2]

@@ -12,12 +12,11 @@ from fric.control import Setting, block_type
 from fric.control.kalman import Kalman
 from fric.control.scheme import Scheme
 from fric.design.blocks import design_block, design_jointly, step_compliance
-from fric.design.observer import WholeLoop
-from fric.design.perturbation import model_perturbation
+from fric.design.observer import WholeLoop, model_perturbation
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.export.base import compensation_of
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 
 XY = Path("configs/xy-table.yaml")
 MACHINE = read_machine(XY)

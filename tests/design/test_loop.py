@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from fric.control.cascade import Cascade
 from fric.control.inverse_model import DifferenceEquation, DisturbanceObserver
 from fric.control.q_filter import Q_FILTERS, QFilter
-from fric.design.loop import SampledLoop
-from fric.design.margins import margins
+from fric.design.loop import SampledLoop, margins
 from fric.drive.plant import LinearPlant, SampledPlant
 from tests.design.plants import CASCADE_X, CASCADE_Y, X, Y
 

@@ -7,10 +7,15 @@ import pytest
 from fric.control.base import Setting
 from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import Q_FILTERS, QFilter
-from fric.design.loop import SampledLoop
-from fric.design.margins import decibel, margins
-from fric.design.observer import WholeLoop, design_observer
-from fric.design.perturbation import StructuralMode, measured_perturbation, model_perturbation, robust_limit
+from fric.design.loop import SampledLoop, decibel, margins
+from fric.design.observer import (
+    StructuralMode,
+    WholeLoop,
+    design_observer,
+    measured_perturbation,
+    model_perturbation,
+    robust_limit,
+)
 from fric.errors import FricError
 from fric.log import FrequencyResponse
 from tests.design.plants import CASCADE_X, CASCADE_Y, X, Y

@@ -29,7 +29,7 @@ from fric.io.hdf5 import read_logs, read_records
 from fric.notice import Notice
 from fric.records.prepared import prepared
 from fric.report.collect import collect
-from fric.report.page import render_report
+from fric.report.view import render_report
 from fric.units import readable, significant
 
 BEFORE = Path(__file__).parent / "before"

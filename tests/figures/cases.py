@@ -23,16 +23,21 @@ from fric.design.cascade import design_cascade
 from fric.design.observer import design_observer
 from fric.documents.machine_files import read_machine
 from fric.drive.plant import LinearPlant, Plant
-from fric.figures.circle import AROUND, last_reversal, monte_carlo_figure, path_figure, polar_figure, reversal_figure
-from fric.figures.contours import (
+from fric.figures.circle import (
+    AROUND,
     RelativeChange,
     SchemeContour,
     after_reversal_figure,
     along_figure,
     draw_drift,
+    last_reversal,
+    monte_carlo_figure,
     overlay_figure,
+    path_figure,
+    polar_figure,
+    reversal_figure,
 )
-from fric.figures.diagnosis import draw_diagnosis
+from fric.figures.diagnosis import draw_diagnosis, draw_learned, draw_tuned
 from fric.figures.gms import ReplayedCycle, Virgin, cycles_figure, draw_gms, virgin_figure
 from fric.figures.loops import QReach, bode_figure, nichols_figure, nyquist_figure, q_filter_figure, reach_figure
 from fric.figures.plan import draw_plan
@@ -40,7 +45,6 @@ from fric.figures.plant import draw_motion, draw_plant, motion_figure
 from fric.figures.record import draw_record
 from fric.figures.static_map import FrictionMap, MapBranches, draw_static_map, map_figure
 from fric.figures.style import Band
-from fric.figures.tuned import draw_learned, draw_tuned
 from fric.figures.validation import draw_comparison, draw_replay, draw_validation
 from fric.friction import models
 from fric.friction.stribeck import StaticMap
@@ -55,10 +59,9 @@ from fric.log import Log
 from fric.planning.choose import choose
 from fric.records.inspection import inspect
 from fric.records.prepared import prepared
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, PointPath, run_circle, run_path
+from fric.simulate.experiment import Expected, Limits, Plan
 from fric.simulate.monte_carlo import Study, monte_carlo
-from fric.simulate.path import PointPath, run_path
-from fric.simulate.plan import Expected, Limits, Plan
 from tests.figures.drawn import Panel, Wanted, curve, edges, function, near, part
 from tests.identify.virtual_logs import logs_of
 

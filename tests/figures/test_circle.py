@@ -9,7 +9,7 @@ import pytest
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.figures.circle import polar_figure
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 
 MACHINE = read_machine(Path("configs/xy-table.yaml"))
 

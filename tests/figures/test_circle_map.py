@@ -8,7 +8,7 @@ from matplotlib.patches import Rectangle
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.figures.circle import draw_circle_map
-from fric.simulate.circle import Cell, CircleGrid, CircleMap
+from fric.simulate.contour_run import Cell, CircleGrid, CircleMap
 
 MICROMETRES = np.array(
     [[[6.0, 7.0, 8.0], [9.0, np.nan, 11.0]], [[2.0, 9.5, 3.0], [4.0, 5.0, 12.0]]]

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from fric import verdict
-from fric.circles import diagnose, glitches, next_circle, tune_fit
+from fric.circles import diagnose, next_circle, revolutions, tune_fit
 from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.design import observer
@@ -30,17 +30,16 @@ from fric.identify.gms import fit as gms
 from fric.identify.plant import force_constant, rigid_body
 from fric.identify.plant.frequency_response import measure_response
 from fric.identify.plant.identify import described
-from fric.identify.replay.replay_intervals import Solved
+from fric.identify.replay.replay_fit import Solved
 from fric.identify.static_map.identify import identify_static
-from fric.identify.static_map.points import RISES, table_points
-from fric.identify.static_map.strokes import Asked, Strokes
+from fric.identify.static_map.points import RISES, Asked, Strokes, table_points
 from fric.io import roles
 from fric.io.propose import Guess, Guessed
 from fric.io.readers.base import Column, Memory
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.notice import Notice
 from fric.plausibility import Finding, lifted, settled
-from fric.records import clipping, encoders, flaws, holding, inspection, judgement, kicks, modes, timing
+from fric.records import clipping, encoders, flaws, holding, inspection, kicks, modes
 from fric.simulate.contour_run import Chance, run_warnings
 from fric.verdict import Candidate, Evidence
 
@@ -58,7 +57,7 @@ def implausible(name: str, size: float) -> list[Notice]:
 def energies(change: float = 0.0, off: float = 0.0) -> list[Notice]:
     found = 1.0 + change * np.linspace(-0.5, 0.5, 20)
     found[5:8] += off
-    return judgement.energy_warnings(found, np.arange(21.0))
+    return inspection.energy_warnings(found, np.arange(21.0))
 
 
 def of_force(values: np.ndarray, **more: np.ndarray) -> Log:
@@ -79,14 +78,14 @@ def cut(size: float) -> np.ndarray:
 
 def uneven(size: float) -> list[Notice]:
     time = np.arange(100) * 1e-3
-    time[40] += size * timing.JITTER / 100 * 1e-3
-    return timing.evened(Log(time=time, position=np.arange(100.0)))[1]
+    time[40] += size * flaws.JITTER / 100 * 1e-3
+    return flaws.evened(Log(time=time, position=np.arange(100.0)))[1]
 
 
 def coarse(size: float) -> list[Notice]:
-    z = np.tile([0.0, 2.0 * judgement.STEPS / size], 6)
+    z = np.tile([0.0, 2.0 * inspection.STEPS / size], 6)
     record = N(motion=N(position=z, step=1.0), reversals=np.arange(len(z)), slides=False, name="a")
-    return judgement.too_coarse([record])
+    return inspection.too_coarse([record])
 
 
 def two_modes(size: float) -> list[Notice | None]:
@@ -277,7 +276,7 @@ def kicked_circle(size: float) -> list[Notice]:
     theta = 0.1 / 0.03 * t + 0.7
     since = ((theta + np.pi / 4) % (np.pi / 2) - np.pi / 4) * 0.3  # [s]
     shape = 10e-6 * np.exp(-(((since - 0.06) / 0.02) ** 2))
-    shape -= size * glitches.KICK * 10e-6 * np.exp(-(((since - 0.01) / 0.003) ** 2))
+    shape -= size * revolutions.KICK * 10e-6 * np.exp(-(((since - 0.01) / 0.003) ** 2))
     x, y = (0.03 + shape) * np.cos(theta), (0.03 + shape) * np.sin(theta)
     traces = {"x": AxisTrace(t, x), "y": AxisTrace(t, y)}
     return list(diagnose.diagnose([MeasuredCircle(0.03, 0.1, 1, traces, instrument="grid")]).warnings)
@@ -352,8 +351,8 @@ SHOWN: dict[str, Show] = {
         f"unusual-{name}": lambda s, name=name: settled([Finding(name, USUAL[name] / s, "linear", "", USUAL[name])])
         for name in UNUSUAL
     },
-    "energy-drifts": lambda s: energies(change=s * judgement.CHANGES),
-    "energy-in-one-segment": lambda s: energies(off=s * judgement.STANDS_OFF),
+    "energy-drifts": lambda s: energies(change=s * inspection.CHANGES),
+    "energy-in-one-segment": lambda s: energies(off=s * inspection.STANDS_OFF),
     "force-coarse": lambda s: forces(np.arange(1000) % (round(flaws.COARSE / s) + 1) * 0.1),
     "drive-off": lambda s: flaws.record_flaws([resting(s * clipping.OFF)], "gms"),
     "foreign-compensation": lambda s: [kicks.foreign_compensation(compensated(s * kicks.KICKED * 1e-6))],

@@ -16,7 +16,7 @@ from fric.friction.stribeck import StaticMap
 from fric.identify.gms.identify import identify_gms
 from fric.log import Log
 from fric.reference import sine
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from tests.identify.presliding import APART, PAPER
 
 BACK = replace(PAPER, F_c=126.0, F_s=198.0, sigma=60.0)

@@ -26,7 +26,7 @@ from fric.io.recognise import read_report, recognise
 from fric.io.run import read_drawn, read_run_provenance, read_runs
 from fric.log import Log
 from fric.report.collect import collect
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from tests.fuzz.words import AbsurdError, run_words
 
 

@@ -40,7 +40,7 @@ from fric.io.run import write_runs
 from fric.log import ForceVelocity, Log
 from fric.results.circles import learn
 from fric.simulate import processes
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from tests.fuzz.whole import ROOT, _few, csv, old_matlab
 from tests.warm import LATE, modules
 

@@ -18,7 +18,7 @@ from fric.io.circle import write_circles
 from fric.io.hdf5 import read_logs, write_logs
 from fric.io.recognise import REPORT_MARK
 from fric.io.run import write_runs
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 
 ROOT = Path(__file__).parents[2]
 N = 300

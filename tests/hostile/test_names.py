@@ -20,11 +20,11 @@ from fric.documents.machine_files import MachineDocument
 from fric.documents.schemes import read_schemes
 from fric.documents.yaml import read_document, write_document
 from fric.errors import FricError
-from fric.export.rendering import remark
+from fric.export.base import remark
 from fric.io.propose import proposal
 from fric.io.recognise import write_report
 from fric.log import axis_name
-from fric.report.page import environment
+from fric.report.view import environment
 from fric.results.export import export_axis
 from tests.command import fric as run
 

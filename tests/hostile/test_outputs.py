@@ -137,7 +137,7 @@ import fric
 from fric.control.scheme import choose_schemes
 from fric.documents.machine_files import read_machine
 from fric.log import Log
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 machine = read_machine(Path("configs/xy-table.yaml"))
 RUNS = [run_circle(machine, one, Circle(0.001, 0.05)) for one in choose_schemes("a")]
 t = np.arange(200_000) * 1e-3

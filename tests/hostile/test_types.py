@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.circles.revolutions import find_circles
-from fric.circles.voltage import voltage_record
+from fric.circles.tune_fit import voltage_record
 from fric.control.cascade import Cascade
 from fric.documents.contours import ContourScheme
 from fric.drive.plant import LinearPlant
@@ -26,7 +26,7 @@ from fric.io.ingest import ingest
 from fric.io.run import read_runs
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.reference import circle as circular
-from fric.simulate.path import PointPath, RecordedPath
+from fric.simulate.contour_run import PointPath, RecordedPath
 from tests.fuzz.whole import run_of_circles
 
 N = 64

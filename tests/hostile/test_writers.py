@@ -34,7 +34,7 @@ from fric.io.recognise import write_report
 from fric.notice import Notice
 from fric.reproduce.step_cache import StepCache
 from fric.results.export import export_axis
-from fric.simulate.path import PointPath
+from fric.simulate.contour_run import PointPath
 from tests.fuzz.kills import halves
 
 ROOT = Path(__file__).parents[2]

@@ -14,8 +14,7 @@ from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.identify.static_map.corrections import corrected
 from fric.identify.static_map.identify import StaticFit, identify_static
 from fric.identify.static_map.map_fit import fit_map
-from fric.identify.static_map.points import SpeedPoint
-from fric.identify.static_map.strokes import Asked, Strokes
+from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
 from fric.log import ForceVelocity
 from fric.records.prepared import prepared
 from fric.statistics import mixed_model

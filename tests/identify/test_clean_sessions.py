@@ -12,9 +12,8 @@ from fric.friction.stribeck import StaticMap
 from fric.identify.gms.virgin_curve import find_cycles, virgin_curve
 from fric.identify.static_map.identify import identify_static
 from fric.log import ForceVelocity, Log
-from fric.records.flaws import clock_flaws
+from fric.records.flaws import clock_flaws, timing
 from fric.records.prepared import prepared
-from fric.records.timing import timing
 from tests.chance import fewest, most
 from tests.identify import plain_session
 from tests.identify.presliding import APART, PAPER, pair

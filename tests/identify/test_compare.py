@@ -23,8 +23,7 @@ from fric.identify.replay.compare import (
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.io.hdf5 import read_logs
 from fric.log import Log
-from fric.records.inspection import inspect
-from fric.records.judgement import too_coarse
+from fric.records.inspection import inspect, too_coarse
 from fric.records.prepared import prepared
 from tests.identify import presliding
 from tests.identify.virtual_logs import logs_of

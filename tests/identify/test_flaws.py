@@ -9,11 +9,10 @@ from fric.documents.inspection import InspectionDocument
 from fric.identify.plant.identify import identify_plant
 from fric.identify.static_map.identify import identify_static
 from fric.log import Log
-from fric.records.flaws import clock_flaws, encoder_error, stroke_flaws
+from fric.records.flaws import clock_flaws, encoder_error, stroke_flaws, timing
 from fric.records.inspection import inspect
 from fric.records.over_strokes import OverTime, along_axis, over_place, over_time
 from fric.records.segments import steady_segments
-from fric.records.timing import timing
 from fric.reference import strokes
 
 STEP = 1e-7

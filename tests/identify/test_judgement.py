@@ -14,10 +14,9 @@ from fric.friction.stribeck import StaticMap
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.io.hdf5 import read_logs
 from fric.log import Log
-from fric.records.inspection import inspect
-from fric.records.judgement import branch_slope, excites, identifiability_of
+from fric.records.inspection import branch_slope, excites, identifiability_of, inspect
+from fric.records.motion import find_reversals
 from fric.records.prepared import prepared
-from fric.records.reversals import find_reversals
 from tests.identify.presliding import APART, PAPER, TABLE_1, identify_gms, pair, record
 
 DATA = Path(__file__).parents[2] / "data"

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fric import FricError
-from fric.identify.gms.knots import STRONG, Blocks, blocks_from_knots, choose_blocks, fit_blocks
-from fric.identify.gms.virgin_curve import VirginCurve
+from fric.identify.gms.virgin_curve import STRONG, Blocks, VirginCurve, blocks_from_knots, choose_blocks, fit_blocks
 from tests.identify.presliding import APART, TABLE_1
 
 BLOCKS = st.integers(1, 7).flatmap(

@@ -8,8 +8,7 @@ import pytest
 
 from fric.identify.static_map import corrections
 from fric.identify.static_map.identify import identify_static
-from fric.identify.static_map.points import SpeedPoint
-from fric.identify.static_map.strokes import Asked, Strokes
+from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
 from fric.log import ForceVelocity
 
 PAGE = (Path(__file__).parents[2] / "docs/new-correction.md").read_text("utf-8")

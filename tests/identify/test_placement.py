@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fric.friction.gms import GMS
-from fric.identify.replay.placement import placed
+from fric.identify.replay.replay_fit import placed
 from fric.identify.replay.replay_search import Coordinates, Search, coordinates_of, search_ranges
 from fric.records.prepared import prepared
 from tests.identify.presliding import PAPER, identify_gms, pair, record

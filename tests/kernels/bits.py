@@ -15,7 +15,7 @@ import fric
 from fric.control.scheme import PAPER_SCHEMES
 from fric.estimate import as_filed
 from fric.results.given_models import machine_of
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 
 FEW = (("virtual-rig",), "f")
 ALL = (("xy-table", "virtual-rig"), "abcdef")

@@ -20,9 +20,8 @@ import fric
 from fric.arrays import Indices, Real
 from fric.control.scheme import NONE, Scheme
 from fric.errors import FricError
-from fric.export.base import compensation_of, machine_of
+from fric.export.base import compensation_of, identifier, machine_of
 from fric.export.linuxcnc import COMPONENTS, linuxcnc_files
-from fric.export.rendering import identifier
 from fric.friction.stribeck import StaticMap
 from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine

@@ -10,7 +10,7 @@ import pytest
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.drive.sensing import Encoder
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 
 CALIBRATED = read_machine(Path("configs/xy-table.yaml"))
 MACHINES = {"calibrated": CALIBRATED, "matched": read_machine(Path("configs/xy-table.yaml"), gain=1.0)}

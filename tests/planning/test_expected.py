@@ -16,22 +16,22 @@ from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document
 from fric.friction.directed import Directed
 from fric.friction.gms import GMS
-from fric.planning.choose import choose, prior_axis
-from fric.planning.expected import (
+from fric.planning.choose import (
     Expectation,
     anywhere,
+    choose,
     expected,
     half_widths,
     identified,
     lacks,
     more_records,
+    prior_axis,
     scattering,
     typical,
 )
 from fric.results.given import silent
 from fric.results.plan import PlanResult
-from fric.simulate.experiment import runs_of
-from fric.simulate.plan import Expected, Limits, Plan, Planned
+from fric.simulate.experiment import Expected, Limits, Plan, Planned, runs_of
 from fric.simulate.spread import draw_machine
 
 WITHIN = {"A": 2.5, "B": 2.5, "T_d": 2.5}

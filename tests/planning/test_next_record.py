@@ -16,12 +16,9 @@ from fric.identify.gms.hunting import Hunting
 from fric.identify.gms.virgin_curve import find_cycles
 from fric.identify.replay.replay_fit import replay_information
 from fric.identify.replay.replay_search import search_ranges
-from fric.planning.choose import choose, prior_axis
-from fric.planning.expected import identified
-from fric.planning.next_record import by_what_they_leave
+from fric.planning.choose import by_what_they_leave, choose, identified, prior_axis
 from fric.records.prepared import prepared
-from fric.simulate.experiment import runs_of
-from fric.simulate.plan import CandidateRecord, Limits, Planned
+from fric.simulate.experiment import CandidateRecord, Limits, Planned, runs_of
 
 LIMITS = Limits(0.3, 0.1, 5.0)
 

@@ -23,7 +23,7 @@ from fric.errors import FricError
 from fric.export.motion import DIALECTS, Arc, Move
 from fric.planning.choose import choose
 from fric.results.plan import PlanResult
-from fric.simulate.plan import Limits, Plan
+from fric.simulate.experiment import Limits, Plan
 from fric.units import readable
 from tests.export.structured_text import Program
 from tests.linuxcnc.bench import Program as Bench

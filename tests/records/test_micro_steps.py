@@ -12,13 +12,11 @@ from fric.friction.gms import GMS
 from fric.identify.gms.virgin_curve import find_cycles, virgin_curve
 from fric.log import Log
 from fric.planning.choose import choose
-from fric.records.inspection import FINE, inspect
+from fric.records.inspection import FINE, fitted_staircase, inspect, kind_of
 from fric.records.prepared import prepared
-from fric.records.recognition import fitted_staircase, kind_of
 from fric.reference import sine, staircase, strokes
 from fric.results.given_models import machine_of
-from fric.simulate.experiment import experiment
-from fric.simulate.plan import Limits
+from fric.simulate.experiment import Limits, experiment
 from tests.identify.presliding import APART, PAPER, TABLE_1, record
 
 SLIP, SHARE = np.geomspace(0.6e-6, 85e-6, 10), np.array([20, 16, 13, 11, 10, 9, 8, 6, 4, 3]) / 100

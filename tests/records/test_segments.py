@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from fric.errors import FricError
 from fric.log import Log
-from fric.records.reversals import find_reversals
+from fric.records.motion import find_reversals
 from fric.records.segments import Segment, _leads_into, path_of, steady_segments
 from tests.records.kinematics import encoder, strokes
 

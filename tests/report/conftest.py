@@ -16,7 +16,7 @@ from fric.drive.plant import Plant
 from fric.identify.halves import halves
 from fric.io.run import write_runs
 from fric.log import Log
-from fric.simulate.circle import run_circle
+from fric.simulate.contour_run import run_circle
 
 ROOT = Path(__file__).parents[2]
 PAPER = ROOT / "configs" / "xy-table.yaml"

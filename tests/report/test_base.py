@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from fric.report.page import embedded, environment, micrometres, minus
+from fric.report.view import embedded, environment, micrometres, minus
 
 
 def test_a_page_that_extends_the_base_loads_nothing() -> None:

@@ -19,8 +19,8 @@ import fric
 from fric.io.recognise import write_report
 from fric.io.run import read_runs
 from fric.report.collect import collect
-from fric.report.page import render_report
 from fric.report.summary import Report
+from fric.report.view import render_report
 
 from .conftest import LOGS
 

@@ -16,10 +16,9 @@ from fric.errors import FricError
 from fric.io.recognise import read_report, recognise, write_report
 from fric.io.run import read_runs, write_runs
 from fric.report.collect import as_data, collect, contour_test, thinned
-from fric.report.page import render_report
-from fric.simulate.circle import run_circle
+from fric.report.view import render_report
+from fric.simulate.contour_run import PointPath, run_circle, run_path
 from fric.simulate.monte_carlo import Study, monte_carlo
-from fric.simulate.path import PointPath, run_path
 
 from .conftest import LOGS, PAPER
 

@@ -19,7 +19,7 @@ from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.propose import guessed
 from fric.io.questions import Review
-from fric.report.columns import ColumnsPage
+from fric.report.served import ColumnsPage
 
 from .test_browser import BROWSER, DRIVER, started
 from .test_knots import asked

@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fric.report.collect import collect
-from fric.report.drift import Change, description, document_changes, glitch_changes
+from fric.report.collect import Change, collect, description, document_changes, glitch_changes
 
 HALF = st.floats(0.01, 10)
 VALUE = st.floats(-100, 100)

@@ -21,8 +21,7 @@ from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.io.run import read_runs, write_runs
 from fric.log import Log
-from fric.report.collect import collect
-from fric.report.drift import Change
+from fric.report.collect import Change, collect
 from fric.report.plots import (
     PageFigure,
     contour_figure,
@@ -35,7 +34,7 @@ from fric.report.plots import (
     reversal_figures,
     virgin_curves,
 )
-from fric.simulate.path import PointPath, run_path
+from fric.simulate.contour_run import PointPath, run_path
 from tests.figures.drawn import edges, labels
 
 from .conftest import LOGS

@@ -13,8 +13,7 @@ import pytest
 
 import fric
 from fric.documents.yaml import plain, read_tree
-from fric.report.knots import MOST_REQUEST, KnotPage
-from fric.report.served import HOST
+from fric.report.served import HOST, MOST_REQUEST, KnotPage
 
 from .conftest import LOGS
 from .test_browser import BROWSER, DRIVER, started

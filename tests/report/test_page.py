@@ -11,7 +11,7 @@ import pytest
 from fric.documents.bundled import bundled
 from fric.io.run import read_runs
 from fric.report.collect import collect
-from fric.report.page import render_report
+from fric.report.view import render_report
 
 from .conftest import LOGS
 

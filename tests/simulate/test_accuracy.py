@@ -17,7 +17,7 @@ from fric.kernels.plant import TOLERANCE, velocity_tolerance
 from fric.kernels.signatures import compiled_step
 from fric.reference import sine
 from fric.simulate.axis import _loop_arguments, run_axis
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import ACCURACY, Study
 from tests.friction.instances import INSTANCES

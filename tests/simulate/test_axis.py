@@ -7,8 +7,7 @@ import pytest
 from fric.control.cascade import Cascade
 from fric.control.feedforward import friction_feedforward
 from fric.control.scheme import NONE, PAPER_SCHEMES
-from fric.design.loop import SampledLoop
-from fric.design.margins import margins
+from fric.design.loop import SampledLoop, margins
 from fric.documents.machine_files import read_machine
 from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder

@@ -12,10 +12,8 @@ from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.drive.sensing import Encoder
 from fric.io.run import read_runs, write_runs
-from fric.simulate.circle import Circle, run_circle
-from fric.simulate.contour_run import ACCURACY, PLACES, Chance
+from fric.simulate.contour_run import ACCURACY, PLACES, Chance, Circle, PointPath, run_circle, run_path
 from fric.simulate.machine import Machine
-from fric.simulate.path import PointPath, run_path
 from fric.verdict import Candidate, Evidence, candidates_of, decide, difference
 
 TABLE = read_machine(Path("configs/xy-table.yaml"))

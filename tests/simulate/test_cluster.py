@@ -10,7 +10,7 @@ from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.simulate import processes
-from fric.simulate.circle import Circle
+from fric.simulate.contour_run import Circle
 from fric.simulate.monte_carlo import Study, monte_carlo
 from fric.simulate.processes import cluster_outcomes
 

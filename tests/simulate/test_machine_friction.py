@@ -8,7 +8,7 @@ from fric.control.scheme import NONE
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.friction.lugre import LuGre
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.machine import Machine
 
 ROOT = Path(__file__).parents[2]

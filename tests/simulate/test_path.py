@@ -8,8 +8,7 @@ from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.io.circle import read_path
 from fric.io.run import read_runs, write_runs
-from fric.simulate.circle import Circle, run_circle
-from fric.simulate.path import PathRun, PointPath, RecordedPath, run_path
+from fric.simulate.contour_run import Circle, PathRun, PointPath, RecordedPath, run_circle, run_path
 
 MACHINE = read_machine(Path("configs/xy-table.yaml"))
 

@@ -15,8 +15,7 @@ from fric.friction.directed import Directed
 from fric.friction.rolling import Rolling
 from fric.friction.stribeck import StaticMap
 from fric.identify.static_map.map_fit import fit_map
-from fric.identify.static_map.points import SpeedPoint
-from fric.identify.static_map.strokes import Asked, Strokes
+from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
 from fric.simulate.machine import Machine
 from fric.simulate.spread import (
     DEFAULT_SPREADS,

@@ -17,7 +17,7 @@ from fric.flaws.circle import GAINS_UNKNOWN
 from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.notice import Notice
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from fric.verdict import Candidate, Evidence, Verdict, candidates_of, decide, difference, evidence_of, forbidden
 
 UM = 1e-6

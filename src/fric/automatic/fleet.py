@@ -28,9 +28,8 @@ from fric.estimate import Estimate
 from fric.flaws.files import CIRCLE_FAILED, NO_LOG, UNIT_FAILED
 from fric.notice import Notice
 from fric.output import staged, together
-from fric.report.collect import Item
-from fric.report.drift import Change, document_changes, limits_of
-from fric.report.page import environment
+from fric.report.collect import Change, Item, document_changes, limits_of
+from fric.report.view import environment
 from fric.results.base import Result
 from fric.results.circles import diagnose
 from fric.results.text import Piece, Table

@@ -34,8 +34,7 @@ from fric.output import staged
 from fric.records.clipping import STUCK
 from fric.records.encoders import two_encoders
 from fric.records.holding import holds, is_holding_map
-from fric.records.inspection import Inspection, TableInspection, inspect
-from fric.records.judgement import excites
+from fric.records.inspection import Inspection, TableInspection, excites, inspect
 from fric.records.modes import switched
 from fric.records.segments import travelled
 from fric.results.given import in_one_mode

@@ -25,8 +25,7 @@ from fric.flaws import circle as flaws
 from fric.notice import Notice
 from fric.reference import Reference
 from fric.simulate.axis import Trace, run_axis
-from fric.simulate.circle import Circle, CircleRun
-from fric.simulate.contour_run import ACCURACY, PLACES, figures, pair, require_voltage
+from fric.simulate.contour_run import ACCURACY, PLACES, Circle, CircleRun, figures, pair, require_voltage
 from fric.simulate.machine import Axis, Machine
 
 FAST = 0.05  # Feed above which the whole correction is learned, up to 200 Hz; below it half of it, up to 100 Hz [m/s]

@@ -17,7 +17,7 @@ from fric.log import Log, axis_name
 from fric.series import keep
 
 if TYPE_CHECKING:
-    from fric.simulate.circle import CircleRun
+    from fric.simulate.contour_run import CircleRun
 
 MOST_MISSING = 4.0  # Average number of samples per recorded sample
 SMOOTHED = 200.0  # Corner of the filter over the tracking error [Hz]

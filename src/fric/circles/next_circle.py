@@ -20,8 +20,7 @@ from fric.arrays import Real
 from fric.circles.gains import against_stated, stated_voltage
 from fric.circles.measured import MeasuredCircle
 from fric.circles.revolutions import fit_circle
-from fric.circles.tune_fit import TunedAxis, recorded_again
-from fric.circles.voltage import VoltageRecord, refined, voltage_record
+from fric.circles.tune_fit import TunedAxis, VoltageRecord, recorded_again, refined, voltage_record
 from fric.contour import QUADRANTS, circularity, of_axes
 from fric.control.scheme import OBSERVER, PAPER_SCHEMES, Scheme
 from fric.drive.plant import hold_delay
@@ -35,8 +34,7 @@ from fric.friction import FrictionModel
 from fric.friction.completed import Completed, since_reversal, travels
 from fric.notice import Notice, once
 from fric.simulate.axis import run_axis
-from fric.simulate.circle import Circle, run_circle
-from fric.simulate.contour_run import ACCURACY, PLACES, Chance
+from fric.simulate.contour_run import ACCURACY, PLACES, Chance, Circle, run_circle
 from fric.simulate.machine import Axis, Machine
 from fric.simulate.spread import Spread, draw_machine
 

@@ -28,11 +28,12 @@ from fric.circles.tune_fit import (
     gms_of,
     identifiability_warnings,
     instrumented,
+    refined,
     timing_warnings,
     tuned_estimates,
+    voltage_record,
 )
-from fric.circles.voltage import refined, voltage_record
-from fric.design.falling import falling_margin, hold_falling
+from fric.design.cascade import falling_margin, hold_falling
 from fric.drive.plant import Plant, hold_delay
 from fric.errors import FricError
 from fric.estimate import Estimate, as_filed
@@ -42,8 +43,7 @@ from fric.flaws.circle import CIRCLE_DRIFTS, CIRCLE_MISFIT, TUNED_IN_PART, TUNIN
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed, directed
 from fric.notice import Notice
-from fric.records.flaws import clock_flaws
-from fric.records.timing import timing
+from fric.records.flaws import clock_flaws, timing
 from fric.simulate.machine import Axis, Machine, NominalFriction
 
 GROWS = 0.8
@@ -219,7 +219,7 @@ def tune(
 
     tests: Circle tests with reference, position and voltage of the machine's axes; a fast and a slow circle are
         needed. An axis that the machine does not have is assumed to follow its reference.
-    loop: Whether loops that do not hold their falling friction are redesigned (`fric.design.falling`).
+    loop: Whether loops that do not hold their falling friction are redesigned (`fric.design.cascade`).
     Raises FricError: When a test lacks a channel, or an axis that the machine has, or there is no nominal GMS model.
     """
     names = tests[0].names

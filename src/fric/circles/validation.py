@@ -24,9 +24,9 @@ from fric.kernels.loop import Board, closed_loop
 from fric.kernels.plant import PlantConstants
 from fric.log import Log
 from fric.notice import Notice
+from fric.records.flaws import even_sampling
 from fric.records.motion import Conditioning, filtered_motion, thinned
 from fric.records.prepared import acting_force, drive_force, prepared
-from fric.records.timing import even_sampling
 
 Loop = Literal["closed", "open", "inverse"]
 

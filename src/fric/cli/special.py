@@ -105,7 +105,7 @@ def _asks(given: dict[str, Any]) -> Any:
 
 def _on_page(guess: Any) -> Any:
     """Serve a page to state what columns are; return what is stated."""
-    from fric.report.columns import ColumnsPage
+    from fric.report.served import ColumnsPage
 
     page = ColumnsPage(guess)
     with paused():
@@ -170,7 +170,7 @@ def gms(command: Command, given: dict[str, Any]) -> None:
 
 def _by_hand(given: dict[str, Any]) -> str:
     """Serve a page to move the knots on; return them as ``--knots`` takes them, which is printed, too."""
-    from fric.report.knots import KnotPage
+    from fric.report.served import KnotPage
 
     records = fric.read(*given["logs"])
     settings = {name: given[name] for name in ("static", "plant", "cycles") if name in given}

@@ -8,9 +8,8 @@ import numpy as np
 from fric.arrays import Real
 from fric.control import ControlBlock, Setting
 from fric.control.cascade import Cascade
-from fric.design.margins import Loop, Margins, OpenLoop, decibel, three_digits
-from fric.design.observer import PEAK_SENSITIVITY, WholeLoop, largest_that_keeps
-from fric.design.perturbation import Perturbation, model_perturbation
+from fric.design.loop import Loop, Margins, OpenLoop, decibel, three_digits
+from fric.design.observer import PEAK_SENSITIVITY, Perturbation, WholeLoop, largest_that_keeps, model_perturbation
 from fric.errors import FricError
 from fric.search import minimised
 

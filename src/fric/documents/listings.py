@@ -1,11 +1,12 @@
-"""Listings and outputs, as `--json` prints them: formats, an example, an export, a report, a fleet."""
+"""Listings and outputs, as `--json` prints them: records, formats, an example, an export, a report, a fleet."""
 
 from math import inf
 from operator import itemgetter
 from typing import Any, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
+from fric.columns import Kind
 from fric.documents.base import AxisName, CodedWarning, Document
 from fric.documents.quantity import Known, Part, Written, of
 from fric.units import Motion
@@ -164,3 +165,68 @@ class FleetDocument(Document, type="fleet"):
     units: list[FleetUnit]
     changed: list[list[str]] = Field(description="machine and axis of each that changed")
     changes: list[FleetChange] = Field(description="beyond its own interval, the surest first")
+
+
+class RecordPart(Part):
+    """Description of a record."""
+
+    kind: Kind | None
+    samples: int
+
+
+class RecordsDocument(Document, type="records"):
+    """Records of one axis."""
+
+    axis: str
+    records: dict[str, RecordPart]
+
+
+class IngestedPart(Part):
+    """A record that was added."""
+
+    name: str
+    source: str
+    sha256: str
+    kind: Kind | None
+    samples: int
+    dropped: int
+    channels: dict[str, str] = Field(description="each channel, and the column it was read from")
+    left_out: list[str]
+
+
+class IngestDocument(Document, type="ingest"):
+    """The records read into a log file."""
+
+    output: str
+    axis: str
+    motion: Motion
+    records: list[IngestedPart]
+    skipped: list[list[str]] = Field(description="files already read, with the names of their records")
+    samples: int
+    dropped: int
+
+
+class IngestedCircle(Part):
+    """A circle test that was added."""
+
+    name: str
+    radius: float = Field(description="[m]")
+    feed: float = Field(description="[m/s]")
+    direction: Literal[1, -1] = Field(description="1 counter-clockwise")
+    axes: dict[str, list[str]] = Field(description="channels of each axis")
+    instrument: str
+    source: str
+    sha256: str
+
+    @field_validator("axes", mode="before")
+    @classmethod
+    def _of_traces(cls, given: Any) -> Any:
+        return {name: list(item.channels()) if hasattr(item, "channels") else item for name, item in given.items()}
+
+
+class IngestCirclesDocument(Document, type="ingest-circles"):
+    """The tests read into a circle test file."""
+
+    output: str
+    tests: list[IngestedCircle]
+    samples: int

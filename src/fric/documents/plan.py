@@ -10,8 +10,7 @@ from fric.documents.generated import FilePart
 from fric.documents.quantity import Known, Part, Quantity, in_units, known, of, read_off, refused
 from fric.estimate import Estimate
 from fric.notice import Notice
-from fric.simulate.experiment import EXPERIMENTS
-from fric.simulate.plan import Limits, Narrowing, Plan, Planned, Setting
+from fric.simulate.experiment import EXPERIMENTS, Limits, Narrowing, Plan, Planned, Setting
 from fric.units import Motion
 
 SETTINGS = {

@@ -1,14 +1,17 @@
-"""The exported part of a machine (an axis under a scheme), targets that write it, and their manifest."""
+"""The exported part of a machine (an axis under a scheme), targets that write it, their templates and manifest."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any, Literal
 
 import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
 from numpy.typing import NDArray
 
 import fric
@@ -17,7 +20,6 @@ from fric.control.base import ControlBlock, Setting
 from fric.control.scheme import Scheme
 from fric.documents.base import warned
 from fric.errors import FricError, clean
-from fric.export.rendering import remark
 from fric.export.translate.program import Program
 from fric.export.translate.reader import Entry, read_program
 from fric.friction import FrictionModel
@@ -28,6 +30,41 @@ from fric.reference import Reference
 from fric.simulate.axis import blocks_of, setting_of
 from fric.simulate.machine import Machine
 from fric.units import Motion, si_unit
+
+
+@cache
+def _environment() -> Environment:
+    made = Environment(
+        loader=PackageLoader("fric.export"), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
+        keep_trailing_newline=True, autoescape=False,
+    )  # fmt: skip
+    made.filters["wrapped"] = wrapped
+    return made
+
+
+def render(template: str, **values: Any) -> str:
+    """Return a template of this package, filled."""
+    return _environment().get_template(template).render(version=fric.__version__, **values)
+
+
+def wrapped(items: list[str], indent: int = 4, width: int = 110) -> str:
+    """Return texts separated by commas, in lines of bounded length."""
+    margin = " " * indent
+    return textwrap.fill(", ".join(items), width, initial_indent=margin, subsequent_indent=margin).strip()
+
+
+def remark(text: str) -> str:
+    """Return a text as a comment of any language, without characters that could end the comment or a line."""
+    return " ".join("".join(c if c.isascii() and (c.isalnum() or c in "_.,:+-=<>") else " " for c in text).split())
+
+
+def identifier(text: str) -> str:
+    """Return a text as an identifier of any language: letters, digits and single underscores."""
+    made = "".join(c.lower() if c.isascii() and c.isalnum() else "_" for c in text).strip("_")
+    while "__" in made:
+        made = made.replace("__", "_")
+    return made or "axis"
+
 
 LARGEST = {
     "position": 1e4, "velocity": 1e3, "acceleration": 1e6, "time": 1.0, "force": 1e9, "voltage": 1e6, "gain": 1e3,

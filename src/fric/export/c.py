@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from fric.errors import FricError
-from fric.export.base import LARGEST, ExportedPart, Files, Target
-from fric.export.rendering import identifier, render
+from fric.export.base import LARGEST, ExportedPart, Files, Target, identifier, render
 from fric.export.translate.c_code import Dialect, c_routines
 from fric.series import CLOSEST
 from fric.units import si_unit

@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from fric.errors import FricError
-from fric.export.base import ExportedPart, Files, Target
+from fric.export.base import ExportedPart, Files, Target, render
 from fric.export.c import c_files, c_values
-from fric.export.rendering import render
 
 
 @dataclass(frozen=True)

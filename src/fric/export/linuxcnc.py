@@ -2,9 +2,8 @@
 
 from math import pi
 
-from fric.export.base import ExportedPart, Files, Target
+from fric.export.base import ExportedPart, Files, Target, identifier, render
 from fric.export.c import c_files, c_values
-from fric.export.rendering import identifier, render
 from fric.units import rotates
 
 COMPONENTS = {"compensation": "ff", "machine": "plant"}

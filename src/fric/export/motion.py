@@ -9,7 +9,7 @@ from math import floor, log10, sqrt
 import numpy as np
 
 from fric.arrays import Real
-from fric.export.rendering import identifier, render
+from fric.export.base import identifier, render
 from fric.reference import Reference
 from fric.units import Motion, rotates
 

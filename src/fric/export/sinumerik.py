@@ -23,9 +23,8 @@ from fric.contour import circularity
 from fric.control.scheme import PAPER_SCHEMES
 from fric.errors import FricError
 from fric.estimate import as_filed
-from fric.export.base import ExportedPart, Files, Target
+from fric.export.base import ExportedPart, Files, Target, render
 from fric.export.c import name_of
-from fric.export.rendering import render
 from fric.reference import Reference, circle
 from fric.simulate.axis import run_axis
 from fric.simulate.contour_run import PLACES, SLOW, Chance

@@ -1,8 +1,7 @@
 """The target ``st``: structured text of IEC 61131-3, functions and one function block."""
 
-from fric.export.base import ExportedPart, Files, Target
+from fric.export.base import ExportedPart, Files, Target, render
 from fric.export.c import values_of
-from fric.export.rendering import render
 from fric.export.translate.st_code import st_number, st_routines
 
 

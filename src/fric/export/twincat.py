@@ -8,9 +8,8 @@ allows, and the bound is bisected until 20 points reach the largest velocity.
 import numpy as np
 
 from fric.arrays import Real
-from fric.export.base import ExportedPart, Files, Target
+from fric.export.base import ExportedPart, Files, Target, render
 from fric.export.c import name_of
-from fric.export.rendering import render
 from fric.units import rotates, si_unit
 
 POINTS = 20  # Largest number of points in the list

@@ -7,9 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fric.control.q_filter import QFilter
-from fric.design.margins import Loop, Margins, decibel
-from fric.design.observer import ObserverDesign
-from fric.design.perturbation import Perturbation
+from fric.design.loop import Loop, Margins, decibel
+from fric.design.observer import ObserverDesign, Perturbation
 from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, look, new_figure, view
 
 LOWEST = 0.5  # Lowest frequency at which loops are drawn [Hz]

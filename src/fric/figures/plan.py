@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from fric.figures.style import BLACK, BLUE, GREY, VERMILION, new_figure, view
 from fric.friction.directed import Directed
-from fric.simulate.plan import Plan
+from fric.simulate.experiment import Plan
 from fric.units import prefixed, si_unit
 
 

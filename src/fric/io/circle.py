@@ -21,8 +21,7 @@ from fric.io.run import read_runs
 from fric.io.safe_hdf5 import check_type, column, open_file, staged_hdf5, text, write_column
 from fric.series import require_plausible
 from fric.simulate.axis import Trace
-from fric.simulate.circle import CircleRun
-from fric.simulate.path import PointPath, RecordedPath
+from fric.simulate.contour_run import CircleRun, PointPath, RecordedPath
 from fric.units import factor, si_unit
 
 FEEDFORWARD = "feedforward/1"

@@ -19,9 +19,8 @@ from fric.io.safe_hdf5 import check_type, column, open_file, staged_hdf5, text, 
 from fric.notice import Notice
 from fric.series import keep, require_plausible
 from fric.simulate.axis import Trace
-from fric.simulate.circle import Circle, CircleRun
+from fric.simulate.contour_run import Circle, CircleRun, PathRun, PointPath, RecordedPath
 from fric.simulate.monte_carlo import MonteCarlo
-from fric.simulate.path import PathRun, PointPath, RecordedPath
 from fric.units import si_unit
 
 FORMAT = "run/1"

@@ -1,29 +1,70 @@
-"""Choice of the records to take of an axis: speeds, sines, a multisine and circles, from prior knowledge."""
+"""Choice of the records to take of an axis: speeds, sines, a multisine and circles, from prior knowledge.
+
+The further record that would narrow a predicted glitch most, after a first identification.
+
+To first order the glitch varies by ``gᵀ·Σ·g``: g are its derivatives over the uncertain parameters of the friction (the
+controller believes the estimates), Σ their covariance. One more record adds its Fisher information, ``Σ' = (Σ⁻¹ +
+I)⁻¹``: that of the residuals, weights and models of the fits, at the last result.
+
+The intervals that planned experiments will give: the identification itself, on records simulated at the prior.
+
+The information of the records is the Fisher information of their fits: the same records, residuals, weights and models.
+They are simulated several times on the axis as known beforehand, with different noise and different places between two
+encoder counts, and identified each time; the results are the geometric mean and the range of the half-widths.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from math import floor, log10, pi, sqrt
+from dataclasses import dataclass, replace
+from math import ceil, exp, floor, inf, isfinite, log, log10, pi, sqrt
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from fric.arrays import Real
-from fric.documents.friction import FrictionDocument
+from fric.choice import ranked
+from fric.columns import PRESLIDING
+from fric.control.scheme import Scheme
+from fric.documents.friction import FrictionDocument, gms_tree, static_tree
 from fric.documents.machine_files import read_machine
-from fric.documents.plant import PlantDocument
+from fric.documents.plant import PlantDocument, plant_tree
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
-from fric.flaws.prediction import PLAN_TYPICAL
+from fric.estimate import Covariance, Estimate
+from fric.flaws.prediction import PLAN_ACCURACY, PLAN_LEFT_OVER, PLAN_NOT_ENOUGH, PLAN_PLANT_UNSURE, PLAN_TYPICAL
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed
-from fric.friction.stribeck import OnStaticMap, StaticMap
+from fric.friction.gms import GMS
+from fric.friction.stribeck import STATIC_PARAMETERS, OnStaticMap, StaticMap
+from fric.identify.gms.hunting import Hunting
+from fric.identify.gms.identify import identify_gms
+from fric.identify.gms.virgin_curve import find_cycles
+from fric.identify.plant.identify import identify_plant
+from fric.identify.replay.replay_fit import replay_information
+from fric.identify.replay.replay_search import Ranges, search_ranges
+from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.points import stroke_points
+from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log
 from fric.notice import Notice
 from fric.records.inspection import FINE
+from fric.records.prepared import prepared
 from fric.records.resolution import lattice_step
 from fric.reference import multisine
-from fric.simulate.machine import Axis, Machine
-from fric.simulate.plan import Limits, Planned, Setting
+from fric.simulate.contour_run import Circle, run_circle
+from fric.simulate.experiment import (
+    CandidateRecord,
+    Expected,
+    Limits,
+    Narrowing,
+    Planned,
+    Setting,
+    Trial,
+    logs_of,
+    runs_of,
+)
+from fric.simulate.machine import Axis, Machine, NominalFriction
+from fric.simulate.reality.flaws import NONE
 from fric.units import readable, rotates, si_unit
 
 TYPICAL = "xy-table"  # The bundled machine that is used where none is given
@@ -87,11 +128,11 @@ def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
     """
     second: list[Real] = []
     whole: list[Real] = []
-    for log in (log for log in logs if log.force is not None):
-        white = np.diff(log.require("force", "its noise"), 2)
+    for record in (record for record in logs if record.force is not None):
+        white = np.diff(record.require("force", "its noise"), 2)
         whole.append(white)
-        if log.position is not None and len(white) > REST:
-            moved = np.append(0, np.cumsum(np.diff(log.position) != 0))
+        if record.position is not None and len(white) > REST:
+            moved = np.append(0, np.cumsum(np.diff(record.position) != 0))
             still = moved[REST:] == moved[:-REST]
             second.append(white[: len(still)][still])
     found = np.concatenate(second or whole or [np.zeros(0)])
@@ -268,3 +309,444 @@ _RECORDS: dict[str, Callable[[Axis, Limits, int], Planned]] = {
     "constant-velocity": _strokes, "presliding-sine": _presliding, "sliding-sine": _sliding,
     "frequency-response": _response,
 }  # fmt: skip
+
+
+NORMAL = 1.959963984540054  # Half a 95 % interval in standard deviations
+ASSUMED = {"C": log(10.0) / NORMAL}  # Standard deviation of the logarithm of an assumed parameter: C to a factor of ten
+SURE = 0.4  # Relative uncertainty of a further record's information: half-widths of simulated ones are good to 20 %
+LARGEST = 0.5  # Largest step of a logarithm or logit in which a derivative is taken
+
+
+def narrowing(
+    machine: Machine,
+    axis: Axis,
+    limits: Limits,
+    covariances: Sequence[Covariance],
+    between: float,
+    scheme: Scheme,
+    advance: Callable[[], object] = lambda: None,
+) -> Narrowing:
+    """Return how a further record would narrow the predicted glitch of an axis.
+
+    axis: The axis at the last result: its friction is the GMS model that was identified.
+    covariances: Covariances of the parameters of its static map and of its GMS model, as in its friction file.
+    between: Standard deviation of strokes beyond their noise [N].
+    Raises FricError: When the friction is no GMS model of both directions, or a record cannot be made.
+    """
+    model = axis.friction
+    if not isinstance(model, GMS):
+        raise FricError(
+            "planning needs a GMS model with a common map for both directions",
+            hint="Identify one with `fric identify gms`; `fric plan --friction` says which records that takes.",
+        )
+    known = _known_of(covariances, model)
+    planned = choose(axis, limits)
+    circle = next(record for record in planned if record.kind == "circle").settings
+    test = Circle(float(circle["radius"]), float(circle["feed"]))  # type: ignore[arg-type]
+    slopes = _slopes(machine, axis, model, known, scheme, test, advance)
+    names, S = list(known.deviation), known.matrix
+    half = NORMAL * _deviation(slopes, S)
+    worst = slopes[int(np.argmax(np.einsum("qi,ij,qj->q", slopes, S, slopes)))]
+    shares = worst * (S @ worst) / max(float(worst @ S @ worst), 1e-300)
+    found = []
+    experiments = [part for record in planned for part in _parts(record)]
+    logs = [list(logs_of(axis, experiment.trials(axis), 1)) for experiment in experiments]
+    sines = [log for each in logs for log in each if "sine" in str(log.kind)]
+    ranges = search_ranges(prepared(sines, axis.plant))
+    for experiment, made in zip(experiments, logs, strict=True):
+        advance()
+        I = _information(made, axis, model, known, between, ranges)  # noqa: E741 - Fisher's
+        least, after, most = (
+            NORMAL * _deviation(slopes, np.asarray(np.linalg.inv(np.linalg.inv(S) + share * I), float))
+            for share in (1 + SURE, 1.0, 1 - SURE)
+        )
+        lasting = sum(len(trial.reference) for trial in experiment.trials(axis)) / axis.cascade.sampling
+        found.append(CandidateRecord(experiment, lasting, after, 0.5 * (most - least)))
+    return Narrowing(
+        half, dict(zip(names, map(float, shares), strict=True)), by_what_they_leave(found), test, scheme.name
+    )
+
+
+def by_what_they_leave(candidates: Sequence[CandidateRecord]) -> tuple[CandidateRecord, ...]:
+    """Return candidates, the best first; among those that differ by less than their scatter, the shortest first."""
+    ordered = sorted(candidates, key=lambda candidate: candidate.lasting)
+    order = ranked([candidate.half_width for candidate in ordered], [candidate.scatter for candidate in ordered])
+    return tuple(ordered[n] for n in order)
+
+
+def _parts(record: Planned) -> Iterator[Planned]:
+    """Yield the candidates of an experiment: slow and fast strokes, each sine alone; a circle is no candidate."""
+    if record.kind == "constant-velocity":
+        speeds = record.settings["speeds"]
+        assert isinstance(speeds, tuple)
+        half = 2 * len(speeds) // 3
+        yield replace(record.changed(speeds=speeds[:half]), why="strokes through the Stribeck fall")
+        if speeds[half:]:
+            yield replace(record.changed(speeds=speeds[half:]), why="strokes beyond the fall")
+    elif record.kind == "presliding-sine":
+        amplitudes = record.settings["amplitudes"]
+        assert isinstance(amplitudes, tuple)
+        for amplitude in amplitudes:
+            yield replace(record.changed(amplitudes=(amplitude,)), why="a slow sine before sliding")
+    elif record.kind == "sliding-sine":
+        yield replace(record, why="a sine in sliding")
+
+
+@dataclass(frozen=True)
+class _Known:
+    """The uncertain parameters by name: standard deviations, on a linear scale or not, and the covariance."""
+
+    deviation: dict[str, float]
+    linear: frozenset[str]
+    matrix: Real
+
+
+def _known_of(covariances: Sequence[Covariance], model: GMS) -> _Known:
+    """Return the covariance of the parameters; the last share follows from the others."""
+    last = f"alpha_{len(model.alpha)}"
+    names: list[str] = []
+    linear: set[str] = set()
+    blocks = []
+    for given in covariances:
+        kept = [n for n, name in enumerate(given.names) if name != last and given.matrix[n][n] > 0]
+        names += [given.names[n] for n in kept]
+        linear |= {given.names[n] for n in kept if given.scales[n] == "linear"}
+        blocks.append(np.array(given.matrix)[np.ix_(kept, kept)])
+    for name, deviation in ASSUMED.items():
+        if name not in names:
+            names.append(name)
+            blocks.append(np.array([[deviation**2]]))
+    matrix = block_diag(*blocks)
+    return _Known(dict(zip(names, np.sqrt(np.diag(matrix)), strict=True)), frozenset(linear), matrix)
+
+
+def _deviation(slopes: Real, covariance: Real) -> float:
+    """Return the largest standard deviation of the quadrants' glitches [m]."""
+    return float(np.sqrt(max(np.einsum("qi,ij,qj->q", slopes, covariance, slopes))))
+
+
+def _slopes(
+    machine: Machine, axis: Axis, model: GMS, known: _Known, scheme: Scheme, test: Circle, advance: Callable[[], object]
+) -> Real:
+    """Return the derivatives of this axis' two glitches over the parameters, shape (2, p), by central differences.
+
+    The encoder is left out: differences of nanometres would show its counts.
+    """
+    place = list(machine.axes).index(axis.name)
+    nominal = NominalFriction({"gms": model, "static": model.static}, 1.0, axis.nominal_friction.lead)
+    rows = []
+    for name, deviation in known.deviation.items():
+        step = deviation if name in known.linear else min(deviation, LARGEST)
+        sides, moved = [], []
+        for side in (1.0, -1.0):
+            true, by = _moved(model, name, side * step, linear=name in known.linear)
+            subject = replace(axis, friction=true, nominal_friction=nominal, encoder=Encoder())
+            run = run_circle(replace(machine, axes={**machine.axes, axis.name: subject}), scheme, test, only=axis.name)
+            sides.append(np.array(run.circularity.quadrants)[[place, place + 2]])
+            moved.append(by)
+            advance()
+        rows.append((sides[0] - sides[1]) / (moved[0] - moved[1]) if moved[0] != moved[1] else np.zeros(2))
+    return np.array(rows).T
+
+
+def _moved(model: GMS, name: str, by: float, *, linear: bool) -> tuple[GMS, float]:
+    """Return the model with a parameter moved on its scale, and the step within the bounds."""
+    if name == "offset":
+        return model, by
+    if linear:
+        value = getattr(model.static, name)
+        low = {"F_s": model.static.F_c, "F_c": 0.0}.get(name, 0.0 if name == "sigma" else 1e-3 * value)
+        high = model.static.F_s if name == "F_c" else float("inf")
+        moved = min(max(value + by, low), high)
+        return replace(model, static=replace(model.static, **{name: moved})), moved - value
+    symbol, _, number = name.partition("_")
+    if symbol == "C":
+        return replace(model, C=model.C * exp(by)), by
+    n = int(number) - 1
+    if symbol == "k":
+        return replace(model, k=tuple(k * exp(by) if i == n else k for i, k in enumerate(model.k))), by
+    share = 1 / (1 + (1 / model.alpha[n] - 1) * exp(-by))
+    alpha = [share if i == n else a for i, a in enumerate(model.alpha)]
+    alpha[-1] = 1 - sum(alpha[:-1])
+    return replace(model, alpha=tuple(alpha)), by
+
+
+def _information(logs: Sequence[Log], axis: Axis, model: GMS, known: _Known, between: float, ranges: Ranges) -> Real:
+    """Return the information of one record over all parameters, shape (p, p)."""
+    names = list(known.deviation)
+    if logs[0].kind == "constant-velocity":
+        points, _ = stroke_points(logs, plant=axis.plant)
+        v, F, error = np.array([(p.velocity, p.force, p.standard_error) for p in points]).T
+        static = model.static
+        problem = StribeckProblem(
+            v, F, np.hypot(error, between), None if "delta" in names else static.delta,
+            "offset" in names, "F_s" in names,
+        )  # fmt: skip
+        theta = {name: getattr(static, name) for name in STATIC_PARAMETERS}
+        J = problem.jacobian(theta) / problem.standard_error[:, None]
+        of, found = problem.free, J.T @ J
+    else:
+        ready = prepared(logs, axis.plant)
+        slides = logs[0].kind == "sliding-sine"
+        records = [record.in_sliding() if slides else find_cycles(record).for_replay() for record in ready]
+        of, found = replay_information(records, model, ranges, Hunting(axis.plant))
+    at = [names.index(name) for name in of if name in names]
+    kept = [n for n, name in enumerate(of) if name in names]
+    information = np.zeros((len(names), len(names)))
+    information[np.ix_(at, at)] = found[np.ix_(kept, kept)]
+    return information
+
+
+DRAWS, FEW = 9, 3
+"""Runs of a plan that are identified: the range of nine includes the next in 80 % of cases, that of three in 50 %. Few
+are those of an axis with a second mass or flaws: each takes five times as long."""
+PLACES = 64.0  # Encoder counts over which the start of a record is spread: the hunting of a slow axis depends on it
+ACCURACY = 1e-10  # Largest error of the position by the integration [m]: 0.01 N of a stiffness of 100 N/µm
+NOTABLE = 1.2  # Widening by unmodelled friction above which it is reported
+MOST_TIMES = 16  # Largest factor of the usual number of strokes, cycles or periods
+
+IDENTIFIED_BY = {
+    "constant-velocity": (*STATIC_PARAMETERS, "offset"), "presliding-sine": ("alpha", "k"),
+    "sliding-sine": ("C",), "frequency-response": ("A", "B", "T_d", "K_f", "force_lag"),
+}  # fmt: skip
+"""The parameters that each kind of record determines."""
+Wanted = Mapping[str, tuple[float, bool]]  # Requested half-width by parameter, and whether it is relative to the value
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """Expected intervals of an axis from planned records."""
+
+    parameters: Mapping[str, Expected]  # By name, ``k_2`` being that of the second block
+    blocks: int | None  # Number of slip blocks that the identification finds; None where there is no GMS model
+    notices: tuple[Notice, ...]  # What cannot be expected of these records
+
+
+def identified(logs: Sequence[Log], blocks: int | None = None) -> Iterator[PlantDocument | FrictionDocument]:
+    """Yield plant, static map and GMS model of the records of an axis, each if there are records for it."""
+    plant = static = None
+    of_kind = {kind: [log for log in logs if log.kind == kind] for kind in {log.kind for log in logs}}
+    if responses := of_kind.get("frequency-response"):
+        plant = PlantDocument.model_validate(plant_tree(identify_plant(responses), responses))
+        yield plant
+    known = None if plant is None else plant.plant(logs[0].motion)
+    if strokes := of_kind.get("constant-velocity"):
+        error = 0.0 if plant is None else plant.damping_error(logs[0].motion)
+        # in one form in all runs: half-widths of a run with delta free and a run without have no mean
+        fit = identify_static(strokes, plant=known, delta=1.0, over_position="off", damping_error=error)
+        static = FrictionDocument.model_validate(static_tree(fit, strokes))
+        yield static
+    if of_kind.keys() & PRESLIDING:
+        sines = [log for log in logs if log.kind in {*PRESLIDING, "sliding-sine"}]
+        forward, backward = (None, None) if static is None else static.maps()
+        found = identify_gms(sines, static=forward, negative=backward, plant=known, blocks=blocks, places=1)
+        yield FrictionDocument.model_validate(gms_tree(found, sines, static))
+
+
+def half_widths(documents: Sequence[PlantDocument | FrictionDocument]) -> dict[str, tuple[float, float, str]]:
+    """Return value, half-width of the 95 % interval (infinite if open) and unit by parameter, in SI."""
+    found = {}
+    for document in documents:
+        if isinstance(document, FrictionDocument):
+            sections = [document.estimates(section) for section in document.sections()]
+        else:
+            parts = [document, *([document.second_mass] if document.second_mass is not None else [])]
+            sections = [part.estimates(document.motion) for part in parts]
+        for name, value, (low, high), unit in (element for section in sections for element in _elements(section)):
+            found[name] = value, high - value if low == 0 else 0.5 * (high - low), unit  # at its bound it has one side
+    return found
+
+
+def _elements(section: Mapping[str, Estimate]) -> Iterator[tuple[str, float, tuple[float, float], str]]:
+    """Yield name, value, interval and unit of each number that has an interval; of a vector each element's."""
+    for name, estimate in section.items():
+        if estimate.ci95 is not None:
+            values, limits = np.ravel(estimate.value).tolist(), np.reshape(estimate.ci95, (-1, 2)).tolist()
+            names = [f"{name}_{n}" for n in range(1, len(values) + 1)] if isinstance(estimate.value, tuple) else [name]
+            for key, value, (low, high) in zip(names, values, limits, strict=True):
+                yield key, value, (low, high), estimate.unit
+
+
+def typical(halves: Sequence[float]) -> float:
+    """Return the geometric mean of half-widths, or their median if any is open.
+
+    An interval may have one of two sizes, depending on a test within the identification: a median of few runs would
+    pick one by chance.
+    """
+    closed = bool(np.all(np.isfinite(halves))) and min(halves) > 0
+    return float(np.exp(np.mean(np.log(halves))) if closed else np.median(halves))
+
+
+def anywhere(axis: Axis, trials: Sequence[Trial], seed: int) -> list[Trial]:
+    """Return trials that begin at different places between the counts of the axis' encoder."""
+    places = np.random.default_rng([seed, 1]).uniform(0.0, PLACES * axis.encoder.resolution, len(trials))
+    return [
+        replace(trial, reference=replace(trial.reference, position=trial.reference.position + place))
+        for trial, place in zip(trials, places, strict=True)
+    ]
+
+
+def left_over(known: FrictionDocument) -> dict[str, float]:
+    """Return the residuals of fits [N], by section: of the static map between strokes, of GMS in the virgin curve."""
+    static, gms = known.fit_of("static"), known.fit_of("gms")
+    between = static.between_strokes if static.between_strokes and static.between_strokes.value else static.rmse
+    given = {"static": between, "gms": gms.virgin_curve_rmse}
+    return {name: float(quantity.si("force", known.motion)) for name, quantity in given.items() if quantity is not None}
+
+
+def widening(
+    known: FrictionDocument, parameters: Mapping[str, Expected], simulated: Sequence[FrictionDocument]
+) -> dict[str, float]:
+    """Return the factor that widens expected intervals for unmodelled friction of a drive, 1 or more.
+
+    A fit of the drive has larger residuals than any fit of the simulated axis where its friction differs from the
+    model; these recur and do not average out: the half-width is then the known half-width. The factor is at most the
+    ratio of the residuals, since a half-width from few strokes is wide because of their number.
+    """
+    left = [left_over(document) for document in simulated]
+    found = {}
+    for section, rest in left_over(known).items():
+        rests = [mapping[section] for mapping in left if section in mapping]
+        usual = typical(rests) if rests and rest > max(rests) else 0.0
+        most = rest / usual if usual else 1.0
+        for name, _, (low, high), _ in _elements(known.estimates(section)) if most > 1.0 else ():
+            if name in parameters:
+                found[name] = min(max(0.5 * (high - low) / parameters[name].half_width, 1.0), most)
+    return found
+
+
+def scattering(known: PlantDocument, found: Sequence[PlantDocument]) -> dict[str, float]:
+    """Return the factor of the plant's intervals from a drive's response over those of the simulated axis.
+
+    Other effects of its friction, over position or time, differ from period to period, and no simulation of its model
+    has them. Half-widths are compared for a response of one size and one period. A single record shows its scatter only
+    to within the differences between simulated records: the logarithm δ of the factor is shrunk to ``δ·(1 - s²/δ²)``,
+    and to 0 where it is less than their deviation s (the positive part of James and Stein's).
+    """
+    before, *others = (_sureness(document) for document in (known, *found))
+    factors = {}
+    for name in before.keys() & set.intersection(*map(set, others)) if others else ():
+        usual = np.log([mapping[name] for mapping in others])
+        larger = float(np.log(before[name]) - np.mean(usual))
+        if larger > (deviation := float(np.std(usual))):
+            factors[name] = float(np.exp(larger * (1.0 - (deviation / larger) ** 2)))
+    return factors
+
+
+def _sureness(document: PlantDocument) -> dict[str, float]:
+    """Return half-widths of a plant by name, in SI, times size and root of the number of periods of its responses."""
+    parts = (document.fit and document.fit.responses) or []
+    size = sum(
+        (part.averages or 1.0) * float(part.velocity_rms.si("velocity", document.motion)) ** 2
+        for part in parts if part.velocity_rms is not None
+    )  # fmt: skip
+    return {
+        name: 0.5 * (high - low) * np.sqrt(size)
+        for name, _, (low, high), _ in _elements(document.estimates(document.motion))
+        if size > 0 and np.isfinite(high - low) and high > low
+    }
+
+
+def expected(
+    axis: Axis,
+    planned: Sequence[Planned],
+    advance: Callable[..., object],
+    draws: int = DRAWS,
+    known: FrictionDocument | None = None,
+    plant: PlantDocument | None = None,
+) -> Expectation:
+    """Return the intervals that planned records of an axis will give.
+
+    axis: The axis as known beforehand, with the noise and the encoder of its logs.
+    draws: Number of runs and identifications.
+    known, plant: Files of the axis, which hold the residuals of its friction models and the scatter of its response.
+    """
+    trials = [trial for record in planned for trial in record.trials(axis)]
+    blocks: int | None = None
+    found: list[dict[str, tuple[float, float, str]]] = []
+    notices: list[Notice] = []
+    documents: list[FrictionDocument] = []
+    plants: list[PlantDocument] = []
+    for seed in range(1, draws + 1):
+        logs = []
+        for trial, run in runs_of(axis, anywhere(axis, trials, seed), ACCURACY):
+            logs.append(trial.log(axis, run, seed))
+            advance()
+        results: list[PlantDocument | FrictionDocument] = []
+        try:
+            for result in identified(logs, blocks):
+                results.append(result)
+        except FricError as error:
+            notices.append(PLAN_NOT_ENOUGH.found(why=error.what))
+        last = results[-1] if results else None
+        if isinstance(last, FrictionDocument) and last.section("gms") and blocks is None:
+            blocks = len(last.estimates("gms")["k"].value)  # type: ignore[arg-type]
+        if isinstance(last, FrictionDocument) and last.section("static"):
+            documents.append(last)
+        plants += [result for result in results if isinstance(result, PlantDocument)]
+        found.append(half_widths(results))
+        advance()
+    parameters = {}
+    for name in (name for name in found[0] if all(name in mapping for mapping in found)):
+        values, half, units = zip(*(mapping[name] for mapping in found), strict=True)
+        middle = typical(half)
+        parameters[name] = Expected(float(np.median(values)), middle, units[0], (min(half), max(half)))
+    wider = {} if known is None else widening(known, parameters, documents)
+    scattered = {} if plant is None else scattering(plant, plants)
+    for name, factor in (wider | {n: f for n, f in scattered.items() if n in parameters}).items():
+        one = parameters[name]
+        least, most = one.between
+        parameters[name] = replace(one, half_width=factor * one.half_width, between=(factor * least, factor * most))
+    if uncertain := [name for name, factor in wider.items() if factor > NOTABLE]:
+        notices.append(PLAN_LEFT_OVER.found(names=uncertain))
+    if plant is None and {"A", "B"} & parameters.keys() and {"F_c", "F_s"} & set(uncertain):
+        notices.append(PLAN_PLANT_UNSURE.found())
+    return Expectation(parameters, blocks, tuple(dict.fromkeys(notices)))
+
+
+def planned_for(
+    axis: Axis,
+    limits: Limits,
+    wanted: Wanted,
+    advance: Callable[..., object],
+    draws: int | None = None,
+    known: FrictionDocument | None = None,
+    plant: PlantDocument | None = None,
+    *,
+    micro_steps: bool = False,
+) -> tuple[tuple[Planned, ...], Expectation]:
+    """Return the experiments for the requested half-widths, as far as possible, and the expected intervals.
+
+    wanted: Requested half-width by parameter, and whether it is relative to the value.
+    Others as in `choose` and `expected`.
+    """
+    times: dict[str, int] = {}
+    draws = draws or (DRAWS if axis.second_mass is None and axis.reality == NONE else FEW)
+    while True:
+        planned = choose(axis, limits, times, micro_steps=micro_steps)
+        found = expected(axis, planned, advance, draws, known, plant)
+        more = more_records(wanted, found, times)
+        if more == times:
+            missed = [PLAN_ACCURACY.found(name=name, lack=lack, times=MOST_TIMES)
+                      for name, lack in lacks(wanted, found) if lack > 1.0]  # fmt: skip
+            return planned, replace(found, notices=(*missed, *found.notices))
+        times = more
+
+
+def lacks(wanted: Wanted, found: Expectation) -> Iterator[tuple[str, float]]:
+    """Yield the ratio of expected to requested half-width of each requested parameter; of blocks the worst."""
+    for name, (target, relative) in wanted.items():
+        of = [parameter for key, parameter in found.parameters.items() if name in (key, key.rpartition("_")[0])]
+        ratios = (one.half_width / (target * (abs(one.value) if relative else 1.0)) for one in of)
+        yield name, max(ratios, default=inf)
+
+
+def more_records(wanted: Wanted, found: Expectation, times: Mapping[str, int]) -> dict[str, int]:
+    """Return the factor of the number of strokes, cycles or periods: a half-width falls with its root."""
+    more = dict(times)
+    for name, lack in lacks(wanted, found):
+        kind = next(kind for kind, names in IDENTIFIED_BY.items() if name in names)
+        if lack > 1.0:
+            needed = times.get(kind, 1) * lack**2 if isfinite(lack) else MOST_TIMES
+            more[kind] = max(more.get(kind, 1), min(ceil(needed), MOST_TIMES))
+    return more

@@ -12,7 +12,7 @@ from fric.estimate import Estimate
 from fric.flaws.channel import TWO_ENCODERS
 from fric.log import Log
 from fric.notice import Notice
-from fric.records.reversals import find_reversals
+from fric.records.motion import find_reversals
 from fric.records.segments import SHORTEST
 from fric.statistics import jackknife
 from fric.units import si_unit

@@ -11,8 +11,8 @@ from fric.estimate import Estimate
 from fric.flaws.channel import HOLDING_MAP
 from fric.log import Log
 from fric.notice import Notice
+from fric.records.motion import find_reversals
 from fric.records.resolution import lattice_step
-from fric.records.reversals import find_reversals
 from fric.statistics import hac_covariance
 
 PLACES = 8  # Least number of places in a pass

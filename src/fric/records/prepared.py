@@ -21,18 +21,18 @@ from fric.flaws.blocks import BEGINS_LOADED
 from fric.log import Log, refuse_several_axes
 from fric.notice import Notice
 from fric.records.clipping import clipped, drive_off
+from fric.records.inspection import kind_of
 from fric.records.motion import (
     Conditioning,
     Motion,
     between_samples,
     filtered_motion,
+    find_reversals,
     local_motion,
     shows_mass,
     smooth_motion,
 )
 from fric.records.preparation import Own, Preparation
-from fric.records.recognition import kind_of
-from fric.records.reversals import find_reversals
 from fric.records.segments import travelled
 
 if TYPE_CHECKING:

@@ -1,10 +1,16 @@
 """Pages that are served to this computer only, and their requests.
 
 A page has a random address. A request is one of three words; no request names a file.
+
+A page, served to this computer only, to state the columns of foreign logs by hand; and the resulting mapping.
+
+A page, served to this computer only, to move the knots of the virgin curve by hand; and its requests.
 """
 
 import json
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from hmac import compare_digest
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -12,7 +18,22 @@ from secrets import token_urlsafe
 from threading import Event, Lock
 from typing import Any
 
+import numpy as np
+
+from fric.arrays import Real
+from fric.columns import KINDS
+from fric.documents.mapping import MappingDocument
+from fric.documents.yaml import read_text
 from fric.errors import FricError
+from fric.io.channels import plan
+from fric.io.propose import Guess, Guessed, mapping_text
+from fric.io.questions import sampling_period
+from fric.io.roles import AxisColumns, Role, in_memory
+from fric.log import Log
+from fric.records.inspection import inspect
+from fric.report.view import environment
+from fric.results.identify import GMSResult
+from fric.units import Motion, in_units_of, prefixed, readable, rotates, si_unit
 
 HOST = "127.0.0.1"
 
@@ -110,3 +131,231 @@ class _Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *given: Any) -> None:
         """Write nothing to standard error."""
+
+
+MOST_REQUEST = 262_144  # Largest size of a request [bytes]
+MOST_WORD = 60  # Largest length of a name or a unit [characters]
+SKETCH = 160  # Points of the sketch of a column
+TAKEN = ("time", "position", "velocity", "force", "input", "reference", "load_position")
+"""Channels that a column can be stated to be."""
+UNITS: Mapping[str, tuple[str, ...]] = {
+    "time": ("s", "ms", "us", "ns"),
+    "position": ("mm", "um", "m", "deg", "rad", "rev", "mrad"),
+    "velocity": ("mm/s", "mm/min", "m/s", "m/min", "deg/s", "rad/s", "rpm", "rev/s"),
+    "force": ("N", "N*m", "A", "mA", "%", "V", "count"),
+    "input": ("V", "mV"),
+}
+"""Units that are offered."""
+
+
+class ColumnsPage(LocalPage):
+    """A page with the columns of files as sketches, their roles, units and rate, and the resulting records.
+
+    guess: The guess about the files.
+    """
+
+    def __init__(self, guess: Guessed) -> None:
+        tables = {guess.table.path: in_memory(guess.table) for guess in guess.found}
+        self._found = [replace(one, table=tables[one.table.path]) for one in guess.found if not one.joined]
+        if not self._found:
+            raise FricError("no file has columns to state")
+        super().__init__(_rendered(self._found).encode(), MOST_REQUEST)
+
+    def answer(self, word: str, asked: Any) -> dict[str, Any]:
+        """Return the stated mapping and the resulting records; ``save`` accepts it.
+
+        Raises FricError: When a stated name, unit or column is not valid, or an axis has no motion.
+        """
+        axes = asked.get("axes") if isinstance(asked, dict) else None
+        if not isinstance(axes, list) or len(axes) != len(self._found):
+            raise FricError("that is no list of axes")
+        pairs = list(zip(self._found, axes, strict=True))
+        stated = [_stated(guess, axis) for guess, axis in pairs if isinstance(axis, dict) and axis.get("taken")]
+        if not stated:
+            raise FricError("no axis is taken", hint="Tick at least one.")
+        text = mapping_text(stated, assume=True)
+        document = read_text(text, MappingDocument)
+        found = {"mapping": text, "axes": [_followed(guess, document) for guess in stated]}
+        if word == "save":
+            self.end(Guessed(tuple(stated)))
+        return found
+
+
+def _word(value: Any, what: str) -> str:
+    if not isinstance(value, str) or len(value) > MOST_WORD or not value.isprintable():
+        raise FricError(f"that is no {what}")
+    return value.strip()
+
+
+def _stated(guess: Guess, asked: Mapping[str, Any]) -> Guess:
+    """Return a guess with the statements of the page about its axis.
+
+    Raises FricError: When a channel or a column does not exist, or a rate or a unit is missing.
+    """
+    roles: dict[str, Role] = {}
+    for row in asked["roles"] if isinstance(asked.get("roles"), list) else []:
+        channel, column = (row.get("channel"), row.get("column")) if isinstance(row, dict) else (None, None)
+        if channel not in TAKEN or type(column) is not int or not 0 <= column < len(guess.table.columns):
+            raise FricError("a column has no valid channel")
+        name = guess.table.columns[column].name
+        if not (unit := _word(row.get("unit", ""), "unit")):
+            raise FricError(
+                f"'{name}' ({channel}) has no unit", hint="Give the unit, or the size of a step: 0.0879 deg."
+            )
+        known = guess.axis.roles.get(channel)
+        turn = known.turn if known and known.column == column else 0.0
+        sign = -1 if row.get("turned") else 1
+        roles[channel] = Role(channel, column, unit, 1.0, 1.0, "as stated", sign, turn=turn)
+    if "time" not in roles:
+        period = sampling_period(rate := _word(asked.get("rate", ""), "rate"))
+        if period is None:
+            what = f"'{rate}' is no sampling rate" if rate else "no column is marked as time"
+            raise FricError(what, hint="Mark its column, or give a rate, as in 1 kHz.")
+        roles["time"] = Role("time", None, f"{period:.9g} s", 1.0, 1.0, "as stated")
+    motion: Motion = "rotary" if asked.get("motion") == "rotary" else "linear"
+    if "force" in roles:
+        motion = in_units_of(motion, roles["force"].unit)
+    name = _word(asked.get("name", ""), "name") or guess.axis.name
+    if not {"position", "velocity"} & roles.keys():
+        raise FricError(f"axis {name} has neither position nor velocity", hint="State one, or leave the axis out.")
+    ordered = {channel: roles[channel] for channel in TAKEN if channel in roles}
+    return replace(guess, axis=AxisColumns(name, motion, 1.0, ordered), named=True, kind="")
+
+
+def _followed(guess: Guess, document: MappingDocument) -> dict[str, Any]:
+    """Return the result of a mapping on the first rows of a file: channels in SI, and their inspection."""
+    names = [column.name for column in guess.table.columns]
+    mapping = document.of(guess.table.path, names, guess.axis.name)
+    try:
+        chosen = plan(guess.table, mapping, None, guess.axis.motion, {})
+        blocks = list(guess.table.read(chosen.wanted))
+        columns = [np.concatenate(values) for values in zip(*(block.columns for block in blocks), strict=True)]
+        channels = chosen.unwrapped(chosen.convert(columns, np.arange(len(columns[0]))), {})
+        given: dict[str, Any] = dict(channels)
+        log = Log(axis=guess.axis.name, motion=guess.axis.motion, name=guess.table.path.stem, **given)
+        shown = inspect(log)
+        uses = [f"{use.purpose}: {'good' if use.good else 'no'}, {use.why}" for use in shown.uses]
+        kind = str(shown.kind)
+    except FricError as error:
+        return {"axis": guess.axis.name, "lines": [], "problem": " ".join([error.what, error.hint])}
+    rate = 1.0 / float(np.median(np.diff(log.time)))
+    lines = [f"{readable(float(np.ptp(log.time)), 's')} at {readable(rate, 'Hz')}"]
+    lines += [f"{name} from {readable(float(values.min()), log.unit(name))} to "
+              f"{readable(float(values.max()), log.unit(name))}"
+              for name, values in channels.items() if name != "time"]  # fmt: skip
+    return {"axis": guess.axis.name, "lines": [*lines, f"looks like {kind}", *uses], "problem": ""}
+
+
+def _rendered(found: list[Guess]) -> str:
+    sketched: dict[Any, list[dict[str, Any]]] = {}
+    for guess in found:
+        if guess.table.path not in sketched:
+            sketched[guess.table.path] = [_sketch(guess, n) for n in range(len(guess.table.columns))]
+    files = list(sketched)
+    axes = [
+        {
+            "name": guess.axis.name,
+            "motion": "rotary" if rotates(guess.axis.motion) else "linear",
+            "file": files.index(guess.table.path),
+            "rate": role.unit if (role := guess.axis.roles.get("time")) and role.column is None else "",
+            "roles": [
+                {"channel": role.channel, "column": role.column, "unit": role.unit, "turned": role.sign < 0,
+                 "why": role.why, "sure": min(role.likelihood, role.unit_likelihood)}
+                for role in guess.axis.roles.values() if role.column is not None and role.channel in TAKEN
+            ],
+        }
+        for guess in found
+    ]  # fmt: skip
+    members = {path: [one.name for guess in found if guess.table.path == path for one in guess.files] for path in files}
+    listed = [
+        {"names": sorted(set(members[path]))[:8], "count": len(set(members[path])), "columns": sketched[path]}
+        for path in files
+    ]
+    data = {"axes": axes, "files": listed, "channels": TAKEN, "units": UNITS, "kinds": KINDS}
+    return environment().get_template("columns.html.j2").render(data=data)
+
+
+def _sketch(guess: Guess, n: int) -> dict[str, Any]:
+    """Return a column with its limits, and its first rows as extremes of pieces, in thousandths of its range."""
+    blocks = [block.columns[0] for block in guess.table.read([n])]
+    values: Real = np.concatenate(blocks) if blocks else np.empty(0)
+    values = values[np.isfinite(values)]
+    column = guess.table.columns[n]
+    if not len(values):
+        return {"name": column.name, "unit": column.unit or "", "low": "", "high": "", "points": []}
+    low, high = float(values.min()), float(values.max())
+    pieces = np.array_split(values, min(SKETCH // 2, len(values)))
+    ends = np.concatenate([piece[np.sort([piece.argmin(), piece.argmax()])] for piece in pieces])
+    points = np.round(1000.0 * (ends - low) / ((high - low) or 1.0)).astype(int)
+    return {"name": column.name, "unit": column.unit or "", "low": f"{low:.5g}", "high": f"{high:.5g}",
+            "points": points.tolist()}  # fmt: skip
+
+
+MOST_KNOT_REQUEST = 16_384  # Largest size of a request [bytes]
+MOST_KNOTS = 12
+
+Fit = Callable[[Sequence[float]], "GMSResult"]  # Returns the blocks of knots [m]
+
+
+class KnotPage(LocalPage):
+    """A page with the virgin curve, its knots, the blocks by eq. (6), and the residual of a replay.
+
+    start: The knots to begin with, fitted.
+    fit: Fits other knots.
+    """
+
+    def __init__(self, start: GMSResult, fit: Fit) -> None:
+        super().__init__(_knots_page(start).encode(), MOST_KNOT_REQUEST)
+        self._fit = fit
+
+    def answer(self, word: str, asked: Any) -> dict[str, Any]:
+        """Return the answer to a request: ``try`` fits knots [m], ``save`` accepts them.
+
+        Raises FricError: When the knots are not valid, or do not suit the curve.
+        """
+        knots = asked.get("knots") if isinstance(asked, dict) else None
+        if not (
+            isinstance(knots, list)
+            and 0 < len(knots) <= MOST_KNOTS
+            and all(isinstance(knot, int | float) and 0 < knot < 1e3 for knot in knots)
+        ):
+            raise FricError(f"that is no list of 1 to {MOST_KNOTS} displacements")
+        ordered = sorted(float(knot) for knot in knots)
+        with self.lock:
+            found = _found(self._fit(ordered))
+        if word == "save":
+            self.end(ordered)
+        return found
+
+
+def _found(result: GMSResult) -> dict[str, Any]:
+    """Return the content of the page about a fit: rows of blocks, and of records."""
+    gms, fit = result.document["gms"], result.document["gms_fit"]
+    ends = gms["alpha"].get("ci95"), gms["k"].get("ci95")
+    return {
+        "knots": result.fit.blocks.displacement.tolist(),
+        "alpha": gms["alpha"]["value"],
+        "k": gms["k"]["value"],
+        "ci95": [list(pair) for pair in zip(*ends, strict=True)] if all(ends) else [],
+        "records": [{"name": item["record"], "rmse": item["rmse"]["value"]} for item in fit["records"]],
+        "rmse": fit["rmse"]["value"],
+    }
+
+
+def _knots_page(start: GMSResult) -> str:
+    curve, motion = start.fit.curve, start.fit.motion
+    length, force, stiffness = (si_unit(name, motion) for name in ("position", "force", "stiffness"))
+    units = {
+        "length": prefixed(float(curve.displacement[-1]) / 10, length),
+        "force": prefixed(float(curve.force.max()), force),
+        "stiffness": prefixed(float(start.fit.blocks.k.max()), stiffness),
+    }
+    data = {
+        "displacement": curve.displacement.tolist(),
+        "force": curve.force.tolist(),
+        "band": curve.band.tolist(),
+        "units": {name: {"factor": factor, "unit": unit} for name, (factor, unit) in units.items()},
+        "most": MOST_KNOTS,
+        "found": _found(start),
+    }
+    return environment().get_template("knots.html.j2").render(axis=start.fit.axis, data=data)

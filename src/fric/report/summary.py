@@ -17,17 +17,15 @@ from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.io.recognise import write_report
 from fric.notice import Notice
-from fric.report.collect import ContourTest, ReportInput, collect
-from fric.report.drift import description, document_changes, glitch_changes
-from fric.report.page import render_report
+from fric.report.collect import ContourTest, ReportInput, collect, description, document_changes, glitch_changes
 from fric.report.plots import presliding
-from fric.report.view import observations
+from fric.report.view import observations, render_report
 from fric.results.base import Result
 from fric.results.given import Advance, bounded, path_of, silent
 from fric.results.kinds import CircleFiles, Quantity, Reported
 from fric.results.records import Records
 from fric.results.simulate import CircleResult, PathResult
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import Study
 from fric.simulate.processes import outcomes

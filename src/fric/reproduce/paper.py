@@ -31,8 +31,7 @@ from fric.io.hdf5 import write_logs
 from fric.io.run import read_runs, write_runs
 from fric.output import staged
 from fric.report.collect import collect
-from fric.report.page import render_view
-from fric.report.view import view
+from fric.report.view import render_view, view
 from fric.reproduce.step_cache import StepCache
 from fric.results.base import DataFrame, Result
 from fric.results.design import design_controller, design_observer
@@ -41,8 +40,7 @@ from fric.results.identify import identify_gms, identify_plant, identify_static
 from fric.results.kinds import MachineFile, Seed
 from fric.results.simulate import CircleResult
 from fric.results.text import Piece
-from fric.simulate.circle import Circle, CircleRun, run_circle
-from fric.simulate.contour_run import pair
+from fric.simulate.contour_run import Circle, CircleRun, pair, run_circle
 from fric.simulate.experiment import OF_THE_PAPER, experiment
 from fric.simulate.machine import Machine
 from fric.simulate.processes import end_with_parent

@@ -7,8 +7,7 @@ from math import hypot, isfinite
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from fric.circles.agreement import CAUSES, Agreement, agreement, circles_to_predict, predict
-from fric.circles.diagnose import Diagnosis, both_directions
+from fric.circles.diagnose import CAUSES, Agreement, Diagnosis, agreement, both_directions, circles_to_predict, predict
 from fric.circles.diagnose import diagnose as take_apart
 from fric.circles.learn import Learned, LearnedFeedforward, Learning, circles_to_learn, learn_from
 from fric.circles.learn import learn as learn_rounds
@@ -41,8 +40,7 @@ from fric.results.given import Advance, bounded, path_of, quantity, silent
 from fric.results.given_models import machine_of, schemes_of, some_circles
 from fric.results.kinds import CircleLike, KnownSchemes, MachineLike, Quantity, SchemeName
 from fric.results.text import Piece, Table, named
-from fric.simulate.circle import Circle
-from fric.simulate.contour_run import pair
+from fric.simulate.contour_run import Circle, pair
 from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import MonteCarlo
 from fric.threads import one_blas_thread
@@ -291,7 +289,7 @@ class TuneResult(Result, schema=TuningDocument):
 
     def figure(self) -> Figure:
         """Return the voltage at the reversals of the first axis, before and after."""
-        from fric.figures.tuned import draw_tuned
+        from fric.figures.diagnosis import draw_tuned
 
         return draw_tuned(next(iter(self.found.axes.values())))
 
@@ -304,8 +302,8 @@ class TuneResult(Result, schema=TuningDocument):
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write machine.yaml, friction and plant files of each axis, and a figure of its reversals, into a folder."""
+        from fric.figures.diagnosis import draw_tuned
         from fric.figures.style import save_figure
-        from fric.figures.tuned import draw_tuned
 
         if not self.source:
             raise FricError("the tuned machine has no file", hint='`result.machine.save("machine.yaml")` writes it.')

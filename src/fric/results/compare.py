@@ -31,8 +31,8 @@ from fric.io.recognise import recognise
 from fric.io.run import read_runs
 from fric.log import Log
 from fric.notice import Notice, once
+from fric.records.flaws import even_sampling as sampling_of
 from fric.records.prepared import prepared, without_loaded
-from fric.records.timing import even_sampling as sampling_of
 from fric.results.base import DataFrame, Result
 from fric.results.given import Advance, in_si, logs_of, silent
 from fric.results.given_models import cascade_of, document_of, friction_of, plant_of

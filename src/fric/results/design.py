@@ -13,15 +13,15 @@ from fric.control.q_filter import QFilter
 from fric.design.blocks import BlockDesign, JointDesign, design_jointly
 from fric.design.blocks import design_block as find_block
 from fric.design.cascade import CascadeDesign, Requirement, check_cascade, design_cascade
-from fric.design.observer import ObserverDesign
-from fric.design.observer import design_observer as find_observer
-from fric.design.perturbation import (
+from fric.design.observer import (
+    ObserverDesign,
     Perturbation,
     StructuralMode,
     measured_perturbation,
     model_perturbation,
     robust_limit,
 )
+from fric.design.observer import design_observer as find_observer
 from fric.documents.controller import (
     BlockDocument,
     ControllerDocument,

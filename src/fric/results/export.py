@@ -33,8 +33,7 @@ from fric.results.given import Advance, path_of, silent
 from fric.results.given_models import schemes_of
 from fric.results.kinds import AxisName, CircleFiles, KnownSchemes, MachineLike, Quantity, SchemesLike
 from fric.results.text import Piece, Table
-from fric.simulate.circle import Circle, run_circle
-from fric.simulate.contour_run import pair
+from fric.simulate.contour_run import Circle, pair, run_circle
 from fric.simulate.machine import Machine
 from fric.units import readable
 from fric.verb import Kind, verb

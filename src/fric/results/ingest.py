@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import fric
 from fric.columns import CIRCLE
+from fric.documents.listings import IngestCirclesDocument, IngestDocument
 from fric.documents.mapping import MappingDocument
-from fric.documents.records import IngestCirclesDocument, IngestDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.flaws.files import COLUMNS_LEFT_OUT, MAPPING_BESIDE, THERE_ALREADY

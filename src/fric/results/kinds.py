@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # each brings what a command's help does without
     from fric.circles.measured import MeasuredCircle
     from fric.control.cascade import Cascade
     from fric.control.scheme import Scheme
-    from fric.design.perturbation import StructuralMode
+    from fric.design.observer import StructuralMode
     from fric.documents.controller import ControllerDocument
     from fric.documents.friction import FrictionDocument
     from fric.documents.identified import IdentifiedMachine
@@ -27,8 +27,8 @@ if TYPE_CHECKING:  # each brings what a command's help does without
     from fric.friction.stribeck import StaticMap
     from fric.log import Record
     from fric.results.base import Result
+    from fric.simulate.contour_run import PointPath, RecordedPath
     from fric.simulate.machine import Machine
-    from fric.simulate.path import PointPath, RecordedPath
     from fric.simulate.spread import Spread
 
 Quantity = float | str

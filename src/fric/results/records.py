@@ -11,7 +11,7 @@ from typing import Any, overload
 
 from fric.columns import CHANNELS
 from fric.documents.inspection import InspectionDocument
-from fric.documents.records import RecordsDocument
+from fric.documents.listings import RecordsDocument
 from fric.estimate import estimate_rows
 from fric.io.hdf5 import write_logs
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record

@@ -1,9 +1,12 @@
-"""The paper's identification experiments on a virtual axis, in closed loop, as a drive logs them."""
+"""The paper's identification experiments on a virtual axis, and plans of them within the limits of an axis."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from inspect import signature
 from math import ceil
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -14,6 +17,7 @@ from fric.errors import FricError
 from fric.log import Log
 from fric.reference import Reference, multisine, sine, sliding_sine, staircase, strokes
 from fric.simulate.axis import Trace, run_axis
+from fric.simulate.contour_run import Circle
 from fric.simulate.machine import Axis
 from fric.simulate.reality.flaws import Excitation
 from fric.simulate.reality.trace import logged
@@ -282,3 +286,113 @@ _MADE: dict[Kind, Experiment] = {
 EXPERIMENTS: tuple[Kind, ...] = tuple(_MADE)  # The kinds of record that can be made
 OF_THE_PAPER: tuple[Kind, ...] = tuple(kind for kind in EXPERIMENTS if kind != "micro-steps")
 """The kinds of record that the paper identifies an axis from."""
+
+
+Setting = float | int | tuple[float, ...]
+
+APPROACH = 20.0  # Time that the begin of a motion is approached in, from the other end of the stroke [s]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What an axis may do.
+
+    stroke: length that it may travel [m]
+    feed: largest speed [m/s]
+    acceleration: largest acceleration [m/s²]
+    """
+
+    stroke: Annotated[float, "position"]
+    feed: Annotated[float, "velocity"]
+    acceleration: Annotated[float, "acceleration"]
+
+    def __post_init__(self) -> None:
+        for name in ("stroke", "feed", "acceleration"):
+            if not 0 < getattr(self, name) < float("inf"):
+                raise FricError(f"a {name} of {getattr(self, name):g} leaves no room for an experiment")
+
+    @property
+    def approach(self) -> float:
+        """Speed with which the begin of a motion is approached: over the whole stroke in `APPROACH` or so."""
+        return min(0.5 * self.feed, self.stroke / APPROACH)
+
+    def broken_by(self, motion: Reference) -> str:
+        """Return which limit a motion breaks; empty where it keeps all of them."""
+        used = (np.ptp(motion.position), np.abs(motion.velocity).max(), np.abs(motion.acceleration).max())
+        names = ("stroke", "feed", "acceleration")
+        return next((name for name, item in zip(names, used, strict=True) if item > getattr(self, name)), "")
+
+
+@dataclass(frozen=True)
+class Planned:
+    """One experiment of a plan.
+
+    kind: A kind of record, or ``circle``.
+    settings: Its settings, as `fric.simulate.experiment` takes them, in SI.
+    why: Its purpose.
+    """
+
+    kind: str
+    settings: Mapping[str, Setting]
+    why: str
+
+    def trials(self, axis: Axis) -> list[Trial]:
+        """Return the motion of the axis, one trial a record; a circle has two axes, and no trial."""
+        settings: dict[str, Any] = dict(self.settings)
+        return [] if self.kind == "circle" else trials_of_kind(axis, self.kind, **settings)
+
+    def changed(self, **settings: Setting) -> Planned:
+        """Return the experiment with other settings."""
+        return replace(self, settings={**self.settings, **settings})
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Expected interval of one parameter from planned records."""
+
+    value: float  # Its median identified value [SI]
+    # Half the width of its 95 % interval [SI], the geometric mean of several runs; infinite where most set no limit
+    half_width: float
+    unit: str  # SI unit
+    between: tuple[float, float]  # The least and the largest of them
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The experiments to run, and the intervals expected of them.
+
+    axis: The axis as known beforehand.
+    limits: What it may do.
+    planned, lasting: The experiments, and how long each lasts [s].
+    expected: Expected intervals, by parameter.
+    """
+
+    axis: Axis
+    limits: Limits
+    planned: Sequence[Planned]
+    lasting: Sequence[float]
+    expected: Mapping[str, Expected]
+
+
+@dataclass(frozen=True)
+class CandidateRecord:
+    """One more record."""
+
+    planned: Planned  # The experiment
+    lasting: float  # How long it lasts [s]
+    half_width: float  # Half the 95 % interval of the predicted glitch with it [m]
+    # Scatter of it with other noise, and other places between two encoder counts [m]
+    scatter: float
+
+
+@dataclass(frozen=True)
+class Narrowing:
+    """What the glitch is not known for, and what narrows it."""
+
+    half_width: float  # Half the 95 % interval of the predicted glitch so far [m]
+    # Share of its variance that is due to each parameter with its covariances [1]; they sum to 1
+    shares: Mapping[str, float]
+    # Records by the expected interval, the best first; of those that differ by less than they scatter the shortest
+    candidates: tuple[CandidateRecord, ...]
+    test: Circle  # The circle
+    scheme: str  # Name of the compensation

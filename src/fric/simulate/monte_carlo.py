@@ -17,7 +17,7 @@ from fric.errors import FricError
 from fric.estimate import Covariance
 from fric.flaws.prediction import DRIVE_SATURATES, SCHEME_FAILED, SPREAD_UNUSED
 from fric.notice import Notice
-from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.machine import Machine
 from fric.simulate.processes import outcomes
 from fric.simulate.spread import DEFAULT_SPREADS, Intervals, Spread, check_spreads, draw_machine

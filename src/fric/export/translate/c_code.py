@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fric.export.translate import program as ir
-from fric.export.translate.writer import Writer
+from fric.export.translate.program import Writer
 
 _POWERS = (64, 32, 16, 8, 4, 2, 1)
 HELPERS = {

@@ -1,7 +1,7 @@
 """A program in structured text (IEC 61131-3): functions and structures, without vendor-specific parts."""
 
 from fric.export.translate import program as ir
-from fric.export.translate.writer import Writer
+from fric.export.translate.program import Writer
 
 _WORDS = """
 abs acos add and any array asin at atan bool by byte case concat configuration constant continue cos ct ctd ctu d

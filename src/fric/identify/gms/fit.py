@@ -13,10 +13,9 @@ from fric.flaws.channel import FIRST_BLOCK_UNRESOLVED
 from fric.flaws.drift import FRICTION_DIFFERS, REST_RAISES_FRICTION
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
-from fric.identify.gms.knots import Blocks, Choice
-from fric.identify.gms.virgin_curve import HysteresisCycles, VirginCurve
+from fric.identify.gms.virgin_curve import Blocks, Choice, HysteresisCycles, VirginCurve
 from fric.notice import Notice
-from fric.records.judgement import RESOLVED, cycle_energies, energy_changes, energy_per_cycle
+from fric.records.inspection import RESOLVED, cycle_energies, energy_changes, energy_per_cycle
 from fric.records.prepared import Prepared
 from fric.units import Motion, si_unit
 

@@ -25,7 +25,7 @@ from fric.drive.plant import Plant, hold_delay
 from fric.drive.sensing import Encoder
 from fric.estimate import as_filed
 from fric.friction import FrictionModel
-from fric.identify.replay.replay_intervals import replay_covariance
+from fric.identify.replay.replay_fit import replay_covariance
 from fric.identify.replay.replay_search import Search
 from fric.records.prepared import Prepared, prepared
 from fric.reference import Reference, cubic_spline

@@ -21,26 +21,37 @@ from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.fit import GMSFit, Replay, notices_of
 from fric.identify.gms.hunting import PLACES, Hunting
-from fric.identify.gms.knots import (
+from fric.identify.gms.virgin_curve import (
     MOST_BLOCKS,
     Blocks,
     Choice,
+    VirginCurve,
     blocks_from_knots,
     choose_blocks,
+    find_cycles,
     fit_blocks,
     fit_without_cycles,
+    virgin_curve,
+    with_all_errors,
 )
-from fric.identify.gms.virgin_curve import VirginCurve, find_cycles, virgin_curve, with_all_errors
-from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
-from fric.identify.replay.replay_intervals import CLEAR, credible, lateness_notice, mean_lag, one_lag, suspected
+from fric.identify.replay.replay_fit import (
+    CLEAR,
+    ReplayFit,
+    credible,
+    identify_by_replay,
+    lateness_notice,
+    mean_lag,
+    one_lag,
+    suspected,
+)
 from fric.log import Log
 from fric.notice import Notice
 from fric.plausibility import of_shares, settled
 from fric.records.clipping import without_clipped
 from fric.records.flaws import record_flaws
+from fric.records.inspection import kind_of
 from fric.records.kicks import without_kicked
 from fric.records.prepared import Prepared, prepared
-from fric.records.recognition import kind_of
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 

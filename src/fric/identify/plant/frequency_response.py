@@ -15,8 +15,8 @@ from fric.errors import FricError
 from fric.flaws.response import FEW_PERIODS, LOOP_FEEDS_BACK, NO_COHERENCE
 from fric.log import FrequencyResponse, Log
 from fric.notice import Notice
+from fric.records.flaws import even_sampling
 from fric.records.motion import butterworth, zero_phase
-from fric.records.timing import even_sampling
 
 SHORTEST = 8  # Least number of samples in a period
 PERIODIC = 0.5  # Autocorrelation above which a signal counts as periodic; noise in the loop reduces it

@@ -25,11 +25,10 @@ from fric.identify.plant.force_constant import against_mass
 from fric.identify.plant.force_constant import force_constant as slope_of_force
 from fric.log import Log
 from fric.notice import Notice
-from fric.records.flaws import record_flaws
-from fric.records.judgement import CONDITION
+from fric.records.flaws import even_sampling, evened, record_flaws
+from fric.records.inspection import CONDITION
 from fric.records.motion import BANDWIDTH, Conditioning, kept, shows_mass, thinned
 from fric.records.prepared import Drive, Prepared, prepared
-from fric.records.timing import even_sampling, evened
 from fric.statistics import DIFFERENT, Between, between_records, hac_covariance
 from fric.units import Motion, readable, si_unit
 

@@ -1,38 +1,48 @@
-"""Any friction model fitted to any records by replaying its step along the measured motion."""
+"""Any friction model fitted to any records by replaying its step along the measured motion.
 
-from collections.abc import Mapping, Sequence
+Best placement of the blocks of a GMS model among all local least-squares solutions.
+
+If a model has fewer blocks than the machine, its knots can be placed in several ways, like those of any spline with
+free knots: the start decides by chance, and the interval of a solution does not include the others. But the force is
+linear in the shares of blocks with given k/alpha (`fric.identify.replay.replay_search`). So a replay with a row of
+blocks gives the residual of any few blocks: all places on a grid are tried and the best refined, without further
+replay. The same with noise added to the force shows how far noise moves them.
+
+A knot is separable from the reversal, and from the previous knot, at a distance of `RESOLVED` encoder steps.
+
+Intervals of the parameters of a fit by replay, warnings about what the records do not determine, and lags.
+
+A force that is logged τ late is ``F(t - τ)``, to first order ``F - τ·dF/dt``. After a reversal this rounds the corner
+of the hysteresis cycle, which blocks of a model cannot do: so a model that can follow a virgin curve of any shape
+separates the lag from stiffness. With another model its misfit would look like a lag.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain
+from functools import cached_property
+from itertools import chain, combinations
+from math import comb
+from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
+from scipy.interpolate import CubicSpline
+from scipy.special import chdtrc, expit, stdtrit
 
-from fric.arrays import Real
+from fric.arrays import Mask, Real
 from fric.columns import PRESLIDING
 from fric.errors import FricError, require_known
-from fric.estimate import Covariance, Estimate, Interval
-from fric.flaws.blocks import EXPLAINS_LITTLE, NEVER_SLIDES, PARAMETER_UNSEEN
-from fric.flaws.channel import STIFFNESS_UNRESOLVED
+from fric.estimate import Covariance, Estimate, Interval, Scale
+from fric.flaws.blocks import EXPLAINS_LITTLE, NEVER_SLIDES, PARAMETER_AT_BOUND, PARAMETER_AT_EDGE, PARAMETER_UNSEEN
+from fric.flaws.channel import FORCE_LATE, FORCE_LATE_OPEN, STIFFNESS_UNRESOLVED
 from fric.flaws.drift import RECORDS_VARY
-from fric.friction import FrictionModel, models
+from fric.friction import FrictionModel, Parameter, models
+from fric.friction.directed import Directed
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
-from fric.identify.replay.placement import Placement, placed
-from fric.identify.replay.replay_intervals import (
-    Beyond,
-    Key,
-    Levels,
-    Solved,
-    lateness,
-    levels_of,
-    of_timing,
-    replay_covariance,
-    slopes,
-    white,
-)
 from fric.identify.replay.replay_search import (
     HOP,
     LEVEL,
+    STEP,
     Coordinate,
     Coordinates,
     Point,
@@ -40,16 +50,532 @@ from fric.identify.replay.replay_search import (
     Search,
     coordinates_of,
     search_ranges,
+    side_by_side,
+    times,
 )
 from fric.notice import Notice
 from fric.records.flaws import record_flaws
-from fric.records.judgement import energy_changes, identifiability_of, too_coarse
+from fric.records.inspection import CONDITION, RESOLVED, energy_changes, identifiability_of, kind_of, too_coarse
 from fric.records.preparation import DIMENSIONS, Own
 from fric.records.prepared import Prepared
-from fric.records.recognition import kind_of
-from fric.statistics import DIFFERENT
+from fric.statistics import DIFFERENT, OF_TWO, hac_covariance, jackknife, sandwich, widened
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
+
+SPANS_ALIKE = 1.5  # Ratio of the spans of two records up to which they count as the same motion
+LAGS = 10  # Lags at which residuals are tested against white noise
+Beyond = Callable[[Search, Real, Real], Real]
+"""Increase of a covariance (s, s) that residuals do not show: of a search, its end (p,), and directions seen (p, s)."""
+
+
+def white(residual: Real, lengths: Sequence[int]) -> bool:
+    """Return whether residuals are consistent with white noise (Ljung and Box, Biometrika 65, 1978, at 1 %)."""
+    statistic = 0.0
+    for part in np.split(residual, np.cumsum(lengths)[:-1]):
+        lags = min(LAGS, len(part) // 4)
+        rho = [float(part[lag:] @ part[:-lag]) / max(float(part @ part), 1e-300) for lag in range(1, lags + 1)]
+        statistic += len(part) * (len(part) + 2) * sum(r * r / (len(part) - k) for k, r in enumerate(rho, start=1))
+    return bool(chdtrc(LAGS * len(lengths), statistic) >= 0.01)
+
+
+def covariance_of(gradient: Real, residual: Real, lengths: Sequence[int], most: float = 12.0) -> Real:
+    """Return the covariance (p, p) of a least-squares fit.
+
+    If the residuals are `white`, it is that of ordinary least squares; else that of `hac_covariance`, which is valid
+    for any residuals but less precise.
+    """
+    if not white(residual, lengths):
+        return hac_covariance(gradient, residual, lengths, most)
+    n, p = gradient.shape
+    back = np.linalg.inv(np.linalg.qr(gradient, mode="r"))
+    return np.asarray(back @ back.T * float(residual @ residual) / (n - p))
+
+
+def replay_covariance(
+    gradient: Real, residual: Real, records: Sequence[Prepared], quantile: float, most: float = 12.0
+) -> Real:
+    """Return the covariance (p, p) of a fit by replay.
+
+    It is that of `covariance_of`, and where the residuals are not white, widened where one of two resamplings gives
+    more for a parameter: leaving out cycles shows how the drive repeats (`jackknife`), and weighing the parts of a
+    cycle shows the error of the model that recurs at the same place (`sandwich`). So if a model has fewer blocks than
+    the machine, the interval is of the block that replaces several.
+    """
+    lengths = [int(record.used.sum()) for record in records]
+    covariance = covariance_of(gradient, residual, lengths, most)
+    if white(residual, lengths):
+        return covariance
+    resampled = [
+        by(gradient, residual, np.concatenate([1000 * i + label for i, label in enumerate(labels)]))
+        for by, labels in (
+            (jackknife, [record.cycle[record.used] for record in records]),
+            (sandwich, [record.phase[record.used] for record in records]),
+        )
+    ]
+    return widened(covariance, *(array / quantile**2 for array in resampled))
+
+
+class Levels(NamedTuple):
+    """Variation of the level of friction between records."""
+
+    deviation: float  # Standard deviation of the records' levels [1]
+    each: Real  # Level of each record less the mean [1], shape (R,)
+    chance: float  # Probability with which records of one level scatter so
+    gained: Real  # What the covariance of the joint parameters gains by it, shape (s, s)
+
+
+def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Levels | None:
+    """Return the variation of the level of friction between records; None if they do not show it.
+
+    Record r shows ``(1 + u_r)·F``. The contrasts of u are estimated beside all parameters, by one Gauss-Newton step,
+    with the covariance V of `replay_covariance`; by moments ``τ² = (Σu² - tr V)/(R - 1)`` (Hedges 1983). The parameters
+    gain ``H·τ²·Hᵀ``, H being how they move with each u, with Student's t of R - 1. Two records are only compared if
+    they have the same motion: the error of a model along another motion would look like a level.
+
+    shown: Derivatives of the residual by what is seen, shape (n, s).
+    """
+    records, model = search.records, search.coordinates.build(best.x)
+    spans = [float(np.ptp(record.motion.position[record.used])) for record in records if not record.slides]
+    count = len(spans)
+    if count < 2 or (count == 2 and max(spans) > SPANS_ALIKE * min(spans)):
+        return None
+    member = np.eye(len(records))[:, [not record.slides for record in records]]
+    replayed = [np.outer(record.replay(model), row) for record, row in zip(records, member, strict=True)]
+    columns = search.projected(replayed)
+    contrasts = np.linalg.qr(np.eye(count) - 1.0 / count)[0][:, : count - 1]
+    X = np.column_stack([columns @ contrasts, shown])
+    size = np.linalg.norm(X, axis=0)
+    if np.linalg.cond(X / size) > CONDITION:
+        return None
+    found = np.linalg.lstsq(X, best.residual, rcond=None)[0]
+    V = replay_covariance(X, best.residual - X @ found, records, quantile)[: count - 1, : count - 1]
+    u = found[: count - 1]
+    chance = float(chdtrc(count - 1, float(u @ np.linalg.solve(V, u))))
+    variance = max(float(u @ u - np.trace(V)) / (count - 1), 0.0)
+    if variance == 0.0 or chance > OF_TWO:
+        return None
+    H = np.linalg.lstsq(shown, columns, rcond=None)[0]
+    wider = float(stdtrit(count - 1, 0.975)) / quantile
+    return Levels(variance**0.5, contrasts @ u, chance, wider**2 * variance * H @ H.T)
+
+
+class Slopes(NamedTuple):
+    """Derivatives of a parameter (a value for each block) by the search coordinates, on the scale of its interval."""
+
+    parameter: Parameter
+    scale: Scale
+    centre: Real
+    slope: Real  # Derivatives over the coordinates, shape (blocks, p)
+
+
+Key = tuple[str, str]  # Section and name of a parameter
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A solution of a search, and the uncertainty around it."""
+
+    coordinates: Coordinates  # The search coordinates
+    x: Real  # Their values, shape (p,)
+    seen: Mask  # Which of them the records determine, shape (p,)
+    covariance: Real  # Their covariance, shape (p, p); nan where they are not determined
+    quantile: float  # Half-widths in standard deviations
+
+    @cached_property
+    def values(self) -> dict[str, dict[str, float | tuple[float, ...]]]:
+        """All parameters in SI, by section and name."""
+        return self.coordinates.values(self.x)
+
+    @cached_property
+    def slopes(self) -> dict[Key, Slopes]:
+        """The `Slopes` of the fitted parameters."""
+        return slopes(self.coordinates, self.x)
+
+    @property
+    def _known(self) -> Real:
+        return np.where(self.seen[:, None] & self.seen, self.covariance, 0.0)
+
+    @cached_property
+    def _near(self) -> Real:
+        """The distance at which each coordinate counts as at its bound: a tenth of its standard error."""
+        error = np.sqrt(np.nan_to_num(np.diag(self.covariance)))
+        return np.asarray(np.maximum(0.1 * error, 1e-6 * (self.coordinates.upper - self.coordinates.lower)))
+
+    def order(self) -> list[int]:
+        """Return the blocks in the order in which they slip: by their limit over their stiffness."""
+        for section, parameters in self.coordinates.model.declared().items():
+            blocks = {p.dimension: np.asarray(self.values[section][p.name]) for p in parameters if p.per_block}
+            if "stiffness" in blocks and len(blocks) == 2:
+                (limit,) = (value for dimension, value in blocks.items() if dimension != "stiffness")
+                return [int(n) for n in np.argsort(limit / blocks["stiffness"], kind="stable")]
+        return list(range(self.coordinates.blocks))
+
+    def joint(self) -> Covariance:
+        """Return the covariance of the parameters that the records determine, blocks in the order of their slip."""
+        names: list[str] = []
+        scales: list[Scale] = []
+        rows: list[Real] = []
+        for (_, name), found in self.slopes.items():
+            vector = found.parameter.per_block
+            for number, n in enumerate(self.order() if vector else [0], 1):
+                if name != LEVEL.name and not (np.abs(found.slope[n, ~self.seen]) > 1e-6).any():
+                    names.append(f"{name}_{number}" if vector else name)
+                    scales.append(found.scale)
+                    rows.append(found.slope[n])
+        slope = np.reshape(rows, (len(rows), len(self.x)))
+        return Covariance.of(names, slope @ self._known @ slope.T, scales)
+
+    def limits(self) -> dict[Key, tuple[tuple[float, float], ...]]:
+        """Return the 95 % intervals of parameters: symmetric in the logarithm, the logit of a share, or linearly."""
+        limits = {}
+        for key, (p, scale, centre, slope) in self.slopes.items():
+            error = self.quantile * np.sqrt(np.einsum("ij,jk,ik->i", slope, self._known, slope))
+            error[(np.abs(slope[:, ~self.seen]) > 1e-6).any(axis=1)] = np.inf
+            low, high = self._within_search(key, centre, centre - error, centre + error)
+            if scale == "logit":
+                low, high = expit(low), expit(high)
+            elif scale == "log":
+                with np.errstate(over="ignore"):
+                    low, high = np.exp(low), np.exp(high)
+            low, high = np.maximum(low, p.lower), np.minimum(high, p.upper)
+            limits[key] = tuple((float(a), float(b)) for a, b in zip(low, high, strict=True))
+        return limits
+
+    def _within_search(self, key: Key, centre: Real, low: Real, high: Real) -> tuple[Real, Real]:
+        """Return limits that are open beyond the search range, or if the value is at its edge.
+
+        The records were not evaluated there. A parameter whose lower bound is another has no open lower limit.
+        """
+        of = [n for n, c in enumerate(self.coordinates.free) if (c.section, c.parameter.name) == key]
+        scale, near = self.coordinates.free[of[0]].scale, self._near[of]
+        if scale not in {"log", "ratio"}:
+            return low, high
+        below, above = (self.x - self.coordinates.lower)[of], (self.coordinates.upper - self.x)[of]
+        high = np.where((high - centre > above) | (above < near), np.inf, high)
+        if scale == "ratio":
+            return np.maximum(low, centre - below), high
+        return np.where((centre - low > below) | (below < near), -np.inf, low), high
+
+    def edges(self) -> Iterator[Notice]:
+        """Warn about parameters at the edge of their search range, and about undetermined blocks."""
+        for c, at, is_seen, near in zip(self.coordinates.free, self.x, self.seen, self._near, strict=True):
+            if not is_seen:
+                yield PARAMETER_UNSEEN.found(parameter=c.label, left="")
+            elif at - c.lower < min(near, 0.02) and c.scale == "ratio":
+                yield PARAMETER_AT_BOUND.found(parameter=c.label, bound=str(c.parameter.at_least), no_effect=True)
+            elif at - c.lower < near and c.scale == "linear" and c.lower == c.parameter.lower:
+                yield PARAMETER_AT_BOUND.found(parameter=c.label, bound=f"{c.lower:g}", no_effect=False)
+            elif c.scale != "share" and min(at - c.lower, c.upper - at) < near:
+                yield PARAMETER_AT_EDGE.found(parameter=c.label)
+
+
+def slopes(coordinates: Coordinates, x: Real) -> dict[Key, Slopes]:
+    """Return the `Slopes` of the fitted parameters at a point, shape (p,)."""
+    scales: dict[Key, tuple[Parameter, Scale]] = {
+        (c.section, c.parameter.name): (c.parameter, {"linear": "linear", "share": "logit"}.get(c.scale, "log"))  # type: ignore[misc]
+        for c in coordinates.free
+    }
+
+    def quantities(at: Real) -> dict[Key, Real]:
+        values, found = coordinates.values(at), {}
+        for (section, name), (_, scale) in scales.items():
+            value = np.atleast_1d(np.asarray(values[section][name], float))
+            logit = np.log1p(-value) if scale == "logit" else 0.0
+            found[section, name] = value if scale == "linear" else np.log(value) - logit
+        return found
+
+    centre, steps = quantities(x), STEP * (coordinates.upper - coordinates.lower)
+    moved = [quantities(x + step * unit) for step, unit in zip(steps, np.eye(len(x)), strict=True)]
+    return {
+        key: Slopes(*scales[key], at, (np.array([found[key] for found in moved]) - at).T / steps)
+        for key, at in centre.items()
+    }
+
+
+SUSPECTED = 0.6  # Lag [samples] above which the lag is estimated again, with the force moved by it
+CLEAR = 2.0  # Ratio of mean lag to half-width above which a lag is reported: hunting looks like a smaller lag
+LATEST_SAMPLES, LATEST = 4.0, 10e-3
+"""Largest lag of a log, in samples or by a filter [s]: friction without corners looks like a longer lag."""
+BLOCKS = 3  # Number of blocks for a virgin curve of any shape
+
+
+def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate]:
+    """Return the lag of the logged force behind the position [s], by record, for cycles only.
+
+    It is one Gauss–Newton step from the solution, in the lag of each record and all parameters together, and its
+    interval includes the error of the model that recurs in each cycle, and alignment of the channels to half a sample.
+    """
+    records, seen, cycled = search.records, search.seen(best), _cycled(search)
+    if not cycled or not seen.any() or search.coordinates.model is not GMS:
+        return {}
+    rates = _rates(search.coordinates.build(best.x), records)
+    late = [search.projected([rate * (n == number) for n, rate in enumerate(rates)]) for number in cycled]
+    gradient = np.column_stack([*late, best.gradient[:, seen]])
+    step = -np.linalg.lstsq(gradient, best.residual, rcond=None)[0]
+    deviation = np.sqrt(np.diag(replay_covariance(gradient, best.residual, records, quantile)))[: len(cycled)]
+    half = quantile * np.hypot(deviation, [records[n].done.timing for n in cycled])
+    unit = si_unit("time", records[0].log.motion)
+    return {
+        records[n].name: Estimate.around(float(value), unit, float(width))
+        for n, value, width in zip(cycled, step, half, strict=False)
+    }
+
+
+def suspected(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
+    """Return whether the lag of any record needs a second estimate."""
+    intervals = _intervals(records)
+    return any(abs(float(by)) > SUSPECTED * intervals[name] for name, by in late.items())
+
+
+def credible(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
+    """Return whether the log of a drive may have the mean of lags [s]."""
+    interval = max(_intervals(records)[name] for name in late)
+    return abs(float(mean_lag(late.values()))) <= max(LATEST_SAMPLES * interval, LATEST)
+
+
+def _intervals(records: Sequence[Prepared]) -> dict[str, float]:
+    return {record.name: float(np.median(np.diff(record.motion.time))) for record in records}
+
+
+def mean_lag(late: Iterable[Estimate]) -> Estimate:
+    """Return the mean of lags [s], weighted by their intervals: a drive logs all records in the same way."""
+    every = list(late)
+    weights = np.array([estimate.half_width for estimate in every]) ** -2.0
+    lags = np.array([float(estimate) for estimate in every])
+    return Estimate.around(float(weights @ lags / weights.sum()), every[0].unit, float(weights.sum() ** -0.5))
+
+
+def one_lag(late: Mapping[str, Estimate], clear: float) -> bool:
+    """Return whether lags [s] agree within their intervals, and their mean exceeds a number of its half-widths.
+
+    A difference between records is not a lag.
+    """
+    every = list(late.values())
+    if not every:
+        return False
+    same = all(abs(float(a) - float(b)) <= np.hypot(a.half_width, b.half_width) for a, b in combinations(every, 2))
+    return same and abs(float(mean := mean_lag(every))) > clear * mean.half_width
+
+
+def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *, sure: bool) -> Notice:
+    """Return the warning about the lag of the force of records, and whether its mean was corrected.
+
+    sure: Whether the fit is better with it, and it is credible.
+    """
+    motion = records[0].log.motion
+    dt = _intervals(records)
+    parts = [
+        f"'{name}' {readable(float(by), si_unit('time', motion), 2)} ± {readable(by.half_width, 's', 2)} "
+        f"({float(by) / dt[name]:+.2g} samples)"
+        for name, by in late.items()
+    ]
+    return (FORCE_LATE if sure else FORCE_LATE_OPEN).found(late=parts)
+
+
+def of_timing(search: Search, best: Point, slopes: Real, quantile: float) -> Real:
+    """Return the increase of the covariance (p, p) due to the alignment of force and position within a sample.
+
+    The channels of a log are aligned to ±dt/2: all records are late by c standard deviations of that, c ~ N(0, 1), and
+    parameters move by m·c, to first order. Where blocks separate a lag from stiffness, the records show c as ĉ ± s: its
+    second moment about 0, the lag of the fit, is ``s²/(1 + s²) + (ĉ/(1 + s²))²`` by Bayes' rule; elsewhere it is 1.
+
+    slopes: Derivatives of the residual by what is seen, shape (n, p).
+    """
+    records = search.records
+    rates = _rates(search.coordinates.build(best.x), records)
+    late = search.projected([record.done.timing * rate for record, rate in zip(records, rates, strict=True)])
+    moved, moment = np.linalg.lstsq(slopes, late, rcond=None)[0], 1.0
+    if _cycled(search) and late.any():
+        joint = np.column_stack([late, slopes])
+        found = -np.linalg.lstsq(joint, best.residual, rcond=None)[0][0]
+        variance = replay_covariance(joint, best.residual, records, quantile)[0, 0]
+        moment = variance / (1.0 + variance) + (found / (1.0 + variance)) ** 2
+    return np.asarray(moment * np.outer(moved, moved))
+
+
+def _cycled(search: Search) -> list[int]:
+    """Return the records whose cycles separate a lag from stiffness; none for a model of too few blocks."""
+    if search.coordinates.blocks < BLOCKS:
+        return []
+    return [n for n, record in enumerate(search.records) if not record.slides and len(record.reversals) > 4]
+
+
+def _rates(model: FrictionModel, records: Sequence[Prepared]) -> list[Real]:
+    """Return the rate of the replayed force [N/s], shape (n,), of each record."""
+    return [np.gradient(record.replay(model), record.motion.time) for record in records]
+
+
+ROW, MOST_SAMPLES = 160, 40_000  # Number of blocks in the row, and of samples in its replay
+BEYOND = 1.5  # Excess width of the row over the blocks on either side, in the logarithm of k/alpha
+WORSE = 1.02  # Ratio of squared residuals above which a place is rejected: the force is interpolated in the row
+TRIED, SETTLED, STEPS = 20_000, 40, 24
+"""Largest number of places tried on the grid, number of places refined, and least-squares steps from each."""
+RIVALS, PLACES_APART = 3, 0.05  # Points kept beside the best, and their least distance in log(k/alpha) of some block
+DRAWS, LEAST = 96, 1e-4  # Number of noise draws, and the share of a step over which their effect is linear
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Good placements of blocks."""
+
+    search: Search  # The search
+    model: GMS  # The model whose static map and C are taken
+    # What a block of unit share adds to the force over the logarithm of its k/alpha, in d directions
+    blocks: CubicSpline
+    target: Real  # The measured force in these directions, shape (d,)
+    noisy: int  # Number of rows that are measured; the last row states that shares sum to 1
+    apart: float  # How far two knots are apart at least, over F_s [m/N]
+    # places, shares: the least-squares points: the logarithms of k/alpha [N/m], and the shares, shape (m, N), the best
+    # first
+    places: Real
+    shares: Real
+
+    def point(self, places: Real, shares: Real) -> Real:
+        """Return the point of the search (p,) of some blocks, in the order in which they slip."""
+        total, order = float(shares.sum()), np.argsort(-places)
+        found = replace(
+            self.model, static=times(self.model.static, total), alpha=tuple(shares[order] / total),
+            k=tuple((shares * np.exp(places))[order]),
+        )  # fmt: skip
+        return coordinates_of(self.search.coordinates, found)
+
+    def better(self, x: Real) -> Real:
+        """Return the best point of the search (p,); x if the row of blocks gives no better place."""
+        if not len(self.places):
+            return x
+        best = self.point(self.places[0], self.shares[0])
+        return best if self.search.cost(best) < WORSE * self.search.cost(x) else x
+
+    def unsettled(self, size: float) -> Real:
+        """Return the increase of a covariance (p, p) due to the nonlinear effect of noise on blocks.
+
+        White noise is added to the force and the blocks are placed anew, from each known point: so an interval includes
+        the curvature of the misfit over a knot, and other places as often as noise makes them better. The outer 5 % of
+        the draws are clipped to the limits of the others.
+
+        size: Standard deviation of the noise, that of the residual [N].
+        """
+        rng, count = np.random.default_rng(0), self.places.shape[1]
+        noise = np.zeros((DRAWS, len(self.target)))
+        noise[:, : self.noisy] = size * rng.standard_normal((DRAWS, self.noisy))
+        noise[1::2] = -noise[::2]
+        places, shares = self.places[0], self.shares[0]
+        slopes = np.vstack([self.blocks(places), shares[:, None] * self.blocks(places, 1)])
+        steps = np.linalg.lstsq(slopes.T, noise.T, rcond=1e-12)[0].T
+        room = np.concatenate([0.5 * shares, np.full(count, 0.5)])  # of blocks that the records hardly separate
+        least = np.minimum(LEAST, 1.0 / np.max(np.abs(steps) / room, axis=1, initial=1.0, keepdims=True))
+        linear = [self.point(places + item[count:], shares + item[:count]) for item in least * steps]
+        found = settled(
+            self.blocks, np.tile(self.target + noise, (len(self.places), 1)), np.repeat(self.places, DRAWS, axis=0),
+            STEPS // 2, self.apart,
+        )  # fmt: skip
+        first = np.argmin(found[2].reshape(-1, DRAWS), axis=0) * DRAWS + np.arange(DRAWS)
+        moved = [self.point(found[0][n], found[1][n]) for n in first if np.isfinite(found[2][n])]
+        best = self.point(places, shares)
+        values, vectors = np.linalg.eigh(_spread(np.array(moved) - best) - _spread((np.array(linear) - best) / least))
+        return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
+
+
+def _spread(moved: Real) -> Real:
+    """Return the mean squares and products (p, p) of moves (m, p), the outer 5 % of them as large as the limits."""
+    kept = np.clip(moved, *np.quantile(moved, [0.025, 0.975], axis=0))
+    return np.asarray(kept.T @ kept / len(kept))
+
+
+def placed(search: Search, x: Real) -> Placement:
+    """Return the best placement of the blocks of a GMS model.
+
+    x: Point of the search, shape (p,): the static map, its level and C are taken from it, but no block.
+    """
+    every = -(-sum(len(record.force) for record in search.records) // MOST_SAMPLES)
+    if every > 1:
+        search = replace(search, records=[record.thinned(every) for record in search.records], weights=None).weighed(x)
+    model = search.coordinates.build(x)
+    one = model.model if isinstance(model, Directed) else model
+    assert isinstance(one, GMS)
+    alpha, k = np.array(one.alpha), np.array(one.k)
+    here = np.log(k / alpha)
+    row = np.linspace(here.min() - BEYOND, here.max() + BEYOND, ROW)
+    every_k = np.exp(np.append(row, here))[None]
+    table = search.projected(
+        [side_by_side(model, np.ones_like(every_k), every_k, one.C, record)[:, 0] for record in search.records]
+    )
+    target = search.residual(x) + table[:, ROW:] @ alpha
+    small = np.asarray(np.linalg.qr(np.column_stack([table[:, :ROW], target]), mode="r"))
+    noisy = len(small) - 1
+    if all(c.parameter is not LEVEL for c in search.coordinates.free):
+        small = np.vstack([small, np.full(ROW + 1, 1e3 * np.linalg.norm(target))])  # the shares then sum to 1
+    blocks, force = CubicSpline(row, small[:, :ROW].T), small[:, ROW]
+    apart = RESOLVED * identifiability_of(search.records).resolved / one.static.F_s
+    places, shares, cost = settled(blocks, force, on_a_grid(blocks, force, len(alpha), apart), STEPS, apart)
+    kept: list[int] = []
+    for n in np.argsort(cost):
+        if len(kept) <= RIVALS and np.isfinite(cost[n]):
+            other = [np.abs(np.sort(places[n]) - np.sort(places[m])).max() > PLACES_APART for m in kept]
+            kept += [int(n)] if all(other) else []
+    return Placement(search, one, blocks, force, noisy, apart, places[kept], shares[kept])
+
+
+def on_a_grid(blocks: CubicSpline, target: Real, count: int, apart: float) -> Real:
+    """Return the best places (m, count) on the finest grid that can be searched completely; arguments as `settled`."""
+    size = count + 1
+    while size < ROW and comb(size + 1, count) <= TRIED:
+        size += 1
+    grid = np.linspace(blocks.x[0], blocks.x[-1], size)
+    columns, chosen = blocks(grid), np.array(list(combinations(range(size), count)))
+    right = (columns @ target)[chosen]
+    normal = (columns @ columns.T)[chosen[:, :, None], chosen[:, None]] + _tiny(target, count)
+    shares = np.linalg.solve(normal, right[..., None])[..., 0]
+    possible = (shares > 0.0).all(axis=1) & _told_apart(grid[chosen], apart)
+    gain = np.where(possible, np.sum(shares * right, axis=1), -np.inf)
+    return np.asarray(grid[chosen[np.argsort(-gain, kind="stable")[:SETTLED]]])
+
+
+def settled(blocks: CubicSpline, target: Real, places: Real, steps: int, apart: float) -> tuple[Real, Real, Real]:
+    """Return places (m, N), shares (m, N) and cost (m,) of the least-squares points next to many starts (m, N).
+
+    Levenberg and Marquardt's steps over places and shares, the shares solved for anew after each (variable projection).
+    The target (d,) is common to all starts, or each has a target.
+    """
+
+    def solved(at: Real) -> tuple[Real, Real, Real, Real]:
+        columns = blocks(at)
+        shares = np.linalg.solve(columns @ columns.mT + tiny, columns @ target[..., None])[..., 0]
+        rest = target - (shares[:, None] @ columns)[:, 0]
+        possible = (shares > 0.0).all(axis=1) & _told_apart(at, apart)
+        left = np.where(possible, np.sum(rest**2, axis=1), np.inf)
+        return columns, np.asarray(shares, float), np.asarray(rest, float), left
+
+    slope, count = blocks.derivative(), places.shape[1]
+    target = np.broadcast_to(target, (len(places), target.shape[-1]))
+    tiny, damping = _tiny(target[0], count), np.full(len(places), 1e-2)
+    places = places.copy()
+    columns, shares, rest, cost = solved(places)
+    for _ in range(steps):
+        J = np.concatenate([columns, shares[..., None] * slope(places)], axis=1)
+        normal = J @ J.mT
+        diagonal = np.einsum("mii->mi", normal)
+        diagonal += 1e-12 * diagonal.max(axis=1, keepdims=True)
+        diagonal *= np.where(np.arange(2 * count) < count, 1.0 + 1e-12, 1.0 + damping[:, None])
+        step = np.linalg.solve(normal, (J @ rest[..., None]))[:, count:, 0]
+        tried = np.clip(places + np.clip(step, -0.5, 0.5), blocks.x[0], blocks.x[-1])
+        found = solved(tried)
+        better = found[-1] < cost
+        for old, new in zip((places, columns, shares, rest, cost), (tried, *found), strict=True):
+            old[better] = new[better]
+        damping = np.where(better, damping / 5.0, damping * 5.0)
+    return places, shares, cost
+
+
+def _told_apart(places: Real, apart: float) -> Mask:
+    """Return the sets of blocks (m, N) whose knots are all separable, over F_s [m/N]."""
+    knots = np.sort(np.exp(-places), axis=1)
+    return np.asarray((np.diff(knots, axis=1) >= apart).all(axis=1))
+
+
+def _tiny(target: Real, count: int) -> Real:
+    return 1e-12 * float(target @ target) * np.eye(count)
+
 
 YIELDS = 0.1  # Share of the travel of a sample within which a contact yields, of which the samples show no start
 

@@ -27,7 +27,7 @@ from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.kernels.replay import replay_loads
 from fric.progress import tried
-from fric.records.judgement import identifiability_of
+from fric.records.inspection import identifiability_of
 from fric.records.prepared import Prepared
 from fric.records.resolution import noise_level
 from fric.search import minimised

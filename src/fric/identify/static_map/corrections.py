@@ -20,9 +20,16 @@ from fric.flaws.channel import FORCE_COARSE
 from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.static_map import FORCE_ALONG_AXIS, STICKS, STROKES_SETTLING, STROKES_SWING
 from fric.identify.static_map.map_fit import FEWEST, predicts_better, solved, weighted_rms
-from fric.identify.static_map.points import SpeedPoint, average, force_step, logs_of_strokes, rounded_by
+from fric.identify.static_map.points import (
+    Correction,
+    SpeedPoint,
+    Strokes,
+    average,
+    force_step,
+    logs_of_strokes,
+    rounded_by,
+)
 from fric.identify.static_map.stribeck_fit import StribeckProblem
-from fric.identify.static_map.strokes import Correction, Strokes
 from fric.log import Log
 from fric.records.over_strokes import PLACES, along_axis, over_place
 from fric.statistics import DIFFERENT, OF_TWO, mixed_model, sandwich

@@ -20,9 +20,19 @@ from fric.flaws.drift import DIRECTIONS_DIFFER, FRICTION_AGES, OFFSET_SHARED
 from fric.flaws.static_map import ONE_SPEED
 from fric.identify.static_map.corrections import corrected
 from fric.identify.static_map.map_fit import MapFit, each_direction, fit_map, widened
-from fric.identify.static_map.points import Average, SpeedPoint, rounded_by
+from fric.identify.static_map.points import (
+    Asked,
+    Average,
+    Direction,
+    Form,
+    OverPosition,
+    ShapeFactor,
+    SpeedPoint,
+    Strokes,
+    Weights,
+    rounded_by,
+)
 from fric.identify.static_map.stribeck_fit import REPEATED
-from fric.identify.static_map.strokes import Asked, Direction, Form, OverPosition, ShapeFactor, Strokes, Weights
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.records.flaws import record_flaws, stroke_flaws

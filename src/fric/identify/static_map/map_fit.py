@@ -12,7 +12,7 @@ from fric.arrays import Real
 from fric.choice import simplest
 from fric.estimate import Estimate
 from fric.friction.stribeck import StaticMap, stribeck_shares
-from fric.identify.static_map.points import SpeedPoint
+from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
 from fric.identify.static_map.stribeck_fit import (
     DELTA_RANGE,
     PARAMETERS,
@@ -24,7 +24,6 @@ from fric.identify.static_map.stribeck_fit import (
     profile_interval,
     solve_with_scatter,
 )
-from fric.identify.static_map.strokes import Asked, Strokes
 from fric.units import si_unit
 
 CLEARLY = 0.8  # Ratio of errors below which a free shape factor is used: with stick-slip it is correlated with F_s
