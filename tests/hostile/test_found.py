@@ -35,8 +35,8 @@ from fric.io.ingest_circle import StatedCircle, ingest_circles
 from fric.io.readers import base, matlab
 from fric.io.safe_hdf5 import BLOCK, _heaps, open_file
 from fric.log import FrequencyResponse, Log
-from fric.records.inspection import force_rises
 from fric.records.kicks import _around_reversals
+from fric.records.recognition import force_rises
 from fric.report.collect import Contour, ContourTest, contour_test
 from fric.units import parse_gain
 

@@ -13,8 +13,8 @@ from fric.friction.gms import GMS
 from fric.friction.lugre import LuGre
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.log import Log
-from fric.records.inspection import kind_of
 from fric.records.prepared import prepared
+from fric.records.recognition import kind_of
 from tests.identify.recovery import FITTED, flattened
 from tests.identify.virtual_logs import logs_of
 

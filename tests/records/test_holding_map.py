@@ -9,7 +9,7 @@ import fric
 from fric.automatic.run import auto
 from fric.log import Log
 from fric.records.holding import holding_map, is_holding_map
-from fric.records.inspection import kind_of
+from fric.records.recognition import kind_of
 from tests.chance import fewest, most
 
 MACHINES = {

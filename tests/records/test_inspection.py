@@ -14,9 +14,10 @@ import fric
 from fric.documents.inspection import InspectionDocument
 from fric.io.hdf5 import read_records
 from fric.log import FrequencyResponse, Log
-from fric.records.inspection import LOOP_SHARE, force_rise, inspect
+from fric.records.inspection import inspect
 from fric.records.motion import find_reversals
 from fric.records.prepared import prepared
+from fric.records.recognition import LOOP_SHARE, force_rise
 from fric.simulate.experiment import experiment
 from tests.records.kinematics import encoder, strokes
 

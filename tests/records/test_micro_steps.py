@@ -12,8 +12,9 @@ from fric.friction.gms import GMS
 from fric.identify.gms.virgin_curve import find_cycles, virgin_curve
 from fric.log import Log
 from fric.planning.choose import choose
-from fric.records.inspection import FINE, fitted_staircase, inspect, kind_of
+from fric.records.inspection import FINE, inspect
 from fric.records.prepared import prepared
+from fric.records.recognition import fitted_staircase, kind_of
 from fric.reference import sine, staircase, strokes
 from fric.results.given_models import machine_of
 from fric.simulate.experiment import Limits, experiment

@@ -22,7 +22,7 @@ from fric.log import Record
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
-    from fric.identify.plant.identify import PlantFit, ResponseFit
+    from fric.identify.plant.response_fit import PlantFit, ResponseFit
     from fric.identify.plant.rigid_body import MotionFit
 
 

@@ -14,7 +14,7 @@ from fric.identify.plant.rigid_body import identify_motion
 from fric.identify.static_map.identify import identify_static
 from fric.identify.static_map.points import stroke_points
 from fric.log import ForceVelocity, Log
-from fric.records.inspection import kind_of
+from fric.records.recognition import kind_of
 
 SPEEDS_ALIKE = 6.0  # Ratio of the slowest, and of the fastest, strokes up to which two halves determine the same map
 LEAST = 200  # Least number of samples of half a motion

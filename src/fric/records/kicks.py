@@ -12,8 +12,8 @@ from fric.flaws.channel import FOREIGN_COMPENSATION
 from fric.flaws.files import RECORD_LEFT_OUT
 from fric.log import Log
 from fric.notice import Notice
-from fric.records.inspection import fitted_sine, visible_step
 from fric.records.motion import find_reversals
+from fric.records.recognition import fitted_sine, visible_step
 from fric.units import readable
 
 SAMPLES = 256  # Least number of samples in a record

@@ -11,9 +11,9 @@ from fric.estimate import Estimate
 from fric.flaws.channel import MODES_SWITCH
 from fric.log import Log
 from fric.notice import Notice
-from fric.records.inspection import visible_step
 from fric.records.kicks import Tracking, tracking
 from fric.records.motion import find_reversals
+from fric.records.recognition import visible_step
 from fric.records.segments import SHORTEST, travelled
 from fric.units import readable
 

@@ -21,7 +21,6 @@ from fric.flaws.blocks import BEGINS_LOADED
 from fric.log import Log, refuse_several_axes
 from fric.notice import Notice
 from fric.records.clipping import clipped, drive_off
-from fric.records.inspection import kind_of
 from fric.records.motion import (
     Conditioning,
     Motion,
@@ -33,6 +32,7 @@ from fric.records.motion import (
     smooth_motion,
 )
 from fric.records.preparation import Own, Preparation
+from fric.records.recognition import kind_of
 from fric.records.segments import travelled
 
 if TYPE_CHECKING:

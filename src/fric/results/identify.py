@@ -23,8 +23,9 @@ from fric.estimate import estimate_rows
 from fric.friction import FrictionModel, models
 from fric.identify.gms.fit import GMSFit, Replay
 from fric.identify.gms.identify import identify_gms as fit_gms
-from fric.identify.plant.identify import PlantFit, plant_records
 from fric.identify.plant.identify import identify_plant as fit_plant
+from fric.identify.plant.identify import plant_records
+from fric.identify.plant.response_fit import PlantFit
 from fric.identify.plant.rigid_body import MotionFit, identify_motion
 from fric.identify.replay.replay_fit import ReplayFit, fitted_model, identify_by_replay
 from fric.identify.static_map.identify import StaticFit
@@ -34,8 +35,8 @@ from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.plausibility import Finding, of_amplitudes, of_friction, of_level, of_logs, of_shares, of_strokes, settled
 from fric.records.clipping import without_clipped
-from fric.records.inspection import kind_of
 from fric.records.prepared import prepared, without_loaded
+from fric.records.recognition import kind_of
 from fric.results.base import Identified
 from fric.results.given import in_si, logs_of, quantity, records_of, several, where_of
 from fric.results.given_models import circles_of, document_of, friction_of, plant_of

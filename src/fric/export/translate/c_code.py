@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from fric.export.translate import program as ir
-from fric.export.translate.program import Writer
 
 _POWERS = (64, 32, 16, 8, 4, 2, 1)
 HELPERS = {
@@ -115,7 +114,7 @@ def _record(record: ir.Record, dialect: Dialect) -> str:
     return f"typedef struct {{\n{members}\n}} {c_type(record, dialect)};"
 
 
-class _CRoutine(Writer):
+class _CRoutine(ir.Writer):
     """Writes one routine: variables are declared where they are first set, at the latest where all their uses lie."""
 
     loop = ("for (int32_t {0} = 0; {0} < {1}; ++{0}) {{", "}")

@@ -14,8 +14,6 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from fric.export.translate import program as ir
-
 
 @dataclass(frozen=True)
 class Scalar:
@@ -219,7 +217,7 @@ class Writer(ABC):
     discarded = ""  # before a call whose result is not used
     constant: ClassVar[Callable[[str], str]]  # of whole numbers and truth values
 
-    def __init__(self, routine: ir.Routine, prefix: str, depth: int, operations: Mapping[str, str]) -> None:
+    def __init__(self, routine: Routine, prefix: str, depth: int, operations: Mapping[str, str]) -> None:
         self.routine, self.prefix, self.depth, self.lines = routine, prefix, depth, list[str]()
         self.operations = operations  # texts of operators that are not ``({} OPERATOR {})``
 
@@ -236,18 +234,18 @@ class Writer(ABC):
         """Return the name of a routine, or of a function that every language has."""
 
     @abstractmethod
-    def assign(self, target: ir.Name | ir.Element | ir.Field, value: str) -> None:
+    def assign(self, target: Name | Element | Field, value: str) -> None:
         """Write an assignment."""
 
     def field(self, name: str) -> str:
         """Return a valid name of a record's field."""
         return name
 
-    def outer(self, value: ir.Expression) -> str:
+    def outer(self, value: Expression) -> str:
         """Return an expression that stands alone."""
         return self.expression(value)
 
-    def inner(self, body: tuple[ir.Statement, ...], *counters: str) -> None:
+    def inner(self, body: tuple[Statement, ...], *counters: str) -> None:
         """Write the statements of a branch, or of a loop with its counter."""
         self.depth += 1
         for statement in body:
@@ -258,18 +256,18 @@ class Writer(ABC):
         """Write a line."""
         self.lines.append("    " * self.depth + text)
 
-    def statement(self, statement: ir.Statement) -> None:
+    def statement(self, statement: Statement) -> None:
         """Write a statement."""
         match statement:
-            case ir.Assign(target, value):
+            case Assign(target, value):
                 self.assign(target, self.outer(value))
-            case ir.Evaluate(call):
+            case Evaluate(call):
                 self.write(f"{self.discarded if call.type is not None else ''}{self.expression(call)};")
-            case ir.Count(variable, stop, body):
+            case Count(variable, stop, body):
                 self.write(self.loop[0].format(self.name(variable.name), self.expression(stop)))
                 self.inner(body, variable.name)
                 self.write(self.loop[1])
-            case ir.Branch(condition, then, otherwise):
+            case Branch(condition, then, otherwise):
                 self.write(self.branch[0].format(self.outer(condition)))
                 self.inner(then)
                 if otherwise:
@@ -277,19 +275,19 @@ class Writer(ABC):
                     self.inner(otherwise)
                 self.write(self.branch[2])
 
-    def expression(self, value: ir.Expression) -> str:
+    def expression(self, value: Expression) -> str:
         """Return the text of an expression, in parentheses if it is an operation."""
         match value:
-            case ir.Constant(number, of):
-                return self.number(float(number)) if of == ir.REAL else type(self).constant(str(number))
-            case ir.Name(name):
+            case Constant(number, of):
+                return self.number(float(number)) if of == REAL else type(self).constant(str(number))
+            case Name(name):
                 return self.name(name)
-            case ir.Element(array, index):
+            case Element(array, index):
                 return f"{self.name(array.name)}[{self.outer(index)}]"
-            case ir.Field(record, name):
+            case Field(record, name):
                 return f"{self.name(record.name)}.{self.field(name)}"
-            case ir.Operation(operator, operands):
+            case Operation(operator, operands):
                 text = self.operations.get(operator, f"({{}} {operator} {{}})")
                 return text.format(*map(self.expression, operands))
-            case ir.Call(function, arguments):
+            case Call(function, arguments):
                 return f"{self.function(function)}({', '.join(map(self.outer, arguments))})"

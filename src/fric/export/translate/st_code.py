@@ -1,7 +1,6 @@
 """A program in structured text (IEC 61131-3): functions and structures, without vendor-specific parts."""
 
 from fric.export.translate import program as ir
-from fric.export.translate.program import Writer
 
 _WORDS = """
 abs acos add and any array asin at atan bool by byte case concat configuration constant continue cos ct ctd ctu d
@@ -83,7 +82,7 @@ def _word(name: str) -> str:
     return f"{name}_x" if name.lower() in _RESERVED else name
 
 
-class _StRoutine(Writer):
+class _StRoutine(ir.Writer):
     """Writes a routine. Names differ by more than their case, which the language ignores."""
 
     loop = ("FOR {} := 0 TO {} - 1 DO", "END_FOR;")

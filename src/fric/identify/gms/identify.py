@@ -49,9 +49,9 @@ from fric.notice import Notice
 from fric.plausibility import of_shares, settled
 from fric.records.clipping import without_clipped
 from fric.records.flaws import record_flaws
-from fric.records.inspection import kind_of
 from fric.records.kicks import without_kicked
 from fric.records.prepared import Prepared, prepared
+from fric.records.recognition import kind_of
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 

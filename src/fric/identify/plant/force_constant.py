@@ -28,7 +28,7 @@ from fric.flaws.channel import (
     MASS_DIFFERS,
 )
 from fric.identify.plant.frequency_response import SEGMENTS, measure_response
-from fric.identify.plant.identify import Lines, at, residual_of, select
+from fric.identify.plant.response_fit import Lines, at, residual_of, select
 from fric.log import Log
 from fric.notice import Notice
 from fric.records.segments import steady_segments

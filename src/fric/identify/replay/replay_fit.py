@@ -55,9 +55,10 @@ from fric.identify.replay.replay_search import (
 )
 from fric.notice import Notice
 from fric.records.flaws import record_flaws
-from fric.records.inspection import CONDITION, RESOLVED, energy_changes, identifiability_of, kind_of, too_coarse
+from fric.records.inspection import CONDITION, RESOLVED, energy_changes, identifiability_of, too_coarse
 from fric.records.preparation import DIMENSIONS, Own
 from fric.records.prepared import Prepared
+from fric.records.recognition import kind_of
 from fric.statistics import DIFFERENT, OF_TWO, hac_covariance, jackknife, sandwich, widened
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
