@@ -57,6 +57,7 @@ from .results.example import ExampleResult as ExampleResult
 from .results.example import FormatsResult as FormatsResult
 from .results.example import example as example
 from .results.example import formats as formats
+from .results.experiment import experiment as experiment
 from .results.export import ExportResult as ExportResult
 from .results.export import export_axis as export_axis
 from .results.identify import GainsResult as GainsResult
@@ -87,7 +88,6 @@ from .results.simulate import CircleResult as CircleResult
 from .results.simulate import PathResult as PathResult
 from .results.simulate import circle as circle
 from .results.simulate import circle_map as circle_map
-from .results.simulate import experiment as experiment
 from .results.simulate import path as path
 from .simulate.contour_run import PointPath as PointPath
 from .simulate.machine import Axis as Axis

@@ -89,7 +89,7 @@ CONTOUR = {"schemes": "--scheme", "known": "--schemes", "nominal_files": "--fric
 
 SIMULATE: dict[str, Home] = {
     "experiment": Command(
-        "fric.results.simulate:experiment", Output("LOG.h5", "The log file to write.", writes="HDF5"),
+        "fric.results.experiment:experiment", Output("LOG.h5", "The log file to write.", writes="HDF5"),
         doing="experiments",
     ),
     "circle": Command(
