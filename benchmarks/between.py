@@ -18,7 +18,7 @@ from benchmarks._machines import Study
 from fric.documents.friction import FrictionDocument, replay_tree, static_tree
 from fric.documents.identified import level_of_next_record
 from fric.estimate import Estimate
-from fric.identify.plant.rigid_body import identify_motion
+from fric.identify.plant.identify import identify_motion
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.static_map.identify import identify_static
 from fric.log import ForceVelocity

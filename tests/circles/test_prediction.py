@@ -16,7 +16,7 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.identified import FORM, IdentifiedMachine, discrepancies
 from fric.documents.plant import PlantDocument
 from fric.flaws import CATALOGUE
-from fric.friction.completed import PLAY, since_reversal
+from fric.friction.directed import PLAY, since_reversal
 from fric.notice import Notice
 from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.spread import draw_machine

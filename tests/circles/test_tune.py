@@ -37,7 +37,7 @@ from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.circle_findings import write_tuned
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.friction.completed import Completed, travels
+from fric.friction.directed import Completed, travels
 from fric.simulate.contour_run import Chance, Circle, run_circle
 from fric.simulate.spread import draw_machine
 

@@ -9,8 +9,7 @@ import pytest
 
 import fric
 from fric.estimate import as_filed
-from fric.friction.completed import Completed, travels
-from fric.friction.directed import Directed
+from fric.friction.directed import Completed, Directed, travels
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

@@ -9,9 +9,8 @@ from pydantic import TypeAdapter
 
 from fric.control.cascade import Cascade
 from fric.documents import document_types
+from fric.documents.base import FilePart, Known, Physical, Quantity
 from fric.documents.controller import ControllerPart
-from fric.documents.generated import FilePart
-from fric.documents.quantity import Known, Physical, Quantity
 from fric.simulate.reality.flaws import Reality, SecondMass
 from fric.units import SI_UNITS
 

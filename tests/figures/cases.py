@@ -49,8 +49,7 @@ from fric.figures.validation import draw_comparison, draw_replay, draw_validatio
 from fric.friction import models
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.identify import identify_gms
-from fric.identify.plant.identify import identify_plant
-from fric.identify.plant.rigid_body import identify_motion
+from fric.identify.plant.identify import identify_motion, identify_plant
 from fric.identify.replay.compare import compare_models, split_by_folds
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.static_map.identify import identify_static

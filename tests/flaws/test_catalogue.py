@@ -27,7 +27,8 @@ from fric.flaws.response import FALSE, RESPONSE_MISFIT, UNSURE
 from fric.flaws.static_map import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.flaws.unit import BOUNDS, UNUSUAL
 from fric.identify.gms import fit as gms
-from fric.identify.plant import force_constant, rigid_body
+from fric.identify.plant import identify as plant_fit
+from fric.identify.plant import response_fit
 from fric.identify.plant.frequency_response import measure_response
 from fric.identify.plant.identify import described
 from fric.identify.replay.replay_fit import Solved
@@ -39,7 +40,7 @@ from fric.io.readers.base import Column, Memory
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.notice import Notice
 from fric.plausibility import Finding, lifted, settled
-from fric.records import clipping, encoders, flaws, holding, inspection, kicks, modes
+from fric.records import clipping, flaws, holding, inspection, modes
 from fric.simulate.contour_run import Chance, run_warnings
 from fric.verdict import Candidate, Evidence
 
@@ -104,20 +105,20 @@ def held(size: float) -> list[Notice | None]:
 
 def two_encoders(size: float) -> list[Notice | None]:
     z = np.sin(np.arange(400.0) / 20.0)
-    return [encoders.two_encoders(Log(np.arange(400.0), z, load_position=0.9 * z if is_so(size) else None))]
+    return [flaws.two_encoders(Log(np.arange(400.0), z, load_position=0.9 * z if is_so(size) else None))]
 
 
 def dead(size: float) -> list[Notice | None]:
     u = RNG.uniform(-1.0, 1.0, 8192)
-    zone = size * force_constant.DEAD * np.sqrt(np.mean(u**2))
+    zone = size * response_fit.DEAD * np.sqrt(np.mean(u**2))
     force = 80.0 * np.sign(u) * np.maximum(np.abs(u) - zone, 0.0)
     log = Log(time=np.arange(len(u)) / 1e3, position=u, input=u, force=force)
-    return [force_constant._dead_zone(log, 0.0, 0.0)]
+    return [response_fit._dead_zone(log, 0.0, 0.0)]
 
 
 def mass(size: float) -> list[Notice]:
     known = {"K_f": Estimate.around(100.0, "N/V", 0.0), "B": Estimate.around(10.0, "m/(s²V)", 0.0)}
-    return force_constant.against_mass(known, 10.0 / (1.0 + size * force_constant.DIFFERS), "linear")
+    return response_fit.against_mass(known, 10.0 / (1.0 + size * response_fit.DIFFERS), "linear")
 
 
 def response(size: float = 0.5, **more: object) -> list[Notice]:
@@ -141,7 +142,7 @@ def response(size: float = 0.5, **more: object) -> list[Notice]:
 def rigid(hidden: float = 0.0, F_c: float = 1.0, **more: object) -> list[Notice]:
     record = N(used=np.arange(1000) >= round(1000 * hidden))
     given = {"K_f": Estimate(1.0, "N/V"), "delay": 1e-3} | more
-    return list(rigid_body._warnings([record], 0, {"F_c": Estimate(F_c, "N")}, **given))
+    return list(plant_fit._warnings([record], 0, {"F_c": Estimate(F_c, "N")}, **given))
 
 
 def hysteresis(**more: object) -> list[Notice]:
@@ -355,7 +356,7 @@ SHOWN: dict[str, Show] = {
     "energy-in-one-segment": lambda s: energies(off=s * inspection.STANDS_OFF),
     "force-coarse": lambda s: forces(np.arange(1000) % (round(flaws.COARSE / s) + 1) * 0.1),
     "drive-off": lambda s: flaws.record_flaws([resting(s * clipping.OFF)], "gms"),
-    "foreign-compensation": lambda s: [kicks.foreign_compensation(compensated(s * kicks.KICKED * 1e-6))],
+    "foreign-compensation": lambda s: [flaws.foreign_compensation(compensated(s * flaws.KICKED * 1e-6))],
     "holding-map": lambda s: held(1 / s),
     "modes-switch": two_modes,
     "two-encoders": two_encoders,
@@ -369,8 +370,8 @@ SHOWN: dict[str, Show] = {
     "encoder-too-coarse": coarse,
     "dead-zone": dead,
     "mass-differs": mass,
-    "force-lags": lambda s: force_constant._lag_described(
-        Estimate.around(s * force_constant.DESCRIBED / 1e3, "s", 0.0), None, 1e3
+    "force-lags": lambda s: response_fit._lag_described(
+        Estimate.around(s * response_fit.DESCRIBED / 1e3, "s", 0.0), None, 1e3
     ),
     "parameter-at-bound": lambda s: near_an_end(s, "linear"),
     "parameter-at-edge": lambda s: near_an_end(s, "log"),
@@ -393,7 +394,7 @@ SHOWN: dict[str, Show] = {
     "spring-in-series": lambda s: response(mode=N(encoder="motor" if is_so(s) else "table", ratio=0.5, frequency=80.0)),
     "amplitudes-disagree": lambda s: response(friction={"differs": is_so(s), "coulomb": Estimate(-1.0, "m/s²")}),
     "friction-in-response": lambda s: response(friction={"differs": is_so(s), "coulomb": Estimate(1.0, "m/s²")}),
-    "viscous-by-direction": lambda s: rigid_body.identify_motion([uneven_motion(s * rigid_body.UNLIKE)]).warnings,
+    "viscous-by-direction": lambda s: plant_fit.identify_motion([uneven_motion(s * plant_fit.UNEVEN)]).warnings,
     "changes-between": lambda s: rigid(hidden=0.1 * is_so(s)),
     "not-physical": lambda s: rigid(F_c=1.0 - 1.0 * s),
     "T_d-assumed": lambda s: rigid(delay=None if is_so(s) else 1e-3),

@@ -20,8 +20,8 @@ from fric.circles.diagnose import minimum_zone
 from fric.circles.measured import MeasuredCircle
 from fric.cli.main import main
 from fric.control.scheme import NONE
+from fric.documents.base import Quantity
 from fric.documents.mapping import MappingDocument
-from fric.documents.quantity import Quantity
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.figures.style import new_figure, save_figure
@@ -35,7 +35,7 @@ from fric.io.ingest_circle import StatedCircle, ingest_circles
 from fric.io.readers import base, matlab
 from fric.io.safe_hdf5 import BLOCK, _heaps, open_file
 from fric.log import FrequencyResponse, Log
-from fric.records.kicks import _around_reversals
+from fric.records.flaws import _around_reversals
 from fric.records.recognition import force_rises
 from fric.report.collect import Contour, ContourTest, contour_test
 from fric.units import parse_gain

@@ -9,7 +9,7 @@ from scipy.special import stdtrit
 from fric.arrays import Real
 from fric.estimate import Estimate
 from fric.friction.dahl import Dahl
-from fric.identify.plant.rigid_body import identify_motion
+from fric.identify.plant.identify import identify_motion
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.identify.static_map.corrections import corrected
 from fric.identify.static_map.identify import StaticFit, identify_static

@@ -246,7 +246,7 @@ def test_every_identify_judges_a_record_alike(identify: str) -> None:
     """A force that is clipped, a clock that jitters: what `inspect` says of a record, each identify says too."""
     from fric.errors import FricError
     from fric.identify.gms.identify import identify_gms
-    from fric.identify.plant.rigid_body import identify_motion
+    from fric.identify.plant.identify import identify_motion
     from fric.identify.replay.replay_fit import identify_by_replay
     from fric.identify.static_map.identify import identify_static
     from fric.records.prepared import prepared

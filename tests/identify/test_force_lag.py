@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fric.drive.plant import Plant
-from fric.identify.plant.force_constant import force_constant
 from fric.identify.plant.identify import identify_plant
+from fric.identify.plant.response_fit import force_constant
 from fric.log import Log
 from fric.notice import Notice
 from fric.records.prepared import acting_force, prepared

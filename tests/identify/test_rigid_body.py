@@ -10,7 +10,7 @@ from scipy.io import loadmat
 from scipy.signal import lfilter
 
 from fric.errors import FricError
-from fric.identify.plant.rigid_body import identify_motion
+from fric.identify.plant.identify import identify_motion
 from fric.log import Log
 from fric.records.motion import Conditioning
 from tests.chance import fewest, most

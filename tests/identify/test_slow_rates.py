@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fric.errors import FricError
-from fric.identify.plant.rigid_body import identify_motion
+from fric.identify.plant.identify import identify_motion
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.log import Log
 from fric.records.prepared import prepared

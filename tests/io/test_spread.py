@@ -3,9 +3,9 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from fric.documents.base import Quantity
 from fric.documents.identified import read_identified, read_spreads
 from fric.documents.machine_files import read_machine
-from fric.documents.quantity import Quantity
 from fric.errors import FricError
 from fric.simulate.spread import DEFAULT_SPREADS
 

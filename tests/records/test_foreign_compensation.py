@@ -11,8 +11,8 @@ from fric.circles.tune import trace_flaws
 from fric.drive.sensing import Encoder
 from fric.identify.gms.identify import identify_gms
 from fric.log import Log
+from fric.records.flaws import foreign_compensation
 from fric.records.inspection import inspect
-from fric.records.kicks import foreign_compensation
 from fric.results.given_models import machine_of
 from fric.simulate.experiment import Trial, logs_of, trials_of_kind
 from tests.chance import fewest, most

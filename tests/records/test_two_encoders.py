@@ -5,9 +5,8 @@ import pytest
 
 import fric
 from fric.log import Log
-from fric.records.encoders import transmission_of
+from fric.records.flaws import foreign_compensation, transmission_of
 from fric.records.inspection import inspect
-from fric.records.kicks import foreign_compensation
 from tests.chance import fewest
 
 MACHINES = {"ball screw": (2e8, 2e-6, 80.0, 150.0), "rack": (3e7, 25e-6, 200.0, 400.0), "belt": (4e6, 0.0, 30.0, 20.0)}

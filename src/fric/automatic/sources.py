@@ -32,7 +32,7 @@ from fric.log import Log, Record
 from fric.notice import Notice
 from fric.output import staged
 from fric.records.clipping import STUCK
-from fric.records.encoders import two_encoders
+from fric.records.flaws import two_encoders
 from fric.records.holding import holds, is_holding_map
 from fric.records.inspection import Inspection, TableInspection, excites, inspect
 from fric.records.modes import switched

@@ -31,7 +31,7 @@ from fric.flaws import flaw_of
 from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import CIRCLE_ELSEWHERE, NO_MEASURED_CIRCLE
 from fric.friction import FrictionModel
-from fric.friction.completed import Completed, since_reversal, travels
+from fric.friction.directed import Completed, since_reversal, travels
 from fric.notice import Notice, once
 from fric.simulate.axis import run_axis
 from fric.simulate.contour_run import ACCURACY, PLACES, Chance, Circle, run_circle

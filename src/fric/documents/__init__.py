@@ -5,8 +5,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any
 
-from fric.documents.base import Document
-from fric.documents.quantity import Part, Quantity
+from fric.documents.base import Document, Part, Quantity
 from fric.errors import require_known
 from fric.verb import verb
 

@@ -1,27 +1,271 @@
-"""The common part of YAML documents: type, warnings, and provenance (version, time, command, logs with digests)."""
+"""The common part of YAML documents: type, warnings, provenance; quantities with units; parts made from dataclasses.
+
+``PartOf[Channel]`` is the pydantic model ``ChannelPart`` of a part that fric only writes, described by the docstring;
+``FilePart[Cascade]`` is that of what fric also reads: a number is a quantity with a unit, of the dimension given with
+the field (``Annotated[float, "force"]``).
+"""
 
 import os
+import re
 import shlex
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass
+from dataclasses import Field as DataclassField
 from datetime import UTC, datetime
-from functools import cache
+from functools import cache, reduce
 from hashlib import sha256
+from inspect import cleandoc, getdoc
+from itertools import chain
+from math import inf, isfinite
+from operator import attrgetter, or_
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self, get_args
+from types import UnionType
+from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
-from pydantic import AfterValidator, Field, TypeAdapter, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    AliasChoices,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    create_model,
+    model_validator,
+)
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 import fric
-from fric.documents.quantity import Part, Physical, read_off, refused
 from fric.errors import FricError
+from fric.estimate import Covariance, Estimate, Interval, Scale
 from fric.log import Record, axis_name
 from fric.notice import Notice, Severity, once
-from fric.units import Motion
+from fric.units import Motion, factor, si_unit
+
+MOST = 1e20  # Largest number of a quantity: a stiffness of 1e9 N/m whose interval is open reaches 1e15
+
+Known = Annotated[
+    float | None, BeforeValidator(lambda given: None if isinstance(given, float) and not isfinite(given) else given)
+]
+"""A number, or null for an infinite value or NaN, which JSON cannot hold."""
+
+
+@contextmanager
+def refused(place: str = "") -> Iterator[None]:
+    """Turn a `FricError` within the block into an error of the schema, with place and remedy."""
+    try:
+        yield
+    except FricError as error:
+        raise ValueError(f"{place}{': ' if place else ''}{error.what}\n{error.hint}") from None
+
+
+class Part(BaseModel):
+    """A part of a document: an unknown key is an error, never ignored."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
+
+
+@dataclass(frozen=True)
+class Of:
+    """Source of a key of a written document in the object that the document is made of."""
+
+    read: Callable[[Any], Any]
+    unit: str = ""  # Of a number, which becomes a quantity
+
+
+def of(
+    source: str | Callable[[Any], Any], says: str | None = None, default: Any = ..., *, unit: str = "",
+    alias: str | None = None,
+) -> Any:  # fmt: skip
+    """Return a field of a schema with its source, an attribute by its dotted name or a function, and its description.
+
+    A key with a default is left out if its value is None, or the object has no such attribute; of others None is null.
+    """
+    field: Any = Field(default, description=says, alias=alias)
+    field.metadata.append(Of(attrgetter(source) if isinstance(source, str) else source, unit))
+    return field
+
+
+def read_off(kind: type[BaseModel], holder: Any, but: Container[str] = ()) -> dict[str, Any]:
+    """Return the values of a schema from an object, by key: as `of` states, or of the attribute of the key's name."""
+    found = {}
+    for name, field in kind.model_fields.items():
+        if name in but:
+            continue
+        how = next((one for one in field.metadata if isinstance(one, Of)), None) or Of(attrgetter(name))
+        try:
+            value = how.read(holder)
+        except AttributeError:
+            if field.is_required():
+                raise
+            continue
+        if value is not None or field.is_required():
+            found[field.alias or name] = Estimate(value, how.unit) if how.unit and value is not None else value
+    return found
+
+
+class Written(Part):
+    """A part that fric writes and does not read: made of an object, by `read_off`."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_off(cls, given: Any) -> Any:
+        held = isinstance(given, Mapping | BaseModel | list | str | float | int | None)  # as files hold it
+        return given if held else read_off(cls, given)
+
+
+class Quantity(Part):
+    """A value with its unit, as in ``{value: 105, unit: N, ci95: [104, 106]}``, or by hand as ``"105 N"``."""
+
+    value: float | list[float]
+    unit: str
+    ci95: list[float | None] | list[list[float | None]] | None = Field(
+        None, description="95 % interval [low, high], one per element; null is a limit that the data do not set"
+    )
+    fixed: bool = False
+    assumed: bool = False
+    source: str = ""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_hand(cls, given: Any) -> Any:
+        if isinstance(given, Estimate):
+            return given.as_dict()
+        if isinstance(given, str):
+            number, _, unit = given.strip().partition(" ")
+            try:
+                return {"value": float(number), "unit": unit.strip() or "1"}
+            except ValueError:
+                raise ValueError(f"'{given}' is not a quantity\nWrite a number and a unit, as in '105 N'.") from None
+        if isinstance(given, int | float) and not isinstance(given, bool):
+            return {"value": given, "unit": "1"}
+        return given
+
+    def si(self, dimension: str, motion: Motion) -> Estimate:
+        """Return the quantity as an `Estimate` in SI; a unit of the wrong kind raises a `FricError`."""
+        scale = factor(self.unit, dimension, motion)
+
+        def limits(pair: Any) -> tuple[float, float]:
+            low, high = pair
+            return -inf if low is None else low * scale, inf if high is None else high * scale
+
+        value: Any = (
+            tuple(value * scale for value in self.value) if isinstance(self.value, list) else self.value * scale
+        )
+        ci95: Any = self.ci95 and (tuple(map(limits, self.ci95)) if isinstance(value, tuple) else limits(self.ci95))
+        return Estimate(value, si_unit(dimension, motion), ci95, self.fixed, self.assumed, self.source)
+
+    @model_validator(mode="after")
+    def _interval_fits(self) -> Self:
+        values = self.value if isinstance(self.value, list) else [self.value]
+        pairs: Any = (self.ci95 if isinstance(self.value, list) else [self.ci95]) if self.ci95 is not None else []
+        if self.ci95 is not None and [isinstance(pair, list) and len(pair) for pair in pairs] != [2] * len(values):
+            raise ValueError("ci95 does not fit the value\nGive [low, high], one such pair per value.")
+        for number in (*values, *chain(*pairs)):
+            if number is not None and abs(number) > MOST:
+                raise ValueError(f"{number:g} {self.unit} is beyond all drives\nGive null for an open limit.")
+        return self
+
+
+class CovarianceBlock(Part):
+    """Covariance of what was identified together; square, in the order of the names, in SI units."""
+
+    names: list[str] = Field(description="parameters; k_2 is of the second block, negative.F_c of that direction")
+    scales: list[Scale] = Field(description="whether the covariance is of the value, its logarithm or its logit")
+    matrix: list[list[float]]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_a_fit(cls, given: Any) -> Any:
+        return asdict(given) if isinstance(given, Covariance) else given
+
+    @model_validator(mode="after")
+    def _is_square(self) -> Self:
+        n = len(self.names)
+        if len(self.scales) != n or len(self.matrix) != n or any(len(row) != n for row in self.matrix):
+            raise ValueError(f"the covariance does not fit its {n} names\nGive a scale and a row of {n} for each.")
+        return self
+
+    def covariance(self) -> Covariance:
+        """Return the covariance."""
+        return Covariance(tuple(self.names), tuple(self.scales), tuple(tuple(row) for row in self.matrix))
+
+
+def known(**values: Any) -> dict[str, Any]:
+    """Return the items that are not None."""
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def in_units(values: Mapping[str, Any], dimensions: Mapping[str, str], motion: Motion) -> dict[str, Estimate]:
+    """Return numbers in SI with their units, by name."""
+    return {
+        name: Estimate(values[name], si_unit(dimension, motion))
+        for name, dimension in dimensions.items()
+        if name in values
+    }
+
+
+def quantities(given: Mapping[str, Any], dimensions: dict[str, str], motion: Motion, where: str) -> dict[str, Estimate]:
+    """Parse named quantities of known dimensions to SI; raise ValueError with a remedy on a misfit."""
+    found: dict[str, Estimate] = {}
+    for name, value in given.items():
+        if name not in dimensions:
+            raise ValueError(f"{where or 'here'}: '{name}' is not a parameter\nKnown are {', '.join(dimensions)}.")
+        with refused(f"{where}.{name}" if where else name):
+            quantity = value if isinstance(value, Quantity) else Quantity.model_validate(value)
+            found[name] = quantity.si(dimensions[name], motion)
+    return found
+
+
+Given = TypeVar("Given", Estimate, Quantity)
+
+
+def single(found: dict[str, Given]) -> dict[str, Given]:
+    """Return quantities of one number each; raise ValueError with a remedy if one is a list."""
+    for name, quantity in found.items():
+        if isinstance(quantity.value, tuple | list):
+            count = len(quantity.value)
+            raise ValueError(f"{name}: {count} values where one is expected\nGive one number with its unit.")
+    return found
+
+
+class Physical(Part):
+    """A part whose fields are quantities, each with its dimension beside it: ``Annotated[Quantity, "force"]``."""
+
+    dimensions: ClassVar[dict[str, str]]
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Note the dimension of each field, if any."""
+        given = ((name, item) for name, field in cls.model_fields.items() for item in field.metadata)
+        cls.dimensions = {name: text for name, text in given if isinstance(text, str)}
+
+    @model_validator(mode="after")
+    def _has_one_number_each(self) -> Self:
+        single({name: given for name in self.dimensions if isinstance(given := getattr(self, name), Quantity)})
+        return self
+
+    @classmethod
+    def of(cls, given: object, motion: Motion) -> dict[str, Any]:
+        """Return the fields of an object in SI for a file; None, infinite and missing values are left out."""
+        values = {name: getattr(given, name, None) for name in cls.model_fields}
+        kept = {name: value for name, value in values.items() if value not in (None, inf)}
+        return kept | in_units(kept, cls.dimensions, motion)
+
+    def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
+        """Return the given quantities in SI; raise ValueError with a remedy on a wrong unit."""
+        given = {name: getattr(self, name) for name in self.dimensions}
+        return quantities(known(**given), self.dimensions, motion, where)
+
+    def values(self, motion: Motion) -> dict[str, float]:
+        """Return the quantities that are given, as numbers in SI."""
+        return {name: float(estimate) for name, estimate in self.estimates(motion).items()}
+
 
 _COMMAND: ContextVar[tuple[str, ...] | None] = ContextVar("command", default=None)
 
@@ -224,3 +468,155 @@ class AxisDocument(OfAxis, Physical):
     def _units_fit(self) -> Self:
         self.estimates(self.motion)
         return self
+
+
+T = TypeVar("T")
+
+HELD: dict[Any, Any] = {Estimate: Quantity, Covariance: CovarianceBlock, Notice: CodedWarning, Path: str}
+"""Types in documents for types that are not dataclasses of plain numbers."""
+
+
+class PartOf(Physical, Generic[T]):
+    """A part that holds each field of a dataclass, and its properties that a subclass names."""
+
+    held: ClassVar[type[Any]]
+
+    def __class_getitem__(cls, kind: Any) -> Any:
+        """Return the part of a dataclass."""
+        return _part(cls, kind) if hasattr(kind, "__dataclass_fields__") else super().__class_getitem__(kind)
+
+    @classmethod
+    def entry(cls, field: DataclassField[Any], kind: Any, text: str | None) -> dict[str, tuple[Any, Any]]:
+        """Return the keys of a field in a document, each with its type and its data for pydantic."""
+        if field.name == "warnings":
+            aliases = AliasChoices("warnings_coded", "warnings")
+            coded: Any = Field(default_factory=list, validation_alias=aliases)
+            return {
+                "warnings": (list[str], Field(default_factory=list)),
+                "warnings_coded": (list[CodedWarning], coded),
+            }
+        return {field.name: (cls.of_type(kind), Field(description=text))}
+
+    @classmethod
+    def of_type(cls, kind: Any) -> Any:
+        """Return the type by which a document holds something of a type."""
+        if isinstance(kind, type) and is_dataclass(kind) and kind not in HELD:
+            return _part(cls, kind)
+        if kind == Interval:
+            return list[Known]
+        origin, given = get_origin(kind), tuple(map(cls.of_type, get_args(kind)))
+        if origin is Annotated:
+            return Annotated[Quantity, *kind.__metadata__]
+        if origin in {Union, UnionType}:
+            return reduce(or_, given)
+        if origin in {tuple, list, Sequence}:
+            return list[given[0]]  # type: ignore[valid-type]
+        if origin in {dict, Mapping}:
+            return dict[given[0], given[1]]  # type: ignore[valid-type]
+        return HELD.get(kind, kind)
+
+
+class FilePart(PartOf[T]):
+    """A part that is read: each number with a dimension is a quantity, and fields with a default may be left out."""
+
+    @classmethod
+    def entry(cls, field: DataclassField[Any], kind: Any, text: str | None) -> dict[str, tuple[Any, Any]]:
+        """Return the key of a field, which may be left out if the dataclass has a default."""
+        may_lack = field.default is not MISSING or field.default_factory is not MISSING
+        within: list[Any] = [one for one in (kind, *get_args(kind)) if is_dataclass(one)]
+        text = text and text.partition(" [")[0]  # a quantity says its unit
+        if within and get_origin(kind) is tuple:
+            return {field.name: (cls.of_type(kind), Field(default_factory=list))}
+        if within:
+            return {field.name: (cls.of_type(within[0]) | None, Field(None, description=text))}
+        if get_origin(kind) is not Annotated:
+            given = field.default if may_lack else ...
+            return {field.name: (kind, Field(given, description=text))}
+        asked: Any = Quantity | None if may_lack else Quantity
+        given = None if may_lack else ...
+        return {field.name: (Annotated[asked, *kind.__metadata__], Field(given, description=text))}
+
+    def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
+        """Return its numbers, with those of nested parts; raise ValueError with a remedy."""
+        for name, item in self:
+            for n, part in enumerate(item if isinstance(item, list) else [item]):
+                if isinstance(part, FilePart):
+                    part.estimates(motion, f"{where}.{name}" + (f".{n}" if isinstance(item, list) else ""))
+        return super().estimates(motion, where)
+
+    def in_si(self, motion: Motion) -> T:
+        """Return the dataclass in SI; raise a `FricError` where it is not physical."""
+
+        def made(one: Any) -> Any:
+            return one.in_si(motion) if isinstance(one, FilePart) else one
+
+        given = {
+            name: tuple(map(made, one)) if isinstance(one, list) else made(one)
+            for name in {field.name for field in fields(self.held)} - self.dimensions.keys()
+            if (one := getattr(self, name, None)) is not None
+        }
+        found: T = self.held(**given, **self.values(motion))
+        return found
+
+
+@cache
+def _part(base: type[PartOf[Any]], kind: type[Any]) -> Any:
+    """Return the part that holds a dataclass."""
+    summary, described = described_fields(kind)
+    types = get_type_hints(kind, include_extras=True)
+    given: dict[str, Any] = {}
+    for field in fields(kind):
+        if field.metadata.get("leaves", True):
+            given |= base.entry(field, types[field.name], described.get(field.name))
+    name = f"{kind.__name__}Part"
+    made = create_model(name, __base__=base, __doc__=summary, __module__=__name__, **given)
+    made.held = kind
+    return made
+
+
+def filed(given: Any, motion: Motion) -> Any:
+    """Return a dataclass as the keys of its `FilePart` in a file, but for those at their defaults."""
+    if isinstance(given, tuple):
+        return [filed(one, motion) for one in given]
+    if not is_dataclass(given) or isinstance(given, type) or type(given) in HELD:
+        return given
+    unset = {field.name for field in fields(given) if getattr(given, field.name) == field.default}
+    found = _part(FilePart, type(given)).of(given, motion)
+    return {name: filed(one, motion) for name, one in found.items() if name not in unset and one not in ((), {})}
+
+
+def described_fields(kind: type[Any]) -> tuple[str, dict[str, str]]:
+    """Return the description of a class, the first paragraph of its docstring, and a sentence for each field.
+
+    A field is described below ``Parameters``, as in NumPy, or in a line ``name: …``; several of one line have commas
+    between them.
+    """
+    text, texts = getdoc(kind) or "", dict[str, str]()
+    for one in reversed(kind.__mro__[:-1]):
+        doc = cleandoc(one.__doc__ or "")
+        below = doc.partition("Parameters\n-")[2]
+        found = re.findall(r"^(\w+(?:, \w+)*)\n((?:    .*\n?)+)", below, re.MULTILINE)
+        for names, body in found or re.findall(r"^(\w+(?:, \w+)*): (.+\n?(?:    .*\n?)*)", doc, re.MULTILINE):
+            sentence = re.split(r"\.(?: |$)", " ".join(body.split()))[0]
+            texts |= {name: sentence[0].lower() + sentence[1:] for name in names.split(", ")}
+    return text.partition("\n\n")[0], texts
+
+
+def again(kind: Any, given: Any) -> Any:
+    """Return a dataclass, or a type within it, from the plain values that `PartOf` made of it; null is infinite."""
+    inner = get_args(kind)
+    if is_dataclass(kind):
+        types = get_type_hints(kind)
+        made: Any = kind
+        return made(
+            **{field.name: again(types[field.name], given[field.name]) for field in fields(kind) if field.name in given}
+        )
+    if kind is float:
+        return inf if given is None else float(given)
+    if kind is Notice:
+        return Notice.of(given)
+    if get_origin(kind) is tuple:
+        return tuple(again(inner[0], item) for item in given)
+    if get_origin(kind) in {dict, Mapping}:
+        return {key: again(inner[1], item) for key, item in given.items()}
+    return given

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field
 
-from fric.documents.base import FOOT, Document
+from fric.documents.base import FOOT, Document, Known, Quantity, Written, of
 from fric.documents.controller import ControllerPart
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import MachineDocument, read_machine_document
 from fric.documents.plant import PlantDocument
-from fric.documents.quantity import Known, Quantity, Written, of
 from fric.documents.yaml import write_document
 from fric.errors import FricError
 from fric.estimate import Estimate

@@ -7,9 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from fric.arrays import Real
-from fric.documents.base import Document
-from fric.documents.generated import PartOf
-from fric.documents.quantity import Known, Part, Quantity, Written, of, read_off
+from fric.documents.base import Document, Known, Part, PartOf, Quantity, Written, of, read_off
 from fric.estimate import Estimate
 from fric.identify.halves import Halved
 from fric.units import si_unit

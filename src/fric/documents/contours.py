@@ -10,9 +10,7 @@ from pydantic import Field
 from fric.arrays import Real
 from fric.circles.prediction import Predicted, Prediction
 from fric.contour import beside
-from fric.documents.base import CodedWarning, Document
-from fric.documents.generated import PartOf, again
-from fric.documents.quantity import Known, Part, Written, of
+from fric.documents.base import CodedWarning, Document, Known, Part, PartOf, Written, again, of
 from fric.simulate.spread import Distribution
 from fric.units import readable
 

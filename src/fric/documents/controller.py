@@ -12,9 +12,18 @@ from fric.control import block_type, blocks
 from fric.control.cascade import Cascade
 from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import QFilter
-from fric.documents.base import AxisDocument, OfAxis
-from fric.documents.generated import FilePart
-from fric.documents.quantity import Part, Physical, Quantity, in_units, quantities, refused, single
+from fric.documents.base import (
+    AxisDocument,
+    FilePart,
+    OfAxis,
+    Part,
+    Physical,
+    Quantity,
+    in_units,
+    quantities,
+    refused,
+    single,
+)
 from fric.estimate import Estimate
 from fric.units import Motion, si_unit
 

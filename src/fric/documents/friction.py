@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fric.documents.base import FOOT, HEAD, OfAxis, nested
-from fric.documents.generated import FilePart
+from fric.documents.base import FOOT, HEAD, CovarianceBlock, FilePart, OfAxis, Part, Quantity, known, nested, quantities
 from fric.documents.plant import PlantPart, plant_part
-from fric.documents.quantity import CovarianceBlock, Part, Quantity, known, quantities
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate

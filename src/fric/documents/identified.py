@@ -9,11 +9,10 @@ from typing import Any, Self
 from pydantic import Field, model_validator
 from scipy.special import stdtrit
 
-from fric.documents.base import Document
+from fric.documents.base import Document, Part, Quantity, refused
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import read_machine, read_machine_document, spring_of, true_friction
 from fric.documents.plant import PlantDocument, PlantPart
-from fric.documents.quantity import Part, Quantity, refused
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate

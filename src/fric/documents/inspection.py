@@ -1,8 +1,6 @@
 """The content of records as `--json` prints it, ``fric: inspection/1``: apart, since reading a log inspects none."""
 
-from fric.documents.base import Document
-from fric.documents.generated import PartOf
-from fric.documents.quantity import of
+from fric.documents.base import Document, PartOf, of
 from fric.records.inspection import Inspection, ResponseInspection, TableInspection
 
 

@@ -7,8 +7,7 @@ from typing import Any, Literal
 from pydantic import Field, field_validator
 
 from fric.columns import Kind
-from fric.documents.base import AxisName, CodedWarning, Document
-from fric.documents.quantity import Known, Part, Written, of
+from fric.documents.base import AxisName, CodedWarning, Document, Known, Part, Written, of
 from fric.units import Motion
 
 

@@ -9,7 +9,18 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from fric.control import block_type
-from fric.documents.base import AxisDocument, AxisName, Document
+from fric.documents.base import (
+    AxisDocument,
+    AxisName,
+    Document,
+    FilePart,
+    Part,
+    Physical,
+    Quantity,
+    filed,
+    in_units,
+    known,
+)
 from fric.documents.controller import (
     BlockDocument,
     ControllerDocument,
@@ -19,9 +30,7 @@ from fric.documents.controller import (
     block_values,
 )
 from fric.documents.friction import FrictionDocument
-from fric.documents.generated import FilePart, filed
 from fric.documents.plant import PlantDocument, PlantPart, plant_part
-from fric.documents.quantity import Part, Physical, Quantity, in_units, known
 from fric.documents.schemes import LeadGiven, lead_of
 from fric.documents.yaml import read_document, read_tree, write_document
 from fric.drive.sensing import Encoder

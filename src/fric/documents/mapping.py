@@ -20,8 +20,7 @@ from fric.columns import (
     channel_dimension,
     is_circle_channel,
 )
-from fric.documents.base import Document
-from fric.documents.quantity import Part
+from fric.documents.base import Document, Part
 from fric.errors import FricError
 from fric.units import Motion, factor, kinds_of, parse
 

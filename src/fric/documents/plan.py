@@ -5,9 +5,7 @@ from typing import Any, Self
 
 from pydantic import Field, model_validator
 
-from fric.documents.base import OfAxis
-from fric.documents.generated import FilePart
-from fric.documents.quantity import Known, Part, Quantity, in_units, known, of, read_off, refused
+from fric.documents.base import FilePart, Known, OfAxis, Part, Quantity, in_units, known, of, read_off, refused
 from fric.estimate import Estimate
 from fric.notice import Notice
 from fric.simulate.experiment import EXPERIMENTS, Limits, Narrowing, Plan, Planned, Setting

@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from fric.documents.base import AxisDocument
-from fric.documents.generated import FilePart
-from fric.documents.quantity import CovarianceBlock, Physical, Quantity, Written, of
+from fric.documents.base import AxisDocument, CovarianceBlock, FilePart, Physical, Quantity, Written, of
 from fric.drive.plant import LinearPlant, Plant, hold_delay
 from fric.drive.resonance import Resonance
 from fric.errors import FricError
@@ -22,8 +20,8 @@ from fric.log import Record
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
+    from fric.identify.plant.identify import MotionFit
     from fric.identify.plant.response_fit import PlantFit, ResponseFit
-    from fric.identify.plant.rigid_body import MotionFit
 
 
 class PlantPart(Physical):

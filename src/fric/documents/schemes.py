@@ -6,8 +6,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from fric.control.scheme import Lead, Scheme
-from fric.documents.base import Document
-from fric.documents.quantity import Part, Quantity, refused
+from fric.documents.base import Document, Part, Quantity, refused
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.verb import verb

@@ -10,7 +10,7 @@ from fric.arrays import Mask
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.identify.plant.rigid_body import identify_motion
+from fric.identify.plant.identify import identify_motion
 from fric.identify.static_map.identify import identify_static
 from fric.identify.static_map.points import stroke_points
 from fric.log import ForceVelocity, Log

@@ -2,10 +2,15 @@
 
 A position that is sampled ``τ`` too late is off by ``v·τ``. So jitter is noise of the position that grows with the
 speed, unlike noise of an encoder; and a lost sample without a gap in time is a step of the position as long as two.
+
+Two encoders of an axis, at the motor and at the load: lost motion and stiffness of the transmission.
+
+Kicks at reversals, which a friction compensation of the control leaves in a record.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import comb, inf, sqrt
 from typing import Any, Literal
 
@@ -13,7 +18,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
-from fric.arrays import Mask, Real
+from fric.arrays import Indices, Mask, Real
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.channel import (
@@ -21,24 +26,264 @@ from fric.flaws.channel import (
     ENCODER_ERRS,
     FORCE_CLIPPED,
     FORCE_COARSE,
+    FOREIGN_COMPENSATION,
     INPUT_CLIPPED,
     SAMPLES_LOST,
     SAMPLING_DIFFERS,
     SAMPLING_JITTERS,
     SAMPLING_UNEVEN,
+    TWO_ENCODERS,
 )
 from fric.flaws.drift import FORCE_DRIFTS
+from fric.flaws.files import RECORD_LEFT_OUT
 from fric.flaws.static_map import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.log import Log
 from fric.notice import Notice
 from fric.records.clipping import clipped_among, drive_off
-from fric.records.encoders import two_encoders
-from fric.records.kicks import foreign_compensation
+from fric.records.motion import find_reversals
 from fric.records.over_strokes import OverPlace, over_time
+from fric.records.recognition import fitted_sine, visible_step
 from fric.records.resolution import lattice_step
-from fric.records.segments import Segment
-from fric.statistics import robust_deviation
-from fric.units import rotates
+from fric.records.segments import SHORTEST, Segment
+from fric.statistics import jackknife, robust_deviation
+from fric.units import readable, rotates, si_unit
+
+KICKED, KICK_COUNTS, BEFORE, BEHIND, WITHIN = 0.3, 6.0, 1.5, 0.33, 0.5
+"""Least lead about a reversal of a kick: over 99 % of the deviations elsewhere, in counts, over the deviation before
+it, and over the lag after it; and the duration of the search [s]. Without a compensation the first is 0.13 at most, of
+strokes, and the fourth 0.3, where friction rises as the speed falls.
+"""
+
+
+@dataclass(frozen=True)
+class _Kick:
+    lead: float  # By how much the axis gets ahead of its reference after a reversal [m]
+    lag: float  # By how much it was behind before that [m]
+    before: float  # By how much it deviates at most for as long before the reversal [m]
+    behind: float  # By how much it is behind at most after that [m]
+    late: float  # When it leads most, after the reversal [s]
+    decay: float  # Time from there until an e-th of it is left [s]
+    sample: int  # At the reversal
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """The tracking error of a record."""
+
+    reference: Real  # That was logged, or the sine that the motion follows between its reversals [m]
+    position: Real  # Of the encoder of the loop: of two, the one that deviates less from the reference [m]
+    rest: Real  # Deviation of that position without what goes with velocity and acceleration, as the lag of a loop [m]
+    spans: list[tuple[int, int, int]]  # Of each reversal where the look at it begins, its sample, where the look ends
+    far: Mask  # Samples far from reversals
+
+
+def tracking(log: Log) -> Tracking | None:
+    """Return the tracking of a record; None without a reference, reversals, or samples between them."""
+    if log.position is None or log.added is not None or len(log) < SAMPLES:
+        return None
+    reference = _sine_of(log.time, log.position) if log.reference is None else log.reference
+    if reference is None or not len(at := find_reversals(reference)):
+        return None
+    t, speed = log.time, np.gradient(reference, log.time)
+    columns = np.column_stack([np.ones(len(t)), speed, np.gradient(speed, t)])
+    columns /= np.maximum(np.abs(columns).max(axis=0), 1e-300)
+    far = np.ones(len(t), dtype=bool)
+    spans = _around_reversals(t, reference, at)
+    for begin, _, end in spans:
+        far[begin:end] = False
+    if far.sum() < SAMPLES // 4:
+        return None
+    found = []
+    for position in (log.position, log.load_position):
+        if position is not None:
+            deviation = position - reference
+            rest = deviation - columns @ np.linalg.lstsq(columns[far], deviation[far], rcond=1e-9)[0]
+            found.append(Tracking(reference, position, rest, spans, far))
+    return min(found, key=lambda followed: float(np.std(followed.rest)))
+
+
+def _sine_of(t: Real, position: Real) -> Real | None:
+    """Return the sine that a motion to and fro follows away from its reversals [m], shape (n,); None for others."""
+    sine = fitted_sine(t, position) if len(find_reversals(position)) > 1 else None
+    if sine is None or not sine.reversals:
+        return None
+    angle = 2.0 * np.pi * sine.frequency * (t - t[0])
+    columns = np.column_stack([np.ones_like(t), np.sin(angle), np.cos(angle)])
+    slow = np.zeros(len(t), dtype=bool)
+    for _ in range(2):  # the first shows where it is slow
+        weights = np.linalg.lstsq(columns[~slow], position[~slow], rcond=None)[0]
+        phase = np.arctan2(weights[1], -weights[2])
+        slow = np.abs(np.cos(angle + phase)) < 0.5
+    return np.asarray(columns @ weights)
+
+
+def foreign_compensation(log: Log) -> Notice | None:
+    """Return the warning that a friction compensation of the control kicks the axis at reversals.
+
+    Friction holds an axis behind its reference. If the axis is ahead after most reversals, by encoder counts and by a
+    share of all deviations elsewhere, the cause is a pulse or a step of the control. Deviations proportional to
+    velocity and acceleration are due to the loop.
+    """
+    if (followed := tracking(log)) is None:
+        return None
+    t, rest = log.time, followed.rest
+    least = KICKED * float(np.quantile(np.abs(rest[followed.far]), 0.99))
+    least = max(least, KICK_COUNTS * visible_step(followed.position))
+    found = [_kick(t, followed.reference, rest, *span) for span in followed.spans]
+    kicks = [kick for kick in found if kick.lead > max(least, BEFORE * kick.before, BEHIND * kick.behind)]
+    if len(kicks) < 2 or 2 * len(kicks) <= len(found):  # a single one is hunting or a disturbance
+        return None
+    lead, lag, late, decay = (
+        float(np.median([getattr(kick, n) for kick in kicks])) for n in ("lead", "lag", "late", "decay")
+    )
+    when = "too early" if late < 0.0 else "too late" if lag > max(0.2 * lead, least) else "too much"
+    return FOREIGN_COMPENSATION.found(
+        log.where, count=len(kicks), reversals=len(found), height=Estimate(lead, log.unit("position")),
+        time=Estimate(float(t[kicks[0].sample]), "s"), decay=Estimate(decay, "s"), when=when,
+        place=Estimate(float(followed.position[kicks[0].sample]), log.unit("position")),
+    )  # fmt: skip
+
+
+def _around_reversals(t: Real, reference: Real, at: Indices) -> list[tuple[int, int, int]]:
+    """Return the window around each reversal: its first sample, the reversal, its last sample."""
+    spans = []
+    for n, first in enumerate(at):
+        stop = int(at[n + 1]) if n + 1 < len(at) else len(t)
+        moved = np.abs(reference[first:stop] - reference[first]) > 1e-4 * float(np.ptp(reference))
+        moves = int(first) + max(int(np.argmax(moved)) - 1, 0)
+        until = min(t[moves] + WITHIN, 0.5 * (t[moves] + t[stop - 1]))
+        begin = int(np.searchsorted(t, t[first] - min(0.2 * WITHIN, 0.2 * (until - t[first]))))
+        begin = max(begin, int(at[n - 1]) + 1 if n else 0)
+        spans.append((begin, int(first), min(max(int(np.searchsorted(t, until)), moves + 2), len(t))))
+    return spans
+
+
+def _kick(t: Real, reference: Real, rest: Real, begin: int, first: int, end: int) -> _Kick:
+    """Return the largest lead of the axis over its reference around a reversal."""
+    before = rest[max(2 * begin - end, 0) : begin + 1]
+    sense = float(np.sign(reference[end - 1] - reference[first])) or 1.0
+    ahead = sense * (rest[begin:end] - float(np.median(before[-10:])))
+    peak = int(np.argmax(ahead))
+    left = np.flatnonzero(ahead[peak:] < ahead[peak] / np.e)
+    back = begin + peak + (int(left[0]) if len(left) else len(ahead) - 1 - peak)
+    return _Kick(
+        float(ahead[peak]), max(-float(ahead[: peak + 1].min()), 0.0), float(np.abs(before - np.median(before)).max()),
+        -float(ahead[peak:].min()),
+        float(t[begin + peak] - t[first]), float(t[back] - t[begin + peak]), first,
+    )  # fmt: skip
+
+
+def without_kicked(logs: Sequence[Log]) -> tuple[list[Log], list[Notice]]:
+    """Return the records without kicks of a compensation, and the warnings about the others.
+
+    Raises FricError: When no record is left.
+    """
+    kicked = [(log, notice) for log in logs if (notice := foreign_compensation(log)) is not None]
+    kept = [log for log in logs if all(log is not one for one, _ in kicked)]
+    if kicked and not kept:
+        log, notice = kicked[0]
+        height = readable(float(notice.values["height"]), log.unit("position"))
+        raise FricError(
+            f"the control kicks the axis by {height} at reversals, and its force is no friction", where=log.where,
+            hint="Switch its friction compensation off, and log again.",
+        )  # fmt: skip
+    why = "the control's friction compensation kicks the axis at reversals"
+    return kept, [RECORD_LEFT_OUT.found(log.where, why=why) for log, _ in kicked]
+
+
+Encoder = Literal["motor", "load"]  # The encoder whose position is that of the axis
+AFTER = 0.1  # Share of a stroke after a reversal that is left out, in which the transmission takes up its backlash
+STROKES = 3  # Least number of strokes
+BESIDE = 3  # Distance in samples at which the force has independent noise
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """Properties of a transmission from the difference of two encoders: ``z_m - z_l = c + e·z_m + s·h/2``, and with
+    force ``… + F/K``.
+
+    Here s is the direction. The stiffness uses the whole force: inertia and friction of the motor do not pass through
+    the transmission, which is softer by their share of the force.
+
+    lost_motion: width h of the hysteresis between both encoders, backlash and wind-up together [m]
+    stiffness: force over wind-up, at most; null where force and direction do not separate [N/m]
+    wind_up: difference over the range of the force (1 % to 99 %), at least; null likewise [m]
+    """
+
+    lost_motion: Estimate
+    stiffness: Estimate | None = None
+    wind_up: Estimate | None = None
+
+
+def transmission_of(log: Log) -> Transmission | None:
+    """Return the transmission by two encoders of a record; None without both, or without strokes in both directions."""
+    if log.position is None or log.load_position is None:
+        return None
+    z, turns = log.position, find_reversals(log.position)
+    edges = np.array([0, *turns, len(z) - 1])
+    whole = [(a, b) for a, b in pairwise(edges) if b - a >= SHORTEST]
+    stroke, sense = np.full(len(z), -1), np.zeros(len(z))
+    for n, (a, b) in enumerate(whole):
+        stroke[a:b][np.abs(z[a:b] - z[a]) > AFTER * abs(z[b] - z[a])] = n
+        sense[a:b] = np.sign(z[b] - z[a])
+    used = stroke >= 0
+    label = stroke[used]
+    if len(np.unique(label)) < STROKES or len(np.unique(sense[used])) < 2:
+        return None
+    unit, difference = log.unit("position"), (z - log.load_position)[used]
+    span = float(np.ptp(z)) or 1.0
+    columns = np.column_stack([np.ones(len(label)), z[used] / span, 0.5 * sense[used]])
+
+    values, half = _fitted(columns, columns, difference, label)
+    lost = Estimate.around(float(values[2]), unit, float(half[2]))
+    if log.force is None or not np.ptp(log.force[used]):
+        return Transmission(lost)
+    size = float(np.ptp(log.force[used]))
+    force = log.force / size
+    beside = 0.5 * (np.roll(force, BESIDE) + np.roll(force, -BESIDE))  # without the noise of the sample
+    instruments = np.column_stack([columns, beside[used]])
+    values, half = _fitted(np.column_stack([columns, force[used]]), instruments, difference, label)
+    yields, sure = float(values[3]), float(half[3])
+    if not sure < 0.5 * yields:  # of friction alone, force and direction are one
+        return Transmission(lost)
+    stiff = Estimate(size / yields, si_unit("stiffness", log.motion), (size / (yields + sure), size / (yields - sure)))
+    low, high = np.quantile(log.force, [0.01, 0.99])
+    share = float(high - low) / size
+    return Transmission(lost, stiff, Estimate.around(share * yields, unit, share * sure))
+
+
+def _fitted(basis: Real, instruments: Real, values: Real, label: Indices) -> tuple[Real, Real]:
+    """Return coefficients by two-stage least squares, and half their 95 % intervals by the jackknife over strokes.
+
+    Noise of the force would bias its coefficient towards 0: the force at neighbouring samples is the instrument.
+    """
+    stage = instruments @ np.linalg.lstsq(instruments, basis, rcond=1e-12)[0]
+    found = np.asarray(np.linalg.lstsq(stage, values, rcond=1e-12)[0])
+    return found, np.asarray(np.sqrt(np.diag(jackknife(stage, values - basis @ found, label))))
+
+
+def two_encoders(log: Log) -> Notice | None:
+    """Return the notice on two encoders of a record, and on the encoder used for friction."""
+    if log.load_position is None:
+        return None
+    found = transmission_of(log)
+    return TWO_ENCODERS.found(log.where, lost=found and found.lost_motion, stiffness=found and found.stiffness)
+
+
+def by_encoder(log: Log, encoder: Encoder) -> Log:
+    """Return a record with the position of the motor's encoder, unchanged, or with that of the load's.
+
+    Raises FricError: When the load's is requested, and the record has none.
+    """
+    if encoder == "motor":
+        return log
+    if log.load_position is None:
+        raise FricError(
+            "there is no load_position, the load's encoder", where=log.where,
+            hint="Map its column to `load_position`, or take the motor's encoder.",
+        )  # fmt: skip
+    return replace(log, position=log.load_position, load_position=None, velocity=None)
+
 
 ORDERS = (6, 8)  # Orders of the differences that show noise: motion of f Hz scales with that power of f over rate
 WHITE = 0.8  # Ratio of the powers by the higher and the lower order: 1 for white noise, less for a motion
@@ -198,7 +443,7 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
     ]
 
 
-SAMPLES = 256  # Least number of samples in a segment
+SAMPLES = 256  # Least number of samples in a record or a segment
 PERIODS = 12  # Least number of periods in a segment
 HEIGHT = 8.0  # Amplitude of a line over the median of those around it
 AROUND = 40  # Number of lines on each side for comparison

@@ -18,10 +18,8 @@ from fric.flaws.drift import ENERGY_DRIFTS, ENERGY_IN_ONE_SEGMENT
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.records.clipping import STUCK, clipped_samples, counts
-from fric.records.encoders import Transmission, transmission_of
-from fric.records.flaws import clock_flaws, stroke_flaws
+from fric.records.flaws import Transmission, clock_flaws, foreign_compensation, stroke_flaws, transmission_of
 from fric.records.holding import HoldingMap, holding_map, holds
-from fric.records.kicks import foreign_compensation
 from fric.records.over_strokes import over_place
 from fric.records.recognition import LOOP_SHARE, Sine, Staircase, force_rises, recognised_kind, turns_of
 from fric.records.resolution import encoder_step

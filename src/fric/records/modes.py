@@ -11,7 +11,7 @@ from fric.estimate import Estimate
 from fric.flaws.channel import MODES_SWITCH
 from fric.log import Log
 from fric.notice import Notice
-from fric.records.kicks import Tracking, tracking
+from fric.records.flaws import Tracking, tracking
 from fric.records.motion import find_reversals
 from fric.records.recognition import visible_step
 from fric.records.segments import SHORTEST, travelled

@@ -19,10 +19,9 @@ from fric.circles.next_circle import wrong_shape
 from fric.control import block_type
 from fric.control.scheme import OBSERVER
 from fric.design.observer import Perturbation, model_perturbation
-from fric.documents.base import provenance
+from fric.documents.base import Quantity, provenance
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
-from fric.documents.quantity import Quantity
 from fric.errors import FricError, as_options, clean
 from fric.estimate import Covariance, estimate_rows
 from fric.figures.circle import scheme_look

@@ -15,7 +15,7 @@ from fric.units import Motion, likely, parse
 from fric.verb import UnfitError, refused
 
 if TYPE_CHECKING:
-    from fric.records.encoders import Encoder
+    from fric.records.flaws import Encoder
 
 
 class Advance(Protocol):
@@ -49,7 +49,7 @@ def records_of(
     if one_axis:
         refuse_several_axes(found)
     if encoder != "motor":
-        from fric.records.encoders import by_encoder
+        from fric.records.flaws import by_encoder
 
         found = [by_encoder(record, encoder) if isinstance(record, Log) else record for record in found]
     return found if whole else [part for record in found for part in in_one_mode(record)]

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from fric.control.cascade import Cascade
 from fric.control.scheme import Scheme, choose_schemes
+from fric.documents.base import in_units
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.identified import IdentifiedMachine
 from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument
-from fric.documents.quantity import in_units
 from fric.documents.schemes import read_schemes
 from fric.documents.yaml import read_document
 from fric.drive.plant import Plant

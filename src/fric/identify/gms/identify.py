@@ -48,8 +48,7 @@ from fric.log import Log
 from fric.notice import Notice
 from fric.plausibility import of_shares, settled
 from fric.records.clipping import without_clipped
-from fric.records.flaws import record_flaws
-from fric.records.kicks import without_kicked
+from fric.records.flaws import record_flaws, without_kicked
 from fric.records.prepared import Prepared, prepared
 from fric.records.recognition import kind_of
 from fric.threads import one_blas_thread
