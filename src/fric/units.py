@@ -55,8 +55,15 @@ def kinds_of(motion: Motion | None) -> tuple[Motion, ...]:
 
 
 def in_units_of(motion: Motion, unit: str | None) -> Motion:
-    """Return a motion with forces in the drive's unit, where the unit of a force is such a unit."""
-    return next((name for name in kinds_of(motion) if converts(unit, "force", name)), motion)
+    """Return a motion with forces in the drive's unit, where the unit of a force, or of its scale, is such a unit."""
+    plain = (unit or "").partition(" ")[2] if is_scale(unit or "") else unit
+    return next((name for name in kinds_of(motion) if converts(plain, "force", name)), motion)
+
+
+def is_scale(unit: str) -> bool:
+    """Return whether a text says what a logged unit is, as ``0.1 %`` does, and is no unit, as ``1/min`` is."""
+    number, _, rest = unit.partition(" ")
+    return bool(rest) and number.replace("-", "").replace("+", "").replace("e", "").replace(".", "").isdigit()
 
 
 def words_of(motion: str) -> str:

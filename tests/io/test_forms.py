@@ -17,7 +17,7 @@ from fric.io.hdf5 import read_logs
 from fric.io.propose import guessed
 from fric.io.questions import Question, answered
 from fric.io.readers import tables
-from fric.io.readers.base import Column
+from fric.io.readers.base import Column, named
 from fric.io.roles import SURE, AxisColumns, axes_of
 from fric.io.words import spoken, usual_units
 from fric.units import parse
@@ -340,6 +340,101 @@ def test_counts_a_second_are_no_radians_a_second(tmp_path: Path) -> None:
     assert channels(axis) == {"time": 0, "position": 1, "velocity": 2, "force": 3}
     assert axis.roles["position"].unit_likelihood < SURE
     assert parse("180 Grd", "position", "rotary") == pytest.approx(np.pi)
+
+
+def labview(path: Path, rows: list[str], head: str = "X_Value\tPosition\tForce\tComment") -> Path:
+    """Write a measurement of LabVIEW without its time."""
+    lines = ["LabVIEW Measurement\t", "Separator\tTab", "X_Columns\tNo", "***End_of_Header***\t", "\t",
+             "Channels\t2\t\t", "Samples\t9\t9\t", "Y_Unit_Label\tmm\tN\t", "X0\t0.0E+0\t0.0E+0\t",
+             "Delta_X\t0.000500\t0.000500\t", "***End_of_Header***\t\t\t", head]  # fmt: skip
+    path.write_text("\n".join([*lines, *rows]) + "\n")
+    return path
+
+
+def test_a_measurement_of_labview_without_its_time_has_its_period(tmp_path: Path) -> None:
+    """`Delta_X` above the header passed for the first sample, whose first cell is empty below it."""
+    a = axis_of_a_drive(dt=5e-4)
+    rows = [f"\t{x:.6f}\t{f:.4f}" for x, f in zip(a["position"], a["current"], strict=True)]
+    table = next(tables(labview(tmp_path / "run.lvm", rows)))
+    assert [*table.columns][1:] == [Column("Position", "mm"), Column("Force", "N")]
+    (axis,) = axes_of([table])
+    assert channels(axis) == {"time": None, "position": 1, "force": 2}
+    assert (axis.roles["time"].unit, axis.open) == ("0.0005 s", [])
+
+
+def test_a_sheet_of_notes_hides_no_sheet_of_numbers(tmp_path: Path) -> None:
+    book = pytest.importorskip("openpyxl").Workbook()
+    for row in (("Load", "10 kg"), ("Grease", "yes")):
+        book.active.append(row)
+    sheet = book.create_sheet("Data")
+    for row in (("Zeit [s]", "Weg [mm]"), *((0.01 * k, 0.5 * k) for k in range(20))):
+        sheet.append(row)
+    book.save(tmp_path / "test.xlsx")
+    (table,) = tables(tmp_path / "test.xlsx")
+    assert [*table.columns] == [Column("Zeit", "s"), Column("Weg", "mm")]
+
+
+def test_decimal_commas_in_quotes_are_numbers_between_commas(tmp_path: Path) -> None:
+    rows = [f'"{0.1 * k:.1f}","{2.5 * k:.2f}"'.replace(".", ",") for k in range(40)]
+    (tmp_path / "export.csv").write_text("\n".join(['"Time [s]","Position [mm]"', *rows]) + "\n")
+    (block,) = next(tables(tmp_path / "export.csv")).read([0, 1])
+    np.testing.assert_allclose(block.columns, [0.1 * np.arange(40), 2.5 * np.arange(40)])
+
+
+@pytest.mark.parametrize(
+    ("name", "quantity", "unit"),
+    [("motor_torque_nm", "force", "N*m"), ("position_nm", "position", "nm"), ("currentADC", "force", "count"),
+     ("field.header.seq", "row", None)],
+)  # fmt: skip
+def test_what_names_and_their_ends_say(name: str, quantity: str, unit: str | None) -> None:
+    """A torque was a position in nanometres, a converter's counts were amperes, and a count of messages an axis."""
+    assert spoken(named(name))[:2] == (quantity, unit)
+
+
+def test_a_speed_whose_unit_begins_with_a_number_is_no_scale(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    path = write(tmp_path / "spindle.csv", "Zeit in ms;Drehzahl (1/min);Motormoment (%)", 1e3 * a["t"],
+                 9.5493 * a["velocity"], a["current"])  # fmt: skip
+    done = fric.ingest(path, output=tmp_path / "log.h5", assume=True)
+    assert done.warnings
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert log.velocity is not None
+    np.testing.assert_allclose(log.velocity, a["velocity"], atol=1e-3)
+
+
+@pytest.mark.parametrize(("names", "unit", "size"), [("q1;dq1;tau1", "rad", 1.0), ("a;b;c", "rad", 1.0),
+                         ("enc.pos_estimate;enc.vel_estimate;Iq", "rev", 20.0)])  # fmt: skip
+def test_customs_and_steps_of_encoders_say_what_an_angle_is_in(
+    tmp_path: Path, names: str, unit: str, size: float
+) -> None:
+    a = axis_of_a_drive()
+    step = 2.0 * np.pi / 2.0**16 if unit == "rad" else 1e-5
+    position = np.round(size * a["position"] / step) * step
+    (axis,) = told(write(tmp_path / "log.csv", f"t;{names}", a["t"], position, size * a["velocity"], a["current"]))
+    assert axis.roles["position"].unit == unit
+    assert axis.roles["position"].unit_likelihood > (0.85 if unit == "rev" else SURE)
+
+
+def test_an_axis_that_does_not_move_is_no_log_of_friction(tmp_path: Path) -> None:
+    """A plant of −0.006 was identified from its noise."""
+    rng = np.random.default_rng(0)
+    noise = [rng.normal(level, 0.01, 4000) for level in (120.0, 0.0, 0.3)]
+    path = tmp_path / "still.csv"
+    write(path, "time [s];position [mm];velocity [mm/s];force [N]", 1e-3 * np.arange(4000), *noise)
+    with pytest.raises(FricError, match="does not move"):
+        fric.auto(path, output=tmp_path / "out")
+
+
+def test_a_zip_beside_other_files_is_opened(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    log = write(tmp_path / "run.csv", "time [s];position [rad];torque [N*m]", a["t"], a["position"], a["current"])
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    (folder / "overview.csv").write_text("file,grease\nrun.csv,yes\n")
+    zipped(folder / "raw.zip", "run.csv", log.read_bytes())
+    assert [source.path.name for source in find_sources([folder], None, tmp_path / "out" / "mappings").logs] == [
+        "run.csv"
+    ]
 
 
 def zipped(path: Path, name: str, text: bytes) -> Path:

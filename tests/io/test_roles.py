@@ -271,7 +271,7 @@ def test_what_is_open_of_an_axis_is_as_the_others_of_its_table(tmp_path: Path) -
         a = axis_of_a_drive(seed=n)
         moved = [np.interp(a["t"] * (0.5 + 0.1 * n), a["t"], a[name]) for name in ("position", "velocity", "current")]
         columns += [travel * moved[0], travel * (0.5 + 0.1 * n) * moved[1], moved[2]]
-        names += [f"q_{n + 1}", f"qd_{n + 1}", f"tau_{n + 1}"]
+        names += [f"p_{n + 1}", f"v_{n + 1}", f"tau_{n + 1}"]
     axes = told(write(tmp_path / "arm.csv", ";".join(names), *columns))
     assert len(axes) == 5
     assert len({rotates(axis.motion) for axis in axes}) == 1

@@ -14,10 +14,10 @@ import fric
 from fric.documents.inspection import InspectionDocument
 from fric.io.hdf5 import read_records
 from fric.log import FrequencyResponse, Log
-from fric.records.inspection import inspect
+from fric.records.inspection import inspect, is_at_rest
 from fric.records.motion import find_reversals
 from fric.records.prepared import prepared
-from fric.records.recognition import LOOP_SHARE, force_rise
+from fric.records.recognition import LOOP_SHARE, force_rise, is_rigid
 from fric.simulate.experiment import experiment
 from tests.records.kinematics import encoder, strokes
 
@@ -180,6 +180,29 @@ def test_viscous_friction_of_a_robot_is_no_presliding():
     log = Log(time=time, position=x, force=force, motion="rotary")
     assert force_rise(log, find_reversals(x)) > LOOP_SHARE
     assert inspect(log).kind == "motion"
+
+
+def test_pick_and_place_is_of_a_rigid_body_whatever_friction_holds_at_rest():
+    """A robot's moves passed for pre-sliding sines, for in their dwells no rigid body explained the force."""
+    time, rng = np.arange(9000) / 250.0, np.random.default_rng(3)
+    share = np.clip(np.linspace(0.0, 1.4, 300), 0.0, 1.0)
+    moves = [a + (b - a) * share**3 * (10 - 15 * share + 6 * share**2) for a, b in itertools.pairwise(
+        np.concatenate([[0.0], rng.uniform(-1.0, 1.0, 30)]))]  # fmt: skip
+    x = np.concatenate(moves)
+    v = np.gradient(x, time)
+    held = np.repeat(rng.uniform(-1.0, 1.0, 30), 300)
+    force = 0.8 * np.gradient(v, time) + 3.0 * v + 4.0 * np.where(np.abs(v) > 1e-4, np.sign(v), held)
+    log = Log(time=time, position=x, force=force + 0.05 * rng.standard_normal(9000), motion="rotary")
+    assert is_rigid(log)
+    assert inspect(log).kind == "motion"
+
+
+@pytest.mark.parametrize("velocity", [True, False])
+def test_noise_is_no_motion(velocity):
+    noise = np.random.default_rng(5).normal(0.0, 1e-6, 8000)
+    assert is_at_rest(np.cumsum(noise) if velocity else noise)
+    for hertz in (0.05, 1.0, 20.0):
+        assert not is_at_rest(2e-5 * np.sin(2e-3 * np.pi * hertz * np.arange(8000)) + noise)
 
 
 def test_moves_of_many_lengths_are_no_frequency_response():

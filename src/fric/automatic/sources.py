@@ -34,7 +34,7 @@ from fric.output import staged
 from fric.records.clipping import STUCK
 from fric.records.flaws import two_encoders
 from fric.records.holding import holds, is_holding_map
-from fric.records.inspection import Inspection, TableInspection, excites, inspect
+from fric.records.inspection import Inspection, TableInspection, excites, inspect, is_at_rest
 from fric.records.modes import switched
 from fric.records.segments import travelled
 from fric.results.given import in_one_mode
@@ -60,6 +60,7 @@ _PAPER = re.compile(
 
 NO_FORCE = "no column is a force, a torque, a current or a voltage of the axis that moves, with its sign"
 """Why a record of a motion shows no friction."""
+AT_REST = "the axis does not move: what was logged is noise"
 LACKS_FORCE = "no column is named force"
 """Why a log with a complete header needs a question: another column looks like its force."""
 
@@ -81,7 +82,7 @@ class Source:
     wide: bool = False  # Whether its mapping has parts, of which this axis is chosen by name
     assumed: bool = False  # Whether samples that cannot be used are dropped
     loaded: bool = False  # Whether a record has the position of the load, by a second encoder
-    pushed: bool = True  # Whether a record has a force or an input, or is a response or a table
+    lacks: str = ""  # Why its records show no friction
 
 
 @dataclass
@@ -145,9 +146,9 @@ def find_sources(
     for path in [path for path, why in asking.items() if why == LACKS_FORCE]:
         if not (why := _read(path, "", found, seen, assume=assume)):
             del asking[path]
-    pushed = {log.path for log in found.logs if log.pushed}
-    asking |= {log.path: NO_FORCE for log in found.logs if log.path not in pushed}
-    found.logs = [log for log in found.logs if log.pushed]
+    shown = {log.path for log in found.logs if not log.lacks}
+    asking |= {log.path: log.lacks for log in found.logs if log.path not in shown}
+    found.logs = [log for log in found.logs if not log.lacks]
     if not (found.logs or found.circles or found.traces):
         asking = dict.fromkeys(archives, PACKED) | asking
     for path, why in ((path, why) for path, why in asking.items() if not _is_paper(path)):
@@ -238,15 +239,16 @@ def _is_log(path: Path) -> bool:
 
 
 def _unpacked(given: list[Path], archives: list[Path], proposals: Path | None, asking: dict[Path, str]) -> list[Path]:
-    """Unpack the logs of ZIPs, where there are no others, into folders of their names, and return these."""
+    """Unpack the logs of ZIPs that do not lie beside them into folders of their names, and return these."""
     found: list[Path] = []
-    if proposals is None or any(map(_is_log, _files(given))):
+    if proposals is None or not archives:
         return found
-    folder = proposals.parent / "unpacked"
+    folder, beside_it = proposals.parent / "unpacked", {path.name for path in _files(given)}
     for path in archives:
         try:
             with foreign(path), ZipFile(path) as archive:
-                logs = [member for member in archive.infolist() if _is_log(Path(member.filename))]
+                names = [(member, Path(member.filename)) for member in archive.infolist()]
+                logs = [member for member, name in names if _is_log(name) and name.name not in beside_it]
                 large = any(member.file_size > max(SMALL, MOST_RATIO * member.compress_size) for member in logs)
                 if large or sum(member.file_size for member in logs) > MOST_UNPACKED or len(logs) > MOST_MEMBERS:
                     raise FricError("it unpacks to more than is unpacked here: unpack it beside it")
@@ -303,8 +305,10 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     driven = all(isinstance(record, Log) and record.input is not None for record in records)
     pushed = any(not isinstance(record, Log) or record.force is not None for record in records) or driven
     loaded = any(isinstance(record, Log) and record.load_position is not None for record in records)
+    rests = kinds == {"motion"} and all(isinstance(log, Log) and is_at_rest(travelled(log)) for log in records)
+    lacks = NO_FORCE if not pushed else AT_REST if rests else ""
     axis, motion = records[0].axis, records[0].motion
-    return Source(path, axis, motion, kinds, uses, mapping, both, driven, strokes, loaded=loaded, pushed=pushed)
+    return Source(path, axis, motion, kinds, uses, mapping, both, driven, strokes, loaded=loaded, lacks=lacks)
 
 
 def _excites(record: Record) -> bool:

@@ -24,7 +24,7 @@ from fric.io.roles import LIKELY, SURE, AxisColumns, Role, axes_of, in_memory
 from fric.io.words import OF_MEANS, axis_of, bare, looking_like, measures, named_as, spoken, tags
 from fric.notice import Notice
 from fric.output import staged
-from fric.units import MOTIONS, Motion, converts, rotates, si_unit
+from fric.units import MOTIONS, Motion, converts, is_scale, rotates, si_unit
 
 NEEDED = ("time", "position", "velocity", "force")
 """Channels that need a question where they are not sure; other unsure channels are left out."""
@@ -85,7 +85,7 @@ def _dimension(channel: str) -> str:
 
 
 def _fits(role: Role, motion: Motion) -> bool:
-    known = role.channel == "n" or role.column is None or role.unit[:1].isdigit()  # what one logged unit is
+    known = role.channel == "n" or role.column is None or is_scale(role.unit)  # what one logged unit is
     return known or converts(role.unit, _dimension(role.channel), motion)
 
 
@@ -353,7 +353,7 @@ def _line(table: ForeignTable, role: Role, motion: Motion, file: str, *, assume:
     measured = _dimension(role.channel)
     si = si_unit(measured, motion)
     why = role.why
-    if role.unit[:1].isdigit():  # what one logged unit is
+    if is_scale(role.unit):  # what one logged unit is
         unit = f"scale: {_quoted(role.unit)}"
     elif _known_unit(role, motion) or (assume and role.unit):
         unit = f"unit: {_quoted(role.unit)}"

@@ -18,7 +18,7 @@ from fric.io.readers import tables
 from fric.io.roles import SURE, AxisColumns, Role, take_reading
 from fric.io.words import Reading
 from fric.output import staged
-from fric.units import Motion, converts, factor, in_units_of, parse, rotates
+from fric.units import Motion, converts, factor, in_units_of, is_scale, parse, rotates
 
 MOST_QUESTIONS = 3  # Largest number of questions; of the rest the likeliest answer is taken
 NAME = "fric-mapping"  # Name of the mapping that answers become, in the folder of the logs
@@ -188,7 +188,7 @@ def _of_units(found: Sequence[Guess]) -> Question | None:
 
     def apply(reading: Reading) -> None:
         for guess in asked:
-            if reading.position[:1].isdigit():  # what a count is, and not what a speed is in
+            if is_scale(reading.position):  # what a count is, and not what a speed is in
                 guess.axis.roles.pop("velocity", None)
             take_reading(guess.axis, reading)
 
@@ -246,10 +246,10 @@ def _of_force(found: Sequence[Guess]) -> Question | None:
     asked = [guess.axis for guess, role in forces if (role.unit, role.units) == (first.unit, first.units)]
 
     def motion(axis: AxisColumns, unit: str) -> Motion:
-        return in_units_of("rotary" if rotates(axis.motion) else "linear", unit.lstrip("0123456789. "))
+        return in_units_of("rotary" if rotates(axis.motion) else "linear", unit)
 
     def understood(unit: str) -> str | None:
-        plain = unit.lstrip("0123456789. ")  # 0.1 % is what a logged unit is
+        plain = unit.partition(" ")[2] if is_scale(unit) else unit
         return unit if all(converts(plain, "force", motion(axis, unit)) for axis in asked) else None
 
     def apply(unit: str) -> None:

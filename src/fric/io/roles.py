@@ -22,6 +22,7 @@ from fric.io.words import (
     USUAL,
     Reading,
     Spoken,
+    customary_unit,
     is_counted,
     motions_in,
     readings,
@@ -31,6 +32,7 @@ from fric.io.words import (
     time_units,
     usual_units,
 )
+from fric.records.resolution import lattice_step
 from fric.units import PLAIN, Motion, converts, in_units_of, parse, rotates, si_unit
 from fric.units import factor as si_factor
 
@@ -51,6 +53,8 @@ BRAKED = 0.1  # Share that the sign of the velocity explains of a force at least
 REPEATED = 0.01  # Share of repeated stamps above which stamps are rounded
 UNUSUAL, BY_CHANCE = 0.01, 0.1
 """Weight of unusual units, relative to that of usual units; how often these have a usual factor."""
+SHOWN = 20.0  # Weight of a unit in which a turn is of a usual number of the position's steps
+ENCODER = 1e-3  # Relative deviation of that number
 UNFIT = 0.5  # Likelihood at most of units that do not explain the factor between position and velocity
 WORSE = 20.0
 """How much more of the variance a column without a name leaves than the velocity does, before it may be a force."""
@@ -276,7 +280,7 @@ def _is_rounded(stamps: Real) -> bool:
 
 
 _RATE = re.compile(r"(?i)\b(fs|f_s|rate|frequency|freq|sampling|samplerate|abtastrate)\b")
-_PERIOD = re.compile(r"(?i)\b(ts|t_s|dt|period|interval|sampling time|sample time|abtastzeit|step)\b")
+_PERIOD = re.compile(r"(?i)\b(ts|t_s|dt|period|interval|delta x|sampling time|sample time|abtastzeit|step)\b")
 
 
 def _said_clock(constants: Mapping[str, str]) -> Role | None:
@@ -697,7 +701,8 @@ def _in_units(
             for reading in readings(first, second, unit, factor, sizes, bool(p), bool(v))
         ]  # fmt: skip
         found = found if logged or not movement.factor else _clocked(found, movement.factor, len(t))
-        return _weighed_by_names(found, data, said.get("force", nothing))
+        logged_position = None if p is None or p.column is None else data.x[:, p.column]
+        return _weighed_by_names(found, data, said.get("force", nothing), logged_position)
 
     if counted := _counted(data, movement, roles, clock, said):
         factor, first, sizes, p = None, Spoken(None, moves={counted[1]: 1e6}), (None, sizes[1]), None
@@ -748,7 +753,7 @@ def _in_units(
         whole[channel] = replace(role, unit=unit, unit_likelihood=sure, units=others, turn=turn)
     moves: Motion = "rotary" if motion == "rotary" else "linear"
     if "force" in whole:
-        moves = in_units_of(moves, whole["force"].unit.lstrip("0123456789. "))
+        moves = in_units_of(moves, whole["force"].unit)
     ranked = [replace(reading, weight=reading.weight / total) for reading in sorted(found, key=lambda r: -r.weight)]
     whole = {channel: whole[channel] for channel in (*LIKELY, "load_position") if channel in whole}
     return AxisColumns("", moves, motion_sure, whole, tuple(ranked), None if logged else movement.factor)
@@ -795,13 +800,25 @@ def _counted(
     return (f"{1.0 / steps:.9g} rev" if usual else f"{size:.6g} {si_unit('position', motion)}"), motion
 
 
-def _weighed_by_names(found: Sequence[Reading], data: Samples, force: Spoken) -> list[Reading]:
-    """Return readings weighed by what the file's name and folder and the unit of the force show of the motion."""
+def _weighed_by_names(found: Sequence[Reading], data: Samples, force: Spoken, position: Real | None) -> list[Reading]:
+    """Return readings weighed by what names, the unit of the force and the step of the encoder show of the motion."""
+    usual, custom = customary_unit(data.columns)
+    step = None if position is None or len({r.position for r in found}) < 2 else lattice_step(position[:ROWS])
+
+    def fits(reading: Reading) -> float:
+        weight = custom if reading.position == usual else 1.0
+        if step is None or reading.motion != "rotary":
+            return weight
+        turn = 2.0 * np.pi / (step * si_factor(reading.position, "position", "rotary"))
+        decimals = 25 if reading.position == "rev" else 9  # of what rounding to digits looks like: 0.001 rev, 0.001 deg
+        counts = COUNTS[COUNTS % decimals > 0]
+        return weight * (SHOWN if np.abs(turn / counts - 1.0).min() < ENCODER else 1.0)
+
     shown = motions_in(" ".join(re.split(r"[\W_]+", f"{data.path.parent.name} {data.path.stem}")))
     of_force = {motion for motion in PLAIN if converts(force.unit, "force", motion)} if force.unit else set()
     by_name = {motion: 2.0 if shown.get(motion, 1.0) > 3.0 else 1.0 for motion in PLAIN}
     by_force = {motion: 1e-3 if of_force and motion not in of_force else 1.0 for motion in PLAIN}
-    return [replace(r, weight=r.weight * by_name[r.motion] * by_force[r.motion]) for r in found]
+    return [replace(r, weight=r.weight * by_name[r.motion] * by_force[r.motion] * fits(r)) for r in found]
 
 
 def take_reading(axis: AxisColumns, reading: Reading) -> None:

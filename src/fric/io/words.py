@@ -159,6 +159,10 @@ OF_UNITS = {"time": "time", "position": "position", "velocity": "velocity", "for
 """Dimensions that a unit shows, and the quantity of each."""
 DRIVE_UNITS = ("A", "mA", "%", "count")
 """Units of a force that is logged in a unit of the drive; a signal in V is an input first."""
+ROWS = frozenset({"index", "row", "sample", "samples", "no", "nr", "count", "idx", "counter", "punkt"})
+"""Names of what counts rows."""
+COUNTS = ("adc", "lsb", "raw counts?")
+"""Words that say that a column is in counts."""
 COUNTED = frozenset({"count", "counts", "cts", "inc", "incs", "pulse", "pulses", "tick", "ticks", "step", "steps"})
 """Units that say nothing but that a step is one."""
 ROTARY = ("angle", "winkel", "angolo", "ángulo", "angulo", "joint", "gelenk", "rotor", "theta", "phi", "omega",
@@ -193,10 +197,11 @@ def spoken(column: Column) -> Spoken:
     leaf = _words(bare(column).rpartition("/")[2])  # /joint_states/elbow/position is a position
     shows = leaf in LETTERS or leaf.startswith("f ") or any(_has(leaf, known) for known in QUANTITIES.values())
     name = leaf if shows else name
+    by_name = next((quantity for quantity, known in QUANTITIES.items() if _has(name, known)), None)
     unit = _unit_of(column)
+    unit = "N*m" if unit == "nm" and by_name == "force" else "count" if _has(name, COUNTS) and not unit else unit
     counted = is_counted(unit)
     by_unit = _quantity_of(unit) if unit and not counted else None
-    by_name = next((quantity for quantity, known in QUANTITIES.items() if _has(name, known)), None)
     commanded, measured = _has(name, REFERENCE), _has(name, MEASURED)
     by_name = LETTERS.get(name, by_name) if by_name is None and not commanded else by_name
     by_name = "force" if by_name is None and name.startswith("f ") and name != "f n" else by_name
@@ -204,7 +209,7 @@ def spoken(column: Column) -> Spoken:
         by_name, commanded = "input", commanded or _has(name, ("ff",))
     told = by_name or ""
     by_name = {"current": "force", "load": "force", "duty": "input"}.get(told, by_name)
-    if name in {"index", "row", "sample", "samples", "no", "nr", "count", "idx", "counter", "punkt"}:
+    if name.split()[-1:] == ["seq"] or name in ROWS:
         by_name = "row"
     quantity = by_name if by_unit is None or by_name in {"error", "other"} else by_unit
     if counted:
@@ -214,6 +219,17 @@ def spoken(column: Column) -> Spoken:
     if by_name == "time" and by_unit in {None, "time"}:
         quantity, unit = "time", unit or next((size for word, size in CLOCKS.items() if word in name.split()), None)
     return Spoken(quantity, unit, commanded, measured, motions_in(name), _has(name, AT_LOAD), told)
+
+
+CUSTOMS = (("rev", 1e4, re.compile(r"(pos|vel)_estimate")),
+           ("rad", 20.0, re.compile(r"joint_?states?\b|\beffort|(\b|_)(d?q|qd|q_?dot)_?\[?\d")))  # fmt: skip
+"""Units of positions by names that programs give, with their weights: ODrive, joint states of ROS, q of robots."""
+
+
+def customary_unit(columns: Sequence[Column]) -> tuple[str, float]:
+    """Return the unit in which a program whose names these are logs positions, and its weight."""
+    names = [column.name.casefold() for column in columns]
+    return next(((unit, weight) for unit, weight, known in CUSTOMS if any(map(known.search, names))), ("", 1.0))
 
 
 def is_counted(unit: str | None) -> bool:

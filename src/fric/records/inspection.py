@@ -35,6 +35,8 @@ RESOLVED = 4.0  # Least distance in encoder steps of a knot from the reversal, a
 SAMPLES = 3  # Least number of samples after a reversal that show a stiffness
 SATURATED = 0.05  # Least slope of a branch, relative to its mean slope, under which it has reached its plateau
 RISES = 0.2  # The same for logged branches, which include viscous friction: above it they surely have no plateau
+PIECES, MOVES = 64, 0.6  # Least number of steps that are held against the next, and their correlation in a motion
+FAR = 5.0  # Travel relative to the root of the steps' sum of squares that no noise has
 CONDITION = 1e3  # Condition number up to which a motion separates mass, viscous and Coulomb friction
 
 
@@ -132,6 +134,30 @@ def resolved_travel(position: Real, reversals: Indices) -> float:
     return float(np.median(np.abs(position[after] - position[reversals])))
 
 
+def _averaged(position: Real, width: int) -> Real:
+    """Return the means over pieces of a number of samples."""
+    count = len(position) // width
+    return np.asarray(position[: count * width].reshape(count, width).mean(axis=1))
+
+
+def is_at_rest(position: Real) -> bool:
+    """Return whether a position is noise, or the sum of a noisy velocity: none of its steps predicts the next.
+
+    Steps between means correlate by -1/2 where the position is white noise, by 1/4 where the velocity is, and by
+    nearly 1 in a motion; and n of them lead about √n steps far. Pieces of 5, 20, 80, … samples are tried.
+    """
+    width, rests = 5, False
+    while len(means := _averaged(position, width)) >= PIECES:
+        steps = np.diff(means)
+        steps = steps - steps.mean()
+        size = float(steps @ steps)
+        rests = bool(steps[1:] @ steps[:-1] <= MOVES * size and np.ptp(means) <= FAR * np.sqrt(size))
+        if not rests:
+            return False
+        width *= 4
+    return rests
+
+
 def excites(time: Real, position: Real) -> bool:
     """Return whether a motion separates mass, viscous and Coulomb friction and an offset.
 
@@ -139,10 +165,9 @@ def excites(time: Real, position: Real) -> bool:
     """
     dt = float(np.median(np.diff(time)))
     width = max(round(0.01 / dt), 5)
-    count = len(position) // width
-    if count < 32:
+    z = _averaged(position, width)
+    if len(z) < 32:
         return False
-    z = position[: count * width].reshape(count, width).mean(axis=1)
     v = np.gradient(z, width * dt)
     columns = np.column_stack([np.gradient(v, width * dt), v, np.sign(v), np.ones_like(v)])
     size = np.linalg.norm(columns, axis=0)

@@ -30,6 +30,7 @@ LOOP_OF_STROKES = 0.1
 """The same for a motion back and forth at constant velocity: such short strokes show pre-sliding rather than a map."""
 SWAY = 0.1  # Share of the longest stroke below which a stroke is an overshoot of the control loop, and no branch
 RIGID = 0.98  # Share of the force that mass and viscous and Coulomb friction explain, above which these make it rise
+REST = 0.1  # Share of the largest speeds, without the largest fiftieth, up to which an axis may be at rest
 LEAST_REVERSALS = 4  # Least number of reversals of such a motion
 
 
@@ -198,7 +199,7 @@ def recognised_kind(
     if _is_broad_band(log):
         return "frequency-response"
     least = LOOP_SHARE if steady < STROKE_SHARE * len(log) else LOOP_OF_STROKES
-    if rise is not None and rise > least and reversals >= LEAST_REVERSALS and not _is_rigid(log):
+    if rise is not None and rise > least and reversals >= LEAST_REVERSALS and not is_rigid(log):
         return "presliding-sine"
     moving = max(len(log) - sum(stop - start for start, stop in rests), 1)
     strokes = all(
@@ -259,16 +260,21 @@ def force_rises(log: Log, reversals: Indices) -> list[tuple[float, int, float]]:
     return found
 
 
-def _is_rigid(log: Log) -> bool:
-    """Return whether the force is that of a rigid body that slides: ``M·z̈ + F_v·ż + F_c·sign(ż)`` and an offset."""
+def is_rigid(log: Log) -> bool:
+    """Return whether the force is that of a rigid body that slides: ``M·z̈ + F_v·ż + F_c·sign(ż)`` and an offset.
+
+    At rest, as between the moves of a robot, friction is anything up to F_c: it is not judged there.
+    """
     if log.force is None:
         return False
     velocity = log.velocity if log.velocity is not None else np.gradient(travelled(log), log.time)
     terms = np.column_stack([np.gradient(velocity, log.time), velocity, np.sign(velocity), np.ones_like(velocity)])
     terms /= np.maximum(np.abs(terms).max(axis=0), 1e-300)
-    values = np.linalg.lstsq(terms, log.force, rcond=None)[0]
-    left = log.force - terms @ values
-    return bool(terms.any(axis=0).all() and values[:3].min() >= 0.0 and left.var() < (1.0 - RIGID) * log.force.var())
+    moves = np.abs(velocity) > REST * np.quantile(np.abs(velocity), 0.98)
+    terms, force = terms[moves], log.force[moves]
+    values = np.linalg.lstsq(terms, force, rcond=None)[0]
+    left = force - terms @ values
+    return bool(terms.any(axis=0).all() and values[:3].min() >= 0.0 and left.var() < (1.0 - RIGID) * force.var())
 
 
 def _is_broad_band(log: Log) -> bool:

@@ -111,7 +111,7 @@ def test_trace(tmp_path):
     columns = {"position": {"column": "Position X", "unit": "mm"}, "force": {"column": "Torque X", "unit": "N"}}
     done, log = read(trace(tmp_path / "trace.xml"), mapping=mapping(**columns))
     np.testing.assert_allclose(np.diff(log.time), 0.008, rtol=1e-9)
-    assert (log.time[0], log.time[-1]) == pytest.approx((0.01, 5.986), abs=1e-9)  # of position, from the first force on
+    assert (log.time[0], log.time[-1]) == pytest.approx((0.008, 5.992), abs=1e-9)  # those of the force
     np.testing.assert_allclose(log.position, 1e-3 * np.sin(log.time), rtol=1e-12)
     np.testing.assert_allclose(log.force, 3.0 + log.time / 0.002, rtol=1e-12)
     assert any("2 samples hold no value" in warning for warning in done.warnings)

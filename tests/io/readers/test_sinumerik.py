@@ -1,5 +1,6 @@
 """Traces in the form of genuine ones: sparse, late, slow, reordered; every value as the facts say."""
 
+import re
 from contextlib import closing
 from pathlib import Path
 from time import process_time
@@ -84,6 +85,21 @@ def test_a_slower_signal_is_slower(tmp_path: Path) -> None:
     np.testing.assert_allclose(read[:, 1:4], values[0::2][: len(read), :3], atol=1e-6)
     names = [column.name for column in table.columns]
     np.testing.assert_allclose(read[:, names.index("force")], values[0::2][: len(read), 3], atol=1e-6)
+
+
+def test_a_slow_signal_at_odd_instants_is_read_at_these(tmp_path: Path) -> None:
+    values = np.round(np.cumsum(np.random.default_rng(4).normal(0, 1, (81, 2)), axis=0), 6)
+    path = trace(tmp_path / "trace.xml", np.vstack([values[:1], values]), np.random.default_rng(4), slow=1)
+    text = path.read_text()
+    for r in range(82):  # each value of the slow signal an instant later
+        text = text.replace(f'time="{0.002 * r:.6f}"', f'time="{0.002 * (r - 1):.6f}"')
+    path.write_text(re.sub(r'(<rec time="-0.002000".*?)/>', "", text))
+    with closing(tables(path)) as found:
+        (table,) = found
+        read = np.concatenate([np.column_stack(block.columns) for block in table.read(range(3))])
+    at = np.rint(read[:, 0] / 0.002).astype(int)
+    assert set(at % 2) == {1}
+    np.testing.assert_allclose(read[:, 1:], values[at], atol=1e-6)
 
 
 def test_names_and_units_are_those_of_addresses_and_kind_of_axis(tmp_path: Path) -> None:

@@ -85,13 +85,17 @@ class Joined(ForeignTable):
         used = list(dict.fromkeys(self._places[n - 1][0] for n in wanted if n)) or [0]
         streams = {n: _Stream(self._parts[n], self._asked(n, wanted)) for n in used}
         lead, *others = streams.values()
-        slower = max(stream.interval for stream in streams.values()) / lead.interval  # inf beside a lone sample
+        slowest = max(streams.values(), key=lambda stream: stream.interval)
+        slower = slowest.interval / lead.interval  # inf beside a lone sample
         every = max(ceil(slower - 0.05), 1) if slower < MOST_SLOWER else 1
+        phase = (
+            round((slowest.begun - lead.begun) / lead.interval) if every > 1 else 0
+        )  # it has values of its own there
         slack = SAME_INSTANT * lead.interval
         begin = max(stream.time[0] for stream in streams.values()) - slack
         first, seen, row, early, late, holes = lead.time[0], 0, 0, 0, 0, 0
         while len(lead.time):
-            time, end = lead.time[-seen % every :: every], lead.time[-1]
+            time, end = lead.time[(phase - seen) % every :: every], lead.time[-1]
             ended = min((other.upto(end) for other in others), default=np.inf) + slack
             inside = (time >= begin) & (time <= ended)
             early, late = early + int(np.sum(time < begin)), late + int(np.sum(time > ended))
@@ -100,7 +104,7 @@ class Joined(ForeignTable):
                 inside, holes = inside & ~hole, holes + int(np.count_nonzero(hole))
             kept = slice(None) if inside.all() else inside
             time = time[kept]
-            values = [value[-seen % every :: every][kept] for value in lead.values]
+            values = [value[(phase - seen) % every :: every][kept] for value in lead.values]
             found = dict(zip(lead.columns, values, strict=True))
             for other in others:
                 found |= zip(other.columns, other.at(time), strict=True)
@@ -117,7 +121,7 @@ class Joined(ForeignTable):
                 f"the channels have no time in common: {spans}", where=str(self.path),
                 hint="Log them by one clock, or ingest them one by one.",
             )  # fmt: skip
-        cut = max(early, late) * every * lead.interval > 2 * max(stream.interval for stream in streams.values())
+        cut = max(early, late) * every * lead.interval > 2 * slowest.interval
         self.notices = [*self._before]
         if cut or holes:
             found_there = {"samples": row, "begin": max(begin, first), "holes": holes}

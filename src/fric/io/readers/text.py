@@ -185,7 +185,7 @@ def _reading(lines: list[str], layout: Layout) -> tuple[str, str, list[_Row]]:
     lacking = [mark for mark in DELIMITERS[:-1] if mark not in text]  # each reads a line as a single cell
     for delimiter in [layout.delimiter] if layout.delimiter else [d for d in DELIMITERS if d not in lacking[1:]]:
         for decimal in [layout.decimal] if layout.decimal else [".", ","] if "," in text else ["."]:
-            if decimal == delimiter:
+            if decimal == delimiter and '"' not in text:  # "1,5","2,5" has its commas in quotes
                 continue
             scores: dict[int, int] = {}
             for line in sniffed:
@@ -212,6 +212,7 @@ def _data_start(rows: list[_Row]) -> int:
     """Return the first row of data: numbers where most rows have them; a word in it is a bad cell, not a header."""
     good = [row for row in rows if row.score > 0]
     numeric = [2 * sum(column) > len(good) for column in zip(*(row.numeric for row in good), strict=True)]
+    numeric[0] |= 2 * sum(not row.cells[0] for row in good) > len(good)  # a label, where samples have an empty cell
 
     def words(row: _Row) -> int:
         return sum(wanted and bool(c) and not n for c, n, wanted in zip(row.cells, row.numeric, numeric, strict=True))
@@ -232,7 +233,7 @@ def _header(
     units = None if not layout.units else layout.units - 1
     above = [
         n for n in range(layout.skip, len(table))
-        if (len(table[n]) in {width, width - spare} or (len(table[n]) == width + 1 and not table[n][-1]))
+        if (len(table[n]) in {width, width - spare} or (len(table[n]) == width + 1 and table[n][-1] in {"", "Comment"}))
         and sum(map(bool, table[n])) * 2 >= width
         and not any(is_number(cell, decimal) for cell in table[n])
         and n not in {names, units}

@@ -57,8 +57,17 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
             sheets = [sheet for sheet in book.worksheets if len(list(islice(sheet.iter_rows(), 2))) == 2]
         if not sheets:
             raise FricError("holds no sheet with rows", where=str(path), hint="Export it again.")
+        error, read = None, 0
         for sheet in sheets:
-            yield _Sheet(path, sheet, layout, {"name": sheet.title} if len(sheets) > 1 else {}, notices)
+            try:
+                table = _Sheet(path, sheet, layout, {"name": sheet.title} if len(sheets) > 1 else {}, notices)
+            except FricError as found:  # a sheet of notes beside those of numbers
+                error = error or found
+                continue
+            read += 1
+            yield table
+        if error and not (read and layout == Layout()):
+            raise error
     finally:
         book.close()
 
