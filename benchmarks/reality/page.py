@@ -26,8 +26,8 @@ minutes of it. What was run stands in `build/reality/`, one JSON file a machine.
 Each session logs strokes at 11 speeds, sines in pre-sliding, a sine in sliding and a multisine; `identify plant`,
 `static` and `gms` then run with their defaults, each on what the one before found. The truth that an interval is held
 against is the effective one, what can be seen in these logs: A with the guideway's viscous friction, T_d with the time
-by which the position is late, the map as eq. (2) fits the mean force at the speeds that were driven, the virgin curve
-as the mean of both directions.
+by which the position is late, the map as eq. (2) fits the mean force at the speeds and over the travel that were
+driven, the virgin curve as the mean of both directions, at the place of the sines.
 
 - **covered**: in {holds:.0%} of the sessions or more, the interval of every parameter holds the truth.
 - **told**: in {holds:.0%} or more it does, or a warning of severity *wrong* that names this flaw (or an error) says

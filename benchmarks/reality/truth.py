@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import expm1, log1p
+from collections.abc import Sequence
+from math import expm1, log1p, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from benchmarks.reality.session import SPEEDS, Session
 from fric.drive.sensing import low_pass_pole
 from fric.friction.gms import GMS
 from fric.simulate.machine import Axis
-from fric.simulate.reality.flaws import Drift
+from fric.simulate.reality.flaws import Cogging, Drift, Wave
 
 Real = NDArray[np.float64]
 
@@ -20,6 +21,18 @@ Real = NDArray[np.float64]
 def drifted(drift: Drift | None, time: float) -> float:
     """Return the factor of a drift at a time."""
     return 1.0 - drift.amount * expm1(-time / drift.time) if drift is not None else 1.0
+
+
+def waved(waves: Sequence[Wave | Cogging], session: Session, kind: str) -> float:
+    """Return the mean of waves over the travel of the records of a kind, a place as often as it was passed."""
+    travels = [np.linspace(log.position.min(), log.position.max(), 1001) for log in session.logs[kind]]
+    length = [float(np.ptp(z)) for z in travels]
+    sizes = [wave.amplitude if isinstance(wave, Wave) else wave.force for wave in waves]
+    means = [
+        sum(size * np.sin(2 * pi * z / wave.pitch + wave.phase).mean() for size, wave in zip(sizes, waves, strict=True))
+        for z in travels
+    ]
+    return float(np.average(means, weights=length))
 
 
 def model_of(axis: Axis) -> GMS:
@@ -51,13 +64,19 @@ def steady_force(session: Session, v: Real) -> Real:
     time = session.middle("constant-velocity")
     back, speed = v < 0, np.abs(v)
     level = drifted(flaws.friction, time) * np.where(back, flaws.direction.level, 1.0)
+    level *= 1.0 + waved(flaws.waves, session, "constant-velocity")
     aged = np.ones_like(v)
     if flaws.dwell is not None:
         aged += flaws.dwell.growth * np.log1p(flaws.dwell.distance / speed / flaws.dwell.time)
     stribeck = static.F_c + (static.F_s * aged - static.F_c) * np.exp(-((speed / static.v_s) ** static.delta))
     viscous = static.sigma * np.where(back, flaws.direction.viscous, 1.0) + axis.plant.damping
-    force = np.sign(v) * level * stribeck + viscous * v + axis.constant_load
+    force = np.sign(v) * level * stribeck + viscous * v + load_of(session)
     return force / drifted(flaws.force_constant, time)
+
+
+def load_of(session: Session) -> float:
+    """Return the load on the axis, with the mean of the force over the places of the strokes [N]."""
+    return session.axis.constant_load + waved(session.axis.reality.cogging, session, "constant-velocity")
 
 
 def static_truth(session: Session, damping: float, direction: int = 0) -> dict[str, float]:
@@ -73,7 +92,7 @@ def static_truth(session: Session, damping: float, direction: int = 0) -> dict[s
         1 or -1 for the map of one direction, whose offset is the constant load; 0 for that of both.
     """
     v = np.concatenate([SPEEDS, -np.array(SPEEDS)]) if not direction else direction * np.array(SPEEDS)
-    load = session.axis.constant_load if direction else 0.0
+    load = load_of(session) if direction else 0.0
     F = steady_force(session, v) - damping * v - load
 
     def misfit(x: Real) -> Real:
@@ -100,6 +119,7 @@ def virgin_truth(session: Session, z: Real) -> Real:
     axis, flaws = session.axis, session.axis.reality
     time = session.middle("presliding-sine")
     level = drifted(flaws.friction, time) * (1.0 + flaws.direction.level) / 2.0
+    level *= 1.0 + waved(flaws.waves, session, "presliding-sine")
     if flaws.dwell is not None:  # at the mean speed of the smaller sine, 15 µm at 0.2 Hz
         level *= 1.0 + flaws.dwell.growth * log1p(flaws.dwell.distance / 12e-6 / flaws.dwell.time)
     blocks = model_of(axis)

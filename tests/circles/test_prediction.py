@@ -201,6 +201,9 @@ def test_misfit_scatter_and_warnings_widen_what_is_drawn():
     assert scattered["T_d"].high > 1.9
     assert scattered["C"].high == 2.0
     assert len(why) >= 4
+    placed, (why,) = discrepancies(friction(over_position="3 N"), plant())
+    assert placed["level"].high == pytest.approx(1 + 1.96 * 3 / 80)
+    assert "place to place" in why
     coded = [{"code": "force-drifts", "severity": "doubt", "text": "the force drifts"}]
     told, why = discrepancies(friction(coded), plant())
     assert told["level"].high == pytest.approx(1.08)

@@ -65,6 +65,7 @@ class Fit(Part):
     between_records: dict[Literal["level", "offset", "mass"], Quantity] | None = Field(
         None, description="standard deviation of the level, the offset and the mass from record to record"
     )
+    over_position: Quantity | None = Field(None, description="standard deviation of friction over position")
     left_out: int | None = Field(None, description="number of strokes that deviate from all others, and weigh less")
     negative: Fit | None = Field(None, description="the same of the negative direction's own map")
     alpha_sum: Quantity | None = Field(None, description="sum of alpha before it was normalised")
@@ -233,7 +234,8 @@ def static_tree(fit: StaticFit, logs: Sequence[Record]) -> dict[str, Any]:
     text: dict[str, Any] = {"points": len(fit.points), "method": fit.method} | _used(fit.plant, fit.motion, "damping")
     if fit.static is not None:
         content["static"] = fit.static.estimates
-        text |= _quality(fit.static, force) | known(between_records=fit.between_records or None)
+        text |= _quality(fit.static, force)
+        text |= known(between_records=fit.between_records or None, over_position=fit.over_position)
     if fit.negative is not None:
         content["static_negative"] = fit.negative.estimates
         text["negative"] = _quality(fit.negative, force)

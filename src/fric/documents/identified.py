@@ -114,6 +114,8 @@ def _of_friction(friction: FrictionDocument) -> Found:
         yield "level", 1.96 * _number(fit.between_strokes) / level, why
     elif level > 0 and fit.rmse is not None:
         yield "level", 1.96 * _number(fit.rmse) / level, "the static map misses the strokes by so much"
+    if level > 0 and fit.over_position is not None:
+        yield "level", 1.96 * _number(fit.over_position) / level, "friction differs so much from place to place"
     if varies := level_of_next_record(friction):
         yield "level", varies, "friction differs so much from record to record"
     blocks = friction.fit_of("gms")

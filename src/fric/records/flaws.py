@@ -613,7 +613,7 @@ def stroke_flaws(
         ripple = {"amplitude": Estimate(error.amplitude, length), "pitch": Estimate(error.pitch, length)}
         warnings.append(ENCODER_ERRS.found(**ripple))
     if place is not None:
-        alike = place.cogging == place.friction  # the strokes of the two directions do not meet: it may be either
+        alike = place.either
         found = [(FORCE_OVER_POSITION, place.cogging), (FRICTION_OVER_POSITION, 0.0 if alike else place.friction)]
         for flaw, size in found:
             if size > 0.0:

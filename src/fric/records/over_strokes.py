@@ -40,6 +40,16 @@ class OverPlace:
     strokes: int  # Strokes that were compared
     length: float  # Length of the travel that they were compared over [m]
 
+    @property
+    def either(self) -> bool:
+        """Whether both are half of what varies: the strokes of the two directions do not meet."""
+        return self.cogging == self.friction
+
+    @property
+    def most_friction(self) -> float:
+        """Largest root mean square of the friction over position [N]."""
+        return self.friction * (np.sqrt(2.0) if self.either else 1.0)
+
 
 @dataclass(frozen=True)
 class OverTime:

@@ -56,6 +56,7 @@ class StaticFit:
     plant: Plant | None = None  # The plant whose damping was subtracted; None where none was
     between_records: Mapping[str, Estimate] = field(default_factory=dict)
     """Standard deviation of the ``level`` [1] and the ``offset`` [N] of records, if determined."""
+    over_position: Estimate | None = None  # Standard deviation of friction over position [N], if strokes agree on it
 
 
 @one_blas_thread()
@@ -108,11 +109,12 @@ def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
     )
     half = min(fit.estimates[name].half_width for name in ("F_c", "offset") if name in fit.estimates)
     level, pairs = float(np.median(np.abs(fit.problem.F))), list(strokes.stretches.values())
-    varies = stroke_flaws(pairs, strokes.stretches.place, force=level, half_width=half, taken_off=taken_off)
+    place = strokes.stretches.place
+    varies = stroke_flaws(pairs, place, force=level, half_width=half, taken_off=taken_off)
     warnings = (*amiss, *strokes.notices, *notices, *varies)
     return StaticFit(
         records[0].axis, motion, tuple(strokes.points), fit, negative, {}, warnings, method, plant,
-        strokes.between_records,
+        strokes.between_records, asked.of(place.most_friction, "force") if place and place.friction else None,
     )  # fmt: skip
 
 
