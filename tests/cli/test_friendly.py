@@ -205,6 +205,7 @@ def test_blocks_are_listed_as_json_too():
     [
         (["simulate", "circle", "xy-table", "--scheme", "a c"], "Take all, or some as 'a,c' of a, b, c"),
         (["inspect", "nowhere.h5"], "It was looked for in "),
+        (["inspect", "gms"], "written with commas, as 'a,b'"),
         (["inspect", "."], "or use `fric auto`"),
         (["simulate", "path", "xy-table", "one.csv"], "Head the columns 'x [mm], y [mm]'."),
         (["auto", "note.pdf", "-o", "found"], "`fric ingest --list` lists the formats"),
@@ -218,6 +219,15 @@ def test_first_mistakes_are_told_with_what_mends_them(tmp_path, monkeypatch, wor
     Path("zero.csv").write_text("")
     error = RUN.invoke(app, words).exception
     assert told in str(error)
+
+
+def test_a_value_that_is_no_choice_is_told_with_the_choices_once(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["fric", "ingest", "one.csv", "--kind", "cv"])
+    with pytest.raises(SystemExit):
+        main.main()
+    told = capsys.readouterr().err
+    assert told.count("holding-map") == 1
+    assert "Value error" not in told
 
 
 def test_a_pipe_gets_no_trailing_blanks():

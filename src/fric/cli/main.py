@@ -78,8 +78,9 @@ def main() -> None:
         try:
             sys.exit(app(standalone_mode=False))
         except _UsageError as error:  # which tells the words of the line as they are
-            told = error.message, getattr(getattr(error, "param", None), "help", None)  # what the option is, too
-            error.message = clean(": ".join(filter(None, told)))
+            message = error.message.removeprefix("Value error, ")
+            use = "" if " is not one of " in message else getattr(getattr(error, "param", None), "help", None)
+            error.message = clean(": ".join(filter(None, (message, use))))
             error.show()
             sys.exit(error.exit_code)
         finally:

@@ -84,7 +84,8 @@ def halves(logs: Sequence[Log], plant: Plant | None = None) -> Halves:
         ]  # fmt: skip
     if not found:
         why = "; ".join(dict.fromkeys(untold.values())) or "there are neither strokes nor motions"
-        raise FricError(f"no halves can be compared: {why}", where=logs[0].where if logs else "")
+        hint = "Give strokes at constant velocity, or motions."
+        raise FricError(f"no halves can be compared: {why}", where=logs[0].where if logs else "", hint=hint)
     order = list(dict.fromkeys(halved.by for halved in found))
     return Halves(
         logs[0].axis, tuple(sorted(found, key=lambda halved: (order.index(halved.by), halved.parameter))), untold
