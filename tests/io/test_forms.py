@@ -14,7 +14,7 @@ from fric.automatic.sources import Source, find_sources
 from fric.automatic.steps import axis_steps
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
-from fric.io.propose import guessed
+from fric.io.propose import guessed, proposal
 from fric.io.questions import Question, answered
 from fric.io.readers import tables
 from fric.io.readers.base import Column, named
@@ -435,6 +435,31 @@ def test_a_zip_beside_other_files_is_opened(tmp_path: Path) -> None:
     assert [source.path.name for source in find_sources([folder], None, tmp_path / "out" / "mappings").logs] == [
         "run.csv"
     ]
+
+
+def test_channels_in_files_of_their_own_are_joined_where_the_likeliest_is_assumed(tmp_path: Path) -> None:
+    """The error said that there was no position, and the command to join asked for a mapping."""
+    a = axis_of_a_drive()
+    for run in (1, 2):
+        write(tmp_path / f"run{run}_laser.csv", "Time [s];Displacement [mm]", a["t"], a["position"])
+        write(tmp_path / f"run{run}_cell.csv", "Time [s];Load cell [N]", a["t"][::2], a["current"][::2])
+    with pytest.raises(FricError, match="--join run1_cell.csv run1_laser.csv --assume"):
+        fric.auto(tmp_path, output=tmp_path.parent / f"{tmp_path.name}-out", assume=True)
+    pair = [tmp_path / "run1_cell.csv", tmp_path / "run1_laser.csv"]
+    done = fric.ingest(*pair, output=tmp_path / "log.h5", join=True, assume=True)
+    assert any('force is "Load cell"' in warning for warning in done.warnings)
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert log.force is not None
+    np.testing.assert_allclose(log.force, a["current"][::2], atol=1e-6)
+
+
+def test_the_reason_of_a_choice_is_that_of_the_choice(tmp_path: Path) -> None:
+    """A velocity without a name was one that was "smooth as a position is", and a stated period one of the motion."""
+    a = axis_of_a_drive(n=8000)
+    (axis,) = told(write(tmp_path / "log.csv", "", a["t"], a["velocity"], a["current"]))
+    assert "a force goes with it" in axis.roles["velocity"].why
+    savemat(tmp_path / "z.mat", {"u": a["current"], "y": a["position"], "Ts": 0.001})
+    assert '{period: "0.001 s"}      # the file says Ts' in proposal([tmp_path / "z.mat"])
 
 
 def zipped(path: Path, name: str, text: bytes) -> Path:

@@ -4,6 +4,7 @@ import re
 import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import cached_property
 from os.path import relpath
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Annotated, Any
 from pydantic import ValidationError
 
 from fric.automatic.fleet import FleetResult, find_fleet, fleet
-from fric.automatic.sources import Source, Sources, find_sources
+from fric.automatic.sources import NO_FORCE, Source, Sources, find_sources
 from fric.automatic.steps import AxisOutcome, Session, Step, identify_axes, step, trace_step
 from fric.circles.gains import USUAL
 from fric.documents.base import provenance
@@ -26,7 +27,7 @@ from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.flaws.channel import HOLDING_MAP
 from fric.io.circle import choose_circles
-from fric.io.propose import first_of
+from fric.io.propose import NO_POSITION, first_of
 from fric.io.questions import Ask, Question
 from fric.notice import Notice, once
 from fric.report.summary import Report, make_report
@@ -356,7 +357,12 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
         "Log time, position or velocity, and force, torque or current of a moving axis; where they are there, name "
         f"them in a mapping: `{shlex.join(['fric', 'ingest', str(files[0]), '--propose', 'map.yaml'])}`."
     )
-    return FricError(what, where=first_of(files), hint="\n".join([*beside, hint]))
+    moved, pushed = (found.refused.get(lacking, []) for lacking in (NO_FORCE, NO_POSITION))
+    if moved and pushed:  # the channels of a record in files of their own
+        pair = [pushed[0].name, *get_close_matches(pushed[0].name, [path.name for path in moved], n=1, cutoff=0.0)]
+        joined = shlex.join(["fric", "ingest", "--join", *pair, "--assume", "-o", "record.h5"])
+        hint = f"Where two files hold one record, join them, and give what is made: `{joined}`."
+    return FricError(what, where=first_of(files), hint=". ".join([*beside, hint]))
 
 
 def _refuse_among(folder: Path, logs: Sequence[Path]) -> None:

@@ -28,6 +28,7 @@ from fric.units import MOTIONS, Motion, converts, is_scale, rotates, si_unit
 
 NEEDED = ("time", "position", "velocity", "force")
 """Channels that need a question where they are not sure; other unsure channels are left out."""
+NO_POSITION = "no column looks like the position"
 MOST_MEANS = 500  # Rows of a table of velocities and forces without samples, at most
 MOST_FILES = 16  # Number of files of the same columns whose values are read
 
@@ -59,9 +60,9 @@ class Guess:
                 if role.unit == "count":
                     unit = f"has no unit: friction is in its counts ({role.unit_likelihood:.0%}{others})"
                 found.append(f"{name} ({channel}) {unit}")
-        missing = [] if {"position", "velocity"} & self.axis.roles.keys() else ["position"]
-        missing += [] if "time" in self.axis.roles or self.kind else ["time"]
-        return [*(f"no column looks like the {text}" for text in missing), *found]
+        missing = [] if {"position", "velocity"} & self.axis.roles.keys() else [NO_POSITION]
+        missing += [] if "time" in self.axis.roles or self.kind else ["no column looks like the time"]
+        return [*missing, *found]
 
     @property
     def whole(self) -> bool:
@@ -174,16 +175,17 @@ def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
     return Guess(guess.files, guess.table, guess.axis, name is not None, guess.kind)
 
 
-def proposal(paths: Sequence[Path], *, join: bool = False) -> str:
+def proposal(paths: Sequence[Path], *, join: bool = False, assume: bool = False) -> str:
     """Return the text of a mapping that files may have, with what is uncertain in comments.
 
     join: The files hold the channels of one record: each names those that it has.
+    assume: Take the likeliest of what is not sure.
     Raises FricError: When a file does not read.
     """
     if not paths:
         raise FricError("there is no file to make a mapping for")
     with ExitStack() as files:  # a table is read as long as its file is open
-        return mapping_text(guesses(paths, files, join=join))
+        return mapping_text(guesses(paths, files, join=join), assume=assume)
 
 
 def mapping_text(found: Sequence[Guess], *, assume: bool = False) -> str:
@@ -342,7 +344,7 @@ def _line(table: ForeignTable, role: Role, motion: Motion, file: str, *, assume:
     if role.column is None:
         known = role.unit and (assume or role.unit_likelihood >= SURE)
         period = role.unit if known else "? ms"
-        why = "by position against velocity" if role.unit else "no column looks like it: say the rate, or the period"
+        why = role.why if role.unit else "no column looks like it: say the rate, or the period"
         return f"  time: {{period: {_quoted(period)}}}      # {why}"
     column = table.columns[role.column]
     unique = [other.name for other in table.columns].count(column.name) == 1

@@ -55,6 +55,7 @@ UNUSUAL, BY_CHANCE = 0.01, 0.1
 """Weight of unusual units, relative to that of usual units; how often these have a usual factor."""
 SHOWN = 20.0  # Weight of a unit in which a turn is of a usual number of the position's steps
 ENCODER = 1e-3  # Relative deviation of that number
+SMOOTH = "smooth, and a force goes with it and its slope"
 UNFIT = 0.5  # Likelihood at most of units that do not explain the factor between position and velocity
 WORSE = 20.0
 """How much more of the variance a column without a name leaves than the velocity does, before it may be a force."""
@@ -190,7 +191,10 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     moved = [(movement, movement.roles["position"]) for movement in movements if "position" in movement.roles]
     if moved and not pairs.edge.any() and not any(says.quantity == "position" for says in data.said):
         # what is smooth may be a velocity, if a force goes with it
-        speeds = [replace(movement, roles={"velocity": replace(main, channel="velocity")}) for movement, main in moved]
+        speeds = [
+            replace(movement, roles={"velocity": replace(main, channel="velocity", why=SMOOTH)})
+            for movement, main in moved
+        ]
         others = _drives(data, t, pairs, speeds, used)
         best, better = (
             max((s for found in group for s, _ in found.values()), default=0.0) for group in (scores, others)
@@ -738,6 +742,7 @@ def _in_units(
     if clock.unit:
         units["time"] = clock.unit, clock.unit_likelihood, ()
     elif not logged:
+        clock = replace(clock, why="by position against velocity") if movement.factor else clock
         units["time"] = _period(movement.factor, best, likeliest("position")[1] * likeliest("velocity")[1])
     for of in ("position", "velocity"):
         first_choice, sure, others = likeliest(of)

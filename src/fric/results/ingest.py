@@ -13,13 +13,13 @@ import fric
 from fric.columns import CIRCLE
 from fric.documents.listings import IngestCirclesDocument, IngestDocument
 from fric.documents.mapping import MappingDocument
-from fric.documents.yaml import read_document
+from fric.documents.yaml import read_document, read_text
 from fric.errors import FricError
-from fric.flaws.files import COLUMNS_LEFT_OUT, MAPPING_BESIDE, THERE_ALREADY
+from fric.flaws.files import COLUMNS_LEFT_OUT, MAPPING_BESIDE, MAPPING_PROPOSED, THERE_ALREADY
 from fric.input import other_kind
 from fric.io.ingest import Ingested, sizes
 from fric.io.ingest import ingest as read_foreign
-from fric.io.propose import guessed
+from fric.io.propose import first_of, guessed, proposal
 from fric.io.questions import Ask, Review, answered, beside
 from fric.io.recognise import recognise
 from fric.notice import Notice
@@ -227,6 +227,10 @@ def ingest(
         if len(known) == 1:
             mapping, assume = mapping_of(*known), True
             notices = [MAPPING_BESIDE.found(str(paths[0]), mapping=str(*known))]
+    if mapping is None and join and assume:
+        mapping = read_text(proposal(paths, join=True, assume=True), MappingDocument)
+        means = ", ".join(f'{channel} is "{at.column}"' for channel, at in mapping.columns.items() if at.column)
+        notices = [MAPPING_PROPOSED.found(mapping="by names and units", columns=means, files=first_of(paths))]
     if mapping is None and not join and kind != "frequency-response":
         with ExitStack() as opened:
             found = guessed(paths, opened, kind, motion, assume=assume or ask is not None, every=reviewed)
