@@ -178,7 +178,7 @@ def test_names_that_end_in_their_unit(header, channel, unit):
 
 
 def test_a_file_with_names_that_end_in_their_units_needs_no_mapping_by_hand(tmp_path: Path) -> None:
-    rows = "\n".join(f"{k},{k / 100},{np.sin(k / 9):.4f},0.5,{k / 100}" for k in range(60))
+    rows = "\n".join(f"{k},{k / 100},{np.sin(k / 9):.4f},{0.5 * np.cos(k / 9):.4f},{k / 100}" for k in range(60))
     (file,) = written(tmp_path, a="t_ms,PosAct_mm,FrcAct_N,Ctrl_V,PosCmd_mm\n" + rows)
     mapping = tmp_path / "map.yaml"
     mapping.write_text(proposal([file]))

@@ -443,7 +443,7 @@ def test_channels_in_files_of_their_own_are_joined_where_the_likeliest_is_assume
     for run in (1, 2):
         write(tmp_path / f"run{run}_laser.csv", "Time [s];Displacement [mm]", a["t"], a["position"])
         write(tmp_path / f"run{run}_cell.csv", "Time [s];Load cell [N]", a["t"][::2], a["current"][::2])
-    with pytest.raises(FricError, match="--join run1_cell.csv run1_laser.csv --assume"):
+    with pytest.raises(FricError, match=r"--join run1_cell\.csv run1_laser\.csv --assume"):
         fric.auto(tmp_path, output=tmp_path.parent / f"{tmp_path.name}-out", assume=True)
     pair = [tmp_path / "run1_cell.csv", tmp_path / "run1_laser.csv"]
     done = fric.ingest(*pair, output=tmp_path / "log.h5", join=True, assume=True)
@@ -460,6 +460,37 @@ def test_the_reason_of_a_choice_is_that_of_the_choice(tmp_path: Path) -> None:
     assert "a force goes with it" in axis.roles["velocity"].why
     savemat(tmp_path / "z.mat", {"u": a["current"], "y": a["position"], "Ts": 0.001})
     assert '{period: "0.001 s"}      # the file says Ts' in proposal([tmp_path / "z.mat"])
+
+
+def test_an_axis_that_rests_at_first_moves(tmp_path: Path) -> None:
+    """Of 2000 rows at rest it had two values, and was no axis."""
+    a = axis_of_a_drive(n=6000)
+    rest = np.zeros(3000)
+    columns = [np.concatenate([before, a[name]]) for before, name in ((rest, "position"), (rest, "current"))]
+    path = write(tmp_path / "log.csv", "Time (s);Angle (rad);Torque (Nm)", 1e-3 * np.arange(9000), *columns)
+    (axis,) = told(path)
+    assert channels(axis) == {"time": 0, "position": 1, "force": 2}
+
+
+def test_a_voltage_that_never_changes_drives_nothing(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    names = "t_us;motor_pos_rad;motor_vel_radps;iq_A;battery_V"
+    same = np.full(4000, 24.0)
+    write(tmp_path / "log.csv", names, 1e6 * a["t"], a["position"], a["velocity"], a["current"], same)
+    with ExitStack() as files:
+        (guess,) = guessed([tmp_path / "log.csv"], files, assume=True).found
+        assert set(guess.axis.roles) == {"time", "position", "velocity", "force"}
+
+
+def test_names_beside_matrices_in_cells_are_those_of_their_columns(tmp_path: Path) -> None:
+    cells = np.empty((1, 3), object)
+    for k in range(3):
+        a = axis_of_a_drive(seed=k)
+        cells[0, k] = np.column_stack([a[name] for name in ("t", "position", "velocity", "current")])
+    names = np.array(["time", "theta", "omega", "torque"], object)
+    savemat(tmp_path / "data.mat", {"data": cells, "labels": names})
+    found = [[column.name for column in table.columns] for table in tables(tmp_path / "data.mat")]
+    assert found == [[*names]] * 3
 
 
 def zipped(path: Path, name: str, text: bytes) -> Path:

@@ -14,6 +14,7 @@ import fric
 from fric.documents.inspection import InspectionDocument
 from fric.io.hdf5 import read_records
 from fric.log import FrequencyResponse, Log
+from fric.records.flaws import evened
 from fric.records.inspection import inspect, is_at_rest
 from fric.records.motion import find_reversals
 from fric.records.prepared import prepared
@@ -203,6 +204,22 @@ def test_noise_is_no_motion(velocity):
     assert is_at_rest(np.cumsum(noise) if velocity else noise)
     for hertz in (0.05, 1.0, 20.0):
         assert not is_at_rest(2e-5 * np.sin(2e-3 * np.pi * hertz * np.arange(8000)) + noise)
+
+
+@pytest.mark.parametrize("of", ["stamps", "samples"])
+def test_what_jitters_is_seen_by_the_motion(of):
+    """Stamps that jitter by 4 % beside even samples made an acceleration of noise, and half of the mass."""
+    rng, n = np.random.default_rng(6), 8000
+    even = 1e-3 * np.arange(n)
+    stamps = even + rng.uniform(0.0, 4e-5, n)
+    taken = even if of == "stamps" else stamps
+    kept = np.sort(rng.choice(np.arange(1, n - 1), int(0.97 * n), replace=False))
+    log, notices = evened(Log(time=stamps[kept], position=(5.0 * np.sin(8.0 * taken))[kept], motion="rotary"))
+    assert len(notices) == 1
+    assert len(log) == kept[-1] - kept[0] + 1  # the period is that of the count, and not the median step's
+    assert log.position is not None
+    accelerations = np.diff(log.position, 2)[50:-50] * 1e6
+    assert np.abs(accelerations).max() < (321.0 if of == "stamps" else 330.0)  # 5·8² rad/s²
 
 
 def test_moves_of_many_lengths_are_no_frequency_response():

@@ -150,8 +150,11 @@ def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> Axi
     """Return what the values show of an axis, and the names that they leave open."""
     taken = {role.column for role in axis.roles.values()}
     for channel, role in by_name.roles.items():
-        if role.column is not None and spoken(table.columns[role.column]).quantity == "other":
-            continue  # a supply is in V, and no input
+        if role.column is not None and (
+            spoken(table.columns[role.column]).quantity == "other"
+            or (channel == "input" and not np.ptp(next(table.read([role.column])).columns[0]))
+        ):
+            continue  # a supply is in V, and no input; nor is what never changes
         if channel == "velocity" or (channel == "position" and "velocity" in axis.roles):
             continue  # of this axis, its values would show it
         if channel not in axis.roles and role.column not in taken and not role.others:

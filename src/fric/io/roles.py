@@ -61,6 +61,7 @@ WORSE = 20.0
 """How much more of the variance a column without a name leaves than the velocity does, before it may be a force."""
 DRIVING = 0.2  # Score of a voltage that drives an axis, at least
 JUMPS = 0.5  # Step from row to row, relative to the spread, from which on a position cannot be followed
+LOOKED_AT = 2000  # Rows that the different values of a column are counted in
 MODES = 4  # Values that a mode has at most
 
 
@@ -126,7 +127,8 @@ class Samples:
         for n in np.flatnonzero(self.turn):
             for piece in pieces:
                 piece[:, n] = np.unwrap(piece[:, n], period=self.turn[n])
-        self.levels = np.array([len(np.unique(self.x[:2000:3, n])) for n in range(len(self.columns))])
+        some = self.x[:: len(self.x) // LOOKED_AT + 1]  # of all rows: an axis may rest at first
+        self.levels = np.array([len(np.unique(some[:, n])) for n in range(len(self.columns))])
 
     def rows(self, window: int) -> np.ndarray:
         """Return rows that have a number of further rows in the same table, at most `ROWS`."""

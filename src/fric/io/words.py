@@ -44,6 +44,7 @@ ACCELERATION = ("acceleration", "accel", "acc", "beschleunigung", "accelerazione
 BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "température", "bus", "dc", "supply",
                  "zwischenkreis", "power", "leistung", "pressure", "druck", "status", "state", "zustand", "mode(?!l)",
                  "modus", "flag", "id", "i d", "ud", "u d", "vd", "v d", "stato", "estado", "état", "vibration", "batt",
+                 "[uv]bus", "[uv]dc",
                  "battery", "hours", "fault")  # fmt: skip
 """What drives log beside a motion."""
 MODE = ("mode(?!l)", "modus", "enabled?", "freigabe", "control ?word", "servo on", "state", "zustand", "stato",

@@ -295,6 +295,7 @@ SURE = 5.0  # Standard errors above which noise grows with speed
 SHARE, ERRORS = 1.0 / 3.0, 3.0  # Least share of the noise that grows with speed, and its least standard errors
 COUNTS = 8.0  # Encoder steps per sample above which a double step is visible
 LOST = 3  # Least number of double steps for a warning; one may be a jerk of the drive
+CLEARLY = 0.8  # Roughness of a motion over the count of its samples, relative to that over their stamps, that decides
 MISSING = 0.05  # Largest share of missing samples in an uneven record that is resampled
 JITTER = 0.1  # Share of a sample by which an interval may differ from the mean interval
 
@@ -417,7 +418,8 @@ def even_sampling(log: Log) -> float:
 def evened(log: Log) -> tuple[Log, list[Notice]]:
     """Return a record resampled evenly, with warnings; an even record is not changed.
 
-    Instants that jitter, and single missing samples, are interpolated by a cubic through the others.
+    Instants that jitter, and single missing samples, are interpolated by a cubic through the others: over the stamps,
+    or over the count of samples where the motion is smoother over it, for then the stamps jitter, and not the samples.
 
     Raises FricError: When more than `MISSING` of the samples are missing, or more than 8 at one place.
     """
@@ -426,18 +428,25 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
     if len(log) < 16 or np.all(np.abs(steps / period - 1) <= JITTER / 100):
         return log, []
     span = float(log.time[-1] - log.time[0])
-    intervals = len(steps) if float(steps.max()) < GAP * period else round(span / period)
+    counts = np.ones(len(steps)) if float(steps.max()) < GAP * period else np.maximum(np.rint(steps / period), 1.0)
+    at = np.concatenate([[0.0], np.cumsum(counts)])
+    intervals = int(at[-1])
     missing = intervals + 1 - len(log)
     if missing > MISSING * len(log) or float(steps.max()) > 9.5 * period:
         return log, []  # which is then refused, with its place
     even = log.time[0] + np.linspace(0.0, span, intervals + 1)
     if missing == 0 and float(np.abs(even - log.time).max()) <= JITTER / 100 * period:
         return log, []
+    stamps = (log.time - log.time[0]) * (intervals / span)
+    off = float(np.abs(stamps - at).max())
+    motion = log.position if log.position is not None else log.require("velocity", "a motion")
+    rough = [np.abs(np.diff(CubicSpline(by, motion)(np.arange(intervals + 1)), 3)).mean() for by in (stamps, at)]
+    by = at if rough[1] < CLEARLY * rough[0] else stamps
     channels: dict[str, Any] = {
-        name: CubicSpline(log.time, values)(even) for name, values in log.channels().items() if name != "time"
+        name: CubicSpline(by, values)(np.arange(intervals + 1))
+        for name, values in log.channels().items()
+        if name != "time"
     }
-    at = (log.time - log.time[0]) * (intervals / span)
-    off = float(np.abs(at - np.rint(at)).max())
     return replace(log, time=even, **channels), [
         SAMPLING_UNEVEN.found(log.name, missing=missing, samples=intervals + 1, off=off)
     ]
