@@ -31,7 +31,7 @@ def record(
     *,
     frequency: float = 0.1,
     cycles: int = 5,
-    dt: float = 4e-3,
+    dt: float = 1e-2,
     step: float = 0.25e-6,
     noise: float = 1.0,
     offset: float = 0.0,
