@@ -25,8 +25,8 @@ ROOT = Path(__file__).parents[1]
 SHOWING = [page for page in examples.PAGES if examples.examples(page)]
 
 
-LONG = {"target-linuxcnc": 400, "plan": 30, "gallery": 10}
-"""Pages whose examples take long, and how long [s]."""
+LONG = {"target-linuxcnc": 400, "plan": 30, "gallery": 10, "schemes": 14, "targets": 7, "target-sinumerik": 6}
+"""Pages whose examples take long, and how long [s]; what the last two do is in tests/export/test_command.py."""
 
 COLD = {"target-linuxcnc"}
 """Pages whose commands start as processes of their own."""
@@ -106,6 +106,16 @@ def test_examples_run_and_print_what_is_shown(page, tmp_path, warm):
             drawn, kept = (image.imread(folder / picture) for folder in (tmp_path, ROOT / "docs" / "figures"))
             assert drawn.shape == kept.shape, f"{picture}: refresh by `make docs`"
             assert np.mean(np.abs(drawn - kept)) < 0.01, f"{picture}: refresh by `make docs`"
+
+
+def test_a_scheme_of_the_literature_is_simulated(tmp_path, warm):
+    """What docs/schemes.md does with all of them."""
+    command = "fric simulate circle xy-table --schemes literature --scheme c,two-dof"
+    assert any(
+        told.startswith(command.partition(" --scheme ")[0]) for told, _ in examples.examples(ROOT / "docs/schemes.md")
+    )
+    status, printed = examples.run(command, tmp_path, warm)
+    assert (status, "two-dof" in printed) == (0, True), printed
 
 
 def test_examples_may_differ_in_last_digits_alone():

@@ -20,6 +20,9 @@ FETCHED = re.compile(
     r"<(?:script|img|iframe|source)\b[^>]*\bsrc=[\"']?(?:https?:)?//|<link\b[^>]*\bhref=[\"']?(?:https?:)?//"
 )
 
+BUILT = pytest.mark.long(12)
+"""What needs the built site."""
+
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
@@ -37,6 +40,7 @@ def site(tmp_path_factory):
     return folder
 
 
+@BUILT
 def test_every_page_is_built_and_in_the_navigation(site):
     start = (site / "index.html").read_text()
     for page in (ROOT / "docs").glob("*.md"):
@@ -44,11 +48,26 @@ def test_every_page_is_built_and_in_the_navigation(site):
         assert f'href="{page.stem}.html"' in start, f"{page.name} is not in the nav of mkdocs.yml"
 
 
+@BUILT
 def test_pages_fetch_nothing_from_elsewhere(site):
     for page in site.rglob("*.html"):
         assert not FETCHED.search(page.read_text()), page.name
     for sheet in site.rglob("*.css"):
         assert not re.search(r"@import|url\((?:[\"']?)(?:https?:)?//", sheet.read_text()), sheet.name
+
+
+def test_every_page_is_named_and_every_link_between_pages_leads_to_one():
+    """In rough what a strict build tells."""
+    named = (ROOT / "mkdocs.yml").read_text()
+    for page in (ROOT / "docs").glob("*.md"):
+        assert re.search(rf"[ :]{page.name}$", named, re.MULTILINE), f"{page.name} is not in the nav of mkdocs.yml"
+        for target in re.findall(r"\]\((?!\w+:)([^)#\s]+\.\w+)[^)]*\)", page.read_text()):
+            assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_every_public_name_is_in_the_list_of_the_library_page():
+    listed = (ROOT / "docs/api.md").read_text()
+    assert [name for name in fric.__all__ if not re.search(rf"\b{name}\b", listed)] == []
 
 
 def test_every_picture_is_there_and_says_what_it_shows():
@@ -74,6 +93,7 @@ def test_versions_lie_beside_each_other_and_the_newest_release_is_found(tmp_path
     assert (tmp_path / "published/0.9.0/index.html").read_text() == "0.9.0"
 
 
+@BUILT
 def test_every_public_name_is_on_the_library_page(site):
     page = (site / "api.html").read_text()
     for name in fric.__all__:
@@ -81,6 +101,7 @@ def test_every_public_name_is_on_the_library_page(site):
     assert page.count("Parameters:") > 40
 
 
+@BUILT
 def test_the_search_works_from_a_file(site, tmp_path):
     webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -114,12 +135,14 @@ def cells(kind):
     return [cell for cell in notebook["cells"] if cell["cell_type"] == kind]
 
 
+@BUILT
 def test_formulas_are_drawn_by_the_browser_itself(site):
     pages = {name: (site / f"{name}.html").read_text() for name in ("theory", "session")}
     assert pages["theory"].count('<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">') == 8
     assert all("<math" in page and "arithmatex" not in page for page in pages.values())
 
 
+@BUILT
 def test_the_notebook_is_kept_without_outputs_and_shown_on_its_page(site):
     page = (site / "session.html").read_text()
     assert page.count('class="highlight"') == len(cells("code"))

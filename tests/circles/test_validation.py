@@ -16,6 +16,7 @@ from fric.log import Log
 from fric.reference import Reference
 from fric.simulate.axis import run_axis
 from fric.simulate.machine import Axis
+from tests.turns import in_turns
 
 PLANT = Plant(A=2.0, B=0.4, T_d=0.5e-3, K_f=35.0)
 CASCADE = Cascade(K_v=160.0, K_p=240.0, K_i=0.0, velocity_filter=500.0, sampling=1000.0)
@@ -112,8 +113,17 @@ def test_pulses_on_the_voltage_leave_the_errors_of_the_closed_loop_alone(rig, ch
     assert "controller-differs" not in codes
 
 
-@pytest.mark.parametrize("pulses", [0.0, 0.8])
-@pytest.mark.parametrize(("K_i", "size"), [(0.0, 2e-7), (600.0, 2e-7), (600.0, 1e-6)])
+LOOPS = (0.0, 2e-7), (600.0, 2e-7), (600.0, 1e-6)
+"""K_i [V/m] and count [m]."""
+
+
+@pytest.mark.parametrize(
+    ("K_i", "size", "pulses"),
+    in_turns(
+        [(*loop, pulses) for loop in LOOPS for pulses in (0.0, 0.8)],
+        [(*LOOPS[0], 0.8), (*LOOPS[1], 0.0), (*LOOPS[2], 0.8)],
+    ),
+)
 def test_a_controller_whose_gain_is_a_tenth_off_is_told_and_not_blamed_on_friction(rig, K_i, size, pulses):
     """With an integral part what a wrong gain misses comes in pulses too, and is no voltage that was added."""
     axis, log = rig(pulses_of(pulses), K_i=K_i, size=size)

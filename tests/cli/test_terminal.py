@@ -32,6 +32,8 @@ ROOT = Path(__file__).parents[2]
 CTRL_C, CTRL_D = "\x03", "\x04"
 LOGS = [ROOT / "data" / f"{name}.h5" for name in ("constant-velocity", "circle")]
 AUTO = ["auto", str(LOGS[0]), "-o", "found"]
+SPREAD = ["simulate", "circle", "xy-table", "--scheme", "a,c", "--monte-carlo", "2"]
+COMPARE = ["compare", str(ROOT / "data" / "presliding-sine.h5"), "--models", "dahl"]
 
 
 def screen_of(
@@ -96,9 +98,9 @@ def auto(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, list[str], str]
     [
         AUTO,
         ["identify", "static", str(LOGS[0]), "-o", "static.yaml"],
-        ["simulate", "circle", "xy-table", "--scheme", "a,c", "--monte-carlo", "2"],
+        pytest.param(SPREAD, marks=pytest.mark.long(3)),
         ["diagnose", str(LOGS[1])],
-        ["compare", str(ROOT / "data" / "presliding-sine.h5"), "--models", "dahl"],
+        pytest.param(COMPARE, marks=pytest.mark.long(3)),
         pytest.param(["learn", "xy-table", "--rounds", "2", "-o", "table.h5"], marks=pytest.mark.long(5)),
         pytest.param(["plan", "--stroke", "300 mm", "--feed", "0.1 m/s", "-o", "plan"], marks=pytest.mark.long(60)),
         pytest.param(["tune", "xy-table", "circle.h5", "-o", "tuned"], marks=pytest.mark.long(15)),

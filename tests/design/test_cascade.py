@@ -1,4 +1,5 @@
 from dataclasses import replace
+from itertools import product
 from math import inf, radians
 
 import numpy as np
@@ -9,6 +10,7 @@ from fric.design.loop import SampledLoop, decibel, margins
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from tests.design.plants import CASCADE_X, CASCADE_Y, X, Y
+from tests.turns import in_turns
 
 
 def test_the_cascade_of_the_notes_has_the_margins_of_the_notes() -> None:
@@ -57,8 +59,9 @@ def test_the_default_rule_gives_the_gains_of_the_notes(plant: LinearPlant, casca
         assert getattr(found, gain) == pytest.approx(getattr(cascade, gain), rel=0.02)
 
 
-@pytest.mark.parametrize("phase", [30.0, 60.0, 80.0])
-@pytest.mark.parametrize("gain", [6.0, 20.0])
+@pytest.mark.parametrize(
+    ("phase", "gain"), in_turns(product((30.0, 60.0, 80.0), (6.0, 20.0)), [(30.0, 20.0), (60.0, 6.0), (80.0, 6.0)])
+)
 def test_a_design_has_the_margins_asked_for_and_one_of_them_is_used_up(phase: float, gain: float) -> None:
     asked = Requirement(radians(phase), 10 ** (gain / 20))
     design = design_cascade(X, asked)

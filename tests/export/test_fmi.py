@@ -24,6 +24,7 @@ from tests.export.parts import (
     scheme_part,
     typical,
 )
+from tests.turns import in_turns
 
 fmpy = pytest.importorskip("fmpy")
 pytestmark = pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler is installed")
@@ -75,8 +76,12 @@ def _units(one: ExportedPart, folder: Path) -> list[Unit]:
     return [Unit(content, version, folder) for version, content in made.items()]
 
 
+QUICK = "dahl", "gms", "lugre by direction"
+"""Without memory of directions, with blocks, and of two directions."""
+
+
 @pytest.mark.parametrize("samples", [3000, pytest.param(SAMPLES, marks=pytest.mark.long)])
-@pytest.mark.parametrize("name", exportable())
+@pytest.mark.parametrize("name", in_turns(exportable(), QUICK))
 def test_a_unit_gives_the_librarys_force(name: str, samples: int, tmp_path: Path) -> None:
     model = typical(name)
     units = _units(part(model, lead=0.0), tmp_path)
@@ -88,7 +93,7 @@ def test_a_unit_gives_the_librarys_force(name: str, samples: int, tmp_path: Path
             assert np.abs(found - library).max() <= 1e-9, (motion, unit.version)
 
 
-@pytest.mark.parametrize("scheme", EXPORTED)
+@pytest.mark.parametrize("scheme", in_turns(EXPORTED, ("c", "f")))
 def test_a_unit_adds_what_the_simulated_controller_added(scheme: str, tmp_path: Path) -> None:
     asked, added = along_a_run(scheme)
     names = ("position", "velocity", "acceleration", "measured", "control", "input")

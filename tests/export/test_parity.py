@@ -112,12 +112,13 @@ def test_strict_compilers_have_nothing_to_say(compiler: str, role: Role, tmp_pat
         subprocess.run([compiler, *STRICT, "-c", "all.c"], cwd=tmp_path, check=True)
 
 
+@pytest.mark.parametrize("share", [5, pytest.param(1, marks=pytest.mark.long(2))])
 @pytest.mark.parametrize("name", exportable())
-def test_structured_text_gives_the_librarys_forces(name: str) -> None:
+def test_structured_text_gives_the_librarys_forces(name: str, share: int) -> None:
     model = typical(name)
     (text,) = st_files(part(model)).values()
     step = Program(str(text)).names[f"fric_x_{model.name}_step"]
-    for motion, (dz, v) in motions(30_000 if name == "gms" else 20_000).items():
+    for motion, (dz, v) in motions((30_000 if name == "gms" else 20_000) // share).items():
         state, parameters = model.initial_state().tolist(), model.packed().tolist()
         found = [step(a, b, 1 / SAMPLING, state, parameters) for a, b in zip(dz.tolist(), v.tolist(), strict=True)]
         assert np.abs(np.array(found) - replayed(model, dz, v)).max() <= 1e-9, motion

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from fric.records.prepared import acting_force, prepared
 from tests.chance import fewest
 from tests.identify.flawed_axis import RATE, Machine, run, shaken
 from tests.identify.test_rigid_body import motion
+from tests.turns import in_turns
 
 RUBBING = Machine(F_c=40.0, F_s=60.0)
 
@@ -25,8 +27,9 @@ def codes(warnings: tuple[str, ...]) -> dict[str, str]:
     return {w.code: w.severity for w in warnings if isinstance(w, Notice)}
 
 
-@pytest.mark.parametrize("corner", [0.0, 300.0, 800.0])
-@pytest.mark.parametrize("lag", [0, 2, 4])
+@pytest.mark.parametrize(
+    ("lag", "corner"), in_turns(product((0, 2, 4), (0.0, 300.0, 800.0)), [(0, 300.0), (2, 800.0), (4, 0.0)])
+)
 @pytest.mark.parametrize("how", [{}, {"mean": 0.0, "swing": 2e-3, "count": 15}], ids=["in motion", "at rest"])
 def test_the_force_constant_and_the_lag_of_a_late_force(lag: int, corner: float, how: dict[str, Any]) -> None:
     """K_f within 1 %, the lag within 0.1 sample; the low-frequency lag of a filter behind a hold is T_f + T_s/2."""

@@ -17,12 +17,20 @@ from fric.records.prepared import prepared
 from fric.records.recognition import kind_of
 from tests.identify.recovery import FITTED, flattened
 from tests.identify.virtual_logs import logs_of
+from tests.turns import in_turns
 
 
-@pytest.mark.parametrize("name", FITTED)
-def test_a_model_is_found_from_nothing_but_its_logs(name):
+@pytest.mark.parametrize(
+    ("name", "near"),
+    [
+        ("leuven", True),
+        *in_turns([(name, False) for name in FITTED], [(name, False) for name in FITTED if name != "leuven"], 8),
+    ],
+)
+def test_a_model_is_found_from_nothing_but_its_logs(name, near):
     model = models()[name].typical()
-    fit = identify_by_replay(name, prepared(logs_of(model, 1, noise=0.5)), blocks=3)
+    start = {"start": model} if near else {}  # the search takes most of the time of the model with the most parameters
+    fit = identify_by_replay(name, prepared(logs_of(model, 1, noise=0.5)), blocks=3, **start)
     assert fit.rmse == pytest.approx(0.5, rel=0.1)
     for label, value, (low, high), truth in flattened(fit, model):
         assert low < high, label

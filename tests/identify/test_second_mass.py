@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from fric.log import FrequencyResponse, Log
 from fric.notice import Notice
 from fric.simulate.experiment import frequency_response
 from tests.identify.flawed_axis import RATE, Machine, shaken
+from tests.turns import in_turns
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -104,8 +106,9 @@ LOGGED = {
 }
 
 
-@pytest.mark.parametrize("highest", [400.0, 1500.0])
-@pytest.mark.parametrize("how", LOGGED)
+@pytest.mark.parametrize(
+    ("how", "highest"), in_turns(product(LOGGED, (400.0, 1500.0)), zip(LOGGED, 2 * (400.0, 1500.0), strict=True))
+)
 def test_how_a_rigid_axis_is_logged_makes_no_second_mass(how: str, highest: float) -> None:
     """A second mass at 832 Hz was said of an axis that has none: what else bends a response is no resonance."""
     changed, options = LOGGED[how]

@@ -17,11 +17,11 @@ MACHINES = {"calibrated": CALIBRATED, "matched": read_machine(Path("configs/xy-t
 
 
 @cache
-def quadrants(machine: str, feed: float, **changes: int) -> dict[str, np.ndarray]:
+def quadrants(machine: str, feed: float, schemes: str = "abcdef", **changes: int) -> dict[str, np.ndarray]:
     """Return the four signed glitches in µm by scheme."""
     runs = {
-        name: run_circle(MACHINES[machine], scheme, replace(Circle(), feed=feed, **changes))
-        for name, scheme in PAPER_SCHEMES.items()
+        name: run_circle(MACHINES[machine], PAPER_SCHEMES[name], replace(Circle(), feed=feed, **changes))
+        for name in schemes
     }
     return {name: 1e6 * np.array([one.median for one in run.glitches]) for name, run in runs.items()}
 
@@ -51,12 +51,13 @@ def test_the_paper_s_reduction_of_86_per_cent(fast: dict[str, np.ndarray]) -> No
         ("matched", 0.1, {"a": 21.9, "b": -9.1, "c": 1.0, "d": 8.5, "e": -7.2, "f": 0.8}),
         ("calibrated", 0.1, {"a": 21.9, "b": 7.4, "c": 6.0, "d": 8.5, "e": 4.5, "f": 2.5}),
         ("matched", 0.01, {"a": 13.1, "b": -16.6, "c": 0.2, "d": 3.3, "e": -10.4, "f": 0.2}),
-        ("calibrated", 0.01, {"a": 13.1, "b": -8.4, "c": 4.1, "d": 3.3, "e": 6.0, "f": 1.4}),
+        ("calibrated", 0.01, {"a": 13.1, "f": 1.4}),
+        pytest.param("calibrated", 0.01, {"b": -8.4, "c": 4.1, "d": 3.3, "e": 6.0}, marks=pytest.mark.long(4)),
     ],
-    ids=["matched fast", "calibrated fast", "matched slow", "calibrated slow"],
+    ids=["matched fast", "calibrated fast", "matched slow", "calibrated slow", "calibrated slow, between"],
 )
 def test_the_table_of_the_reading_notes(machine: str, feed: float, expected: dict[str, float]) -> None:
-    found = quadrants(machine, feed)
+    found = quadrants(machine, feed, "".join(expected))
     for name, value in expected.items():
         # below a micron the sign is that of the encoder's last step
         compared = np.abs(found[name]) if abs(value) < 0.5 else found[name]

@@ -1,6 +1,7 @@
 """`fric validate` on every file that fric writes: each kind of plant and friction, each direction, any delay."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from fric.control.cascade import Cascade
 from fric.documents.friction import FrictionDocument
 from fric.documents.yaml import read_document
 from fric.log import Log
+from tests.turns import in_turns
 
 CASCADE = Cascade(K_v=100.0, K_p=40.0, K_i=0.0, velocity_filter=500.0, sampling=1000.0)
 
@@ -45,8 +47,13 @@ def files(motion, tmp_path_factory):
     return paths
 
 
-@pytest.mark.parametrize("way", ["both", "each"])
-@pytest.mark.parametrize("friction", [None, "static", "static each", "gms alone", "gms", "dahl"])
+FRICTIONS = None, "static", "static each", "gms alone", "gms", "dahl"
+
+
+@pytest.mark.parametrize(
+    ("friction", "way"),
+    in_turns(product(FRICTIONS, ("both", "each")), zip(FRICTIONS, 3 * ("both", "each"), strict=True)),
+)
 def test_every_file_is_taken(files, motion, way, friction):
     given = {} if friction is None else {"friction": files[friction]}
     found = fric.validate(motion, plant=files[f"plant {way}"], controller=CASCADE, **given)

@@ -17,8 +17,8 @@ RIG = read_machine(Path("configs/virtual-rig.yaml"))
 @pytest.mark.parametrize(
     ("kind", "seed", "settings"),
     [
-        ("constant-velocity", 1, {"samples": 600, "speeds": [1e-5, 4e-5]}),
-        ("presliding-sine", 2, {"samples": 2500}),
+        pytest.param("constant-velocity", 1, {"samples": 600, "speeds": [1e-5, 4e-5]}, marks=pytest.mark.long(7)),
+        pytest.param("presliding-sine", 2, {"samples": 2500}, marks=pytest.mark.long(6)),
         ("sliding-sine", 3, {"samples": 3500}),
         ("frequency-response", 4, {}),
     ],
