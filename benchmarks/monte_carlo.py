@@ -18,8 +18,7 @@ import numpy as np
 
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
-from fric.simulate.monte_carlo import Study, monte_carlo
-from fric.simulate.processes import default_workers
+from fric.simulate.processes import Study, default_workers, monte_carlo
 
 MACHINE = read_machine(Path(__file__).parents[1] / "configs/xy-table.yaml")
 STUDY = Study(MACHINE, tuple(PAPER_SCHEMES.values()))

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from fric.control.scheme import Scheme
     from fric.simulate.contour_run import ContourRun
     from fric.simulate.machine import Machine
-    from fric.simulate.monte_carlo import MonteCarlo
+    from fric.simulate.processes import MonteCarlo
 
 SHARE = 0.95  # Share of the drawn machines that stay below the reported value
 CLOSE = 1.25

@@ -18,8 +18,8 @@ from typer.testing import CliRunner
 from fric.cli import main
 from fric.cli.main import app
 from fric.io.run import read_runs
-from fric.simulate import monte_carlo, processes
-from fric.simulate.monte_carlo import Study
+from fric.simulate import processes
+from fric.simulate.processes import Study
 from tests.io.test_spread import FRICTION
 
 RUN = CliRunner()
@@ -113,7 +113,7 @@ def _text_of(figure: Path) -> str:
 def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch, capsys):
     """The real signal through the real handler: what is kept is what a smaller N gives."""
     out = tmp_path / "run.h5"
-    run, calls = monte_carlo.run_circle, []
+    run, calls = processes.run_circle, []
 
     def interrupting(*given: Any, **named: Any) -> Any:
         calls.append(1)
@@ -122,7 +122,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch, capsys):
         return run(*given, **named)
 
     words = [*SMALL, "--scheme", "a", "--json", "--workers", "1", "--monte-carlo"]
-    monkeypatch.setattr(monte_carlo, "run_circle", interrupting)
+    monkeypatch.setattr(processes, "run_circle", interrupting)
     monkeypatch.setattr(sys, "argv", ["fric", *words, "5000", "-o", str(out)])
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -137,7 +137,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch, capsys):
     assert 1 <= told["machines"] < 50
     assert told["asked"] == 5000
     assert f"{told['machines']} of 5000 machines are done" in printed.err
-    monkeypatch.setattr(monte_carlo, "run_circle", run)
+    monkeypatch.setattr(processes, "run_circle", run)
     again = json.loads(circle("--scheme", "a", "--json", "--monte-carlo", str(told["machines"])))["monte_carlo"]
     assert again["schemes"] == told["schemes"]
     with h5py.File(out) as file:

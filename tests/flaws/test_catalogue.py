@@ -40,7 +40,7 @@ from fric.io.readers.base import Column, Memory
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.notice import Notice
 from fric.plausibility import Finding, lifted, settled
-from fric.records import clipping, flaws, holding, inspection, modes
+from fric.records import flaws, holding, inspection, modes, resolution
 from fric.simulate.contour_run import Chance, run_warnings
 from fric.verdict import Candidate, Evidence
 
@@ -72,8 +72,8 @@ def forces(values: np.ndarray, purpose: flaws.Purpose = "static", **more: np.nda
 
 def cut(size: float) -> np.ndarray:
     wave = np.sin(np.linspace(0.0, 20.0, 400)) * np.linspace(1.0, 0.9, 400)
-    top = np.argsort(wave)[-round(size * clipping.STUCK) :]
-    wave[top.min() : top.min() + round(size * clipping.STUCK)] = wave.max()
+    top = np.argsort(wave)[-round(size * resolution.STUCK) :]
+    wave[top.min() : top.min() + round(size * resolution.STUCK)] = wave.max()
     return wave
 
 
@@ -355,14 +355,14 @@ SHOWN: dict[str, Show] = {
     "energy-drifts": lambda s: energies(change=s * inspection.CHANGES),
     "energy-in-one-segment": lambda s: energies(off=s * inspection.STANDS_OFF),
     "force-coarse": lambda s: forces(np.arange(1000) % (round(flaws.COARSE / s) + 1) * 0.1),
-    "drive-off": lambda s: flaws.record_flaws([resting(s * clipping.OFF)], "gms"),
+    "drive-off": lambda s: flaws.record_flaws([resting(s * resolution.OFF)], "gms"),
     "foreign-compensation": lambda s: [flaws.foreign_compensation(compensated(s * flaws.KICKED * 1e-6))],
     "holding-map": lambda s: held(1 / s),
     "modes-switch": two_modes,
     "two-encoders": two_encoders,
     "force-clipped": lambda s: forces(cut(s)),
     "input-clipped": lambda s: forces(np.linspace(0.0, 1.0, 400), "plant", input=cut(s)),
-    "clipped-unused": lambda s: clipping.without_clipped([of_force(np.arange(400.0)), of_force(cut(s))], 0.0)[1],
+    "clipped-unused": lambda s: resolution.without_clipped([of_force(np.arange(400.0)), of_force(cut(s))], 0.0)[1],
     "sampling-uneven": uneven,
     "sampling-differs": lambda s: flaws.clock_flaws(
         [Log(by * np.arange(4.0), position=np.arange(4.0)) for by in (1.0, s * flaws.OTHER_UNIT, 1.0)], "static"

@@ -11,7 +11,7 @@ import pytest
 import fric
 from fric.errors import FricError
 from fric.log import Log
-from fric.records.clipping import clipped_samples
+from fric.records.resolution import clipped_samples
 
 DATA = Path(__file__).parents[2] / "data"
 STATIC = fric.StaticMap(F_c=60.6, F_s=91.6, v_s=2.2e-3, sigma=1180.0)

@@ -18,7 +18,7 @@ from fric.io.run import read_runs, write_runs
 from fric.report.collect import as_data, collect, contour_test, thinned
 from fric.report.view import render_report
 from fric.simulate.contour_run import PointPath, run_circle, run_path
-from fric.simulate.monte_carlo import Study, monte_carlo
+from fric.simulate.processes import Study, monte_carlo
 
 from .conftest import LOGS, PAPER
 

@@ -19,7 +19,7 @@ from fric.reference import sine
 from fric.simulate.axis import _loop_arguments, run_axis
 from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.machine import Machine
-from fric.simulate.monte_carlo import ACCURACY, Study
+from fric.simulate.processes import ACCURACY, Study
 from tests.friction.instances import INSTANCES
 
 MACHINE = read_machine(Path("configs/xy-table.yaml"))

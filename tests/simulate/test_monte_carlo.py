@@ -16,8 +16,7 @@ from fric.documents.machine_files import read_machine
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.simulate.contour_run import Circle, run_circle
-from fric.simulate.monte_carlo import MonteCarlo, Outcome, Study, monte_carlo
-from fric.simulate.processes import outcomes
+from fric.simulate.processes import MonteCarlo, Outcome, Study, monte_carlo, outcomes
 from fric.simulate.spread import Spread
 
 MACHINE = read_machine(Path("configs/xy-table.yaml"))

@@ -31,11 +31,11 @@ from fric.io.recognise import HDF5_SIGNATURE, recognise
 from fric.log import Log, Record
 from fric.notice import Notice
 from fric.output import staged
-from fric.records.clipping import STUCK
 from fric.records.flaws import two_encoders
 from fric.records.holding import holds, is_holding_map
 from fric.records.inspection import Inspection, TableInspection, excites, inspect, is_at_rest
 from fric.records.modes import switched
+from fric.records.resolution import STUCK
 from fric.records.segments import travelled
 from fric.results.given import in_one_mode
 from fric.results.ingest import mapping_of

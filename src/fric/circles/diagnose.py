@@ -38,7 +38,7 @@ from fric.notice import Notice
 from fric.records.resolution import lattice_step
 from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.machine import Machine
-from fric.simulate.monte_carlo import Study
+from fric.simulate.processes import Study
 from fric.statistics import pair_power
 
 PERIODS = (2.5, 120.0)  # Least and largest number of periods on the diameter to search

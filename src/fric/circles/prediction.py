@@ -17,7 +17,7 @@ from fric.notice import Notice
 from fric.simulate.contour_run import pair
 
 if TYPE_CHECKING:
-    from fric.simulate.monte_carlo import MonteCarlo
+    from fric.simulate.processes import MonteCarlo
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from fric.control.scheme import Scheme
 from fric.figures.style import BLUE, CYCLE, GREEN, GREY, SKY, VERMILION, feed_of, new_figure, view
 from fric.simulate.axis import Trace
 from fric.simulate.contour_run import CircleMap, CircleRun, PathRun
-from fric.simulate.monte_carlo import MonteCarlo
+from fric.simulate.processes import MonteCarlo
 
 LINES = 4  # Grid lines on either side of the nominal circle, which is drawn with a radius of twice as many
 

@@ -20,7 +20,7 @@ from fric.notice import Notice
 from fric.series import keep, require_plausible
 from fric.simulate.axis import Trace
 from fric.simulate.contour_run import Circle, CircleRun, PathRun, PointPath, RecordedPath
-from fric.simulate.monte_carlo import MonteCarlo
+from fric.simulate.processes import MonteCarlo
 from fric.units import si_unit
 
 FORMAT = "run/1"

@@ -39,11 +39,10 @@ from fric.flaws.files import RECORD_LEFT_OUT
 from fric.flaws.static_map import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.log import Log
 from fric.notice import Notice
-from fric.records.clipping import clipped_among, drive_off
 from fric.records.motion import find_reversals
 from fric.records.over_strokes import OverPlace, over_time
 from fric.records.recognition import fitted_sine, visible_step
-from fric.records.resolution import lattice_step
+from fric.records.resolution import clipped_among, drive_off, lattice_step
 from fric.records.segments import SHORTEST, Segment
 from fric.statistics import jackknife, robust_deviation
 from fric.units import readable, rotates, si_unit

@@ -17,12 +17,11 @@ from fric.flaws.channel import ENCODER_TOO_COARSE, FOREIGN_COMPENSATION, ONE_DIR
 from fric.flaws.drift import ENERGY_DRIFTS, ENERGY_IN_ONE_SEGMENT
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
-from fric.records.clipping import STUCK, clipped_samples, counts
 from fric.records.flaws import Transmission, clock_flaws, foreign_compensation, stroke_flaws, transmission_of
 from fric.records.holding import HoldingMap, holding_map, holds
 from fric.records.over_strokes import over_place
 from fric.records.recognition import LOOP_SHARE, Sine, Staircase, force_rises, recognised_kind, turns_of
-from fric.records.resolution import encoder_step
+from fric.records.resolution import STUCK, clipped_samples, counts, encoder_step
 from fric.records.segments import Segment, segments_and_rests, travelled
 from fric.units import Motion, readable, rotates
 

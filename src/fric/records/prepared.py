@@ -20,7 +20,6 @@ from fric.errors import FricError
 from fric.flaws.blocks import BEGINS_LOADED
 from fric.log import Log, refuse_several_axes
 from fric.notice import Notice
-from fric.records.clipping import clipped, drive_off
 from fric.records.motion import (
     Conditioning,
     Motion,
@@ -33,6 +32,7 @@ from fric.records.motion import (
 )
 from fric.records.preparation import Own, Preparation
 from fric.records.recognition import kind_of
+from fric.records.resolution import clipped, drive_off
 from fric.records.segments import travelled
 
 if TYPE_CHECKING:

@@ -27,8 +27,7 @@ from fric.results.records import Records
 from fric.results.simulate import CircleResult, PathResult
 from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.machine import Machine
-from fric.simulate.monte_carlo import Study
-from fric.simulate.processes import outcomes
+from fric.simulate.processes import Study, outcomes
 from fric.units import readable
 from fric.verb import Kind, verb
 

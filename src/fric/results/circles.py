@@ -42,7 +42,7 @@ from fric.results.kinds import CircleLike, KnownSchemes, MachineLike, Quantity, 
 from fric.results.text import Piece, Table, named
 from fric.simulate.contour_run import Circle, pair
 from fric.simulate.machine import Machine
-from fric.simulate.monte_carlo import MonteCarlo
+from fric.simulate.processes import MonteCarlo
 from fric.threads import one_blas_thread
 from fric.units import readable
 from fric.verb import Kind, verb

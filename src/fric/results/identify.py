@@ -33,9 +33,9 @@ from fric.identify.static_map.points import ShapeFactor
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.plausibility import Finding, of_amplitudes, of_friction, of_level, of_logs, of_shares, of_strokes, settled
-from fric.records.clipping import without_clipped
 from fric.records.prepared import prepared, without_loaded
 from fric.records.recognition import kind_of
+from fric.records.resolution import without_clipped
 from fric.results.base import Identified
 from fric.results.given import in_si, logs_of, quantity, records_of, several, where_of
 from fric.results.given_models import circles_of, document_of, friction_of, plant_of

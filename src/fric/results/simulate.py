@@ -50,8 +50,7 @@ from fric.simulate.contour_run import (
     run_path,
 )
 from fric.simulate.machine import Machine
-from fric.simulate.monte_carlo import MonteCarlo, Study
-from fric.simulate.processes import run_all
+from fric.simulate.processes import MonteCarlo, Study, run_all
 from fric.units import readable
 from fric.verb import Kind, verb
 from fric.verdict import Verdict, bare, candidates_of, decide, evidence_of, facts

@@ -1,19 +1,38 @@
-"""The machines of a study on the cores of this computer, or on a Dask cluster (the extra ``dask``)."""
+"""The machines of a study on the cores of this computer, or on a Dask cluster (the extra ``dask``).
+
+The circular test on many machines: how the glitch of each scheme is distributed, and which scheme is the best.
+
+Each machine is drawn and run by its number alone (`fric.simulate.spread`), so that the same machines give the same
+digits on one core, on all of them, and on a cluster.
+"""
+
+from __future__ import annotations
 
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from multiprocessing.connection import wait
 from multiprocessing.context import BaseContext
 from threading import Thread, current_thread, main_thread
 from typing import Any, TypeVar
 
+import numpy as np
+
 import fric
+from fric.arrays import Mask, Real
+from fric.control.scheme import Scheme
 from fric.errors import FricError
+from fric.estimate import Covariance
+from fric.flaws.prediction import DRIVE_SATURATES, SCHEME_FAILED, SPREAD_UNUSED
+from fric.notice import Notice
+from fric.simulate.contour_run import Circle, run_circle
+from fric.simulate.machine import Machine
+from fric.simulate.spread import DEFAULT_SPREADS, Intervals, Spread, check_spreads, draw_machine
 
 T = TypeVar("T")
 
@@ -58,7 +77,7 @@ def _started() -> BaseContext:
     from multiprocessing import forkserver
 
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["fric.simulate.monte_carlo"])
+    context.set_forkserver_preload(["fric.simulate.processes"])
     if current_thread() is main_thread():
         before = signal.signal(signal.SIGINT, signal.SIG_IGN)
         try:
@@ -176,3 +195,164 @@ def _require_workers(client: Any, address: str, timeout: float) -> None:
         raise FricError(f"a worker of the Dask scheduler at {address} has no fric", hint=hint) from None
     if other := set(versions.values()) - {fric.__version__}:
         raise FricError(f"a worker of the Dask scheduler at {address} has fric {', '.join(sorted(other))}", hint=hint)
+
+
+QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}
+"""Quantiles of the glitch that are reported, by their keys in JSON and run files."""
+ACCURACY = 5e-9  # Largest error of a glitch by the integration of the plant [m], where machines differ by micrometres
+
+
+@dataclass(frozen=True)
+class Study:
+    """What is run on each of many machines.
+
+    Raises FricError: When a spread names no parameter of the machine, or the accuracy is negative.
+    """
+
+    machine: Machine  # The nominal machine
+    schemes: tuple[Scheme, ...]  # The compensation schemes
+    circle: Circle = field(default_factory=Circle)  # The test
+    seed: int = 0  # Seed of the machines
+    # spreads, intervals, covariances, discrepancies: what is drawn, as in `draw_machine`
+    spreads: Mapping[str, Spread] = field(default_factory=lambda: DEFAULT_SPREADS)
+    intervals: Mapping[str, Intervals] = field(default_factory=dict)
+    covariances: Mapping[str, Sequence[Covariance]] = field(default_factory=dict)
+    discrepancies: Mapping[str, Mapping[str, Spread]] = field(default_factory=dict)
+    # Makes each machine agree with circles that were measured, by the machine and its number; see
+    # `fric.circles.next_circle`
+    completion: Callable[[Machine, int], Machine] | None = None
+    only: str | None = None  # Name of the one axis that is simulated
+    accuracy: float = ACCURACY  # Largest error of a glitch by the integration of the plant [m]; 0 for the last digits
+
+    def __post_init__(self) -> None:
+        check_spreads(self.spreads)
+        if not self.accuracy >= 0:
+            raise FricError(f"an accuracy of {self.accuracy:g} m is none", hint="Give 0 or more; 0 is exact.")
+
+    def drawn(self, index: int) -> tuple[Machine, dict[str, float]]:
+        """Return machine number ``index``, and what was drawn for it."""
+        names = ("seed", "spreads", "intervals", "covariances", "discrepancies")
+        machine, drawn = draw_machine(self.machine, index, **{name: getattr(self, name) for name in names})
+        return (machine if self.completion is None else self.completion(machine, index)), drawn
+
+    def __call__(self, index: int) -> Outcome:
+        """Run all schemes on machine number ``index``; a scheme that cannot run has no glitch, but a reason."""
+        count = len(self.schemes)
+        quadrants, swings, saturated = np.full((count, 4), np.nan), np.full(count, np.nan), np.zeros(count, bool)
+        failures: dict[str, str] = {}
+        drawn: dict[str, float] = {}
+        machine = None
+        for n, scheme in enumerate(self.schemes):
+            try:
+                if machine is None:
+                    machine, drawn = self.drawn(index)
+                run = run_circle(machine, scheme, self.circle, only=self.only, accuracy=self.accuracy, places=1)
+            except FricError as error:
+                failures[scheme.name] = error.what
+                continue
+            quadrants[n] = run.circularity.quadrants
+            swings[n] = run.circularity.oscillation
+            saturated[n] = any(trace.saturated for trace in run.traces.values())
+        return Outcome(index, drawn, quadrants, saturated, swings, failures)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Results of the schemes on one of the machines."""
+
+    index: int  # Number of the machine
+    # What was drawn for it, by ``AXIS.NAME``: factors of spreads [1], values drawn from intervals [SI]
+    drawn: Mapping[str, float]
+    # Glitch per scheme at +x, +y, -x and -y [m], shape (schemes, 4); nan where the scheme could not run
+    quadrants: Real
+    saturated: Mask  # Whether the drive saturated, shape (schemes,)
+    swings: Real  # What swings where no axis reverses [m], shape (schemes,); nan where the scheme could not run
+    failures: Mapping[str, str]  # Why a scheme could not run, by its name: a loop that is not stable on this machine
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """How the glitch of one scheme is distributed over the machines.
+
+    quantiles: Glitch [m] by the names of `QUANTILES`; nan where the scheme ran on no machine.
+    best: Share of the machines on which no other scheme leaves less [1]; equal schemes share a machine.
+    failed, saturated: Machines on which the scheme could not run, and on which the drive saturated.
+    """
+
+    quantiles: Mapping[str, float]
+    best: float
+    failed: int
+    saturated: int
+
+
+@dataclass(frozen=True)
+class MonteCarlo:
+    """Outcomes of a study."""
+
+    study: Study  # What was run
+    asked: int  # Requested number of machines
+    # Those that were run: machines 0, 1, 2, …, fewer than requested where the study was interrupted
+    outcomes: tuple[Outcome, ...]
+
+    def __len__(self) -> int:
+        return len(self.outcomes)
+
+    @property
+    def quadrants(self) -> Real:
+        """Signed glitches [m], shape (machines, schemes, 4)."""
+        return np.array([outcome.quadrants for outcome in self.outcomes])
+
+    @property
+    def swings(self) -> Real:
+        """What swings where no axis reverses [m], shape (machines, schemes); nan where a scheme could not run."""
+        return np.array([outcome.swings for outcome in self.outcomes])
+
+    @property
+    def glitches(self) -> Real:
+        """Glitch of each machine and scheme [m], shape (machines, schemes); nan where a scheme could not run."""
+        return np.asarray(np.abs(self.quadrants).max(axis=2))
+
+    def distributions(self) -> dict[str, Distribution]:
+        """Return the distribution of the glitch by scheme."""
+        glitches = self.glitches
+        least = np.where(np.isnan(glitches), np.inf, glitches)
+        winners = (least == least.min(axis=1, keepdims=True)) & np.isfinite(least)
+        shares = winners / np.maximum(winners.sum(axis=1, keepdims=True), 1)
+        saturated = np.array([outcome.saturated for outcome in self.outcomes]).sum(axis=0)
+        found = {}
+        for n, scheme in enumerate(self.study.schemes):
+            ran = glitches[np.isfinite(glitches[:, n]), n]
+            quantiles = {
+                name: float(np.quantile(ran, share)) if len(ran) else float("nan") for name, share in QUANTILES.items()
+            }
+            found[scheme.name] = Distribution(
+                quantiles, float(shares[:, n].mean()), len(glitches) - len(ran), int(saturated[n])
+            )
+        return found
+
+    def warnings(self) -> tuple[Notice, ...]:
+        """Return the warnings: machines that could not run, drives that saturate, spreads without use."""
+        warnings = []
+        for name, found in self.distributions().items():
+            if found.failed:
+                why = next(outcome.failures[name] for outcome in self.outcomes if name in outcome.failures)
+                counts = {"failed": found.failed, "runs": len(self), "of": "machines"}
+                warnings.append(SCHEME_FAILED.found(f"scheme {name}", **counts, why=why))
+            if found.saturated:
+                counts = {"saturated": found.saturated, "machines": len(self)}
+                warnings.append(DRIVE_SATURATES.found(f"scheme {name}", **counts))
+        spreads = self.study.spreads
+        ran = [outcome for outcome in self.outcomes if len(outcome.failures) < len(self.study.schemes)]
+        if ran and spreads is not DEFAULT_SPREADS:  # which were not asked for
+            drawn = {key.partition(".")[2] for outcome in ran for key in outcome.drawn}
+            warnings += [SPREAD_UNUSED.found(name=name) for name in spreads if name not in drawn]
+        return tuple(warnings)
+
+
+def monte_carlo(study: Study, machines: int, *, workers: int | None = None) -> MonteCarlo:
+    """Run a study on a number of machines.
+
+    Raises FricError: When a scheme cannot run on the nominal machine, or there are no machines or workers.
+    """
+    with outcomes(study, machines, workers=workers) as found:
+        return MonteCarlo(study, machines, tuple(found))

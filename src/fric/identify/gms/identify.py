@@ -47,10 +47,10 @@ from fric.identify.replay.replay_fit import (
 from fric.log import Log
 from fric.notice import Notice
 from fric.plausibility import of_shares, settled
-from fric.records.clipping import without_clipped
 from fric.records.flaws import record_flaws, without_kicked
 from fric.records.prepared import Prepared, prepared
 from fric.records.recognition import kind_of
+from fric.records.resolution import without_clipped
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 
