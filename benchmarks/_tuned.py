@@ -16,8 +16,7 @@ from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.circles.tune import holds, tune, with_belief
 from fric.circles.tune_fit import TunedAxis, parameters
 from fric.control.scheme import PAPER_SCHEMES
-from fric.documents.identified import read_spreads
-from fric.documents.machine_files import read_machine
+from fric.documents.machine_files import read_machine, read_spreads
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction.directed import Directed

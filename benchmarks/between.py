@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks._machines import Study
 from fric.documents.friction import FrictionDocument, replay_tree, static_tree
-from fric.documents.identified import level_of_next_record
+from fric.documents.machine_files import level_of_next_record
 from fric.estimate import Estimate
 from fric.identify.plant.identify import identify_motion
 from fric.identify.replay.replay_fit import identify_by_replay

@@ -15,8 +15,7 @@ import numpy as np
 from benchmarks._machines import Study, spread_of
 from fric.circles.learn import learn
 from fric.documents.bundled import folder
-from fric.documents.identified import read_spreads
-from fric.documents.machine_files import read_machine
+from fric.documents.machine_files import read_machine, read_spreads
 from fric.simulate.contour_run import Circle
 from fric.simulate.spread import draw_machine
 

@@ -14,8 +14,7 @@ from typing import Any
 from benchmarks._machines import Study
 from benchmarks._tuned import CONFIGS, FAST, MACHINES, SLOW, driven, errors_of, recorded, share
 from fric.circles.tune import tune_axis
-from fric.documents.identified import read_spreads
-from fric.documents.machine_files import read_machine
+from fric.documents.machine_files import read_machine, read_spreads
 from fric.simulate.spread import draw_machine
 
 SHAPE = ("alpha", "k", "F_s", "v_s", "delta", "sigma")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.reality.session import MACHINES, machine_with
-from fric.documents.identified import read_spreads
+from fric.documents.machine_files import read_spreads
 from fric.simulate.reality.flaws import (
     Clock,
     Cogging,

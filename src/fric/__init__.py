@@ -18,7 +18,10 @@ __all__ = sorted(_HOMES)
 
 
 def __getattr__(name: str) -> Any:
-    home = _HOMES.get(name) or ("" if name.startswith("_") else _verb(name))
+    if (home := _HOMES.get(name)) is None and not name.startswith("_"):
+        from fric.verb import verbs_in
+
+        home = verbs_in("fric.results").get(name, "").partition(":")[0]  # of a verb that the stub does not name
     if not home:
         from fric.errors import near
 
@@ -31,13 +34,6 @@ def __getattr__(name: str) -> Any:
         found = explained(found)
     globals()[name] = found
     return found
-
-
-def _verb(name: str) -> str:
-    """Return the module of a verb of `fric.results` that the stub does not name; empty where there is none."""
-    from fric.verb import verbs_in
-
-    return verbs_in("fric.results").get(name, "").partition(":")[0]
 
 
 def __dir__() -> list[str]:

@@ -9,10 +9,10 @@ from .control.q_filter import QFilter as QFilter
 from .control.scheme import Scheme as Scheme
 from .documents import document_schema as document_schema
 from .documents.bundled import bundled as bundled
-from .documents.identified import read_identified as read_identified
-from .documents.identified import read_spreads as read_spreads
 from .documents.machine_files import read_friction as read_friction
+from .documents.machine_files import read_identified as read_identified
 from .documents.machine_files import read_machine as read_machine
+from .documents.machine_files import read_spreads as read_spreads
 from .documents.machine_files import write_machine as write_machine
 from .documents.schemes import read_schemes as read_schemes
 from .drive.plant import LinearPlant as LinearPlant

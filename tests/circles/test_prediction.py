@@ -13,7 +13,7 @@ from fric.circles.prediction import predicted as predicted_of
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.contours import prediction_of, prediction_tree
 from fric.documents.friction import FrictionDocument
-from fric.documents.identified import FORM, IdentifiedMachine, discrepancies
+from fric.documents.machine_files import FORM, IdentifiedMachine, discrepancies
 from fric.documents.plant import PlantDocument
 from fric.flaws import CATALOGUE
 from fric.friction.directed import PLAY, since_reversal

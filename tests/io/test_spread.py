@@ -4,8 +4,7 @@ import pytest
 from pydantic import ValidationError
 
 from fric.documents.base import Quantity
-from fric.documents.identified import read_identified, read_spreads
-from fric.documents.machine_files import read_machine
+from fric.documents.machine_files import read_identified, read_machine, read_spreads
 from fric.errors import FricError
 from fric.simulate.spread import DEFAULT_SPREADS
 

@@ -9,7 +9,7 @@ from rich.console import Console
 from fric.estimate import Estimate
 from fric.flaws.blocks import C_WITHOUT_PLANT, LEVEL_DIFFERS
 from fric.flaws.static_map import SIGMA_IN_A
-from fric.results.text import Table, parameters, plain, plain_names, told_alone
+from fric.results.base import Table, parameters, plain, plain_names, told_alone
 
 
 def printed(table: Table, width: int) -> list[str]:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import groupby, pairwise
+from itertools import pairwise
 from math import inf, isfinite
 from pathlib import Path
 from typing import Any
@@ -30,9 +30,8 @@ from fric.notice import Notice
 from fric.output import staged, together
 from fric.report.collect import Change, Item, document_changes, limits_of
 from fric.report.view import environment
-from fric.results.base import Result
+from fric.results.base import Piece, Result, Table
 from fric.results.circles import diagnose
-from fric.results.text import Piece, Table
 from fric.simulate.processes import run_all
 from fric.units import readable
 
@@ -79,9 +78,7 @@ class UnitOutcome:
 
 
 def find_fleet(given: Sequence[Path]) -> list[Unit]:
-    """Return machines and dates, if the only path given is a folder of machines, each with folders of dates; else
-    nothing.
-    """
+    """Return machines and dates, if a single folder of machines is given, each with folders of dates; else nothing."""
     if len(given) != 1 or not given[0].is_dir():
         return []
     machines = [path for path in sorted(given[0].iterdir()) if path.is_dir() and not path.name.startswith(".")]
@@ -165,7 +162,8 @@ class ParameterDrift:
 
 def drifts(found: Sequence[UnitOutcome]) -> list[ParameterDrift]:
     """Return every number that two consecutive dates of an axis share, sorted by adjusted probability."""
-    every = [drift for machine in _machines(found) for drift in _of_machine(machine)]
+    dates = pairwise(sorted(found, key=lambda outcome: (outcome.unit.machine, outcome.unit.date)))
+    every = [drift for early, late in dates if early.unit.machine == late.unit.machine for drift in _of(early, late)]
     adjusted = holm(np.array([drift.p for drift in every]))
     done = [replace(drift, adjusted=float(p)) for drift, p in zip(every, adjusted, strict=True)]
     return sorted(done, key=lambda drift: (drift.adjusted, drift.p))
@@ -199,19 +197,13 @@ def probability(change: Change, freedom: float) -> float | None:
     return float(2 * stdtr(freedom, -abs(change.difference) / side * float(stdtrit(freedom, 0.975))))
 
 
-def _machines(found: Sequence[UnitOutcome]) -> Iterator[list[UnitOutcome]]:
-    ordered = sorted(found, key=lambda outcome: (outcome.unit.machine, outcome.unit.date))
-    for _, dates in groupby(ordered, key=lambda outcome: outcome.unit.machine):
-        yield list(dates)
-
-
-def _of_machine(dates: Sequence[UnitOutcome]) -> Iterator[ParameterDrift]:
-    for before, after in pairwise(dates):
-        for axis in before.axes.keys() & after.axes.keys():
-            of = (before.unit.machine, axis, (before.unit.date, after.unit.date))
-            for change, freedom in _changes(before.axes[axis], after.axes[axis]):
-                if (p := probability(change, freedom)) is not None:
-                    yield ParameterDrift(*of, change, p)
+def _of(before: UnitOutcome, after: UnitOutcome) -> Iterator[ParameterDrift]:
+    """Yield the differences of a machine between two dates."""
+    for axis in before.axes.keys() & after.axes.keys():
+        of = (before.unit.machine, axis, (before.unit.date, after.unit.date))
+        for change, freedom in _changes(before.axes[axis], after.axes[axis]):
+            if (p := probability(change, freedom)) is not None:
+                yield ParameterDrift(*of, change, p)
 
 
 def _changes(before: UnitAxis, after: UnitAxis) -> Iterator[tuple[Change, float]]:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from fric.automatic.sources import MOTION, Source, Sources
 from fric.columns import FORCE_VELOCITY, PRESLIDING
 from fric.documents.base import commanded
-from fric.documents.identified import read_identified
+from fric.documents.machine_files import read_identified
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import dump, plain, read_document, read_tree, write_document
 from fric.errors import FricError

@@ -73,10 +73,6 @@ class Prediction:
     widened: Mapping[str, tuple[Notice, ...]] = field(default_factory=dict)
     distrust: tuple[Notice, ...] = ()
 
-    def why_not(self, scheme: str) -> tuple[Notice, ...]:
-        """Return the reasons why the interval of a scheme is not valid; empty if it is."""
-        return self.schemes[scheme].why if scheme in self.schemes else self.distrust
-
     def trusted(self, scheme: str) -> bool:
         """Return whether the interval of a scheme may be trusted."""
         return scheme in self.schemes and self.schemes[scheme].trusted

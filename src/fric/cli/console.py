@@ -7,7 +7,7 @@ import os
 import re
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -107,7 +107,7 @@ def finish(
     writes: Format of ``output``, as `fric.output.FORMATS` calls it.
     worded: Replaces arguments by options in a warning.
     """
-    from fric.results.text import plain, told_alone
+    from fric.results.base import plain, told_alone
 
     figures = {path: draw for path, draw in (also or {}).items() if path is not None}
     view, plot = named(plot)
@@ -143,7 +143,8 @@ def finish(
                 OUT.print(piece if OUT.console.is_terminal else plain([piece]), markup=False)  # a pipe without blanks
         if written:
             OUT.print(f"wrote {' and '.join(map(str, written))}", markup=False)
-    print_warnings(map(worded, told_alone(result.warnings)))
+    for warning in told_alone(result.warnings):
+        ERR.say(printable(worded(warning), MOST_CHARACTERS), "warning:")
     return result
 
 
@@ -161,14 +162,8 @@ def print_json(document: Mapping[str, Any]) -> None:
     sys.stdout.write("".join(c if c.isprintable() or c == "\n" else json.dumps(c)[1:-1] for c in text) + "\n")
 
 
-def print_warnings(warnings: Iterable[str]) -> None:
-    """Print each warning on standard error."""
-    for warning in warnings:
-        ERR.say(printable(warning, MOST_CHARACTERS), "warning:")
-
-
 @contextmanager
-def progress(description: str, total: int | None = None) -> Iterator[Any]:
+def progress(description: str) -> Iterator[Any]:
     """Show a progress bar on standard error, silent when that is no terminal; gives a function to advance it."""
     if not sys.stderr.isatty():
         yield lambda steps=1, *, total=None: None
@@ -180,7 +175,7 @@ def progress(description: str, total: int | None = None) -> Iterator[Any]:
         TimeRemainingColumn(),
     )  # fmt: skip
     with Progress(*columns, console=ERR.console, transient=True) as bar:
-        task, trials = bar.add_task(description, total=total, within=""), count(1)
+        task, trials = bar.add_task(description, total=None, within=""), count(1)
 
         def advance(steps: int = 1, *, total: int | None = None) -> None:
             bar.update(task, total=total)

@@ -58,7 +58,7 @@ def manual(
         typer.echo(bundled.page(topic), nl=False)
 
 
-READ_IDENTIFIED = "fric.documents.identified:read_identified"
+READ_IDENTIFIED = "fric.documents.machine_files:read_identified"
 PLAN_NEXT = "fric.results.plan:plan_next"
 INGEST_CIRCLES = "fric.results.ingest:ingest_circles"
 OF_CIRCLES = ("radius", "feed", "sampling", "instrument", "scheme", "clockwise")

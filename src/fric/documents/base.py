@@ -299,9 +299,7 @@ def provenance(logs: Iterable[Record] = ()) -> dict[str, Any]:
 
 @cache
 def arithmetic() -> dict[str, str]:
-    """Return the libraries that round sums here: each BLAS with version and architecture, NumPy's vector
-    instructions.
-    """
+    """Return what rounds sums here: each BLAS with version and architecture, and NumPy's vector instructions."""
     from threadpoolctl import threadpool_info
 
     keys = ("internal_api", "version", "architecture")
@@ -441,9 +439,7 @@ class Document(Part):
         return tuple((coded | {text: coded.get(text, Notice.of(text)) for text in self.warnings}).values())
 
     def passed_on(self) -> tuple[Notice, ...]:
-        """Return the doubts of this document for documents based on it, each with its origin; notes are not passed
-        on.
-        """
+        """Return the doubts of this document for documents based on it, each with its origin; not the notes."""
         of = f"{self.type} of axis {axis}" if (axis := getattr(self, "axis", "")) else self.type
         doubts = (notice for notice in self.notices() if notice.severity != "note")
         return tuple(doubt if doubt.carried else doubt.at(of, carried=True) for doubt in doubts)

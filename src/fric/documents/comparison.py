@@ -68,10 +68,9 @@ def _scored(found: Any, residual: tuple[Real, ...]) -> dict[str, Any]:
 
 
 def _models(found: Any) -> dict[str, Any]:
-    scores = {score.name: score for score in found.scores}
     return {
-        name: read_off(ScorePart, score, {"records"}) | {"records": _scored(found, score.residual)}
-        for name, score in scores.items()
+        score.name: read_off(ScorePart, score, {"records"}) | {"records": _scored(found, score.residual)}
+        for score in found.scores
     }
 
 

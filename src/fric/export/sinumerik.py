@@ -143,12 +143,6 @@ def as_block(part: ExportedPart, pulse: Pulse) -> dict[str, float]:
     }  # fmt: skip
 
 
-def chance_of(axis: Axis, part: ExportedPart, pulse: Pulse | None, feed: float) -> Chance:
-    """Return the result of `left_over`, at several places between two counts if it depends on these."""
-    places = [n / PLACES for n in range(PLACES)] if feed < SLOW else [0.0]
-    return Chance(tuple(left_over(axis.placed(place), part, pulse, feed) for place in places), 0.0)
-
-
 def left_over(axis: Axis, part: ExportedPart, pulse: Pulse | None, feed: float) -> float:
     """Return the glitch [m] of a circle of 30 mm with the pulse, or without one with the friction model fed forward."""
     motion, other = _asked(feed, part.sampling)
@@ -189,7 +183,11 @@ def sinumerik_files(part: ExportedPart, *, machine: Machine) -> Files:
     idle = replace(pulse, largest=0.0, smallest=0.0)
     table = []
     for feed in FEEDS:
-        left = (f"{chance_of(axis, part, pulse, feed).text()} µm" for pulse in (idle, pulse, None))
+        places = [n / PLACES for n in range(PLACES)] if feed < SLOW else [0.0]  # where it depends on these
+        left = (
+            f"{Chance(tuple(left_over(axis.placed(place), part, one, feed) for place in places), 0.0).text()} µm"
+            for one in (idle, pulse, None)
+        )
         table.append(f"| {1e3 * feed:g} mm/s | {' | '.join(left)} |")
     accelerations = np.array(FEEDS) ** 2 / RADIUS
     given = pulse.amplitude(accelerations)

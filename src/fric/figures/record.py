@@ -1,4 +1,4 @@
-"""A record as it was logged, with what `fric inspect` found in it."""
+"""A record as it was logged, with what `fric inspect` found in it; and where planned records sample friction."""
 
 from collections.abc import Sequence
 
@@ -8,10 +8,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fric.arrays import Real
-from fric.figures.style import BLUE, GREY, ORANGE, VERMILION, new_figure
+from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, new_figure, view
+from fric.friction.directed import Directed
 from fric.identify.static_map.points import standard_errors
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.records.inspection import Inspected, Inspection
+from fric.simulate.experiment import Plan
 from fric.units import prefixed, si_unit
 
 POINTS = 4000  # Columns that a curve is drawn in: more samples than twice that are drawn as their least and greatest
@@ -181,3 +183,44 @@ def _overview(pairs: list[tuple[Record, Inspected]]) -> Figure:
         right.set(xlabel="time, as a share of the record [1]", ylabel=f"{name} [{unit}]")
         right.set_title("all records", fontsize=9, loc="left")
         return figure
+
+
+@view("plan", of="Plan", usual=True)
+def draw_plan(plan: Plan) -> Figure:
+    """Draw the speeds of a plan on the known map, its sines on the virgin curve, and the expected intervals."""
+    axis = plan.axis
+    model = axis.friction.model if isinstance(axis.friction, Directed) else axis.friction
+    asked = {record.kind: record.settings for record in plan.planned}
+    with new_figure(9.0, 3.4) as figure:
+        left, middle, right = figure.subplots(1, 3, width_ratios=(1, 1, 1.1))
+        speeds = np.array(asked.get("constant-velocity", {}).get("speeds", (1e-3,)))
+        v = np.geomspace(speeds.min() / 2, speeds.max() * 1.2, 300)
+        top, force = prefixed(float(np.max(model.steady_state(v))), si_unit("force", axis.motion))
+        speed, named = prefixed(float(speeds.max()), si_unit("velocity", axis.motion))
+        left.semilogx(v * speed, np.asarray(model.steady_state(v)) * top, color=BLACK, label="known before")
+        left.plot(speeds * speed, np.asarray(model.steady_state(speeds)) * top, "o", color=BLUE, label="strokes")
+        if (sliding := asked.get("sliding-sine")) is not None:
+            mean, swing = float(sliding["mean"]), float(sliding["swing"])  # type: ignore[arg-type]
+            ends = (mean - swing) * speed, (mean + swing) * speed
+            left.axvspan(*ends, color=VERMILION, alpha=0.2, label="sliding sine")
+        left.set(xlabel=f"velocity [{named}]", ylabel=f"friction [{force}]", title="speeds")
+        left.legend()
+        amplitudes = np.array(asked.get("presliding-sine", {}).get("amplitudes", (1e-4,)))
+        z = np.geomspace(1e-3 * amplitudes.max() / 8, 1.2 * amplitudes.max(), 300)
+        length, metre = prefixed(0.1 * float(amplitudes.max()), si_unit("position", axis.motion))
+        if hasattr(model, "virgin_curve"):
+            middle.semilogx(z * length, model.virgin_curve(z) * top, color=BLACK, label="virgin curve")
+        for n, amplitude in enumerate(amplitudes):
+            colour, label = (BLUE, VERMILION)[n % 2], "" if n else "amplitudes of the sines"
+            middle.axvline(amplitude * length, color=colour, linestyle="--", label=label)
+        middle.set(xlabel=f"displacement [{metre}]", ylabel=f"friction [{force}]", title="sines before sliding")
+        middle.legend()
+        shown = [(name, expected) for name, expected in plan.expected.items() if expected.value]
+        shares = np.array([100 * expected.half_width / abs(expected.value) for _, expected in shown])
+        kept = np.isfinite(shares) & (shares < 200)
+        names = [name for (name, _), good in zip(shown, kept, strict=True) if good]
+        right.barh(np.arange(len(names)), shares[kept], color=GREY)
+        right.set_yticks(np.arange(len(names)), names)
+        right.invert_yaxis()
+        right.set(xscale="log", xlabel="half-width over value [%]", title="95 % to be expected")
+    return figure

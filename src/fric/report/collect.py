@@ -580,9 +580,6 @@ def description(changes: list[Change]) -> str:
         return "None of the numbers has an interval: whether a difference is a change is not known."
     if not moved:
         return f"None of the {len(known)} numbers with intervals moved beyond them."
-    names = ", ".join(f"{change.name} ({_percent(change)})" for change in moved)
+    shares = ("from 0" if change.relative is None else f"{change.relative:+.1%}" for change in moved)
+    names = ", ".join(f"{one.name} ({share.replace('-', '−')})" for one, share in zip(moved, shares, strict=True))
     return f"{len(moved)} of {len(known)} numbers moved beyond their intervals: {names}."
-
-
-def _percent(change: Change) -> str:
-    return "from 0" if change.relative is None else f"{change.relative:+.1%}".replace("-", "−")

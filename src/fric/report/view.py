@@ -43,8 +43,8 @@ from fric.report.collect import (
     document_changes,
     glitch_changes,
 )
+from fric.results.base import Table, plain_names
 from fric.results.design import perturbation_of
-from fric.results.text import Table, plain_names
 from fric.units import readable, rotates, significant
 from fric.verdict import EARNED, Candidate, Evidence, Verdict, bare, decide, machine_name
 
@@ -171,7 +171,9 @@ def observations(test: ContourTest, presliding: float | None = None) -> list[str
     presliding: Displacement over which friction builds up after a reversal [m], where a friction file holds it.
     """
     found = [*overcompensation(test), *too_weak(test.contours), *observer_share(test), *observer_spoils(test)]
-    found += [*uneven(test), *learned_says(test.contours)]
+    found += uneven(test)
+    for text in wrong_shape((contour.scheme, contour.glitch) for contour in test.contours):
+        found.append(f"{text[0].upper()}{text[1:]}.")  # a learned circle leaves clearly less
     if presliding is not None and test.radius is not None:
         found.append(build_up(presliding, test.radius, test.feed))
     return found
@@ -240,12 +242,6 @@ def too_weak(contours: Sequence[Contour]) -> list[str]:
                 f"forward about {1 - left:.0%} of the friction. Raise its gain, or identify again if the logs are old."
             ]
     return []
-
-
-def learned_says(contours: Sequence[Contour]) -> list[str]:
-    """Describe a friction model of wrong shape: a learned circle leaves clearly less."""
-    texts = wrong_shape((contour.scheme, contour.glitch) for contour in contours)
-    return [f"{text[0].upper()}{text[1:]}." for text in texts]
 
 
 def _pairs(contours: Sequence[Contour]) -> list[tuple[Contour, Contour]]:

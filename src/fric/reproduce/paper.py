@@ -33,13 +33,12 @@ from fric.output import staged
 from fric.report.collect import collect
 from fric.report.view import render_view, view
 from fric.reproduce.step_cache import StepCache
-from fric.results.base import DataFrame, Result
+from fric.results.base import DataFrame, Piece, Result
 from fric.results.design import design_controller, design_observer
 from fric.results.given import Advance, silent
 from fric.results.identify import identify_gms, identify_plant, identify_static
 from fric.results.kinds import MachineFile, Seed
 from fric.results.simulate import CircleResult
-from fric.results.text import Piece
 from fric.simulate.contour_run import Circle, CircleRun, pair, run_circle
 from fric.simulate.experiment import OF_THE_PAPER, experiment
 from fric.simulate.machine import Machine

@@ -26,8 +26,7 @@ from fric.documents.circle_findings import (
     tuned_files,
     write_tuned,
 )
-from fric.documents.identified import IdentifiedMachine, machine_to_predict
-from fric.documents.machine_files import read_machine
+from fric.documents.machine_files import IdentifiedMachine, machine_to_predict, read_machine
 from fric.errors import FricError
 from fric.estimate import Estimate, estimate_rows, in_digits
 from fric.flaws.prediction import CIRCLE_UNUSED, NOT_AS_PREDICTED
@@ -35,11 +34,10 @@ from fric.io.circle import choose_circles, read_feedforward, write_feedforward
 from fric.io.run import read_run_provenance, write_runs
 from fric.notice import Notice
 from fric.output import refuse_existing, together
-from fric.results.base import DataFrame, Figure, Result
+from fric.results.base import DataFrame, Figure, Piece, Result, Table, named
 from fric.results.given import Advance, bounded, path_of, quantity, silent
 from fric.results.given_models import machine_of, schemes_of, some_circles
 from fric.results.kinds import CircleLike, KnownSchemes, MachineLike, Quantity, SchemeName
-from fric.results.text import Piece, Table, named
 from fric.simulate.contour_run import Circle, pair
 from fric.simulate.machine import Machine
 from fric.simulate.processes import MonteCarlo

@@ -33,11 +33,10 @@ from fric.log import Log
 from fric.notice import Notice, once
 from fric.records.flaws import even_sampling as sampling_of
 from fric.records.prepared import prepared, without_loaded
-from fric.results.base import DataFrame, Result
+from fric.results.base import DataFrame, Piece, Result, Table
 from fric.results.given import Advance, in_si, logs_of, silent
 from fric.results.given_models import cascade_of, document_of, friction_of, plant_of
 from fric.results.kinds import Blocks, CircleFiles, ControllerLike, FrictionLike, LogLike, PlantLike, Quantity, Seed
-from fric.results.text import Piece, Table
 from fric.units import readable, si_unit
 from fric.verb import Kind, verb
 

@@ -38,7 +38,7 @@ from fric.flaws.response import CONTROLLER_BY_DEFAULT, OBSERVER_ASSUMED
 from fric.friction import FrictionModel
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice, once
-from fric.results.base import Figure, Result
+from fric.results.base import Figure, Piece, Result, Table, named, plain_names
 from fric.results.given import in_si, positive, quantity, records_of
 from fric.results.given_models import cascade_of, document_of, friction_of
 from fric.results.kinds import (
@@ -51,7 +51,6 @@ from fric.results.kinds import (
     RecordName,
     ResonancesLike,
 )
-from fric.results.text import Piece, Table, named, plain_names
 from fric.units import Motion, parse_gain, readable
 from fric.verb import Kind, verb
 
@@ -116,12 +115,12 @@ class Design(Result):
         ]
         return Table(["loop", *(title for _, title, _, _ in MARGINS)], rows)
 
-    def loops_figure(self, nyquist: float) -> Figure:
-        """Return the figure of the loops up to half the sampling rate [Hz]: Bode, Nyquist or Nichols."""
+    def loops_figure(self) -> Figure:
+        """Return the figure of the loops up to half the sampling rate: Bode, Nyquist or Nichols."""
         from fric.figures.loops import bode_figure, nichols_figure, nyquist_figure
 
         draw = {"bode": bode_figure, "nyquist": nyquist_figure, "nichols": nichols_figure}[self.view]
-        return draw(self.design.loops().values(), nyquist)
+        return draw(self.design.loops().values(), self.design.cascade.sampling / 2)
 
     def by_row(self) -> dict[str, dict[str, Any]]:
         """Return the margins by loop: °, dB and Hz, as in the file."""
@@ -167,9 +166,7 @@ class ControllerResult(Design, schema=ControllerDocument, of="content"):
         given = self.parts()
         return ", ".join(f"{name} {readable(float(given[name]), given[name].unit)}" for name in ("K_v", "K_p", "K_i"))
 
-    def figure(self) -> Figure:
-        """Return the loops."""
-        return self.loops_figure(self.design.cascade.sampling / 2)
+    figure = Design.loops_figure
 
 
 @verb
@@ -298,7 +295,7 @@ class ObserverResult(Design, schema=ObserverDocument, of="content"):
         """Return Q with what limits it, or the loops."""
         from fric.figures.loops import q_filter_figure
 
-        return q_filter_figure(self.design) if self.view == "q" else self.loops_figure(self.design.cascade.sampling / 2)
+        return q_filter_figure(self.design) if self.view == "q" else self.loops_figure()
 
 
 def _hertz(quantity: dict[str, Any] | None) -> str:

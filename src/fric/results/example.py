@@ -10,8 +10,7 @@ from fric.documents.listings import ExampleDocument, FormatsDocument
 from fric.io import readers
 from fric.io.propose import proposal
 from fric.output import write_folder
-from fric.results.base import Result
-from fric.results.text import Piece, Table
+from fric.results.base import Piece, Result, Table
 from fric.verb import Kind, verb
 
 

@@ -27,12 +27,11 @@ from fric.flaws.prediction import NOTHING_SIMULATED, SCHEME_SATURATES
 from fric.io.run import read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.notice import Notice, once
 from fric.output import write_folder
-from fric.results.base import Result
+from fric.results.base import Piece, Result, Table
 from fric.results.circles import diagnose
 from fric.results.given import Advance, path_of, silent
 from fric.results.given_models import schemes_of
 from fric.results.kinds import AxisName, CircleFiles, KnownSchemes, MachineLike, Quantity, SchemesLike
-from fric.results.text import Piece, Table
 from fric.simulate.contour_run import Circle, pair, run_circle
 from fric.simulate.machine import Machine
 from fric.units import readable

@@ -13,8 +13,7 @@ from fric.control.scheme import Scheme, choose_schemes
 from fric.documents.base import in_units
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
-from fric.documents.identified import IdentifiedMachine
-from fric.documents.machine_files import read_machine
+from fric.documents.machine_files import IdentifiedMachine, read_machine
 from fric.documents.plant import PlantDocument
 from fric.documents.schemes import read_schemes
 from fric.documents.yaml import read_document

@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # each brings what a command's help does without
     from fric.design.observer import StructuralMode
     from fric.documents.controller import ControllerDocument
     from fric.documents.friction import FrictionDocument
-    from fric.documents.identified import IdentifiedMachine
+    from fric.documents.machine_files import IdentifiedMachine
     from fric.documents.mapping import MappingDocument
     from fric.documents.plan import PlanDocument
     from fric.documents.plant import PlantDocument

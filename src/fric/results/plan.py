@@ -22,11 +22,10 @@ from fric.friction import models
 from fric.notice import Notice
 from fric.output import write_folder
 from fric.planning.choose import IDENTIFIED_BY, TYPICAL, Wanted, durations, narrowing, planned_for, prior_axis
-from fric.results.base import Result
+from fric.results.base import Piece, Result, Table, plain_names
 from fric.results.given import Advance, bounded, in_si, logs_of, silent
 from fric.results.given_models import document_of, machine_of, schemes_of
 from fric.results.kinds import FrictionLike, LogLike, MachineLike, PlantLike, Quantity, SchemesLike
-from fric.results.text import Piece, Table, plain_names
 from fric.simulate.experiment import Limits, Narrowing, Plan, Planned
 from fric.simulate.machine import Axis
 from fric.units import prefixed, readable, rotates, si_unit, significant

@@ -12,11 +12,11 @@ import numpy as np
 from fric.circles.prediction import Prediction
 from fric.contour import QUADRANTS
 from fric.documents.contours import CircleMapDocument, CircleResultDocument, PathResultDocument
-from fric.documents.identified import IdentifiedMachine, read_spreads
+from fric.documents.machine_files import IdentifiedMachine, read_spreads
 from fric.errors import FricError
 from fric.flaws.prediction import INTERRUPTED, SCHEME_FAILED
 from fric.notice import Notice, once
-from fric.results.base import DataFrame, Figure, Result
+from fric.results.base import DataFrame, Figure, Piece, Result, Table
 from fric.results.given import Advance, bounded, in_si, path_of, silent
 from fric.results.given_models import circles_of, machine_of, schemes_of
 from fric.results.kinds import (
@@ -35,7 +35,6 @@ from fric.results.kinds import (
     SpreadsLike,
     Workers,
 )
-from fric.results.text import Piece, Table
 from fric.simulate.contour_run import (
     Circle,
     CircleGrid,

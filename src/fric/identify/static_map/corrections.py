@@ -32,11 +32,11 @@ from fric.identify.static_map.points import (
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log
 from fric.records.over_strokes import PLACES, along_axis, over_place
+from fric.records.preparation import WINDOWS
 from fric.statistics import DIFFERENT, OF_TWO, mixed_model, sandwich
 
 RECORDS = 8  # Least number of records of a single speed each whose levels are separable from the map
 _LEVELS = ("F_c", "F_s")
-WINDOWS = 4  # Number of windows in time of a single record whose levels are compared
 FEW_STROKES = 3  # Least number of strokes of a record, at two speeds or more, to separate its level from the map
 
 
