@@ -9,7 +9,7 @@ import numpy as np
 
 from fric.documents.machine_files import read_machine
 from fric.planning.choose import DRAWS, choose, expected, prior_axis, typical
-from fric.results.given import silent
+from fric.results.base import silent
 from fric.simulate.experiment import Limits, runs_of
 from fric.simulate.spread import draw_machine
 from tests.planning.test_expected import SUBJECTS, achieved, anywhere, identified

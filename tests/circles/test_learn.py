@@ -140,8 +140,7 @@ def test_that_learning_gains_nothing_is_told(table):
 
 def test_where_learning_leaves_clearly_less_the_shape_of_the_model_is_wrong(table, tmp_path):
     from fric.circles.next_circle import wrong_shape
-    from fric.io.circle import write_circles
-    from fric.io.run import read_runs
+    from fric.io.circle import read_runs, write_circles
     from fric.report.collect import collect
 
     found = learn(table, Circle(radius=0.01), 2)  # the paper's controllers believe 0.73 of the friction, without lead

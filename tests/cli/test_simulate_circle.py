@@ -9,7 +9,7 @@ from fric.cli.main import app
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.schemes import read_schemes
 from fric.errors import FricError
-from fric.io.run import read_runs
+from fric.io.circle import read_runs
 
 RUN = CliRunner()
 MACHINE = Path("configs/xy-table.yaml").resolve()

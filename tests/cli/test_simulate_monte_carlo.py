@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from fric.cli import main
 from fric.cli.main import app
-from fric.io.run import read_runs
+from fric.io.circle import read_runs
 from fric.simulate import processes
 from fric.simulate.processes import Study
 from tests.io.test_spread import FRICTION

@@ -10,7 +10,7 @@ from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.documents.machine_files import read_machine
 from fric.documents.schemes import read_schemes
 from fric.errors import FricError
-from fric.io.run import read_runs, write_runs
+from fric.io.circle import read_runs, write_runs
 from fric.kernels.block import Sample
 from fric.simulate.axis import blocks_of, setting_of
 from fric.simulate.contour_run import Circle, run_circle

@@ -18,12 +18,11 @@ from fric.documents.machine_files import read_machine
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.io.circle import read_circles, read_path
+from fric.io.circle import read_circles, read_drawn, read_path, read_run_provenance, read_runs
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest
 from fric.io.propose import proposal
 from fric.io.recognise import read_report, recognise
-from fric.io.run import read_drawn, read_run_provenance, read_runs
 from fric.log import Log
 from fric.report.collect import collect
 from fric.simulate.contour_run import Circle, run_circle

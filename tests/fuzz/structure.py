@@ -33,10 +33,9 @@ import numpy as np
 from fric import units
 from fric.control.scheme import choose_schemes
 from fric.documents.machine_files import read_machine
-from fric.io.circle import read_circles, write_circles
+from fric.io.circle import read_circles, write_circles, write_runs
 from fric.io.hdf5 import write_logs
 from fric.io.recognise import REPORT_MARK, read_report
-from fric.io.run import write_runs
 from fric.log import ForceVelocity, Log
 from fric.results.circles import learn
 from fric.simulate import processes

@@ -14,10 +14,9 @@ import numpy as np
 from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.control.scheme import choose_schemes
 from fric.documents.machine_files import read_machine
-from fric.io.circle import write_circles
+from fric.io.circle import write_circles, write_runs
 from fric.io.hdf5 import read_logs, write_logs
 from fric.io.recognise import REPORT_MARK
-from fric.io.run import write_runs
 from fric.simulate.contour_run import Circle, run_circle
 
 ROOT = Path(__file__).parents[2]

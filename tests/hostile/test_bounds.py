@@ -21,7 +21,7 @@ from fric.io.hdf5 import read_records, write_logs
 from fric.io.readers import sinumerik, xlsx
 from fric.io.recognise import read_report
 from fric.log import Log
-from fric.results.given import in_si
+from fric.results.base import in_si
 
 
 def sparse(path: Path, size: int) -> Path:

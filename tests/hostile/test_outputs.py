@@ -125,7 +125,7 @@ def test_who_waits_too_long_is_told(tmp_path, monkeypatch):
 
 
 WRITERS = {
-    "run": "from fric.io.run import write_runs\nwrite = lambda p: write_runs(p, RUNS)",
+    "run": "from fric.io.circle import write_runs\nwrite = lambda p: write_runs(p, RUNS)",
     "log": "from fric.io.hdf5 import write_logs\nwrite = lambda p: write_logs(p, LOGS)",
 }
 FULL = """

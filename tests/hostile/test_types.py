@@ -20,10 +20,9 @@ from fric.documents.contours import ContourScheme
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.input import foreign
-from fric.io.circle import read_feedforward
+from fric.io.circle import read_feedforward, read_runs
 from fric.io.hdf5 import read_records, write_logs
 from fric.io.ingest import ingest
-from fric.io.run import read_runs
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.reference import circle as circular
 from fric.simulate.contour_run import PointPath, RecordedPath

@@ -12,8 +12,8 @@ from fric.contour import circularity
 from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.reference import Reference
+from fric.results.base import Advance, silent
 from fric.results.export import TriedCircle
-from fric.results.given import Advance, silent
 from fric.simulate.axis import run_axis
 from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine

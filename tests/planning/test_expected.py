@@ -29,7 +29,7 @@ from fric.planning.choose import (
     scattering,
     typical,
 )
-from fric.results.given import silent
+from fric.results.base import silent
 from fric.results.plan import PlanResult
 from fric.simulate.experiment import Expected, Limits, Plan, Planned, runs_of
 from fric.simulate.spread import draw_machine

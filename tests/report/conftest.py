@@ -14,7 +14,7 @@ import fric
 from fric.control.scheme import choose_schemes
 from fric.drive.plant import Plant
 from fric.identify.halves import halves
-from fric.io.run import write_runs
+from fric.io.circle import write_runs
 from fric.log import Log
 from fric.simulate.contour_run import run_circle
 

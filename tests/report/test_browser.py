@@ -16,8 +16,8 @@ import pytest
 from matplotlib import image
 
 import fric
+from fric.io.circle import read_runs
 from fric.io.recognise import write_report
-from fric.io.run import read_runs
 from fric.report.collect import collect
 from fric.report.summary import Report
 from fric.report.view import render_report

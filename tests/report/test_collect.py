@@ -13,8 +13,8 @@ import fric
 from fric.control.scheme import choose_schemes
 from fric.documents.contours import MonteCarloPart
 from fric.errors import FricError
+from fric.io.circle import read_runs, write_runs
 from fric.io.recognise import read_report, recognise, write_report
-from fric.io.run import read_runs, write_runs
 from fric.report.collect import as_data, collect, contour_test, thinned
 from fric.report.view import render_report
 from fric.simulate.contour_run import PointPath, run_circle, run_path

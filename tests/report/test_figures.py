@@ -19,7 +19,7 @@ from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
-from fric.io.run import read_runs, write_runs
+from fric.io.circle import read_runs, write_runs
 from fric.log import Log
 from fric.report.collect import Change, collect
 from fric.report.plots import (

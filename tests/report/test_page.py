@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from fric.documents.bundled import bundled
-from fric.io.run import read_runs
+from fric.io.circle import read_runs
 from fric.report.collect import collect
 from fric.report.view import render_report
 

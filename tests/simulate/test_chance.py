@@ -11,7 +11,7 @@ from scipy.special import ndtr
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.drive.sensing import Encoder
-from fric.io.run import read_runs, write_runs
+from fric.io.circle import read_runs, write_runs
 from fric.simulate.contour_run import ACCURACY, PLACES, Chance, Circle, PointPath, run_circle, run_path
 from fric.simulate.machine import Machine
 from fric.verdict import Candidate, Evidence, candidates_of, decide, difference

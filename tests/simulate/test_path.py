@@ -6,8 +6,7 @@ import pytest
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.io.circle import read_path
-from fric.io.run import read_runs, write_runs
+from fric.io.circle import read_path, read_runs, write_runs
 from fric.simulate.contour_run import Circle, PathRun, PointPath, RecordedPath, run_circle, run_path
 
 MACHINE = read_machine(Path("configs/xy-table.yaml"))

@@ -31,8 +31,7 @@ from fric.io.propose import NO_POSITION, first_of
 from fric.io.questions import Ask, Question
 from fric.notice import Notice, once
 from fric.report.summary import Report, make_report
-from fric.results.base import Piece, Result, Table, named
-from fric.results.given import bounded
+from fric.results.base import Piece, Result, Table, bounded, named
 from fric.results.given_models import machine_of
 from fric.results.kinds import Address, CircleFiles, EncoderName, MachineFile, Quantity, Workers
 from fric.units import Motion, rotates

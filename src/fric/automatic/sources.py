@@ -37,7 +37,7 @@ from fric.records.inspection import Inspection, TableInspection, excites, inspec
 from fric.records.modes import switched
 from fric.records.resolution import STUCK
 from fric.records.segments import travelled
-from fric.results.given import in_one_mode
+from fric.results.base import in_one_mode
 from fric.results.ingest import mapping_of
 from fric.units import Motion
 

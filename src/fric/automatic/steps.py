@@ -22,10 +22,9 @@ from fric.output import together, write_folder
 from fric.records.inspection import SPEEDS
 from fric.report.summary import make_report
 from fric.reproduce.step_cache import StepCache
-from fric.results.base import Result
+from fric.results.base import Advance, Result, silent
 from fric.results.circles import diagnose, tune
 from fric.results.design import design_controller, design_observer
-from fric.results.given import Advance, silent
 from fric.results.identify import identify_controller, identify_gms, identify_model, identify_plant, identify_static
 from fric.results.ingest import ingest, ingest_circles
 from fric.results.kinds import EncoderName

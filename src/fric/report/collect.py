@@ -25,9 +25,9 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws import flaw_of
 from fric.input import foreign
+from fric.io.circle import DrawnGlitches, read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.io.hdf5 import read_records
 from fric.io.recognise import FORMAT, read_report, recognise
-from fric.io.run import DrawnGlitches, read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.log import Record
 from fric.notice import Notice
 from fric.results.circles import DiagnosisResult, diagnose

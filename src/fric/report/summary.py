@@ -20,8 +20,7 @@ from fric.notice import Notice
 from fric.report.collect import ContourTest, ReportInput, collect, description, document_changes, glitch_changes
 from fric.report.plots import presliding
 from fric.report.view import observations, render_report
-from fric.results.base import Result
-from fric.results.given import Advance, bounded, path_of, silent
+from fric.results.base import Advance, Result, bounded, path_of, silent
 from fric.results.kinds import CircleFiles, Quantity, Reported
 from fric.results.records import Records
 from fric.results.simulate import CircleResult, PathResult

@@ -27,15 +27,14 @@ from fric.figures.circle import polar_figure
 from fric.figures.style import save_figure
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS
+from fric.io.circle import read_runs, write_runs
 from fric.io.hdf5 import write_logs
-from fric.io.run import read_runs, write_runs
 from fric.output import staged
 from fric.report.collect import collect
 from fric.report.view import render_view, view
 from fric.reproduce.step_cache import StepCache
-from fric.results.base import DataFrame, Piece, Result
+from fric.results.base import Advance, DataFrame, Piece, Result, silent
 from fric.results.design import design_controller, design_observer
-from fric.results.given import Advance, silent
 from fric.results.identify import identify_gms, identify_plant, identify_static
 from fric.results.kinds import MachineFile, Seed
 from fric.results.simulate import CircleResult

@@ -30,12 +30,22 @@ from fric.documents.machine_files import IdentifiedMachine, machine_to_predict, 
 from fric.errors import FricError
 from fric.estimate import Estimate, estimate_rows, in_digits
 from fric.flaws.prediction import CIRCLE_UNUSED, NOT_AS_PREDICTED
-from fric.io.circle import choose_circles, read_feedforward, write_feedforward
-from fric.io.run import read_run_provenance, write_runs
+from fric.io.circle import choose_circles, read_feedforward, read_run_provenance, write_feedforward, write_runs
 from fric.notice import Notice
 from fric.output import refuse_existing, together
-from fric.results.base import DataFrame, Figure, Piece, Result, Table, named
-from fric.results.given import Advance, bounded, path_of, quantity, silent
+from fric.results.base import (
+    Advance,
+    DataFrame,
+    Figure,
+    Piece,
+    Result,
+    Table,
+    bounded,
+    named,
+    path_of,
+    quantity,
+    silent,
+)
 from fric.results.given_models import machine_of, schemes_of, some_circles
 from fric.results.kinds import CircleLike, KnownSchemes, MachineLike, Quantity, SchemeName
 from fric.simulate.contour_run import Circle, pair

@@ -26,15 +26,13 @@ from fric.identify.replay.compare import (
     split_by_folds,
     split_by_record,
 )
-from fric.io.circle import choose_circles
+from fric.io.circle import choose_circles, read_runs
 from fric.io.recognise import recognise
-from fric.io.run import read_runs
 from fric.log import Log
 from fric.notice import Notice, once
 from fric.records.flaws import even_sampling as sampling_of
 from fric.records.prepared import prepared, without_loaded
-from fric.results.base import DataFrame, Piece, Result, Table
-from fric.results.given import Advance, in_si, logs_of, silent
+from fric.results.base import Advance, DataFrame, Piece, Result, Table, in_si, logs_of, silent
 from fric.results.given_models import cascade_of, document_of, friction_of, plant_of
 from fric.results.kinds import Blocks, CircleFiles, ControllerLike, FrictionLike, LogLike, PlantLike, Quantity, Seed
 from fric.units import readable, si_unit

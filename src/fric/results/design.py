@@ -38,8 +38,7 @@ from fric.flaws.response import CONTROLLER_BY_DEFAULT, OBSERVER_ASSUMED
 from fric.friction import FrictionModel
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice, once
-from fric.results.base import Figure, Piece, Result, Table, named, plain_names
-from fric.results.given import in_si, positive, quantity, records_of
+from fric.results.base import Figure, Piece, Result, Table, in_si, named, plain_names, positive, quantity, records_of
 from fric.results.given_models import cascade_of, document_of, friction_of
 from fric.results.kinds import (
     ControllerLike,

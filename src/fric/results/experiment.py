@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
-from fric.results.given import Advance, in_si, quantity, several, silent
+from fric.results.base import Advance, in_si, quantity, several, silent
 from fric.results.given_models import document_of, machine_of
 from fric.results.kinds import AxisName, MachineLike, PlanLike, Quantities, Quantity, Seed
 from fric.results.records import Records

@@ -24,12 +24,11 @@ from fric.errors import FricError, require_known
 from fric.export import targets
 from fric.export.base import ExportedPart, Files, Target, compensation_of, machine_of, manifest, manifest_text
 from fric.flaws.prediction import NOTHING_SIMULATED, SCHEME_SATURATES
-from fric.io.run import read_drawn, read_prediction, read_run_provenance, read_runs
+from fric.io.circle import read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.notice import Notice, once
 from fric.output import write_folder
-from fric.results.base import Piece, Result, Table
+from fric.results.base import Advance, Piece, Result, Table, path_of, silent
 from fric.results.circles import diagnose
-from fric.results.given import Advance, path_of, silent
 from fric.results.given_models import schemes_of
 from fric.results.kinds import AxisName, CircleFiles, KnownSchemes, MachineLike, Quantity, SchemesLike
 from fric.simulate.contour_run import Circle, pair, run_circle

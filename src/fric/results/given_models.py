@@ -22,8 +22,7 @@ from fric.errors import FricError
 from fric.estimate import as_filed
 from fric.friction.stribeck import StaticMap
 from fric.plausibility import of_plant, settled
-from fric.results.base import Result
-from fric.results.given import path_of, where_of
+from fric.results.base import Result, path_of, where_of
 from fric.simulate.machine import Machine
 from fric.units import Motion
 from fric.verb import UnfitError

@@ -36,8 +36,19 @@ from fric.plausibility import Finding, of_amplitudes, of_friction, of_level, of_
 from fric.records.prepared import prepared, without_loaded
 from fric.records.recognition import kind_of
 from fric.records.resolution import without_clipped
-from fric.results.base import Identified, Piece, Table, named, parameters
-from fric.results.given import in_si, logs_of, quantity, records_of, several, where_of
+from fric.results.base import (
+    Identified,
+    Piece,
+    Table,
+    in_si,
+    logs_of,
+    named,
+    parameters,
+    quantity,
+    records_of,
+    several,
+    where_of,
+)
 from fric.results.given_models import circles_of, document_of, friction_of, plant_of
 from fric.results.kinds import (
     AxisName,

@@ -24,8 +24,7 @@ from fric.io.questions import Ask, Review, answered, beside
 from fric.io.recognise import recognise
 from fric.notice import Notice
 from fric.output import FORMATS
-from fric.results.base import DataFrame, Figure, Piece, Result
-from fric.results.given import Advance, in_si, quantity, silent
+from fric.results.base import Advance, DataFrame, Figure, Piece, Result, in_si, quantity, silent
 from fric.results.kinds import MappingLike, Quantity, RecordKind, SchemeName
 from fric.units import Motion, readable, words_of
 from fric.verb import Kind, verb

@@ -22,8 +22,7 @@ from fric.friction import models
 from fric.notice import Notice
 from fric.output import write_folder
 from fric.planning.choose import IDENTIFIED_BY, TYPICAL, Wanted, durations, narrowing, planned_for, prior_axis
-from fric.results.base import Piece, Result, Table, plain_names
-from fric.results.given import Advance, bounded, in_si, logs_of, silent
+from fric.results.base import Advance, Piece, Result, Table, bounded, in_si, logs_of, plain_names, silent
 from fric.results.given_models import document_of, machine_of, schemes_of
 from fric.results.kinds import FrictionLike, LogLike, MachineLike, PlantLike, Quantity, SchemesLike
 from fric.simulate.experiment import Limits, Narrowing, Plan, Planned

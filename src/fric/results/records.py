@@ -19,8 +19,7 @@ from fric.notice import Notice
 from fric.records.inspection import Channel, Inspected, Inspection, ResponseInspection, TableInspection
 from fric.records.inspection import inspect as inspect_record
 from fric.records.modes import switched
-from fric.results.base import DataFrame, Figure, Piece, Result, Table
-from fric.results.given import in_one_mode, records_of
+from fric.results.base import DataFrame, Figure, Piece, Result, Table, in_one_mode, records_of
 from fric.results.kinds import LogLike
 from fric.units import readable, si_unit
 from fric.verb import verb

@@ -16,8 +16,7 @@ from fric.documents.machine_files import IdentifiedMachine, read_spreads
 from fric.errors import FricError
 from fric.flaws.prediction import INTERRUPTED, SCHEME_FAILED
 from fric.notice import Notice, once
-from fric.results.base import DataFrame, Figure, Piece, Result, Table
-from fric.results.given import Advance, bounded, in_si, path_of, silent
+from fric.results.base import Advance, DataFrame, Figure, Piece, Result, Table, bounded, in_si, path_of, silent
 from fric.results.given_models import circles_of, machine_of, schemes_of
 from fric.results.kinds import (
     Address,
@@ -150,7 +149,7 @@ class CircleResult(Result, schema=CircleResultDocument):
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write traces and metrics to a run file."""
-        from fric.io.run import write_runs  # with HDF5, which a table needs not
+        from fric.io.circle import write_runs  # with HDF5, which a table needs not
 
         made = json.dumps(facts(self.machine, self.runs))
         write_runs(Path(path), self.runs, made, many=self.many, prediction=self.prediction, force=force)
@@ -418,7 +417,7 @@ class PathResult(Result, schema=PathResultDocument):
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write traces and metrics to a run file."""
-        from fric.io.run import write_runs  # with HDF5, which a table needs not
+        from fric.io.circle import write_runs  # with HDF5, which a table needs not
 
         made = json.dumps(facts(self.machine, self.runs))
         write_runs(Path(path), self.runs, made, force=force)
