@@ -1,8 +1,8 @@
-"""A radial trace by causes: geometry, lag of the loops, backlash, friction at reversals, pitch, and the rest.
+"""A radial trace by causes: geometry, lag of the loops, backlash, friction at reversals, pitch, and the rest; and its
+prediction.
 
 Geometry is centre, scales, backlash, mismatch, squareness and pitch, fitted beside the tails of the glitches.
-
-Prediction and measurement of a circle by a machine file, and the causes of their difference.
+Where a machine file predicts the circle otherwise, the likely cause of the difference is named.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence

@@ -1,9 +1,8 @@
 """The nominal model that explains the voltages of recorded circles: least squares with the plant eliminated.
 
 Also the effect of encoder counts: its error by a parametric bootstrap (`recorded_again`), and inertia and delay without
-their bias (`Instruments`); intervals of friction and plant, and warnings about undetermined parameters.
-
-A circle test of one axis as a balance of voltages: prepared once, replayed many times.
+their bias (`Instruments`); intervals of friction and plant, and warnings about undetermined parameters. An axis of
+a circle test is a balance of voltages, which is prepared once and replayed many times.
 """
 
 from __future__ import annotations

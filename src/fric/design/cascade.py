@@ -1,10 +1,9 @@
 """Design of the cascade P/PI by gain and phase margin of the sampled open loops.
 
-Whether a loop holds the falling branch of the Stribeck curve, and gains with which it does.
-
-Behind a reversal an axis passes slowly through speeds at which friction falls. Around a speed v a small error of speed
-changes friction by ``δF = -s'(v)/(1 + s(v)/C·jω)·δv`` (eqs. (2) and (4), s(v)/C the lag of GMS), and the loop answers a
-force with the speed ``H = jω·G/(K_f·(1 + L))``. Both feed each other: the error grows by itself where
+The gains are to hold the falling branch of the Stribeck curve, too. Behind a reversal an axis passes slowly through
+speeds at which friction falls. Around a speed v a small error of speed changes friction by ``δF = -s'(v)/(1 +
+s(v)/C·jω)·δv`` (eqs. (2) and (4), s(v)/C the lag of GMS), and the loop answers a force with the speed ``H =
+jω·G/(K_f·(1 + L))``. Both feed each other: the error grows by itself where
 
     W(jω) = -s'(v)/(1 + jω·s(v)/C)·jω·G/(K_f·(1 + L))
 

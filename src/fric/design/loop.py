@@ -1,4 +1,4 @@
-"""The sampled loop of one axis, as frequency responses and as one state matrix.
+"""The sampled loop of one axis, as frequency responses and as one state matrix; its margins and peak sensitivity.
 
 ::
 
@@ -12,8 +12,6 @@ hold is the other half sample). Controller and observers are probed from their c
 the loop that is judged here is the loop that runs, with friction and limits, in `fric.kernels.loop`. With the cascade
 (`fric.control.cascade`) the response from reference to voltage is K_v·C, that from position to voltage -C·(K_v + D), C
 being the velocity controller and D the velocity's filter.
-
-Gain and phase margin, crossovers, bandwidth and peak sensitivity of an open loop.
 """
 
 from collections.abc import Callable, Sequence

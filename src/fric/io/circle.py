@@ -1,7 +1,8 @@
-"""Files of circles and paths: circle tests (``circle/1``: the root is a test, ``tests/`` holds further ones), what was
-learned (``feedforward/1``: voltage against friction), and paths: two columns, or a recorded reference.
+"""Files of circles, runs and paths.
 
-Run files: HDF5 with ``fric = "run/1"``, a group per scheme, in it a group per axis and the metrics as attributes.
+In a circle test (``circle/1``) the root is a test, and ``tests/`` holds further ones. What was learned
+(``feedforward/1``) is voltage against friction. A path is two columns, or a recorded reference. Run files (``run/1``)
+have a group per scheme, in it a group per axis and the metrics as attributes.
 """
 
 import json

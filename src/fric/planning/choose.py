@@ -1,16 +1,15 @@
 """Choice of the records to take of an axis: speeds, sines, a multisine and circles, from prior knowledge.
 
-The further record that would narrow a predicted glitch most, after a first identification.
+After a first identification, that is the further record that would narrow a predicted glitch most. To first order the
+glitch varies by ``gᵀ·Σ·g``: g are its derivatives over the uncertain parameters of the friction (the controller
+believes the estimates), Σ their covariance. One more record adds its Fisher information, ``Σ' = (Σ⁻¹ + I)⁻¹``: that of
+the residuals, weights and models of the fits, at the last result.
 
-To first order the glitch varies by ``gᵀ·Σ·g``: g are its derivatives over the uncertain parameters of the friction (the
-controller believes the estimates), Σ their covariance. One more record adds its Fisher information, ``Σ' = (Σ⁻¹ +
-I)⁻¹``: that of the residuals, weights and models of the fits, at the last result.
-
-The intervals that planned experiments will give: the identification itself, on records simulated at the prior.
-
-The information of the records is the Fisher information of their fits: the same records, residuals, weights and models.
-They are simulated several times on the axis as known beforehand, with different noise and different places between two
-encoder counts, and identified each time; the results are the geometric mean and the range of the half-widths.
+The intervals that planned experiments will give are those of the identification itself, on records simulated at the
+prior. The information of the records is the Fisher information of their fits: the same records, residuals, weights and
+models. They are simulated several times on the axis as known beforehand, with different noise and different places
+between two encoder counts, and identified each time; the results are the geometric mean and the range of the
+half-widths.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

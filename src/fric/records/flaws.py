@@ -1,11 +1,9 @@
 """Flaws of records, judged once for `inspect` and every `identify`: clock, encoder, place and time.
 
 A position that is sampled ``τ`` too late is off by ``v·τ``. So jitter is noise of the position that grows with the
-speed, unlike noise of an encoder; and a lost sample without a gap in time is a step of the position as long as two.
-
-Two encoders of an axis, at the motor and at the load: lost motion and stiffness of the transmission.
-
-Kicks at reversals, which a friction compensation of the control leaves in a record.
+speed, unlike noise of an encoder; and a lost sample without a gap in time is a step of the position as long as two. Two
+encoders, at the motor and at the load, show lost motion and stiffness of the transmission; kicks at reversals show a
+friction compensation of the control.
 """
 
 from collections.abc import Sequence

@@ -1,8 +1,7 @@
 """The figures of a page with headings and captions; `fric.figures` draws them.
 
-Curves and bands come from documents, points and cycles from logs.
-
-A figure as a part of a page: SVG that the page's script zooms, reads and switches; no two figures share an id.
+Curves and bands come from documents, points and cycles from logs. In a page a figure is SVG that its script zooms,
+reads and switches; no two figures share an id.
 """
 
 import io

@@ -1,10 +1,6 @@
-"""Pages that are served to this computer only, and their requests.
+"""Pages that are served to this computer only: to state the columns of foreign logs, and to move knots, by hand.
 
 A page has a random address. A request is one of three words; no request names a file.
-
-A page, served to this computer only, to state the columns of foreign logs by hand; and the resulting mapping.
-
-A page, served to this computer only, to move the knots of the virgin curve by hand; and its requests.
 """
 
 import json

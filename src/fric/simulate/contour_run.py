@@ -1,12 +1,8 @@
-"""One contour under one scheme: what circles, paths and recorded references have in common, and chance in a run.
+"""Contours under a scheme: circles, paths by points, recorded references; what remains of them, and chance in a run.
 
 A slow loop hunts from count to count: a change of 1e-15 in the gain of a drive becomes a whole count of its encoder
 within a revolution at 10 mm/s. So a glitch is the median of several runs, between which position 0 lies elsewhere
 between two counts (`Machine.placed`). Runs that are compared are made at the same places.
-
-The circular test: two axes, one scheme, and what remains of the circle, at one feed and radius or over a grid.
-
-Any smooth contour, given by points: followed at a constant feed, and what remains of it.
 """
 
 from __future__ import annotations

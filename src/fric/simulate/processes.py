@@ -1,9 +1,7 @@
-"""The machines of a study on the cores of this computer, or on a Dask cluster (the extra ``dask``).
-
-The circular test on many machines: how the glitch of each scheme is distributed, and which scheme is the best.
+"""The circular test on many machines: how the glitch of each scheme is distributed, and which scheme is the best.
 
 Each machine is drawn and run by its number alone (`fric.simulate.spread`), so that the same machines give the same
-digits on one core, on all of them, and on a cluster.
+digits on one core, on all of them, and on a Dask cluster (the extra ``dask``).
 """
 
 from __future__ import annotations

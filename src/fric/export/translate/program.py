@@ -1,10 +1,9 @@
-"""A compiled step as a program of a few kinds of statements that all languages of controllers have.
+"""A compiled step as a program of a few kinds of statements that all languages of controllers have; and its writer.
 
 Types are real, integer, boolean, records of these, and two arrays: the state and the parameters, with the same names in
 every routine. Statements are assignments, branches, and loops of a fixed number of passes; there is no recursion and no
 allocation. A routine that is called on several parts of an array is written for each part.
-
-A routine of a program as the text of a language: the notation is a table, what a language declares is its own.
+A language writes a routine by a table of its notation, and declares what it needs in a way of its own.
 """
 
 from __future__ import annotations

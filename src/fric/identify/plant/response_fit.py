@@ -1,9 +1,8 @@
-"""Eq. (1) fitted to measured frequency responses, by least squares on the complex logarithm.
+"""Eq. (1) fitted to measured frequency responses, by least squares on the complex logarithm; and the force constant.
 
-The force constant (force per volt) and the lag of the logged force, from the lines of the response.
-
-A force that is logged late is not proportional to the voltage of the same sample, and a regression of one on the other
-gives too small a K_f with a narrow interval. In the frequency domain both separate:
+The lines of the response give the force per volt and the lag of the logged force, too. A force that is logged late is
+not proportional to the voltage of the same sample, and a regression of one on the other gives too small a K_f with a
+narrow interval. In the frequency domain both separate:
 
     F/U = K_f·e^(-jωτ)/(1 + jω·T_f)
 

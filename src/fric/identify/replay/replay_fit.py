@@ -1,20 +1,18 @@
 """Any friction model fitted to any records by replaying its step along the measured motion.
 
-Best placement of the blocks of a GMS model among all local least-squares solutions.
-
-If a model has fewer blocks than the machine, its knots can be placed in several ways, like those of any spline with
-free knots: the start decides by chance, and the interval of a solution does not include the others. But the force is
-linear in the shares of blocks with given k/alpha (`fric.identify.replay.replay_search`). So a replay with a row of
-blocks gives the residual of any few blocks: all places on a grid are tried and the best refined, without further
-replay. The same with noise added to the force shows how far noise moves them.
+The blocks of a GMS model are placed best among all local least-squares solutions. If a model has fewer blocks than the
+machine, its knots can be placed in several ways, like those of any spline with free knots: the start decides by chance,
+and the interval of a solution does not include the others. But the force is linear in the shares of blocks with given
+k/alpha (`fric.identify.replay.replay_search`). So a replay with a row of blocks gives the residual of any few blocks:
+all places on a grid are tried and the best refined, without further replay. The same with noise added to the force
+shows how far noise moves them.
 
 A knot is separable from the reversal, and from the previous knot, at a distance of `RESOLVED` encoder steps.
 
-Intervals of the parameters of a fit by replay, warnings about what the records do not determine, and lags.
-
-A force that is logged τ late is ``F(t - τ)``, to first order ``F - τ·dF/dt``. After a reversal this rounds the corner
-of the hysteresis cycle, which blocks of a model cannot do: so a model that can follow a virgin curve of any shape
-separates the lag from stiffness. With another model its misfit would look like a lag.
+Intervals allow for a lag of the force. A force that is logged τ late is ``F(t - τ)``, to first order ``F - τ·dF/dt``.
+After a reversal this rounds the corner of the hysteresis cycle, which blocks of a model cannot do: so a model that can
+follow a virgin curve of any shape separates the lag from stiffness. With another model its misfit would look like a
+lag.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
