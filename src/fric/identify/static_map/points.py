@@ -287,7 +287,6 @@ class Mean:
 
     value: float  # The robust mean or median, in the unit of the samples
     standard_error: float  # In the same unit
-    tau: float  # Integrated autocorrelation time [samples]: ``n / tau`` is the number of equivalent independent samples
     rounding: float = 0.0  # What coarse steps of the samples have of the standard error, in the same unit
 
 
@@ -311,7 +310,7 @@ def huber_mean(samples: Real, step: float = 0.0) -> Mean:
     scale = robust_deviation(x - centre) or float(np.std(x))
     rounding = _rounding_error(x, step)
     if scale <= np.finfo(float).eps * abs(centre):
-        return Mean(float(np.mean(x)), rounding, 1.0, rounding)
+        return Mean(float(np.mean(x)), rounding, rounding)
     for _ in range(50):
         psi = np.clip((x - centre) / scale, -HUBER, HUBER)
         inside = float(np.mean(np.abs(psi) < HUBER))
@@ -326,10 +325,10 @@ def huber_mean(samples: Real, step: float = 0.0) -> Mean:
     glitch = np.abs(x - np.median(x)) > GLITCH * scale
     kept = x[~glitch] if np.mean(glitch) <= GLITCHES else x
     if rounding < error and abs(np.mean(kept) - centre) <= error:
-        return Mean(centre, float(np.hypot(error, rounding)), tau, rounding)
+        return Mean(centre, float(np.hypot(error, rounding)), rounding)
     tau = autocorrelation_time(kept)
     error = float(np.std(kept)) * np.sqrt(tau / len(kept))
-    return Mean(float(np.mean(kept)), float(np.hypot(error, rounding)), tau, rounding)
+    return Mean(float(np.mean(kept)), float(np.hypot(error, rounding)), rounding)
 
 
 def _rounding_error(x: Real, step: float) -> float:
@@ -362,7 +361,7 @@ def median(samples: Real, step: float = 0.0) -> Mean:
     half = min(0.5, 0.5 / np.sqrt(len(x) / tau))
     low, high = np.quantile(x, [0.5 - half, 0.5 + half])
     rounding = step / np.sqrt(12)
-    return Mean(middle, float(np.hypot((high - low) / 2, rounding)), tau, rounding)
+    return Mean(middle, float(np.hypot((high - low) / 2, rounding)), rounding)
 
 
 SHORT = 32  # Number of lags summed one by one before a Fourier transform of all
