@@ -94,11 +94,6 @@ def path_of(log: Log) -> Path:
     return Path(time, travelled(log), v, 0.0, noise * dt, lambda samples: 2.0 * noise * dt * float(np.sqrt(samples)))
 
 
-def straight_pieces(path: Path) -> list[tuple[int, int]]:
-    """Return the first sample, and one past the last, of pieces that each follow a chord."""
-    return [piece for piece in _joined(path, _split(path)) if piece[1] - piece[0] >= SHORTEST]
-
-
 def _split(path: Path) -> list[tuple[int, int]]:
     """Split at the greatest distance from the chord until each piece is explained; pieces share their end samples."""
     pieces, pending = [], [(0, len(path.time))]
@@ -220,7 +215,7 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
     if len(log) < SHORTEST or log.kind in {*PRESLIDING, "sliding-sine", "frequency-response", "holding-map"}:
         return [], []
     path = path_of(log)
-    pieces = straight_pieces(path)
+    pieces = [piece for piece in _joined(path, _split(path)) if piece[1] - piece[0] >= SHORTEST]  # each along a chord
     kept = (trimmed(path, *trimmed(path, *piece)) for piece in pieces)
     found = [segment for piece in kept if (segment := _accepted(path, *piece)) is not None]
     moves = [

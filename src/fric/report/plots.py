@@ -215,9 +215,9 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
     agree = agreement([log for log in logs if log.kind == "constant-velocity"], plant) if points else ""
     together = {name: block.covariance() for name in static if (block := item.document.fit_of(name).covariance)}
     maps = {
-        _direction(name, static): map_band(mapping, _speeds(mapping, points), together.get(name))
-        for name, mapping in static.items()
-    }
+        "both" if len(static) == 1 else "negative" if name.endswith("negative") else "positive":
+        map_band(mapping, _speeds(mapping, points), together.get(name)) for name, mapping in static.items()
+    }  # fmt: skip
     if "gms" not in sections:
         return FrictionCurves(maps, points, bool(together), notes=tuple(notes), halves=agree)
     model = GMS.from_sections(sections)
@@ -231,10 +231,6 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
         maps, points, bool(together), virgin_band(sections, longest), curve, (knots, model.virgin_curve(knots)),
         hysteresis or model_cycles(model), tuple(notes), agree,
     )  # fmt: skip
-
-
-def _direction(name: str, static: Mapping[str, object]) -> str:
-    return "both" if len(static) == 1 else "negative" if name.endswith("negative") else "positive"
 
 
 def _plant(inputs: ReportInput, item: Item, fit: Fit) -> tuple[Plant | None, list[str]]:

@@ -179,7 +179,7 @@ def compare_models(
     scores = sorted((_with_bits(score, independent) for score in scores), key=lambda score: score.parameters)
     scores = [scores[n] for n in ranked([score.rms for score in scores])]
     plain = [
-        _baseline("constant force", 0, _nothing, records, splits, near),
+        _baseline("constant force", 0, lambda _: lambda record: np.zeros(len(record.force)), records, splits, near),
         _baseline("Coulomb and viscous", 2, _coulomb_viscous, records, splits, near),
     ]
     if static and {"F_c", "F_s", "v_s"} <= set(static):
@@ -251,10 +251,6 @@ def _baseline(
 ) -> Baseline:  # fmt: skip
     residual, _ = _held_out(fit, records, splits)
     return Baseline(name, parameters, residual, *_sizes(residual, near))
-
-
-def _nothing(chosen: Sequence[Prepared]) -> Modelled:
-    return lambda record: np.zeros(len(record.force))
 
 
 def _coulomb_viscous(chosen: Sequence[Prepared]) -> Modelled:
