@@ -493,6 +493,24 @@ def test_names_beside_matrices_in_cells_are_those_of_their_columns(tmp_path: Pat
     assert found == [[*names]] * 3
 
 
+@pytest.mark.parametrize("lying", [True, False])
+def test_groups_and_datasets_of_foreign_hdf5_are_records(tmp_path: Path, lying: bool) -> None:
+    """A folder of such files had "no log" in it."""
+    with h5py.File(tmp_path / "runs.h5", "w") as file:
+        for k in range(2):
+            a = axis_of_a_drive(seed=k)
+            group = file.create_group(f"run_{k}")
+            for name, key, unit in (("time", "t", "s"), ("angle", "position", "rad"), ("torque", "current", "N*m")):
+                values = a[key] if lying else a[key][:, None]
+                group.create_dataset(name, data=values).attrs["unit"] = unit
+    found = find_sources([tmp_path], None, tmp_path.parent / f"{tmp_path.name}-out", assume=True)
+    (source,) = found.logs
+    log = tmp_path.parent / f"{tmp_path.name}.h5"
+    fric.ingest(tmp_path / "runs.h5", output=log, assume=True)
+    assert [len(record) for record in read_logs(log)] == [4000, 4000]
+    assert source.motion == "rotary"
+
+
 def zipped(path: Path, name: str, text: bytes) -> Path:
     with ZipFile(path, "w", ZIP_DEFLATED) as archive:
         archive.writestr("dataset/README.txt", "measured in 2021")

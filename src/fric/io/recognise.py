@@ -1,6 +1,7 @@
 """The type of a file, by its content and not by its name; and reports, HTML with their data as JSON in it."""
 
 import json
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -42,9 +43,12 @@ HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 def is_hdf5(path: Path) -> bool:
-    """Return whether a file is HDF5 from its first byte, as those of fric are."""
+    """Return whether a file is HDF5 from its first byte and says that it is fric's."""
     with regular(Path(path)).open("rb") as file:
-        return file.read(8).startswith(HDF5_SIGNATURE)
+        if not file.read(8).startswith(HDF5_SIGNATURE):
+            return False
+    with open_file(Path(path), most=sys.maxsize) as opened:
+        return "fric" in opened.attrs
 
 
 def recognise(path: Path) -> str:

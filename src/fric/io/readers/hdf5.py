@@ -1,4 +1,4 @@
-"""Log files of fric, so that they can be merged: each record is a table."""
+"""HDF5: log files of fric, each record a table; of others, groups and datasets as structs and arrays of MATLAB."""
 
 import sys
 from collections.abc import Iterator
@@ -9,9 +9,10 @@ import h5py
 from fric.documents.mapping import Layout
 from fric.io.hdf5 import check_format
 from fric.io.readers.base import Column, ForeignTable, Format, Memory
+from fric.io.readers.matlab import tables_in
 from fric.io.safe_hdf5 import column, open_file, text
 
-FORMAT = Format("fric's own log files", (".h5",))
+FORMAT = Format("HDF5", (".h5", ".hdf5", ".hdf"))
 
 
 def recognises(path: Path, head: bytes) -> float:
@@ -22,6 +23,9 @@ def recognises(path: Path, head: bytes) -> float:
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read the records of a log file, each a table whose columns name the channels."""
     with open_file(path, most=sys.maxsize) as file:
+        if "fric" not in file.attrs:
+            yield from tables_in(path, file)
+            return
         axis, motion = check_format(file, path)
         # a list: the iterator of h5py holds its lock between two records
         for name, group in list(file["records"].items()):

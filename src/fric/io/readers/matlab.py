@@ -22,7 +22,7 @@ from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.readers.base import OF_SEVERAL, RECORD, Column, ForeignTable, Format, Memory, named
 from fric.io.readers.text import OF_UNITS
-from fric.io.safe_hdf5 import open_file
+from fric.io.safe_hdf5 import open_file, text
 from fric.units import is_unit
 
 _V73 = b"MATLAB 7.3 MAT-file"
@@ -70,9 +70,14 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
         yield from _tables(path, _load(path, about.st_mtime_ns, about.st_size))
         return
     with open_file(path, "is no whole MATLAB file (cut short?)", "Save it again.", most=sys.maxsize) as source:
-        left = iter(range(MOST_PARTS))
-        found = {name: _tree(node, source, left) for name, node in source.items() if not name.startswith("#")}
-        yield from _tables(path, found)
+        yield from tables_in(path, source)
+
+
+def tables_in(path: Path, source: h5py.File) -> Iterator[ForeignTable]:
+    """Read the groups and datasets of an open HDF5 file, as those of MATLAB 7.3."""
+    left = iter(range(MOST_PARTS))
+    nodes = [(name, node) for name, node in source.items() if not name.startswith("#")]
+    yield from _tables(path, {_with_unit(name, node): _tree(node, source, left) for name, node in nodes})
 
 
 def _refuse_large(path: Path) -> None:
@@ -136,6 +141,8 @@ class _DatasetLine:
         return int(self.data.shape[self.along])
 
     def __getitem__(self, part: slice) -> Any:
+        if self.data.ndim == 1:
+            return self.data[part]
         return self.data[self.at, part] if self.along else self.data[part, self.at]
 
 
@@ -145,7 +152,7 @@ def _tree(node: Any, file: h5py.File, left: Iterator[int], depth: int = 0) -> An
         what = f"nests deeper than {MOST_DEPTH}, in a circle, or into over {MOST_PARTS} parts"
         raise FricError(what, where=file.filename, hint="Save arrays.")
     if isinstance(node, h5py.Group):
-        fields = {name: _tree(child, file, left, depth + 1) for name, child in node.items()}
+        fields = {_with_unit(name, child): _tree(child, file, left, depth + 1) for name, child in node.items()}
         lists = [value for value in fields.values() if isinstance(value, list)]
         if lists and len(lists) == len(fields) and len({len(value) for value in lists}) == 1:  # a struct array
             return [dict(zip(fields, values, strict=True)) for values in zip(*lists, strict=True)]
@@ -161,12 +168,18 @@ def _tree(node: Any, file: h5py.File, left: Iterator[int], depth: int = 0) -> An
         return None
     if node.size == 1:
         return float(node[()].item())
-    if node.ndim == 2 and node.shape[1] == 1:
+    if node.ndim == 1 or (node.ndim == 2 and node.shape[1] == 1):
         return _DatasetLine(node, 0, along=0)
     if node.ndim != 2:
         return None
     flat = _lies(*node.shape)
     return [_DatasetLine(node, n, along=int(not flat)) for n in range(node.shape[flat])]
+
+
+def _with_unit(name: str, node: Any) -> str:
+    """Return the name of a dataset with the unit that is its attribute."""
+    unit = next((text(node.attrs, key) for key in _UNIT if isinstance(node, h5py.Dataset) and key in node.attrs), "")
+    return f"{name} [{unit}]" if unit else name
 
 
 def _lies(columns: int, rows: int) -> bool:
