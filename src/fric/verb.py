@@ -168,7 +168,7 @@ def explained(kind: type[T]) -> type[T]:
     def explaining(self: Any, *args: Any, **kwargs: Any) -> None:
         try:
             made(self, *args, **kwargs)
-        except TypeError:
+        except (TypeError, AttributeError):
             _check(made, kind.__name__, self, *args, **kwargs)
             raise
 

@@ -12,12 +12,14 @@ import numpy as np
 import pytest
 
 import fric
+from fric.automatic.sources import find_sources
 from fric.contour import circularity
 from fric.documents.controller import block_values
 from fric.documents.machine_files import read_machine
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.hdf5 import read_records, write_logs
+from fric.io.ingest import ingest
 from fric.io.readers import sinumerik, xlsx
 from fric.io.recognise import read_report
 from fric.log import Log
@@ -152,3 +154,19 @@ def test_half_of_a_character_is_no_name_of_a_file(tmp_path: Path, half: str) -> 
     path.write_text(f'fric: machine/1\nlike: "{half}.yaml"\naxes: {{}}\n')
     with pytest.raises(FricError, match="half of a character"):
         read_machine(path)
+
+
+def test_more_rows_than_a_log_file_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A packed text of 2·10⁸ rows took over a minute before its end said that it is none."""
+    monkeypatch.setattr("fric.io.readers.base.MOST_ROWS", 100)
+    (tmp_path / "a.csv").write_text("time [s],position [m]\n" + "".join(f"{n},{n % 7}\n" for n in range(101)))
+    with pytest.raises(FricError, match="has over 100 rows"):
+        ingest(tmp_path / "a.csv", tmp_path / "a.h5")
+
+
+def test_more_files_than_are_logs_of_a_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fric.automatic.sources.MOST_MEMBERS", 3)
+    for n in range(4):
+        (tmp_path / f"{n}.csv").write_text("time [s],position [m]\n0,0\n")
+    with pytest.raises(FricError, match="4 files may be logs"):
+        find_sources([tmp_path])

@@ -20,8 +20,10 @@ from fric.circles.diagnose import minimum_zone
 from fric.circles.measured import MeasuredCircle
 from fric.cli.main import main
 from fric.control.scheme import NONE
-from fric.documents.base import Quantity
+from fric.design.cascade import design_cascade
+from fric.documents.base import CodedWarning, Quantity
 from fric.documents.mapping import MappingDocument
+from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.figures.style import new_figure, save_figure
@@ -308,3 +310,30 @@ def test_a_size_beyond_the_bound_is_told_with_what_it_costs(
 def test_an_interval_over_more_than_a_million_is_open() -> None:
     assert Estimate.around_log(48.0, "Hz", 425.0).as_dict()["ci95"] == [0.0, None]
     assert Estimate.around_log(48.0, "Hz", 1.0).ci95 == pytest.approx((48.0 / np.e, 48.0 * np.e))
+
+
+def test_values_of_a_warning_are_those_of_a_drive() -> None:
+    """A page and `--json` handed on a length of -1e300 m that an earlier document's warning held."""
+    coded = {"text": "t", "values": {"length": {"value": -1e300, "unit": "m"}, "half": [1.0, 2]}}
+    with pytest.raises(ValidationError, match="values: 1e\\+300 is beyond all drives"):
+        CodedWarning.model_validate(coded)
+    assert CodedWarning.model_validate(coded | {"values": {"length": [1.0, 1e19]}}).values
+    with pytest.raises(ValidationError, match="ci95: 1e\\+21 is beyond all drives"):
+        Quantity.model_validate({"value": 1.0, "unit": "N", "ci95": [None, 1e21]})
+
+
+def test_a_delay_of_thousands_of_states() -> None:
+    """Eigenvalues of a loop take the cube of the samples of its delay: 0.6 s at 4 kHz took minutes."""
+    with pytest.raises(FricError, match="samples at 4000 Hz"):
+        design_cascade(LinearPlant(17.0, 2.4, 0.6))
+
+
+def test_an_argument_of_another_type_that_lacks_an_attribute() -> None:
+    with pytest.raises(FricError, match="MeasuredCircle takes axes"):
+        fric.MeasuredCircle(0.03, 0.1, 1, axes=cast("Any", "x"))
+
+
+def test_a_response_that_is_said_to_be_a_map_of_holding_forces(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("frequency [Hz],magnitude [m/V],phase [deg]\n1,1,0\n2,1,0\n")
+    with pytest.raises(FricError, match="such a record has no frequency"):
+        ingest(tmp_path / "a.csv", tmp_path / "a.h5", kind="holding-map")

@@ -46,7 +46,7 @@ ARCHIVES = frozenset({".zip", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz"})
 PACKED = "it is an archive, which is not read: unpack it beside it"
 MOST_UNPACKED, MOST_RATIO, SMALL = 1 << 30, 200, 64 << 20
 """Bytes that a ZIP unpacks to at most, and that a member does: times those that are stored, or however few are."""
-MOST_MEMBERS = 2000  # Files that a ZIP unpacks to at most
+MOST_MEMBERS = 2000  # Files of folders, and those that a ZIP unpacks to, at most
 MOTION = "motion"  # Use of records of any kind whose motion determines mass, viscous and Coulomb friction
 PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ".m"})
 """Endings of files beside logs that are not logs themselves, unless they begin with the signature of a format."""
@@ -262,6 +262,8 @@ def _unpacked(given: list[Path], archives: list[Path], proposals: Path | None, a
 def _files(given: Iterable[Path]) -> Iterator[Path]:
     """Yield the files, fric's log files first: a foreign copy of a record is then recognised."""
     files = [path for path in _inside(given) if path.suffix.lower() not in PASSED_OVER | ARCHIVES or marked(path)]
+    if len(files) > MOST_MEMBERS:
+        raise FricError(f"{len(files)} files may be logs, and {MOST_MEMBERS} are read at most", hint="Give fewer.")
     yield from sorted(dict.fromkeys(files), key=lambda path: (path.suffix.lower() not in {".h5", ".hdf5"}, str(path)))
 
 

@@ -18,7 +18,6 @@ from datetime import UTC, datetime
 from functools import cache, reduce
 from hashlib import sha256
 from inspect import cleandoc, getdoc
-from itertools import chain
 from math import inf, isfinite
 from operator import attrgetter, or_
 from pathlib import Path
@@ -64,10 +63,25 @@ def refused(place: str = "") -> Iterator[None]:
         raise ValueError(f"{place}{': ' if place else ''}{error.what}\n{error.hint}") from None
 
 
+def largest(given: Any) -> float:
+    """Return the largest magnitude of the numbers in values, lists and keys; parts look at theirs themselves."""
+    held = given.values() if isinstance(given, Mapping) else given if isinstance(given, list | tuple) else ()
+    return abs(given) if isinstance(given, float | int) else max(map(largest, held), default=0.0)
+
+
 class Part(BaseModel):
-    """A part of a document: an unknown key is an error, never ignored."""
+    """A part of a document: an unknown key is an error, never ignored, and so is a number beyond all drives."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
+    most: ClassVar[float] = MOST
+
+    @model_validator(mode="after")
+    def _is_of_a_drive(self) -> Self:
+        for name, given in self.__dict__.items():
+            if not largest(given) <= self.most:
+                what = f"{name}: {largest(given):g} is beyond all drives\nGive null for an open limit."
+                raise PydanticCustomError("beyond", "{what}", {"what": what})
+        return self
 
 
 @dataclass(frozen=True)
@@ -166,9 +180,6 @@ class Quantity(Part):
         pairs: Any = (self.ci95 if isinstance(self.value, list) else [self.ci95]) if self.ci95 is not None else []
         if self.ci95 is not None and [isinstance(pair, list) and len(pair) for pair in pairs] != [2] * len(values):
             raise ValueError("ci95 does not fit the value\nGive [low, high], one such pair per value.")
-        for number in (*values, *chain(*pairs)):
-            if number is not None and abs(number) > MOST:
-                raise ValueError(f"{number:g} {self.unit} is beyond all drives\nGive null for an open limit.")
         return self
 
 
@@ -178,6 +189,7 @@ class CovarianceBlock(Part):
     names: list[str] = Field(description="parameters; k_2 is of the second block, negative.F_c of that direction")
     scales: list[Scale] = Field(description="whether the covariance is of the value, its logarithm or its logit")
     matrix: list[list[float]]
+    most: ClassVar[float] = MOST**2
 
     @model_validator(mode="before")
     @classmethod
@@ -425,7 +437,8 @@ class Document(Part):
         try:
             return cls.model_validate(head | dict(content) | foot, from_attributes=True)
         except ValidationError as error:
-            odd = [".".join(map(str, error["loc"])) for error in error.errors() if error["type"] == "finite_number"]
+            of = {"finite_number", "beyond"}
+            odd = [".".join(map(str, error["loc"])) for error in error.errors() if error["type"] in of]
             if not odd:
                 raise
             raise FricError(

@@ -13,7 +13,7 @@ from fric.kernels.elementary import exp, expm1
 from fric.series import GAIN
 from fric.verb import require_numbers
 
-MOST_SAMPLES = 10_000  # Samples that a delay is at most
+MOST_SAMPLES = 400  # Samples that a delay is at most: each is a state of the loop, whose eigenvalues take their cube
 
 
 def hold_delay(sampling: float) -> float:
@@ -65,7 +65,7 @@ class LinearPlant:
         if self.T_d * sampling > MOST_SAMPLES:
             raise FricError(
                 f"the delay T_d of {self.T_d:g} s is {self.T_d * sampling:.3g} samples at {sampling:g} Hz, and "
-                f"{MOST_SAMPLES} are simulated at most", hint="Look at T_d and at the sampling.",
+                f"{MOST_SAMPLES} are at most", hint="Look at T_d and at the sampling.",
             )  # fmt: skip
         delay = self.T_d - hold_delay(sampling)
         if delay < -1e-12:

@@ -174,10 +174,10 @@ def plan(
 
 
 def _form(channels: Mapping[str, ColumnMapping], kind: Kind | None) -> Form:
-    if kind == FORCE_VELOCITY or ("time" not in channels and {"n", "deviation", "error"} & channels.keys()
-                                  and "magnitude" not in channels):  # fmt: skip
-        return "means"
-    return "response" if "magnitude" in channels else "time"
+    if "magnitude" in channels and kind not in {FORCE_VELOCITY, "holding-map"}:
+        return "response"
+    counted = "time" not in channels and {"n", "deviation", "error"} & channels.keys() and kind != "holding-map"
+    return "means" if kind == FORCE_VELOCITY or counted else "time"
 
 
 def _of_file(table: ForeignTable, channels: Mapping[str, ColumnMapping], part: bool) -> dict[str, ColumnMapping]:

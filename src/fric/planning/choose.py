@@ -14,7 +14,7 @@ half-widths.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import ceil, exp, floor, inf, isfinite, log, log10, pi, sqrt
+from math import ceil, exp, floor, inf, log, log10, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -503,12 +503,14 @@ PLACES = 64.0  # Encoder counts over which the start of a record is spread: the 
 ACCURACY = 1e-10  # Largest error of the position by the integration [m]: 0.01 N of a stiffness of 100 N/µm
 NOTABLE = 1.2  # Widening by unmodelled friction above which it is reported
 MOST_TIMES = 16  # Largest factor of the usual number of strokes, cycles or periods
+HOPELESS = 4.0  # Factor of the records needed over those at most, from which on none are added: they miss by half of it
 
 IDENTIFIED_BY = {
     "constant-velocity": (*STATIC_PARAMETERS, "offset"), "presliding-sine": ("alpha", "k"),
     "sliding-sine": ("C",), "frequency-response": ("A", "B", "T_d", "K_f", "force_lag"),
 }  # fmt: skip
 """The parameters that each kind of record determines."""
+KIND_OF = {name: kind for kind, names in IDENTIFIED_BY.items() for name in names}
 Wanted = Mapping[str, tuple[float, bool]]  # Requested half-width by parameter, and whether it is relative to the value
 
 
@@ -720,13 +722,13 @@ def planned_for(
     Others as in `choose` and `expected`.
     """
     times: dict[str, int] = {}
-    draws = draws or (DRAWS if axis.second_mass is None and axis.reality == NONE else FEW)
+    draws = draws or (DRAWS if axis.second_mass is None and axis.reality == NONE and not wanted else FEW)
     while True:
         planned = choose(axis, limits, times, micro_steps=micro_steps)
         found = expected(axis, planned, advance, draws, known, plant)
         more = more_records(wanted, found, times)
         if more == times:
-            missed = [PLAN_ACCURACY.found(name=name, lack=lack, times=MOST_TIMES)
+            missed = [PLAN_ACCURACY.found(name=name, lack=lack, times=times.get(KIND_OF[name], 1), most=MOST_TIMES)
                       for name, lack in lacks(wanted, found) if lack > 1.0]  # fmt: skip
             return planned, replace(found, notices=(*missed, *found.notices))
         times = more
@@ -744,8 +746,7 @@ def more_records(wanted: Wanted, found: Expectation, times: Mapping[str, int]) -
     """Return the factor of the number of strokes, cycles or periods: a half-width falls with its root."""
     more = dict(times)
     for name, lack in lacks(wanted, found):
-        kind = next(kind for kind, names in IDENTIFIED_BY.items() if name in names)
-        if lack > 1.0:
-            needed = times.get(kind, 1) * lack**2 if isfinite(lack) else MOST_TIMES
-            more[kind] = max(more.get(kind, 1), min(ceil(needed), MOST_TIMES))
+        now = times.get(kind := KIND_OF[name], 1)
+        if lack > 1.0 and (now * lack**2 < HOPELESS * MOST_TIMES or lack == inf):
+            more[kind] = max(more.get(kind, 1), ceil(min(max(now * lack**2, 2 * now), MOST_TIMES)))
     return more

@@ -21,7 +21,7 @@ from fric.flaws.prediction import PLAN_FRICTION_ALONE
 from fric.friction import models
 from fric.notice import Notice
 from fric.output import write_folder
-from fric.planning.choose import IDENTIFIED_BY, TYPICAL, Wanted, durations, narrowing, planned_for, prior_axis
+from fric.planning.choose import KIND_OF, TYPICAL, Wanted, durations, narrowing, planned_for, prior_axis
 from fric.results.base import Advance, Piece, Result, Table, bounded, in_si, logs_of, plain_names, silent
 from fric.results.given_models import document_of, machine_of, schemes_of
 from fric.results.kinds import FrictionLike, LogLike, MachineLike, PlantLike, Quantity, SchemesLike
@@ -264,11 +264,10 @@ def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) ->
     pairs = given.items() if isinstance(given, Mapping) else (text.partition("=")[::2] for text in given)
     dimensions = {p.name: p.dimension for name in ("static", "gms") for p in models()[name].parameters}
     dimensions |= {"offset": "force", **PlantPart.dimensions}
-    known = {name for names in IDENTIFIED_BY.values() for name in names}
     found = {}
     for name, value in pairs:
-        if name not in known:
-            raise FricError(f"'{name}' is no parameter that a plan tells", hint=f"{near(name, known)}As in F_s=2%.")
+        if name not in KIND_OF:
+            raise FricError(f"'{name}' is no parameter that a plan tells", hint=f"{near(name, KIND_OF)}As in F_s=2%.")
         text = str(value).strip()
         share = text.endswith("%")
         try:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from fric.arrays import Real
 
 MOST_COLUMNS = 2000  # Columns of a table at most: to find what they are takes a time that grows with their square
+MOST_ROWS = 50_000_000  # Rows of a table at most: a log file is read whole, a gigabyte of three channels
 MOST_HEARD = 4  # Largest number of warnings of a library that are reported for a file
 BLOCK = 131_072  # Samples a block: a few MiB, for any size of the file
 OF_SEVERAL = "axes"  # Key of the names of the axes that the file of a table has tables of
@@ -156,15 +157,17 @@ class ForeignTable(ABC):
 
     def read(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Yield `blocks`, one at least; an exception of a library in them becomes an error about damage of the file."""
-        found, empty = iter(self.blocks(wanted)), True
+        found, rows = iter(self.blocks(wanted)), 0
         while True:
             with foreign(self.path, "Export it again.", lacking=True):
                 block = next(found, None)
             if block is None:
                 break
-            empty = False
+            rows += max(len(block.columns[0]), 1)
+            if rows > MOST_ROWS:
+                raise FricError(f"has over {MOST_ROWS} rows", where=str(self.path), hint="Export a part of it.")
             yield block
-        if empty:
+        if not rows:
             raise FricError("holds no samples", where=str(self.path), hint="Export it again, with its samples.")
 
     def place(self, row: int, column: int | None = None) -> str:
