@@ -21,6 +21,7 @@ class FoundCircle:
     """A circle within a motion."""
 
     samples: slice  # The samples from rest to rest
+    centre: tuple[float, float]  # Its centre [m]
     radius: float  # radius, feed: as found [m], [m/s]
     feed: float
     direction: int  # 1 counter-clockwise, -1 clockwise
@@ -94,7 +95,7 @@ def _circle_in(part: slice, time: Real, x: Real, y: Real, least: float) -> Found
     rate = np.ptp(angle[[inside.start, inside.stop - 1]]) / np.ptp(time[[inside.start, inside.stop - 1]])
     # centre and radius of the steady part alone: the run-in may swing
     a, b, r = fit_circle(x[inside], y[inside])
-    return FoundCircle(part, r, float(rate) * r, 1 if turned > 0 else -1, abs(turned) / (2 * pi))
+    return FoundCircle(part, (a, b), r, float(rate) * r, 1 if turned > 0 else -1, abs(turned) / (2 * pi))
 
 
 def steady(time: Real, angle: Real) -> slice:
