@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+from dataclasses import replace
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -17,6 +18,7 @@ import fric
 from fric.errors import FricError
 from fric.export import targets
 from fric.export.sinumerik import through_controller
+from fric.export.tables import sheets
 from fric.export.twincat import POINTS, list_of
 from fric.friction.gms import GMS
 from fric.results.export import ExportResult
@@ -175,6 +177,11 @@ def test_tables_hold_the_parameters_and_the_steady_friction(tmp_path: Path, monk
     openpyxl = pytest.importorskip("openpyxl")
     sheet = openpyxl.load_workbook(tmp_path / "fric_x.xlsx")["parameters"]
     assert ("static", "F_s", 165, "N") in list(sheet.iter_rows(values_only=True))
+
+
+def test_a_voltage_without_a_limit_is_an_empty_cell() -> None:
+    rows = sheets(replace(scheme_part("b"), limit=float("inf")))["parameters"]
+    assert ("controller", "limit", None, "V") in [tuple(row) for row in rows]
 
 
 def test_twenty_points_leave_of_the_stribeck_curve_what_is_said() -> None:

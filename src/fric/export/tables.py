@@ -43,11 +43,17 @@ def steady_table(part: ExportedPart) -> np.ndarray[Any, Any]:
 
 
 def sheets(part: ExportedPart) -> dict[str, list[Sequence[Any]]]:
-    """Return the rows of both tables with their heads: the parameters, and friction over velocity."""
+    """Return the rows of both tables with their heads: the parameters, and friction over velocity.
+
+    A value that is open, as a voltage without a limit, is an empty cell.
+    """
     unit, force = (si_unit(name, part.motion) for name in ("position", "force"))
     head = (f"velocity [{unit}/s]", f"friction [{force}]", "feedforward [V]")
     return {
-        "parameters": [("section", "parameter", "value", "unit"), *parameter_rows(part)],
+        "parameters": [
+            ("section", "parameter", "value", "unit"),
+            *((*name, None if value == np.inf else value, unit) for *name, value, unit in parameter_rows(part)),
+        ],
         "steady friction": [head, *steady_table(part).tolist()],
     }
 
