@@ -3,7 +3,7 @@
 Types are real, integer, boolean, records of these, and two arrays: the state and the parameters, with the same names in
 every routine. Statements are assignments, branches, and loops of a fixed number of passes; there is no recursion and no
 allocation. A routine that is called on several parts of an array is written for each part.
-A language writes a routine by a table of its notation, and declares what it needs in a way of its own.
+Each language has a table of its notation for routines, and declares variables by methods of its class.
 """
 
 from __future__ import annotations

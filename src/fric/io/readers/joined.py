@@ -88,9 +88,8 @@ class Joined(ForeignTable):
         slowest = max(streams.values(), key=lambda stream: stream.interval)
         slower = slowest.interval / lead.interval  # inf beside a lone sample
         every = max(ceil(slower - 0.05), 1) if slower < MOST_SLOWER else 1
-        phase = (
-            round((slowest.begun - lead.begun) / lead.interval) if every > 1 else 0
-        )  # it has values of its own there
+        # the samples that are kept are those at the instants of the slowest stream
+        phase = round((slowest.begun - lead.begun) / lead.interval) if every > 1 else 0
         slack = SAME_INSTANT * lead.interval
         begin = max(stream.time[0] for stream in streams.values()) - slack
         first, seen, row, early, late, holes = lead.time[0], 0, 0, 0, 0, 0
