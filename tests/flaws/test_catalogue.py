@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from string import Formatter
+from tempfile import TemporaryDirectory
 from types import SimpleNamespace as N
 from typing import Any
 from unittest.mock import patch
@@ -36,6 +37,7 @@ from fric.identify.static_map.identify import identify_static
 from fric.identify.static_map.points import RISES, Asked, Strokes, table_points
 from fric.io import roles
 from fric.io.propose import Guess, Guessed
+from fric.io.readers import tables
 from fric.io.readers.base import Column, Memory
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.notice import Notice
@@ -43,6 +45,7 @@ from fric.plausibility import Finding, lifted, settled
 from fric.records import flaws, holding, inspection, modes, resolution
 from fric.simulate.contour_run import Chance, run_warnings
 from fric.verdict import Candidate, Evidence
+from tests.io.readers.test_optimize import WHOLE as LOOP
 
 Show = Callable[[float], Iterable[Notice | None]]
 """Gives the notices of a record whose flaw is so many times its threshold."""
@@ -344,8 +347,17 @@ def ended_early(rises: float) -> Iterable[Notice]:
     return Strokes.of(logs, Asked()).notices
 
 
+def of_loop(s: float) -> Sequence[Notice]:
+    """Return what is said of a response of a speed loop, or of one over a voltage."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "response.xml"
+        path.write_text(LOOP if is_so(s) else "frequency [Hz],magnitude [m/V],phase [rad]\n1,1,0\n2,1,0\n3,1,0\n")
+        return next(tables(path)).notices
+
+
 SHOWN: dict[str, Show] = {
     "mapping-assumed": lambda s: guess(s).notices(),
+    "response-of-loop": of_loop,
     "mapping-open": lambda s: [] if guess(s).sure else guess(s).asked(),
     **{f"implausible-{name}": lambda s, name=name: implausible(name, s) for name in BOUNDS},
     **{

@@ -199,7 +199,8 @@ class FoundController:
 
     cascade: Cascade  # The controller
     estimates: Mapping[str, Estimate]  # Its gains with their 95 % intervals
-    explained: float  # Share of the voltage beyond what is fed forward that it explains [1]
+    # Share of the voltage beyond what is fed forward that it explains [1]; None of gains that a file holds
+    explained: float | None
     where: str = ""  # The circle or record
 
 
@@ -264,7 +265,7 @@ def _of_log(log: Log) -> FoundController | None:
     rate = 1.0 / float(t[1] - t[0])
     if not np.ptp(r) > 0.0 or not np.ptp(u) > 0.0:
         return None
-    best: FoundController | None = None
+    best, most = None, EXPLAINED_OF_LOG
     for slow in (False, True):
         lag = LAG if slow else None
         fits = [_Fit(r, z, u, rate, lag=lag), _Fit(r[::2], z[::2], u[::2], rate / 2, lag=lag)]
@@ -276,8 +277,8 @@ def _of_log(log: Log) -> FoundController | None:
         apart = [np.abs(other - found)[: len(covariance)] for other, _ in others]
         half = np.linalg.norm([1.96 * np.sqrt(np.diag(covariance)), *apart], axis=0)
         explained = fits[0].explained(found)
-        if explained > (best.explained if best else EXPLAINED_OF_LOG) and (half[:3] < WIDEST).all():
-            best = _controller(found, half, explained, None if slow else rate, log.where)
+        if explained > most and (half[:3] < WIDEST).all():
+            best, most = _controller(found, half, explained, None if slow else rate, log.where), explained
     return best
 
 

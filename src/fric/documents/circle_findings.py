@@ -114,6 +114,7 @@ class DiagnosisDocument(Document, type="diagnosis"):
     noise: Quantity | None = of("found.noise", unit="m")
     iso230: dict[str, Quantity | dict[str, Quantity] | None] = of(_iso230)
     predicted: dict[str, PredictedGlitch] | None = of(_predicted, default=None)
+    reported: dict[str, Quantity] | None = of("reported", "figures of the ball bar's software", default=None)
     scheme: str | None = of(lambda made: made.held and made.held.scheme, default=None)
     agrees: bool | None = of(lambda made: made.held and made.held.all_agree, default=None)
 

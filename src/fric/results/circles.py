@@ -62,6 +62,7 @@ class DiagnosisResult(Result, schema=DiagnosisDocument):
 
     found: Diagnosis  # The diagnosis
     held: Agreement | None = None  # Comparison with the prediction of a machine file, if given
+    reported: dict[str, Estimate] | None = None  # Figures that the ball bar's software found, by name, if given
 
     @property
     def warnings(self) -> Sequence[Notice]:
@@ -70,7 +71,8 @@ class DiagnosisResult(Result, schema=DiagnosisDocument):
 
     def report(self) -> list[Piece]:
         """Return the glitches, beside those predicted, and the geometry."""
-        return [self._glitches(), "", self._geometry()]
+        pieces: list[Piece] = [self._glitches(), "", self._geometry()]
+        return [*pieces, "", self._beside()] if self.reported else pieces
 
     def disagreements(self, source: str) -> list[Notice]:
         """Return where the circle of a file differs from its prediction, with the likely cause."""
@@ -159,6 +161,25 @@ class DiagnosisResult(Result, schema=DiagnosisDocument):
         rows += [[name, f"{v * 1e6:.{digits}f}", "", "µm"] for name, v, digits in plain if v is not None]
         return Table(["", "value", "95 %", "unit"], rows)
 
+    def _beside(self) -> Table:
+        """Return the figures of the ball bar's software, beside those that are of the same here."""
+        found, test = self.found, self.found.test
+        one, other = (float(found.geometry[f"scale.{name}"]) for name in test.names)
+        ours = {
+            "circularity": found.figures.F_max - found.figures.F_min,
+            "squareness": float(found.geometry["squareness"]),
+            "scale mismatch": 2.0 * test.radius * (one - other),
+            "servo mismatch": 2.0 * float(found.geometry["mismatch"]) / test.feed,
+        }
+        ours |= {f"reversal spikes {name}": glitch.value for name, glitch in found.glitches.items()}
+        for name in test.names:
+            ours |= dict.fromkeys((f"backlash +{name}", f"backlash -{name}"), float(found.geometry[f"backlash.{name}"]))
+        rows = []
+        for name, said in (self.reported or {}).items():
+            here = readable(ours[name], said.unit, 3) if name in ours else ""
+            rows.append([name, readable(float(said), said.unit, 3), here])
+        return Table(["figure", "ball bar's", "here"], rows, "Figures of the ball bar's software; signs are its own")
+
     def glitches(self) -> tuple[float, float] | None:
         """Return the largest predicted and the largest measured glitch of the known axes [m]."""
         if self.held is None or not self.held.agrees:
@@ -211,6 +232,7 @@ def diagnose(
     scheme: SchemeName | None = None,
     known: KnownSchemes | None = None,
     feed: Annotated[Quantity | None, "velocity"] = None,
+    reported: Annotated[Path | str | None, Kind(metavar="RESULT.b5r")] = None,
     advance: Advance = silent,
 ) -> DiagnosisResult:
     """Split a measured circle by causes: geometry, loops, backlash, friction glitches, and the values of ISO 230-4.
@@ -225,6 +247,8 @@ def diagnose(
         Scheme of a run file; or the scheme that was on, for the prediction.
     feed
         Feed of the tests to use, of several in a file.
+    reported
+        Result of Renishaw's ball bar: its figures are shown beside these.
 
     Raises
     ------
@@ -233,8 +257,9 @@ def diagnose(
     """
     measured = some_circles(circles, scheme)
     found = take_apart(both_directions(measured, quantity(feed, "velocity")))
+    beside = None if reported is None else _reported(Path(reported), found.test.names)
     if machine is None or (scheme is None and found.test.scheme == LEARNED):  # which no machine file tells
-        return DiagnosisResult(found)
+        return DiagnosisResult(found, reported=beside)
     wanted = schemes_of(scheme or found.test.scheme or "a", known)[0]
     file = machine if isinstance(machine, Path | str) else None
     subject, identified = (machine_of(machine), None) if file is None else machine_to_predict(Path(file))
@@ -242,7 +267,18 @@ def diagnose(
     advance(0, total=circles_to_predict(drawn))
     predicted, limits = predict(found, subject, wanted, drawn, done=advance)
     step = max(axis.encoder.resolution for axis in subject.axes.values())
-    return DiagnosisResult(found, agreement(found, predicted, limits, wanted.name, step, subject.axes))
+    return DiagnosisResult(found, agreement(found, predicted, limits, wanted.name, step, subject.axes), beside)
+
+
+def _reported(path: Path, names: Sequence[str]) -> dict[str, Estimate]:
+    """Return the figures of a ball bar's result of the plane of two axes."""
+    from fric.io.readers.ball_bar import figures  # with the readers, which a diagnosis need not
+
+    plane, found = figures(path)
+    if {*plane} != {*names}:
+        raise FricError(f"is of the plane {' and '.join(plane)}, and the circle of {' and '.join(names)}",
+                        where=str(path), hint="Give the result of the same test.")  # fmt: skip
+    return found
 
 
 @dataclass(frozen=True, eq=False, repr=False)

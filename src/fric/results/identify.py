@@ -249,7 +249,8 @@ class GainsResult(Identified):
     """The cascade identified from a recorded voltage."""
 
     found: FoundController  # The controller, and the intervals of its gains
-    axis: str  # Name of the axis
+    axis: str  # axis, motion: of the gains
+    motion: Motion = "linear"
 
     @property
     def belief(self) -> Cascade:
@@ -259,8 +260,8 @@ class GainsResult(Identified):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The controller file."""
-        content: dict[str, Any] = {"axis": self.axis, "motion": "linear"}
-        content |= {**ControllerPart.of(self.found.cascade, "linear"), **self.found.estimates}
+        content: dict[str, Any] = {"axis": self.axis, "motion": self.motion}
+        content |= {**ControllerPart.of(self.found.cascade, self.motion), **self.found.estimates}
         return ControllerDocument.made(content).tree()
 
     def sections(self) -> dict[str, dict[str, dict[str, Any]]]:
@@ -269,7 +270,8 @@ class GainsResult(Identified):
 
     def report(self) -> list[Piece]:
         """Return the gains, and how much of the voltage they explain."""
-        where = f"{self.found.where}: {self.found.explained:.2%} of the voltage explained"
+        how = "as it says" if self.found.explained is None else f"{self.found.explained:.2%} of the voltage explained"
+        where = f"{self.found.where}: {how}"
         return [parameters(self.sections()["controller"]), where]
 
 
@@ -278,6 +280,7 @@ def identify_controller(
     *records: Annotated[LogLike | CircleLike, Kind(Path, "FILE")],
     axis: AxisName = "x",
     scheme: SchemeName | None = None,
+    position_gain: Annotated[Quantity | None, "rate"] = None,
 ) -> GainsResult:
     """Identify the gains of an axis' controller from a circle, or a log in closed loop.
 
@@ -287,13 +290,22 @@ def identify_controller(
     Parameters
     ----------
     records
-        A circle test without compensation of friction, or log files.
+        A circle test without compensation of friction, or log files; or an auto-tuning result of SINUMERIK, whose
+        gains are read.
+    position_gain
+        K_v of an auto-tuning result, which holds the speed loop alone.
 
     Raises
     ------
     FricError
         When a channel is missing, or no cascade reproduces the recorded voltage.
     """
+    if len(records) == 1 and isinstance(records[0], str | Path) and Path(records[0]).suffix.lower() == ".xml":
+        from fric.io.readers.optimize import cascade_of
+
+        tuned = cascade_of(Path(records[0]), quantity(position_gain, "rate"))
+        gains = ControllerPart.of(tuned[2], tuned[1])
+        return GainsResult(FoundController(tuned[2], gains, None, str(records[0])), *tuned[:2])
     logs, circles = list[Any](), list[Any]()
     for given in records:
         (logs if _is_log(given) else circles).append(given)

@@ -11,10 +11,11 @@ from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser, parse
 
 from fric.errors import FricError, near, printable
 from fric.flaws.files import LIBRARY_WARNS
-from fric.input import foreign
+from fric.input import foreign, regular
 from fric.notice import Notice
 from fric.units import is_unit
 
@@ -242,6 +243,27 @@ class Memory(ForeignTable):
 _SUFFIX = re.compile(r"(?:.+_(?:ms|us|µs|mm|um|µm|nm|deg|rad|mrad|Nm|mNm|kN|V|mV)|(?:[tT]|[tT]ime|[zZ]eit)_s|\w{2,}_N)")
 """Names that end in their unit; F_N is a normal force, and x_m may be a motor's or a mean."""
 _NAMED = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\))")
+
+
+class _Plain(TreeBuilder):
+    """Builds the elements of XML that declares no document type, and so no entities."""
+
+    def doctype(self, *_: object) -> None:
+        """Refuse the declaration."""
+        raise FricError("declares a document type, as no export does", hint="Save it again.")
+
+
+def read_xml(path: Path, most: int) -> Element:
+    """Return the root of XML of a bounded size [byte].
+
+    Raises FricError: When it is no whole XML, or declares a document type.
+    """
+    try:
+        return parse(regular(path, most), XMLParser(target=_Plain())).getroot()
+    except FricError as error:
+        raise error if error.where else error.at(str(path)) from None
+    except (ParseError, LookupError, ValueError) as error:  # the others: an encoding that is unknown
+        raise FricError(f"is no whole XML ({error})", where=str(path), hint="Save it again.") from None
 
 
 def named(header: str) -> Column:
