@@ -36,6 +36,7 @@ from fric.identify.replay.replay_fit import Solved
 from fric.identify.static_map.identify import identify_static
 from fric.identify.static_map.points import RISES, Asked, Strokes, table_points
 from fric.io import roles
+from fric.io.pairs import TOGETHER, with_joined
 from fric.io.propose import Guess, Guessed
 from fric.io.readers import tables
 from fric.io.readers.base import Column, Memory
@@ -355,9 +356,18 @@ def of_loop(s: float) -> Sequence[Notice]:
         return next(tables(path)).notices
 
 
+def in_two_files(share: float) -> Sequence[Notice]:
+    """Return what is said of two files whose force goes as much with the motion."""
+    with TemporaryDirectory() as folder, patch("fric.io.pairs.follows", return_value=share):
+        for name, head in (("pos", "position [mm]"), ("force", "force [N]")):
+            (Path(folder) / f"{name}.csv").write_text(f"time [s],{head}\n0,1\n1,2\n2,3\n")
+        return with_joined(sorted(Path(folder).iterdir()), Path(folder) / "joined", None, assume=False)[1]
+
+
 SHOWN: dict[str, Show] = {
     "mapping-assumed": lambda s: guess(s).notices(),
     "response-of-loop": of_loop,
+    "files-joined": lambda s: in_two_files(s * TOGETHER),
     "mapping-open": lambda s: [] if guess(s).sure else guess(s).asked(),
     **{f"implausible-{name}": lambda s, name=name: implausible(name, s) for name in BOUNDS},
     **{

@@ -24,6 +24,7 @@ from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
+from fric.io.pairs import with_joined
 from fric.io.propose import Guessed, axes_said, first_of, guessed, says_all
 from fric.io.questions import Ask, answered, beside
 from fric.io.readers import endings, marked, tables
@@ -122,7 +123,9 @@ def find_sources(
     found, seen, asking = Sources(), list[Record](), dict[Path, str]()
     archives = [path for path in _inside(given) if path.suffix.lower() in ARCHIVES]
     given += _unpacked(given, archives, proposals, asking)
-    for path in _files(given):
+    joining = proposals.parent / "joined" if proposals and not mapping else None
+    paths, found.description, spent = with_joined(list(_files(given)), joining, ask, assume=assume)
+    for path in paths:
         kind = _own(path)
         if kind in {"circle/1", "run/1"}:
             try:
@@ -142,7 +145,7 @@ def find_sources(
             asking[path] = why
     if asking and proposals and not mapping:
         places = [path if path.is_dir() else path.parent for path in given[:1]]
-        _guessed(asking, [*places, proposals], found, seen, assume=assume, ask=ask)
+        _guessed(asking, [*places, proposals], found, seen, assume=assume, ask=ask, spent=spent)
     for path in [path for path, why in asking.items() if why == LACKS_FORCE]:
         if not (why := _read(path, "", found, seen, assume=assume)):
             del asking[path]
@@ -171,8 +174,9 @@ def find_sources(
 
 
 def _guessed(
-    asking: dict[Path, str], places: list[Path], found: Sources, seen: list[Record], *, assume: bool, ask: Ask | None
-) -> None:
+    asking: dict[Path, str], places: list[Path], found: Sources, seen: list[Record], *, assume: bool, ask: Ask | None,
+    spent: int,
+) -> None:  # fmt: skip
     """Guess the meaning of files from their values; files that need no question leave the open ones."""
     with ExitStack() as opened:
         guess = guessed([path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None)
@@ -181,7 +185,7 @@ def _guessed(
             rest = {path for one in guess.found for path in one.files} - {path for one in pushed for path in one.files}
             asking |= dict.fromkeys(rest, NO_FORCE)
             guess = replace(guess, found=pushed)
-        file, guess = answered(guess, ask, *places) if ask and not assume else (None, guess)
+        file, guess = answered(guess, ask, *places, spent=spent) if ask and not assume else (None, guess)
         assume = assume or file is not None
         wanted = guess.usable if assume else tuple(guess for guess in guess.usable if guess.sure)
         if not assume:  # a file with an open axis is skipped as a whole: half of it would pass for all

@@ -15,8 +15,12 @@ CHANNELS_WITHOUT_TIME = Flaw("channels-without-time", "note", "The file gives no
 SCOPE_SCALE = Flaw("scope-scale", "doubt",
     "Scope shows {channels} scaled or offset; the file does not say whether its values carry that.",
     "Look at 'Scale values before export'.")
-RESPONSE_OF_LOOP = Flaw("response-of-loop", "note",
-    "The response has no voltage as its input: 1 V of it means {volt}.")
+RESPONSE_OF_LOOP = Flaw("response-of-loop", "doubt",
+    "The response has no voltage as its input: 1 V of it means {volt}.",
+    "Take what is designed for it to that input, and no voltage.")
+FILES_JOINED = Flaw("files-joined", "note",
+    "Joined to one record, by names and clock: {share:.0%} of the force goes with the motion{assumed:, little|}.",
+    "{assumed:Look whether they are of one run.|}")
 CYCLE_ASSUMED = Flaw("cycle-assumed", "doubt",
     "The file names no interval and no axes: assumed are {interval:.3g} ms a row, and axes 1 to 3 in mm.",
     "Export the recording as JSON, which names them, or say otherwise in a mapping.")

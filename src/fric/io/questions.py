@@ -74,19 +74,20 @@ class Review:
 Ask = Callable[[Question], None]  # Puts a question to the user, and has it take the answer; or shows all at once
 
 
-def answered(guess: Guessed, ask: Ask, *places: Path) -> tuple[Path | None, Guessed]:
+def answered(guess: Guessed, ask: Ask, *places: Path, spent: int = 0) -> tuple[Path | None, Guessed]:
     """Ask what is open of files, and write the mapping of them all beside them; no file where nothing was asked.
 
     guess: What is guessed; the answers are put into it.
     ask: Puts a question.
     places: Folders: the mapping is written into the first that lets it.
+    spent: How many questions were asked before.
     Raises FricError: When the mapping cannot be written.
     """
     if isinstance(ask, Review):
         guess = ask.state(guess) if guess.found else guess
         return (_written(guess.text(), *places) if guess.found else None), guess
-    count = 0
-    while count < MOST_QUESTIONS and (question := next(filter(None, (make(guess.found) for make in _ORDER)), None)):
+    count, most = 0, MOST_QUESTIONS - spent
+    while count < most and (question := next(filter(None, (make(guess.found) for make in _ORDER)), None)):
         ask(question)
         count += 1
     return (_written(guess.text(), *places) if count and guess.usable else None), guess

@@ -1,0 +1,117 @@
+"""Files that hold the channels of one record each: position in one, force in another, with the same clock and names."""
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack, closing, suppress
+from pathlib import Path
+from typing import cast
+
+import h5py
+import numpy as np
+
+from fric.arrays import Real
+from fric.errors import FricError
+from fric.flaws.files import FILES_JOINED
+from fric.io.questions import Ask, Question
+from fric.io.readers import tables
+from fric.io.readers.base import Column, ForeignTable
+from fric.io.readers.joined import Joined, SharedClock
+from fric.io.roles import follows
+from fric.io.words import spoken
+from fric.notice import Notice
+from fric.output import staged
+
+TOGETHER, PERHAPS = 0.45, 0.2
+"""How much of a force goes with sign(v) and acceleration of a position: above the first they are of one record."""
+MOST_PARTS = 6  # Files of a record at most
+SAME_SPAN = 0.05  # Share of their span by which the clocks of files of one record begin or end apart at most
+
+
+def with_joined(
+    paths: list[Path], folder: Path | None, ask: Ask | None, *, assume: bool
+) -> tuple[list[Path], list[Notice], int]:
+    """Return files, with one of all channels in place of those that are of one record; what is said; questions put.
+
+    The names of such files differ in a word, as ``run1_pos`` and ``run1_force``, their time has the same name and
+    span, and the force goes with the motion: what is less sure is asked, or with ``assume`` taken and said.
+
+    folder: Where files are written; None to join none.
+    """
+    shares = dict[tuple[Path, ...], float]()
+    for group in _alike(paths) if folder else ():
+        with suppress(FricError), ExitStack() as files:
+            share = follows(_together(group, files))
+            if share > PERHAPS and not any({*group} & {*other} for other in shares):
+                shares[group] = share
+    open_ones = [group for group, share in shares.items() if share < TOGETHER]
+    wanted = [assume]
+    if asks := bool(open_ones and ask and not assume):
+        names = "; ".join(" + ".join(part.name for part in parts) for parts in open_ones[:3])
+        text = f"Do these files hold one record each, by one clock? {names}"
+        cast("Ask", ask)(Question(text, [("no", False), ("yes", True)], wanted.append))
+    said = []
+    for parts, share in shares.items():
+        if folder and (wanted[-1] or share >= TOGETHER):
+            path = folder / f"{'+'.join(part.stem for part in parts)}.h5"
+            with ExitStack() as files:
+                _write(path, _together(parts, files))
+            paths = [*(path for path in paths if path not in parts), path]
+            listed = ", ".join(map(str, parts))
+            said.append(FILES_JOINED.found(listed, share=share, assumed=share < TOGETHER))
+    return paths, said, int(asks)
+
+
+def _alike(paths: Iterable[Path]) -> Iterator[tuple[Path, ...]]:
+    """Yield files of a folder whose names differ in a word without digits, where that makes few of them."""
+    groups: dict[tuple[Path, str, frozenset[str]], list[Path]] = {}
+    for path in paths:
+        words = frozenset(re.split(r"[\W_]+", path.stem.casefold()))
+        for word in words:
+            if not re.search(r"\d", word):
+                groups.setdefault((path.parent, path.suffix, words - {word}), []).append(path)
+    yield from (tuple(group) for group in groups.values() if 1 < len(group) <= MOST_PARTS)
+
+
+def _together(parts: Sequence[Path], files: ExitStack) -> Joined:
+    """Return the channels of files as one table.
+
+    Raises FricError: When they are not parts of a record: a file has several tables or both motion and force, their
+        times differ in name or span, or there is no motion or no force in them.
+    """
+    clocks, shown, spans = list[SharedClock](), list[set[str | None]](), list[Real]()
+    times = set[Column]()
+    for path in parts:
+        table, *more = files.enter_context(closing(tables(path)))
+        quantities = [spoken(column).quantity for column in table.columns]
+        if more or quantities.count("time") != 1:
+            raise FricError("is no part of a record", where=str(path))
+        n = quantities.index("time")
+        clocks.append(SharedClock(table, n, label=path.stem))
+        shown.append({"force" if one in {"force", "input"} else "motion" for one in quantities
+                      if one in {"position", "velocity", "force", "input"}})  # fmt: skip
+        spans.append(_span(table, n))
+        times.add(table.columns[n])
+    ends = np.array(spans)
+    apart = float(np.ptp(ends, axis=0).max()) > SAME_SPAN * float(np.ptp(ends, axis=1).min())
+    both = [*shown].count({"force"}), [*shown].count({"motion"})
+    if len(times) > 1 or apart or not all(both) or sum(both) < len(parts):
+        raise FricError("are no parts of a record", where=", ".join(map(str, parts)))
+    table = Joined(parts[0], sorted(clocks, key=lambda one: shown[clocks.index(one)] == {"force"}))
+    table.columns = (*times, *table.columns[1:])
+    return table
+
+
+def _span(table: ForeignTable, time: int) -> Real:
+    """Return the first and the last stamp of a table."""
+    stamps = [block.columns[0] for block in table.read([time])]
+    return np.array([stamps[0][0], stamps[-1][-1]])
+
+
+def _write(path: Path, table: ForeignTable) -> None:
+    """Write a table as datasets, with their units."""
+    blocks = [block.columns for block in table.read(range(len(table.columns)))]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with staged(path, force=True) as draft, h5py.File(draft, "w", locking=False) as file:
+        for column, *values in zip(table.columns, *blocks, strict=True):
+            data = file.create_dataset(column.name.replace("/", "∕"), data=np.concatenate(values))
+            data.attrs.update({"unit": column.unit} if column.unit else {})

@@ -1,0 +1,91 @@
+"""Files of one record each are joined where names, clock and physics say so, and asked for where they nearly do."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fric.automatic.sources import find_sources
+from fric.io.hdf5 import read_records
+from fric.io.ingest import ingest
+from fric.io.pairs import with_joined
+
+T = np.arange(4000) * 2e-3
+
+
+def path_of(seed: int) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    return sum(rng.normal() * np.sin(2 * np.pi * f * T + rng.uniform(0, 6)) for f in (0.2, 0.35, 0.7))
+
+
+def force_of(x: np.ndarray) -> np.ndarray:
+    v = np.gradient(x, T)
+    return 20 * np.sign(v) + 3 * v + 0.5 * np.gradient(v, T)
+
+
+def written(folder: Path, name: str, head: str, *columns: np.ndarray) -> Path:
+    folder.mkdir(exist_ok=True)
+    path = folder / f"{name}.csv"
+    np.savetxt(path, np.column_stack(columns), delimiter=",", header=head, comments="", fmt="%.8g")
+    return path
+
+
+def pair(folder: Path, names: tuple[str, str], x: np.ndarray, force: np.ndarray, rate: int = 1) -> list[Path]:
+    return [written(folder, names[0], "time [s],position [mm]", T, x),
+            written(folder, names[1], "time [s],force [N]", T[::rate], force[::rate])]  # fmt: skip
+
+
+def test_runs_in_two_files_each_are_joined_and_said(tmp_path):
+    x, y = path_of(1), path_of(2)
+    files = pair(tmp_path / "logs", ("run1_pos", "run1_force"), x, force_of(x), rate=2)
+    files += pair(tmp_path / "logs", ("run2_pos", "run2_force"), y, force_of(y))
+    (tmp_path / "logs/readme.txt").write_text("two runs")
+    found = find_sources([tmp_path / "logs"], proposals=tmp_path / "out/mappings")
+    assert {log.path.name for log in found.logs} == {"run1_force+run1_pos.h5", "run2_force+run2_pos.h5"}
+    assert [one.code for one in found.description].count("files-joined") == 2
+    assert not found.refused
+    ingest(next(log.path for log in found.logs if "run1" in log.path.name), tmp_path / "log.h5")
+    (log,) = read_records(tmp_path / "log.h5")
+    assert log.time == pytest.approx(T[::2])  # at the samples of the slower file
+    assert log.force == pytest.approx(force_of(x)[::2], rel=1e-6)
+    assert log.position == pytest.approx(1e-3 * x[::2], abs=1e-9)
+
+
+@pytest.mark.parametrize(("names", "other"), [
+    (("x_pos", "y_force"), False), (("a_pos", "a_force"), True), (("run1", "run2"), False),
+])  # fmt: skip
+def test_files_of_other_names_or_another_motion_are_not_joined(tmp_path, names, other):
+    """Not with `assume` either: a force of another run would give a friction that is wrong and sure."""
+    files = pair(tmp_path, names, path_of(1), force_of(path_of(3 if other else 1)))
+    assert with_joined(files, tmp_path / "joined", None, assume=True) == (files, [], 0)
+
+
+def test_another_span_or_two_positions_are_not_joined(tmp_path):
+    x = path_of(1)
+    files = pair(tmp_path, ("pos", "force"), x, force_of(x))
+    written(tmp_path, "force", "time [s],force [N]", T + 3.0, force_of(x))
+    assert not with_joined(files, tmp_path / "joined", None, assume=True)[1]
+    written(tmp_path, "force", "Zeit [s],force [N]", T, force_of(x))
+    assert not with_joined(files, tmp_path / "joined", None, assume=True)[1]
+    written(tmp_path, "force", "time [s],position [mm]", T, x)
+    assert not with_joined(files, tmp_path / "joined", None, assume=True)[1]
+
+
+@pytest.mark.parametrize("answer", ["1", "2"])
+def test_what_is_less_sure_is_asked(tmp_path, answer):
+    """A force beside much of another; without a terminal the files stay apart."""
+    x = path_of(1)
+    files = pair(tmp_path, ("pos", "force"), x, force_of(x) + 2.0 * force_of(path_of(5)))
+    assert with_joined(files, tmp_path / "joined", None, assume=False) == (files, [], 0)
+    asked = []
+
+    def ask(question) -> None:
+        asked.append(question.text)
+        assert question.take(answer)
+
+    paths, said, count = with_joined(files, tmp_path / "joined", ask, assume=False)
+    assert (count, len(asked)) == (1, 1)
+    assert "pos.csv + force.csv" in asked[0]
+    assert [path.name for path in paths] == (["pos.csv", "force.csv"] if answer == "1" else ["pos+force.h5"])
+    assert all("Look whether they are of one run" in str(one) for one in said)
+    assert len(said) == (answer == "2")
