@@ -7,7 +7,9 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from math import exp, floor, inf, isinf, log10
 from typing import Any, Literal, Self, TypeVar
 
+from fric.errors import FricError
 from fric.units import prefixed, significant
+from fric.verb import is_number, require_numbers
 
 STAYS = {"leaves": False}  # Metadata of a dataclass's field that documents leave out
 
@@ -36,6 +38,11 @@ class Estimate:
         True where the data do not determine the value and a default was taken.
     source
         Where a value given by hand comes from.
+
+    Raises
+    ------
+    FricError
+        Where the value is no number, or the interval does not fit it.
     """
 
     value: Value
@@ -44,6 +51,13 @@ class Estimate:
     fixed: bool = False
     assumed: bool = False
     source: str = ""
+
+    def __post_init__(self) -> None:
+        values = self.value if isinstance(self.value, tuple) else None
+        require_numbers(self, ("value",), () if values is None else ("value",))
+        pairs: Any = (self.ci95,) if values is None else self.ci95
+        if self.ci95 is not None and [*map(_is_interval, pairs)] != [True] * len((0.0,) if values is None else values):
+            raise FricError("ci95 does not fit the value", hint="Give [low, high], one such pair per value.")
 
     @classmethod
     def around(cls, value: float, unit: str, half_width: float, *, source: str = "") -> Estimate:
@@ -74,10 +88,7 @@ class Estimate:
     @classmethod
     def read(cls, entry: Mapping[str, Any]) -> Self:
         """Return the estimate of a mapping made by `as_dict`."""
-        value, limits = entry["value"], entry.get("ci95")
-        if isinstance(value, list):
-            value, limits = tuple(value), limits and tuple(map(tuple, limits))
-        limits = limits and tuple(limits)
+        value, limits = _as_tuples(entry["value"]), _as_tuples(entry.get("ci95"))
         return cls(value, entry["unit"], limits, bool(entry.get("fixed")), bool(entry.get("assumed")))
 
     def as_dict(self) -> dict[str, Any]:
@@ -130,10 +141,22 @@ class Covariance:
 
     @classmethod
     def of(cls, names: Iterable[str], matrix: Iterable[Iterable[float]], scale: Scale | Sequence[Scale]) -> Covariance:
-        """Return a covariance, with a common scale or a scale for each parameter."""
-        names = tuple(names)
+        """Return a covariance, with a common or each parameter's scale, without those whose interval is open."""
+        names, rows = tuple(names), [tuple(map(float, row)) for row in matrix]
         scales = (scale,) * len(names) if isinstance(scale, str) else tuple(scale)
-        return cls(names, scales, tuple(tuple(float(entry) for entry in row) for row in matrix))
+        kept = [n for n, scale in enumerate(scales) if scale == "linear" or not 4.0 * rows[n][n] > OPEN**2]
+        return cls(
+            tuple(names[n] for n in kept), tuple(scales[n] for n in kept),
+            tuple(tuple(rows[n][m] for m in kept) for n in kept),
+        )  # fmt: skip
+
+
+def _is_interval(given: Any) -> bool:
+    return isinstance(given, tuple) and len(given) == 2 and all(one is None or is_number(one) for one in given)
+
+
+def _as_tuples(given: Any) -> Any:
+    return tuple(map(_as_tuples, given)) if isinstance(given, list) else given
 
 
 def _open_ended(limits: Any) -> Any:

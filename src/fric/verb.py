@@ -199,14 +199,14 @@ def require_numbers(holder: Any, names: Iterable[str], several: Container[str] =
     for name in names:
         given = getattr(holder, name)
         if name in several:
-            right = isinstance(given, Iterable) and all(map(_is_number, given))
+            right = isinstance(given, Iterable) and all(map(is_number, given))
         else:
-            right = isinstance(given, float) or _is_number(given)
+            right = isinstance(given, float) or is_number(given)
         if not right:
             raise refused(type(holder).__name__, f"{name} as {'numbers' if name in several else 'a number'}", given)
 
 
-def _is_number(given: Any) -> bool:
+def is_number(given: Any) -> bool:
     """Return whether a double holds it, as NumPy's numbers too; no truth value is a number."""
     if isinstance(given, int):
         return not isinstance(given, bool) and abs(given) <= sys.float_info.max
@@ -242,7 +242,7 @@ def _fits(given: Any, hint: Any) -> bool:
     if origin is Literal:
         return isinstance(given, str) and given in inner
     if hint is float:
-        return _is_number(given)
+        return is_number(given)
     if hint is int:
         return isinstance(given, Integral) and not isinstance(given, bool)
     if getattr(origin, "__name__", "") == "ndarray":  # whoever keeps an array tells what it is

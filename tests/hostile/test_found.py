@@ -21,11 +21,11 @@ from fric.circles.measured import MeasuredCircle
 from fric.cli.main import main
 from fric.control.scheme import NONE
 from fric.design.cascade import design_cascade
-from fric.documents.base import CodedWarning, Quantity
+from fric.documents.base import CodedWarning, CovarianceBlock, Quantity
 from fric.documents.mapping import MappingDocument
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
-from fric.estimate import Estimate
+from fric.estimate import Covariance, Estimate, Scale
 from fric.figures.style import new_figure, save_figure
 from fric.identify.gms.hunting import _left_over
 from fric.identify.static_map.map_fit import aged
@@ -331,6 +331,31 @@ def test_a_delay_of_thousands_of_states() -> None:
 def test_an_argument_of_another_type_that_lacks_an_attribute() -> None:
     with pytest.raises(FricError, match="MeasuredCircle takes axes"):
         fric.MeasuredCircle(0.03, 0.1, 1, axes=cast("Any", "x"))
+
+
+@pytest.mark.parametrize(("value", "ci95"), [(1.0, 0.001), (1.0, (1.0,)), ((1.0, 2.0), (0.0, 3.0)), (1.0, ("a", "b"))])
+def test_an_interval_that_fits_no_value(value: Any, ci95: Any) -> None:
+    with pytest.raises(FricError, match="ci95 does not fit the value"):
+        Estimate(value, "N", ci95)
+    with pytest.raises(FricError, match="Estimate takes value as a number"):
+        Estimate(cast("Any", "x"), "N")
+
+
+def test_a_covariance_is_of_what_is_not_open() -> None:
+    """A file held a variance of 5.7e18 of a logarithm, whose interval it called open."""
+    rows = [[1.0, 1e9, 0.5], [1e9, 5.7e18, -1e9], [0.5, -1e9, 1e6]]
+    scales: list[Scale] = ["log", "log", "linear"]
+    kept = Covariance.of(["F_c", "k_3", "sigma"], rows, scales)
+    assert kept == Covariance(("F_c", "sigma"), ("log", "linear"), ((1.0, 0.5), (0.5, 1e6)))
+    assert CovarianceBlock(names=["F_c", "k_3", "sigma"], scales=scales, matrix=rows).covariance() == kept
+
+
+def test_an_angle_that_begins_again_after_more_counts_than_a_double_tells() -> None:
+    x = np.arange(600.0) % 100
+    assert roles._turn(x) == 100.0
+    assert roles._turn(1e16 * x) == 0.0
+    with pytest.raises(ValidationError, match="wraps"):
+        MappingDocument.model_validate({"fric": "mapping/1", "columns": {"position": {"column": "a", "wraps": 1e18}}})
 
 
 def test_a_response_that_is_said_to_be_a_map_of_holding_forces(tmp_path: Path) -> None:

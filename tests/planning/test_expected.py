@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from math import log
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from fric.documents.machine_files import read_machine
 from fric.documents.plan import PlanDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document
+from fric.errors import FricError
 from fric.friction.directed import Directed
 from fric.friction.gms import GMS
 from fric.planning.choose import (
@@ -129,6 +132,31 @@ def test_a_response_that_scattered_along_the_way_is_expected_to_scatter_again() 
     assert 1.4 < found["A"] < 3.0
     assert 1.4 < found["B"] < 3.0
     assert all(factor < 1.5 for factor in scattering(plant(model, 78), simulated).values())
+
+
+def test_a_plant_that_no_drive_has_is_not_expected(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of noise of 30 N and counts of 2 µm, A came out as 152,600 1/s in a table of the plan, and took minutes."""
+    tree = {"fric": "plant/1", "axis": "x", "A": "4e5 1/s", "B": "1500 m/(s^2*V)", "T_d": "3 ms", "K_f": "548 N/V"}
+    monkeypatch.setattr("fric.planning.choose.identify_plant", lambda _: None)
+    monkeypatch.setattr("fric.planning.choose.plant_tree", lambda *_: tree)
+    response: Any = SimpleNamespace(kind="frequency-response", motion="linear")
+    with pytest.raises(FricError, match="no mass comes to rest"):
+        list(identified([response]))
+    axis, asked = read_machine(Path("xy-table")).axis("x"), []
+
+    def once(logs, blocks=None):
+        asked.append(len(logs))
+        if len(logs) == 2:
+            raise FricError(f"A is {len(asked)}")
+        yield from ()
+
+    monkeypatch.setattr("fric.planning.choose.identified", once)
+    logs = [SimpleNamespace(kind=kind) for kind in ("frequency-response", "motion")]
+    trials = [SimpleNamespace(log=lambda *_, log=log: log) for log in logs]
+    monkeypatch.setattr("fric.planning.choose.runs_of", lambda *_: [(trial, None) for trial in trials])
+    found = expected(axis, [], silent, 2)
+    assert asked == [2, 1, 2, 1]
+    assert [notice.values["why"] for notice in found.notices] == ["A is 1"]
 
 
 def test_an_accuracy_takes_as_many_records_as_the_square_of_whatlacks() -> None:

@@ -176,10 +176,8 @@ class Quantity(Part):
 
     @model_validator(mode="after")
     def _interval_fits(self) -> Self:
-        values = self.value if isinstance(self.value, list) else [self.value]
-        pairs: Any = (self.ci95 if isinstance(self.value, list) else [self.ci95]) if self.ci95 is not None else []
-        if self.ci95 is not None and [isinstance(pair, list) and len(pair) for pair in pairs] != [2] * len(values):
-            raise ValueError("ci95 does not fit the value\nGive [low, high], one such pair per value.")
+        with refused():
+            Estimate.read(self.__dict__)
         return self
 
 
@@ -204,8 +202,8 @@ class CovarianceBlock(Part):
         return self
 
     def covariance(self) -> Covariance:
-        """Return the covariance."""
-        return Covariance(tuple(self.names), tuple(self.scales), tuple(tuple(row) for row in self.matrix))
+        """Return the covariance, without parameters that are open."""
+        return Covariance.of(self.names, self.matrix, self.scales)
 
 
 def known(**values: Any) -> dict[str, Any]:

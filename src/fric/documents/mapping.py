@@ -15,6 +15,7 @@ from fric.columns import (
     CIRCLE,
     FORCE_VELOCITY,
     FORCE_VELOCITY_DIMENSIONS,
+    LARGEST_TURN,
     RESPONSE_DIMENSIONS,
     Kind,
     channel_dimension,
@@ -68,7 +69,7 @@ class ColumnMapping(Part):
     unit: str | None = Field(default=None, description="unit of the column; left out, that of the header")
     scale: str | None = Field(default=None, description='size of a logged unit, such as "0.0984 mN*m"')
     file: str | None = Field(default=None, description='of --join: files that hold it, as "*force*.csv"')
-    wraps: float | None = Field(default=None, gt=0, description="period of an angle, as logged: 360")
+    wraps: float | None = Field(default=None, gt=0, le=LARGEST_TURN, description="period of an angle, as logged: 360")
     sign: Literal[1, -1] | None = Field(default=None, description="-1 where the log counts the other way")
 
     @model_validator(mode="after")

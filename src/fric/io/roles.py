@@ -15,6 +15,7 @@ from math import log
 import numpy as np
 
 from fric.arrays import Mask, Real
+from fric.columns import LARGEST_TURN
 from fric.errors import FricError
 from fric.io.readers.base import ForeignTable, Memory
 from fric.io.words import (
@@ -145,7 +146,7 @@ def _turn(x: Real) -> float:
     steps, span = np.diff(x), float(np.ptp(x))
     jumps = np.flatnonzero(np.abs(steps) > 0.7 * span)
     jumps = jumps[(jumps > 3) & (jumps < len(steps) - 4)]
-    if not 0 < len(jumps) < 0.05 * len(steps):
+    if not 0 < len(jumps) < 0.05 * len(steps) or span > LARGEST_TURN:
         return 0.0
     around = steps[jumps - 1] + steps[jumps - 2] + steps[jumps + 1] + steps[jumps + 2]
     if np.mean(around * steps[jumps] < 0.0) < 0.8 or np.quantile(np.abs(steps), 0.9) > 0.3 * span:

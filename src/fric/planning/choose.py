@@ -46,6 +46,7 @@ from fric.identify.static_map.points import stroke_points
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log
 from fric.notice import Notice
+from fric.plausibility import of_plant, settled
 from fric.records.inspection import FINE
 from fric.records.prepared import prepared
 from fric.records.resolution import lattice_step
@@ -525,12 +526,13 @@ class Expectation:
 
 def identified(logs: Sequence[Log], blocks: int | None = None) -> Iterator[PlantDocument | FrictionDocument]:
     """Yield plant, static map and GMS model of the records of an axis, each if there are records for it."""
-    plant = static = None
+    plant = static = known = None
     of_kind = {kind: [log for log in logs if log.kind == kind] for kind in {log.kind for log in logs}}
     if responses := of_kind.get("frequency-response"):
         plant = PlantDocument.model_validate(plant_tree(identify_plant(responses), responses))
+        known = plant.plant(logs[0].motion)
+        settled(of_plant(known, logs[0].motion))
         yield plant
-    known = None if plant is None else plant.plant(logs[0].motion)
     if strokes := of_kind.get("constant-velocity"):
         error = 0.0 if plant is None else plant.damping_error(logs[0].motion)
         # in one form in all runs: half-widths of a run with delta free and a run without have no mean
@@ -665,7 +667,7 @@ def expected(
     trials = [trial for record in planned for trial in record.trials(axis)]
     blocks: int | None = None
     found: list[dict[str, tuple[float, float, str]]] = []
-    notices: list[Notice] = []
+    reasons: dict[tuple[bool, int], Notice] = {}  # Why an identification ended, by how far it came
     documents: list[FrictionDocument] = []
     plants: list[PlantDocument] = []
     for seed in range(1, draws + 1):
@@ -674,11 +676,12 @@ def expected(
             logs.append(trial.log(axis, run, seed))
             advance()
         results: list[PlantDocument | FrictionDocument] = []
-        try:
-            for result in identified(logs, blocks):
-                results.append(result)
-        except FricError as error:
-            notices.append(PLAN_NOT_ENOUGH.found(why=error.what))
+        for some in (logs, [one for one in logs if one.kind != "frequency-response"]):  # the rest goes without a plant
+            try:
+                for result in identified(some, blocks) if some is logs or not results else ():
+                    results.append(result)
+            except FricError as error:
+                reasons.setdefault((some is logs, len(results)), PLAN_NOT_ENOUGH.found(why=error.what))
         last = results[-1] if results else None
         if isinstance(last, FrictionDocument) and last.section("gms") and blocks is None:
             blocks = len(last.estimates("gms")["k"].value)  # type: ignore[arg-type]
@@ -692,6 +695,7 @@ def expected(
         values, half, units = zip(*(mapping[name] for mapping in found), strict=True)
         middle = typical(half)
         parameters[name] = Expected(float(np.median(values)), middle, units[0], (min(half), max(half)))
+    notices = list(dict.fromkeys(reasons.values()))
     wider = {} if known is None else widening(known, parameters, documents)
     scattered = {} if plant is None else scattering(plant, plants)
     for name, factor in (wider | {n: f for n, f in scattered.items() if n in parameters}).items():
@@ -702,7 +706,7 @@ def expected(
         notices.append(PLAN_LEFT_OVER.found(names=uncertain))
     if plant is None and {"A", "B"} & parameters.keys() and {"F_c", "F_s"} & set(uncertain):
         notices.append(PLAN_PLANT_UNSURE.found())
-    return Expectation(parameters, blocks, tuple(dict.fromkeys(notices)))
+    return Expectation(parameters, blocks, tuple(notices))
 
 
 def planned_for(

@@ -69,6 +69,7 @@ def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", 
     return log.require("force", "a replay"), "force", drive.force_lag
 
 
+MOST_RECORDS = 200  # Records that are replayed together at most
 MOST_REPLAYED = 400_000  # Largest number of samples of all records in a fit; of more, every n-th is used
 PARTS = 16  # Parts of a stroke, in either direction, within which the error of a model counts as common
 CYCLES = 3  # Least number of whole cycles for resampling cycles; with fewer, pieces of equal length are resampled
@@ -226,8 +227,11 @@ def prepared(
         of `smooth_motion`.
     Raises FricError: When a record has no force, or does not move.
     """
-    if not logs:
-        raise FricError("there is no record", hint="Name a log with a force.")
+    if not 0 < len(logs) <= MOST_RECORDS:
+        what = (
+            f"{len(logs)} records are given, and {MOST_RECORDS} at most are replayed" if logs else "there is no record"
+        )
+        raise FricError(what, hint="Name those logs with a force that show most.")
     refuse_several_axes(logs)
     settings: Sequence[Conditioning | None] = filters or [None] * len(logs)
     records = tuple(_prepared(log, plant, drive, one) for log, one in zip(logs, settings, strict=True))
