@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from datetime import date
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -37,16 +38,30 @@ class Turn(NamedTuple):
 
 
 TURN = pytest.StashKey[Turn | None]()
+WARM = pytest.StashKey[str]()
+"""The PATH on which commands are those of the warm fric."""
 
 
-@pytest.fixture(scope="session")
-def warm() -> Iterator[dict[str, str]]:
-    """An environment in which a shell's `fric` and `python -c` need no start (`tests/warm.py`)."""
+@contextmanager
+def served() -> Iterator[dict[str, str]]:
+    """Yield an environment in which a shell's `fric` and `python -c` need no start (`tests/warm.py`)."""
     from docs.examples import environment
     from tests.warm import on_path
 
     with TemporaryDirectory() as folder, on_path(Path(folder), environment()) as found:
         yield found
+
+
+@pytest.fixture(scope="session")
+def warm(request: pytest.FixtureRequest) -> Iterator[dict[str, str]]:
+    """An environment in which commands need no start: all workers share the one of the process that began them."""
+    if (path := getattr(request.config, "workerinput", {}).get("fric_path")) is None:
+        with served() as found:
+            yield found
+    else:
+        from docs.examples import environment
+
+        yield environment() | {"PATH": path}
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -86,9 +101,19 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_configure_node(node) -> None:
-    """Hand the turn to a worker: one day, and one order, which xdist asks for."""
-    turn = node.config.stash[TURN]
+    """Hand the turn to a worker: one day, and one order, which xdist asks for; and the warm fric of all.
+
+    What is compiled is compiled before the first worker begins, once.
+    """
+    config = node.config
+    turn = config.stash[TURN]
     node.workerinput["fric_turn"] = turn and tuple(turn)
+    if Path(__file__).parents[1] == config.rootpath:
+        if WARM not in config.stash:
+            stack = ExitStack()
+            config.add_cleanup(stack.close)
+            config.stash[WARM] = stack.enter_context(served())["PATH"]
+        node.workerinput["fric_path"] = config.stash[WARM]
 
 
 @pytest.hookimpl(trylast=True)

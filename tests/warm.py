@@ -1,10 +1,9 @@
 """A warm fric: a process that has imported everything, and becomes, by a fork, each command that a shell runs.
 
-`python -m tests.warm` imports every module of fric: what is compiled is compiled then, and kept for all that follows.
-`python -m tests.warm ADDRESS` listens there as well. In a shell with `on_path` in front, `fric`, `python -c` and
-`python FILE.py` are clients of it: the command runs in a child of the warm process with the client's words, folder,
-environment, files 0, 1 and 2 and limit of the size of files; the client hands on Ctrl-C and a polite kill, and ends
-with its status.
+`python -m tests.warm ADDRESS` imports every module of fric: what is compiled is compiled then, and kept for all that
+follows. Then it listens. In a shell with `on_path` in front, `fric`, `python -c` and `python FILE.py` are clients of
+it: the command runs in a child of the warm process with the client's words, folder, environment, files 0, 1 and 2 and
+limit of the size of files; the client hands on Ctrl-C and a polite kill, and ends with its status.
 """
 
 from __future__ import annotations
@@ -128,27 +127,28 @@ def _reaped() -> bool:
 
 
 def main() -> None:
-    """Import everything; where an address is given, serve there, and be the command that is asked for."""
-    for name in (*modules(), *(LATE if len(sys.argv) > 1 else ())):
+    """Import everything, serve at the address, and be the command that is asked for."""
+    for name in (*modules(), *LATE):
         importlib.import_module(name)
+    import numba
+
     from fric import units
     from fric.simulate import processes
+    from tests.figures.drawn import undrawn
     from tests.nudge import nudge
 
-    if len(sys.argv) > 1:
-        processes.default_workers = lambda: 1  # as in the tests' own processes (`alone` in tests/conftest.py)
-        nudge()
-        units._registry()
-        from tests.figures.drawn import undrawn
-
-        gc.freeze()  # what is there stays shared by all children
-        serve(sys.argv[1])
-        with undrawn() if os.environ.pop(UNDRAWN, "") else nullcontext():
-            status = _run()
-        sys.stdout.flush()
-        sys.stderr.flush()
-        atexit._run_exitfuncs()
-        os._exit(status)  # to take all modules down takes longer than most commands
+    processes.default_workers = lambda: 1  # as in the tests' own processes (`alone` in tests/conftest.py)
+    nudge()
+    units._registry()
+    numba.njit("float64(float64)")(lambda x: x)  # what Numba prepares once, before it compiles
+    gc.freeze()  # what is there stays shared by all children
+    serve(sys.argv[1])
+    with undrawn() if os.environ.pop(UNDRAWN, "") else nullcontext():
+        status = _run()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    atexit._run_exitfuncs()
+    os._exit(status)  # to take all modules down takes longer than most commands
 
 
 def _run() -> int:
