@@ -29,7 +29,7 @@ def test_which_says_nothing(): pass
 @pytest.mark.parametrize(
     ("seconds", "words", "told"),
     [
-        ("0", ["-p", "no:xdist"], "long tests: 0 run, 6 have"),
+        pytest.param("0", ["-p", "no:xdist"], "long tests: 0 run, 6 have", marks=pytest.mark.long(1)),
         ("122", ["-n", "2", "--dist", "worksteal"], "long tests: 4 run, 2 have"),
     ],
 )

@@ -24,8 +24,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
-LATE = ("rich.console", "rich.table", "pint", "scipy.signal", "matplotlib.backends.backend_agg")
-"""What commands import where they need it, as most do."""
+LATE = ("rich.console", "rich.table", "pint", "scipy.signal", "matplotlib.backends.backend_agg", "pytest")
+"""What commands import where they need it, as most do; and what runs tests of a new file."""
 
 UNDRAWN = "FRIC_UNDRAWN"
 """Set where no figure of a command is looked at: they are empty files then."""

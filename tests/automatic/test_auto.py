@@ -339,13 +339,17 @@ def test_what_is_next_names_files_that_are_there(tmp_path):
     assert "next: fric plan" in str(found)
 
 
-def test_a_step_that_fails_is_told_and_the_rest_goes_on(tmp_path, monkeypatch):
+def test_a_step_that_fails_is_told_and_the_rest_goes_on(first, folder, tmp_path, monkeypatch):
     monkeypatch.setattr("fric.automatic.run.MACHINES", 4)
 
     def refuse_gms(step):
         if step.command == "identify gms":
             raise FricError("no cycle is whole", hint="Log three.")
-        step.make()
+        if not step.command.startswith(("identify", "design")):
+            return step.make()
+        for path in step.leaves:  # as they were made of the same logs
+            shutil.copy(folder / "out" / path.relative_to(tmp_path / "out"), path)
+        return None
 
     said: list[str] = []
     with undrawn():
@@ -385,7 +389,7 @@ def test_a_wrong_option_is_refused_before_the_steps(tmp_path, options, told):
     name = names.get(options[0], options[0].strip("-"))
     given = {name: options[1:] if name in {"circles", "controllers"} else options[1]}
     with pytest.raises(FricError, match=re.escape(told)):
-        fric.auto(*LOGS[:2], output=tmp_path / "out", run=run, **given)
+        fric.auto(LOGS[2], output=tmp_path / "out", run=run, **given)
 
 
 def test_nothing_to_read_is_an_error(tmp_path):

@@ -13,6 +13,7 @@ from fric.errors import FricError
 from fric.io.hdf5 import write_logs
 from fric.log import FrequencyResponse
 from tests.design.plants import X
+from tests.turns import in_turns
 
 RUN = CliRunner()
 GIVEN = ["--K_p", "83.7 V*s/m", "--K_i", "3156 V/m", "--K_v", "126 1/s", "--gain-margin", "13.7 dB"]
@@ -103,7 +104,7 @@ def test_a_measured_response_with_its_confidence_sets_the_limit(plant: str, cont
     assert "--resonance" in str(refused([*words, "--resonance", "300 Hz, 0.02, 0.1"]))
 
 
-@pytest.mark.parametrize("view", ["bode", "nyquist", "nichols", "q"])
+@pytest.mark.parametrize("view", in_turns(["bode", "nyquist", "nichols", "q"], ["nyquist", "q"]))
 def test_figures_are_drawn(plant: str, controller: str, tmp_path: Path, view: str) -> None:
     figure = tmp_path / "figure.svg"
     if view != "q":

@@ -30,7 +30,8 @@ def made(tmp_path_factory):
     words = ["identify", "static", str(DATA / "constant-velocity.h5"), "-o", str(static)]
     assert RUN.invoke(app, words).exit_code == 0
     output, figure = folder / "friction.yaml", folder / "loops.png"
-    result = run(*LOGS, "--static", static, "-o", output, "--plot", figure, "--json")
+    words = ["--static", static, "--blocks", "3"]  # how many there are is chosen in the session of the README
+    result = run(*LOGS, *words, "-o", output, "--plot", figure, "--json")
     return static, output, figure, json.loads(result.stdout)
 
 

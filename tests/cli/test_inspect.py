@@ -12,6 +12,7 @@ import fric
 from fric.cli.main import app
 from fric.errors import FricError
 from fric.io.hdf5 import write_logs
+from tests.turns import in_turns
 
 DATA = Path(__file__).parents[2] / "data"
 
@@ -47,7 +48,13 @@ def test_few_records_are_told_one_by_one_and_many_in_a_table():
     assert "static 17" in told
 
 
-@pytest.mark.parametrize("name", ["constant-velocity", "presliding-sine", "sliding-sine", "frequency-response"])
+@pytest.mark.parametrize(
+    "name",
+    in_turns(
+        ["constant-velocity", "presliding-sine", "sliding-sine", "frequency-response"],
+        ["sliding-sine", "frequency-response"],
+    ),
+)
 def test_plot_is_drawn_and_not_overwritten(name, tmp_path):
     figure = tmp_path / "record.svg"
     done = run(DATA / f"{name}.h5", "--plot", figure)

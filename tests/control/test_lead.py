@@ -18,6 +18,7 @@ from fric.friction.stribeck import StaticMap
 from fric.reference import Reference, sine
 from fric.simulate.axis import run_axis
 from fric.simulate.contour_run import Circle, run_circle
+from tests.turns import in_turns
 
 TABLE = Path("configs/xy-table.yaml")
 GMS = Scheme("c", "GMS", friction="gms")
@@ -47,7 +48,7 @@ def test_beyond_its_end_the_motion_goes_on_as_it_does() -> None:
     np.testing.assert_allclose(motion.ahead(5.3e-3).position, 0.2 * (t + 5.3e-3), rtol=1e-12)
 
 
-@pytest.mark.parametrize(("feed", "most"), [(0.1, 0.2e-6), (0.01, 0.3e-6)])
+@pytest.mark.parametrize(("feed", "most"), in_turns([(0.1, 0.2e-6), (0.01, 0.3e-6)], [(0.1, 0.2e-6)], 2))
 def test_with_friction_and_plant_known_the_glitch_is_what_is_asked_for(feed: float, most: float) -> None:
     """What is left without lead is delay: 1.0 µm at 100 mm/s."""
     runs = [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,7 @@ from tests.export.parts import (
     typical,
 )
 from tests.export.structured_text import Program
+from tests.turns import in_turns
 
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
 needs_compiler = pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler is installed")
@@ -54,8 +56,12 @@ def test_every_block_is_exported_or_refused_here() -> None:
     assert named == set(blocks())
 
 
+EACH_STEP = ["static", "dahl", "maxwell_slip", "gms by direction", "lugre by direction"]
+"""What holds the step of each model: by direction it is that of the model, with another map backwards."""
+
+
 @needs_compiler
-@pytest.mark.parametrize("name", exportable())
+@pytest.mark.parametrize("name", in_turns(exportable(), EACH_STEP))
 def test_c_gives_the_librarys_forces_in_double_and_in_single_precision(name: str, tmp_path: Path) -> None:
     model = typical(name)
     level = float(np.max(np.abs(replayed(model, *motions(4000)["100 mm/s"]))))
@@ -93,8 +99,12 @@ def test_an_observer_in_single_precision_is_refused() -> None:
 
 
 @needs_compiler
-@pytest.mark.parametrize("compiler", COMPILERS)
-@pytest.mark.parametrize("role", ["compensation", "machine"])
+@pytest.mark.parametrize(
+    ("compiler", "role"),
+    in_turns(
+        product(COMPILERS, ("compensation", "machine")), zip(COMPILERS, ("machine", "compensation"), strict=False), 2
+    ),
+)
 def test_strict_compilers_have_nothing_to_say(compiler: str, role: Role, tmp_path: Path) -> None:
     made = [part(typical(name), role) for name in exportable()]
     made += [scheme_part("f")] if role == "compensation" else []
@@ -113,7 +123,7 @@ def test_strict_compilers_have_nothing_to_say(compiler: str, role: Role, tmp_pat
 
 
 @pytest.mark.parametrize("share", [5, pytest.param(1, marks=pytest.mark.long(2))])
-@pytest.mark.parametrize("name", exportable())
+@pytest.mark.parametrize("name", in_turns(exportable(), EACH_STEP))
 def test_structured_text_gives_the_librarys_forces(name: str, share: int) -> None:
     model = typical(name)
     (text,) = st_files(part(model)).values()
@@ -145,7 +155,7 @@ def test_c_adds_in_each_sample_what_the_simulated_controller_added(scheme: str, 
     assert not made.fault
 
 
-@pytest.mark.parametrize("scheme", EXPORTED)
+@pytest.mark.parametrize("scheme", in_turns(EXPORTED, ["f", "two-dof"]))
 def test_structured_text_adds_what_the_simulated_controller_added(scheme: str) -> None:
     asked, added = along_a_run(scheme)
     (text,) = st_files(scheme_part(scheme)).values()

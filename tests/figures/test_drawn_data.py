@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 import fric.figures
 from tests.figures.cases import CASES
 from tests.figures.drawn import labels, varied
+from tests.turns import in_turns
 
 made = cache(lambda name: CASES[name]())
 LABEL = re.compile(r"^\S.*\S? \[[^\[\]]+\]$")
@@ -52,9 +53,13 @@ def test_with_any_curve_replaced_by_a_constant_that_fails(name: str) -> None:
 @pytest.mark.parametrize("name", CASES)
 def test_every_label_is_a_quantity_and_its_unit(name: str) -> None:
     figure = made(name)[0]
-    figure.draw_without_rendering()
     assert labels(figure) or name in {"circle", "overlay"}
     assert [label for label in labels(figure) if not LABEL.match(label)] == []
+
+
+@pytest.mark.parametrize("name", in_turns(CASES, ["circle", "plant", "record"]))
+def test_it_is_laid_out(name: str) -> None:
+    made(name)[0].draw_without_rendering()
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -8,6 +8,7 @@ import pytest
 from fric.figures.record import draw_record, thinned
 from fric.log import Log
 from fric.records.inspection import inspect
+from tests.turns import in_turns
 
 
 def record(**channels):
@@ -27,7 +28,10 @@ def test_thinning_reaches_to_both_ends(samples):
     assert np.all(np.diff(x) >= 0.0)
 
 
-@pytest.mark.parametrize("channels", [{}, {"force": np.sin}, {"input": np.cos}, {"force": np.sin, "input": np.cos}])
+CHANNELS = {}, {"force": np.sin}, {"input": np.cos}, {"force": np.sin, "input": np.cos}
+
+
+@pytest.mark.parametrize("channels", in_turns(CHANNELS, CHANNELS[::3]))
 def test_every_axis_carries_its_unit(channels):
     log = record(**channels)
     found = inspect(log)

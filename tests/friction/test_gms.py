@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from fric.friction.stribeck import StaticMap
 from fric.kernels.increments import reversal
 from tests.friction import gms_oracle
 from tests.friction.instances import PAPER, TABLE_1, ten_blocks
+from tests.turns import in_turns
 
 # amplitude [m], angular frequency [1/s], phase, duration [s]: Table 1's references, and two that are harder
 REFERENCES = {
@@ -60,10 +62,9 @@ def test_a_step_of_100_us_is_converged(name):
     assert np.abs(error).max() <= 0.05
 
 
-@pytest.mark.parametrize(
-    "C", [1e4, 1e6]
-)  # with 1e6 N/s a slipping block loads as fast as it is stretched, and no faster
-@pytest.mark.parametrize("name", REFERENCES)
+@pytest.mark.parametrize(  # with 1e6 N/s a slipping block loads as fast as it is stretched, and no faster
+    ("name", "C"), in_turns(product(REFERENCES, (1e4, 1e6)), zip(REFERENCES, 2 * (1e4, 1e6), strict=True))
+)
 def test_the_step_is_of_second_order(name, C):
     """Over several phases, since the place of a turn and of a break-away in its step is a matter of luck."""
     steps, finest = np.array([8, 4, 2, 1]) * 1e-4, 6.25e-6
@@ -81,12 +82,18 @@ MODELS = {
 }  # fmt: skip
 
 
+BOTH = {
+    *product(REFERENCES, ["Table 1"]),
+    ("15 um sine", "ten"),
+    *product(["15 um sine", "450 um sine"], ["slow C", "fast C"]),
+}
+"""Every motion, and every model, in each session."""
+
+
 @pytest.mark.parametrize(
     ("name", "model"),
     [
-        pytest.param(
-            name, model, id=f"{name}-{word}", marks=[pytest.mark.long(2)] * (" 10 mm" in name and word != "Table 1")
-        )
+        pytest.param(name, model, id=f"{name}-{word}", marks=[pytest.mark.long(2)] * ((name, word) not in BOTH))
         for name in REFERENCES
         for word, model in MODELS.items()
     ],
@@ -268,7 +275,7 @@ def test_the_limit_on_the_load_in_slip_is_what_makes_a_cycle_dissipate():
         ("450 um sine", 1e4, 0.03),
         ("30 mm circle at 10 mm/s", 1e4, 0.4),
         ("30 mm circle at 100 mm/s", 1e4, 0.8),
-        ("30 mm circle at 100 mm/s", 1e6, 13.4),
+        pytest.param("30 mm circle at 100 mm/s", 1e6, 13.4, marks=pytest.mark.long(2)),
     ],
 )
 def test_how_far_the_limit_moves_the_force(name, C, newton):

@@ -274,10 +274,10 @@ def test_a_force_that_tells_nothing_ends_in_a_sentence(verb, spoil, match):
 
 
 @pytest.mark.parametrize("words", [["--kind", "circle"], ["--join"], []])
-def test_a_device_without_end_is_no_log(tmp_path, words):
+def test_a_device_without_end_is_no_log(tmp_path, words, warm):
     done = subprocess.run(
-        [sys.executable, "-m", "fric", "ingest", "/dev/zero", "-o", str(tmp_path / "a.h5"), *words],
-        capture_output=True, text=True, check=False, timeout=600,
+        ["fric", "ingest", "/dev/zero", "-o", str(tmp_path / "a.h5"), *words],
+        env=warm, capture_output=True, text=True, check=False, timeout=600,
     )  # fmt: skip
     assert (done.returncode, "no regular file" in done.stderr) == (1, True), done.stderr
 

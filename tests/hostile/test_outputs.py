@@ -102,12 +102,14 @@ with log_writer(Path(path), axis="x", motion="linear", append=True) as writer:
 """
 
 
-def test_what_is_added_at_once_is_all_there(tmp_path):
+def test_what_is_added_at_once_is_all_there(tmp_path, warm):
     path = tmp_path / "log.h5"
     write_logs(path, [log("first")])
     names = [f"r{n}" for n in range(4)]
-    words = [sys.executable, "-c", ADDS, str(path)]
-    adding = [subprocess.Popen([*words, name], stdin=subprocess.PIPE, stderr=subprocess.PIPE) for name in names]
+    words = ["python", "-c", ADDS, str(path)]
+    adding = [
+        subprocess.Popen([*words, name], env=warm, stdin=subprocess.PIPE, stderr=subprocess.PIPE) for name in names
+    ]
     for one in adding:
         assert one.stdin is not None
         one.stdin.close()  # all begin at once
@@ -154,10 +156,10 @@ for limit in (1_000, 9_000, 40_000):
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_a_disk_that_fills_up_ends_every_writer_with_a_sentence(tmp_path, name):
+def test_a_disk_that_fills_up_ends_every_writer_with_a_sentence(tmp_path, name, warm):
     done = subprocess.run(
-        [sys.executable, "-c", FULL.replace("{writer}", WRITERS[name]), str(tmp_path / "out.h5")],
-        capture_output=True, text=True, check=False,
+        ["python", "-c", FULL.replace("{writer}", WRITERS[name]), str(tmp_path / "out.h5")],
+        env=warm, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.splitlines() == ["cannot be written: File too large"] * 3

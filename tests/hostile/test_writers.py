@@ -27,6 +27,7 @@ from fric.circles.measured import MeasuredCircle, measured_from_run
 from fric.cli.console import finish
 from fric.errors import FricError
 from fric.export import targets
+from fric.figures.style import rendered
 from fric.io.circle import write_circles, write_feedforward
 from fric.io.hdf5 import read_logs, write_logs
 from fric.io.propose import propose
@@ -120,6 +121,7 @@ def gms() -> Any:
 def exported(target: str) -> Any:
     with pytest.MonkeyPatch.context() as patch:  # whether it is to be trusted is of no matter here
         patch.setattr("fric.results.export.trust_of", lambda *given, **known: ([], []))
+        patch.setattr("fric.export.sinumerik.left_over", lambda *given: 1e-6)  # nor is what its pulses leave
         return export_axis(target, "xy-table", axis="x", scheme="f")
 
 
@@ -173,6 +175,17 @@ def _fleet(folder: Path) -> None:
     FleetResult(
         folder, [UnitOutcome(one, axes, (Notice("a note", "some-code", "doubt"),)) for one in units], []
     ).write()
+
+
+@cache
+def picture(ending: str) -> bytes:
+    return rendered(static().plot(), ending)
+
+
+@pytest.fixture(autouse=True)
+def drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw a figure once in each format: how it is written is judged."""
+    monkeypatch.setattr("fric.figures.style.rendered", lambda figure, ending="svg": picture(ending))
 
 
 def _both(folder: Path) -> None:

@@ -14,6 +14,7 @@ from fric.log import ForceVelocity, Log
 from tests.chance import most
 from tests.identify.constant_velocity import both_directions, stroke
 from tests.identify.test_flaws import session
+from tests.turns import in_turns
 
 SPEEDS = np.geomspace(0.1e-3, 30e-3, 12)
 MAP = StaticMap(F_c=80.0, F_s=115.0, v_s=1.8e-3, delta=1.0, sigma=120.0)
@@ -40,7 +41,7 @@ def test_a_plain_rig_gets_the_plain_form(draws: int) -> None:
     assert "by a map for each direction" in found[0].method
 
 
-@pytest.mark.parametrize("delta", [0.6, 1.6])
+@pytest.mark.parametrize("delta", in_turns([0.6, 1.6], [0.6]))
 def test_another_shape_is_found_and_can_be_forced_away(delta: float) -> None:
     logs = rig(3, friction=replace(MAP, delta=delta))
     fit = identify_static(logs)

@@ -92,9 +92,9 @@ def test_a_unit_taken_for_another_is_an_error(channel: str, by: float, verb: str
     ("channel", "by", "verb", "code"),
     [
         ("force", 1e-3, "static", "unusual-friction"),  # kN
-        ("force", 1e-3, "gms", "unusual-friction"),
+        pytest.param("force", 1e-3, "gms", "unusual-friction", marks=pytest.mark.long(1)),
         ("position", 1e-3, "static", "unusual-speed"),  # m for mm
-        ("time", 1e3, "static", "unusual-speed"),  # s for ms
+        pytest.param("time", 1e3, "static", "unusual-speed", marks=pytest.mark.long(1)),  # s for ms
         ("time", 1e3, "gms", "unusual-sampling"),
     ],
     ids=str,

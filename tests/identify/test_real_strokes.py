@@ -14,6 +14,7 @@ from fric.log import Log
 from fric.notice import Notice
 from tests.chance import fewest, most
 from tests.identify.constant_velocity import TABLE_1, both_directions, stroke
+from tests.turns import in_turns
 
 MASS = 121.0
 
@@ -64,7 +65,7 @@ few_and_many = pytest.mark.parametrize("draws", [4, pytest.param(20, marks=pytes
 
 
 @few_and_many
-@pytest.mark.parametrize("sigma", [400.0, 3000.0])
+@pytest.mark.parametrize("sigma", in_turns([400.0, 3000.0], [400.0]))
 def test_coulomb_plus_viscous_friction_is_told_as_such(sigma: float, draws: int) -> None:
     """Where nothing falls, F_c is no 0 with a v_s of the fastest stroke, but that of the simpler map.
 

@@ -57,7 +57,7 @@ SECOND = [
 ]
 
 
-@pytest.mark.parametrize(("machine", "crossover"), SECOND, ids=["motor", "table", "soft table", "stiff, rubbing"])
+@pytest.mark.parametrize(("machine", "crossover"), in_turns(SECOND, SECOND[::3]))
 def test_a_second_mass_is_fitted_as_such(machine: Machine, crossover: float) -> None:
     """The resonance within 2 %, A and B of the rigid axis within 3 %, seen and said."""
     fit = identify_plant([shaken(machine, seed=1, crossover=crossover)])
@@ -107,7 +107,8 @@ LOGGED = {
 
 
 @pytest.mark.parametrize(
-    ("how", "highest"), in_turns(product(LOGGED, (400.0, 1500.0)), zip(LOGGED, 2 * (400.0, 1500.0), strict=True))
+    ("how", "highest"),
+    in_turns(product(LOGGED, (400.0, 1500.0)), zip([*LOGGED][1:], (1500.0, 400.0, 1500.0), strict=True)),
 )
 def test_how_a_rigid_axis_is_logged_makes_no_second_mass(how: str, highest: float) -> None:
     """A second mass at 832 Hz was said of an axis that has none: what else bends a response is no resonance."""

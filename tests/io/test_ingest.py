@@ -2,6 +2,7 @@
 
 import gzip
 import hashlib
+from itertools import product
 
 import h5py
 import numpy as np
@@ -11,6 +12,7 @@ from fric import FricError, Log
 from fric.io.hdf5 import CHUNK, read_logs, write_logs
 from fric.io.ingest import ingest
 from fric.io.readers import text
+from tests.turns import in_turns
 
 
 def write(path, samples=50, speed=1.0):
@@ -117,9 +119,13 @@ def test_chunks_hold_every_kind_of_number(tmp_path, samples):
         assert data.id.get_storage_size() < data.nbytes / 20
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "latin-1", "utf-16"])
-@pytest.mark.parametrize("end", ["\n", "\r\n"])
-@pytest.mark.parametrize("piece", [1, 7, 64, 1000])
+@pytest.mark.parametrize(
+    ("piece", "end", "encoding"),
+    in_turns(
+        product([1, 7, 64, 1000], ["\n", "\r\n"], ["utf-8", "latin-1", "utf-16"]),
+        [(1, "\r\n", "utf-8"), (1, "\n", "utf-16"), (7, "\r\n", "utf-16"), (7, "\n", "latin-1"), (64, "\r\n", "utf-8")],
+    ),
+)
 def test_where_a_file_is_cut_into_pieces_changes_nothing(tmp_path, monkeypatch, piece, end, encoding):
     """Also a piece shorter than a line; and the digest is that of the file, told piece by piece or not."""
     monkeypatch.setattr(text, "PIECE", piece)

@@ -32,7 +32,7 @@ REVERSALS = sine(1e-3, 2.9, 1, 4000.0, run_in=0.5)
     ("scheme", "axis"),
     [
         pytest.param("f", IDEAL, marks=pytest.mark.long(4)),
-        ("a", MACHINE.axis("x")),
+        pytest.param("a", MACHINE.axis("x"), marks=pytest.mark.long(2)),
         ("f", MACHINE.axis("x")),
         pytest.param("a", MACHINE.axis("x").placed(0.3), marks=pytest.mark.long(3)),
     ],
