@@ -11,7 +11,6 @@ import pytest
 
 import fric
 from fric.documents.machine_files import read_machine
-from fric.documents.yaml import write_document
 from fric.identify.gms.hunting import Hunting
 from fric.identify.gms.virgin_curve import find_cycles
 from fric.identify.replay.replay_fit import replay_information
@@ -52,10 +51,11 @@ def test_information_of_all_sines_is_that_of_the_fit_to_them() -> None:
 
 
 def test_a_record_is_blind_for_what_it_does_not_show() -> None:
-    axis, _, logs, (*_, gms) = first()
-    model = gms.friction("gms")
-    slides = prepared([log for log in logs if log.kind == "sliding-sine"], axis.plant)[0].in_sliding()
-    sines = prepared([log for log in logs if "sine" in log.kind], axis.plant)
+    axis, _ = prior_axis(read_machine("xy-table"))
+    model = axis.friction
+    trials = [trial for one in choose(axis, LIMITS) for trial in one.trials(axis) if "sine" in trial.kind]
+    sines = prepared([trial.log(axis, run, 3) for trial, run in runs_of(axis, trials)], axis.plant)
+    (slides,) = (one.in_sliding() for one in sines if one.log.kind == "sliding-sine")
     names, information = replay_information([slides], model, search_ranges(sines))
     told = np.diag(information)
     assert told[names.index("C")] > 0
@@ -87,11 +87,9 @@ def test_the_record_that_is_said_to_narrow_most_narrows_a_file_that_lacks_it(tmp
     assert after == pytest.approx(best["half_width"]["value"], rel=0.5)
 
 
-def test_a_file_without_gms_is_refused_with_what_to_do(tmp_path: Path) -> None:
-    _, _, _, (_, static, _) = first()
-    write_document(tmp_path / "static.yaml", static.tree())
+def test_a_file_without_gms_is_refused_with_what_to_do() -> None:
     with pytest.raises(fric.FricError, match="fric plan --friction"):
-        fric.plan_next(tmp_path / "static.yaml")
+        fric.plan_next("tests/documents/before/static.yaml")
 
 
 def test_of_records_that_narrow_alike_the_shorter_one_is_first() -> None:

@@ -140,10 +140,15 @@ def test_the_encoder_errs_with_the_pitch_of_its_scale_and_the_controller_follows
 
 def test_a_seed_gives_the_same_digits_and_the_noise_of_a_machine_without_flaws_is_not_drawn_anew() -> None:
     axis = read_machine(MACHINES / "all.yaml").axis("x")
-    first, second = (presliding_sine(axis, amplitudes=[15e-6], cycles=1, samples=500, seed=n)[0].sha256 for n in (3, 3))
+    first, second = (
+        presliding_sine(axis, amplitudes=[15e-6], frequency=0.5, cycles=1, samples=500, seed=n)[0].sha256
+        for n in (3, 3)
+    )
     assert first == second
     quiet = replace(BASE, reality=Reality(clock=Clock(lost=0.1)))
-    whole, part = (presliding_sine(a, amplitudes=[15e-6], cycles=1, samples=500)[0] for a in (BASE, quiet))
+    whole, part = (
+        presliding_sine(a, amplitudes=[15e-6], frequency=0.5, cycles=1, samples=500)[0] for a in (BASE, quiet)
+    )
     kept = np.isin(whole.time, part.time)
     np.testing.assert_array_equal(whole.force[kept], part.force)
 
