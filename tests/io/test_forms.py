@@ -438,14 +438,14 @@ def test_a_zip_beside_other_files_is_opened(tmp_path: Path) -> None:
 
 
 def test_channels_in_files_of_their_own_are_joined_where_the_likeliest_is_assumed(tmp_path: Path) -> None:
-    """The error said that there was no position, and the command to join asked for a mapping."""
+    """Whose names share no more than a run, which `fric auto` joins not: it said that there was no position."""
     a = axis_of_a_drive()
     for run in (1, 2):
-        write(tmp_path / f"run{run}_laser.csv", "Time [s];Displacement [mm]", a["t"], a["position"])
+        write(tmp_path / f"run{run}_of_laser.csv", "Time [s];Displacement [mm]", a["t"], a["position"])
         write(tmp_path / f"run{run}_cell.csv", "Time [s];Load cell [N]", a["t"][::2], a["current"][::2])
-    with pytest.raises(FricError, match=r"--join run1_cell\.csv run1_laser\.csv --assume"):
+    with pytest.raises(FricError, match=r"--join run1_cell\.csv run1_of_laser\.csv --assume"):
         fric.auto(tmp_path, output=tmp_path.parent / f"{tmp_path.name}-out", assume=True)
-    pair = [tmp_path / "run1_cell.csv", tmp_path / "run1_laser.csv"]
+    pair = [tmp_path / "run1_cell.csv", tmp_path / "run1_of_laser.csv"]
     done = fric.ingest(*pair, output=tmp_path / "log.h5", join=True, assume=True)
     assert any('force is "Load cell"' in warning for warning in done.warnings)
     (log,) = read_logs(tmp_path / "log.h5")
@@ -540,3 +540,39 @@ def test_an_archive_alone_is_named_with_what_to_do(tmp_path: Path) -> None:
     (tmp_path / "dataset.zip").write_bytes(b"PK\x05\x06" + bytes(18))
     with pytest.raises(FricError, match=r"dataset\.zip.*unpack it"):
         fric.auto(tmp_path, output=tmp_path.parent / f"{tmp_path.name}-out", assume=True)
+
+
+@pytest.mark.parametrize(("unit", "known"), [
+    ("% rated", "%"), ("% vom Nennmoment", "%"), ("Prozent", "%"), ("pct", "%"), ("0.1 %", "0.1 %"), ("0,1%", "0.1 %"),
+    ("‰", "0.1 %"), ("promille of rated", "0.1 %"),
+])  # fmt: skip
+def test_a_share_of_the_rated_torque_is_no_newton_metre(tmp_path: Path, unit: str, known: str) -> None:
+    """`% rated` was N·m by likelihood, and 0.1 % was a per cent."""
+    a = axis_of_a_drive()
+    path = write(tmp_path / "log.csv", f"Time [s];Speed [rpm];Torque [{unit}]", a["t"], a["velocity"], a["current"])
+    (axis,) = told(path)
+    force = axis.roles["force"]
+    assert (force.unit, force.unit_likelihood) == (known, 1.0)
+
+
+def test_a_speed_in_reciprocal_seconds_turns(tmp_path: Path) -> None:
+    """It was left out."""
+    a = axis_of_a_drive()
+    names = "Time [s];SPEED_ACT [1/s];ISQ_ACT [A]"
+    (axis,) = told(write(tmp_path / "log.csv", names, a["t"], a["velocity"] / (2 * np.pi), a["current"]))
+    assert axis.motion.startswith("rotary")
+    assert channels(axis) == {"time": 0, "velocity": 1, "force": 2}
+    assert axis.roles["velocity"].unit_likelihood < 0.95  # radians or revolutions
+    counts = np.rint(a["position"] * 10000 / (2 * np.pi))
+    names = "Time [s];S_ACT [Units];SPEED_ACT [1/s];ISQ_ACT [A]"
+    (axis,) = told(write(tmp_path / "log.csv", names, a["t"], counts, a["velocity"] / (2 * np.pi), a["current"]))
+    assert axis.roles["position"].unit == "0.0001 rev"  # which no count of radians would be
+
+
+def test_a_word_that_all_names_share_makes_no_command_an_actual_value(tmp_path: Path) -> None:
+    """The fb of fbAxis was a feedback, and the commanded position the position."""
+    a = axis_of_a_drive()
+    heads = ";".join(f"MAIN.fbAxis.{name}" for name in ("SetPos", "ActPos", "ActTorque"))
+    lagged = np.interp(a["t"] - 0.004, a["t"], a["position"])
+    (axis,) = told(write(tmp_path / "log.csv", f"Time[s];{heads}", a["t"], a["position"], lagged, a["current"]))
+    assert channels(axis) == {"time": 0, "reference": 1, "position": 2, "force": 3}

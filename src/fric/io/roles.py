@@ -20,6 +20,7 @@ from fric.errors import FricError
 from fric.io.readers.base import ForeignTable, Memory
 from fric.io.words import (
     TOLERANCE,
+    TURNS,
     USUAL,
     Reading,
     Spoken,
@@ -504,8 +505,8 @@ def _actual(data: Samples, t: Real, members: list[int]) -> tuple[int, int | None
     commanded = [n for n in members if data.said[n].commanded]
     if len(members) > 1 and not commanded and all(data.said[n].quantity == "position" for n in members):
         return next((n for n in members if data.said[n].measured), members[0]), None, 0.9  # two encoders
-    measured = [n for n in members if data.said[n].measured]
     rest = [n for n in members if n not in commanded] or members
+    measured = [n for n in rest if data.said[n].measured]
     if commanded and rest != members:
         return (measured or rest)[0], commanded[0], 0.98
     if len(members) == 1:
@@ -807,9 +808,14 @@ def _counted(
     data: Samples, movement: _Movement, roles: Mapping[str, Role], clock: Role, said: Mapping[str, Spoken]
 ) -> tuple[str, Motion] | None:
     """Return what a count of the position is, and the motion: by the turn after which it repeats, or its velocity."""
-    p, unit = roles.get("position"), said.get("velocity", Spoken(None)).unit
+    p, says = roles.get("position"), said.get("velocity", Spoken(None))
+    unit = says.unit
     if p is None or p.column is None or said["position"].unit:
         return None
+    if says.moves == TURNS and not unit:  # in revolutions or radians: by which a turn has a usual count
+        both = (says._replace(unit=unit) for unit in ("rev/s", "rad/s"))
+        tried = (_counted(data, movement, roles, clock, {**said, "velocity": one}) for one in both)
+        return next((one for one in tried if one and one[0].endswith("rev")), None)
     if data.turn[p.column] >= COUNTS.min() and data.turn[p.column] != 360.0:
         return f"{1.0 / data.turn[p.column]:.9g} rev", "rotary"
     if not (unit and clock.unit and movement.factor):

@@ -164,7 +164,8 @@ ROWS = frozenset({"index", "row", "sample", "samples", "no", "nr", "count", "idx
 """Names of what counts rows."""
 COUNTS = ("adc", "lsb", "raw counts?")
 """Words that say that a column is in counts."""
-COUNTED = frozenset({"count", "counts", "cts", "inc", "incs", "pulse", "pulses", "tick", "ticks", "step", "steps"})
+COUNTED = frozenset({"count", "counts", "cts", "inc", "incs", "pulse", "pulses", "tick", "ticks", "step", "steps",
+                     "inkr", "incr", "inkremente", "increments", "impulse", "units"})  # fmt: skip
 """Units that say nothing but that a step is one."""
 ROTARY = ("angle", "winkel", "angolo", "ángulo", "angulo", "joint", "gelenk", "rotor", "theta", "phi", "omega",
           "drehzahl", "rpm", "erpm", "angular", "rotation", "giunto", "articulation", "q", "dq", "qd", "gimbal",
@@ -178,6 +179,9 @@ SUFFIX = {"rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "deg_s": "deg/s",
           "rad": "rad", "mm": "mm", "um": "um", "a": "A", "ma": "mA", "pct": "%", "percent": "%", "ms": "ms",
           "us": "us", "sec": "s", "ns": "ns", "mnm": "mN*m"}  # fmt: skip
 """Units behind a name, in small letters."""
+
+
+TURNS: Mapping[Motion, float] = {"rotary": 1e3}  # What a velocity in 1/s shows: radians, or revolutions, no metres
 
 
 class Spoken(NamedTuple):
@@ -203,6 +207,8 @@ def spoken(column: Column) -> Spoken:
     unit = "N*m" if unit == "nm" and by_name == "force" else "count" if _has(name, COUNTS) and not unit else unit
     counted = is_counted(unit)
     by_unit = _quantity_of(unit) if unit and not counted else None
+    turns = unit in {"1/s", "s^-1", "s-1"} and by_name == "velocity"
+    unit, by_unit = (None, None) if turns else (unit, by_unit)
     commanded, measured = _has(name, REFERENCE), _has(name, MEASURED)
     by_name = LETTERS.get(name, by_name) if by_name is None and not commanded else by_name
     by_name = "force" if by_name is None and name.startswith("f ") and name != "f n" else by_name
@@ -219,7 +225,8 @@ def spoken(column: Column) -> Spoken:
         unit = None
     if by_name == "time" and by_unit in {None, "time"}:
         quantity, unit = "time", unit or next((size for word, size in CLOCKS.items() if word in name.split()), None)
-    return Spoken(quantity, unit, commanded, measured, motions_in(name), _has(name, AT_LOAD), told)
+    moves = TURNS if turns else motions_in(name)
+    return Spoken(quantity, unit, commanded, measured, moves, _has(name, AT_LOAD), told)
 
 
 CUSTOMS = (("rev", 1e4, re.compile(r"(pos|vel)_estimate")),
@@ -316,12 +323,21 @@ def _has(name: str, known: tuple[str, ...]) -> bool:
     return bool(_pattern(known).search(name))
 
 
+_PERCENT = re.compile(
+    r"(\d*[.,]?\d+)?\s*(?:(?:%|percent|pct|prozent|pour ?cents?|por ?ciento|per ?cento)(?![a-z]*/)|"
+    r"(‰|per ?mille?|promille)).*", re.IGNORECASE)  # fmt: skip
+"""Shares of a rated value, as ``% of rated``, ``0.1 %`` and ``‰``."""
+
+
 def _unit_of(column: Column) -> str | None:
     """Return the valid unit of a column: that of the header, or the end of its name."""
     unit = (column.unit or "").strip()
-    if unit.endswith("%") or unit in {"A", "mA", "%"}:
-        return "%" if unit.endswith("%") else unit
-    if unit in COUNTED or (unit not in {"", "1", "-"} and is_unit(unit)):
+    if share := _PERCENT.fullmatch(unit):
+        tenths = share[2] or re.fullmatch(r"0?[.,]1", share[1] or "")
+        return "0.1 %" if tenths else f"{share[1].replace(',', '.')} %" if share[1] else "%"
+    if unit.casefold() in COUNTED:
+        return unit.casefold()
+    if unit in {"A", "mA"} or (unit not in {"", "1", "-"} and is_unit(unit)):
         return unit
     tail = re.split(r"[\s,;:/(]+|_(?=[a-zA-Z%µ/]+$)|_(?=[a-z]+_[a-z]+$)", named(column.name).name.strip())[-1]
     low = tail.casefold()
@@ -334,7 +350,7 @@ def _unit_of(column: Column) -> str | None:
 @cache
 def _quantity_of(unit: str) -> str | None:
     """Return the quantity of a unit; ``other`` for a unit of no channel."""
-    if unit in DRIVE_UNITS or converts(unit, "force", "linear/A"):
+    if unit in DRIVE_UNITS or unit.endswith(" %") or converts(unit, "force", "linear/A"):
         return "force"
     for dimension, quantity in OF_UNITS.items():
         if any(converts(unit, dimension, motion) for motion in PLAIN):
