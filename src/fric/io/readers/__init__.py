@@ -49,9 +49,9 @@ def endings() -> frozenset[str]:
 
 
 def marked(path: Path) -> bool:
-    """Return whether a file has the mark of a format that is read."""
+    """Return whether the content of a file, and not its name alone, is of a format that is read."""
     try:
-        return _surest(path)[0] == 1.0
+        return _surest(path)[0] > 0.5
     except FricError:
         return False
 

@@ -23,6 +23,7 @@ from fric.errors import FricError
 from fric.io.readers.base import OF_SEVERAL, RECORD, Column, ForeignTable, Format, Memory, named
 from fric.io.readers.text import OF_UNITS
 from fric.io.safe_hdf5 import open_file, text
+from fric.io.words import spoken
 from fric.units import is_unit
 
 _V73 = b"MATLAB 7.3 MAT-file"
@@ -67,7 +68,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     if not new:
         _refuse_large(path)
         about = path.stat()
-        yield from _tables(path, _load(path, about.st_mtime_ns, about.st_size))
+        yield from tables_of(path, _load(path, about.st_mtime_ns, about.st_size))
         return
     with open_file(path, "is no whole MATLAB file (cut short?)", "Save it again.", most=sys.maxsize) as source:
         yield from tables_in(path, source)
@@ -77,7 +78,7 @@ def tables_in(path: Path, source: h5py.File) -> Iterator[ForeignTable]:
     """Read the groups and datasets of an open HDF5 file, as those of MATLAB 7.3."""
     left = iter(range(MOST_PARTS))
     nodes = [(name, node) for name, node in source.items() if not name.startswith("#")]
-    yield from _tables(path, {_with_unit(name, node): _tree(node, source, left) for name, node in nodes})
+    yield from tables_of(path, {_with_unit(name, node): _tree(node, source, left) for name, node in nodes})
 
 
 def _refuse_large(path: Path) -> None:
@@ -187,7 +188,7 @@ def _lies(columns: int, rows: int) -> bool:
     return columns > max(MOST_COLUMNS, 4 * rows)
 
 
-def _tables(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable]:
+def tables_of(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable]:
     """Yield the tables of variables: one, or one a record where structs, cells or matrices have the same columns."""
     columns: dict[str, Any] = {}
     constants: dict[str, str] = {}
@@ -235,7 +236,9 @@ def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     same = {name for name, group in groups.items() if name and group.keys() == common}
     of_alike = {len(values) for name in same for values in groups[name].values()}
     beside = {len(values) for name in groups.keys() - same for values in groups[name].values()}
-    joints = matrices >= same and len(of_alike) == 1 and of_alike <= beside
+    shown = [spoken(Column(name)).quantity for name in same]  # position, velocity, torque: a column a joint
+    parts = None not in shown and len({*shown}) == len(shown)
+    joints = matrices >= same and len(of_alike) == 1 and (of_alike <= beside or parts)
     if count > 1 and not joints:  # matrices of equal length on a common time are channels of several axes
         records = {}
         for name, group in groups.items():

@@ -1,0 +1,148 @@
+"""JSON and XML of any program: arrays of numbers by name, or records of the same fields, one a sample or a line.
+
+In XML a record is an element that is repeated, its fields are attributes or elements in it; or an element holds a list
+of numbers, under its ``name`` and ``unit``. Structs in each other are named as in MATLAB's files.
+"""
+
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from fric.arrays import Real
+from fric.documents.mapping import Layout
+from fric.errors import FricError
+from fric.input import regular
+from fric.io.readers.base import ForeignTable, Format, numbers, read_xml
+from fric.io.readers.matlab import tables_of
+
+FORMAT = Format("JSON, XML", (".json", ".jsonl", ".ndjson", ".xml"))
+MOST_BYTES = 128 << 20  # Bytes of a file that are read at most: its values are held in memory as objects
+MOST_DEPTH, LEAST = 12, 3  # Depth of structs, and rows of a table at least
+_ROW = re.compile(rb"(?:-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?[\s,;\[\]]+){7}-?\d")  # Eight numbers in a row
+_FIELD, _NEXT = re.compile(rb":\s*-?\d"), re.compile(rb"\}\s*,?\s*\{")
+
+
+def recognises(path: Path, head: bytes) -> float:
+    """It is JSON or XML by its first letters, and has arrays or records of numbers."""
+    head = head.lstrip(b"\xef\xbb\xbf \r\n\t")
+    found = bool(_ROW.search(head))
+    if head.startswith(b"<?xml") and path.suffix.lower() == ".xml":
+        tags = re.findall(rb"<(\w+)", head)
+        return 0.6 * (found or any(tags.count(tag) >= LEAST for tag in {*tags}))
+    return 0.6 * (head[:1] in {b"[", b"{"} and (found or bool(_FIELD.search(head) and _NEXT.search(head))))
+
+
+def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
+    """Read a file: a table, or one a record where structs have the same fields."""
+    with regular(path, MOST_BYTES).open("rb") as file:
+        is_xml = file.read(64).lstrip(b"\xef\xbb\xbf \r\n\t").startswith(b"<")
+    found = _of_xml(read_xml(path, MOST_BYTES)) if is_xml else _of_json(path)
+    yield from tables_of(path, _in_units(found) if isinstance(found, Mapping) else {"log": found})
+
+
+def _in_units(found: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return columns under names with their units, where a struct ``units`` or ``unit_NAME`` beside them has these."""
+    units = {name.removeprefix("unit_"): unit for name, unit in found.items() if name.startswith("unit_")}
+    for name, held in found.items():
+        units |= held if name.casefold() in {"unit", "units"} and isinstance(held, Mapping) else {}
+    units = {name: unit for name, unit in units.items() if isinstance(unit, str) and unit}
+    return {f"{name} [{units[name]}]" if name in units else name: values for name, values in found.items()}
+
+
+def _of_json(path: Path) -> Any:
+    text = path.read_text(encoding="utf-8-sig", errors="replace")
+    try:
+        return _columns(json.loads(text))
+    except RecursionError:
+        raise FricError("nests too deep", where=str(path), hint="Export arrays.") from None
+    except ValueError as error:
+        whole = error
+    rows = []
+    for n, line in enumerate(text.splitlines(), 1):
+        try:
+            rows += [json.loads(line)] if line.strip() else []
+        except (ValueError, RecursionError):
+            if n == 1:
+                raise FricError(f"is no JSON ({whole})", where=str(path), hint="Export it again.") from None
+            raise FricError("is no JSON, or cut off", where=f"{path}, line {n}", hint="Export it again.") from None
+    return _columns(rows)
+
+
+def _columns(value: Any, depth: int = 0) -> Any:
+    """Return structs of arrays in place of lists of numbers and of records."""
+    if isinstance(value, Mapping) and depth < MOST_DEPTH:
+        return {str(name): _columns(part, depth + 1) for name, part in value.items()}
+    if not isinstance(value, list) or not value:
+        return value if isinstance(value, str | int | float) else None
+    if isinstance(value[0], Mapping):
+        flat = [dict(_leaves(one)) for one in value if isinstance(one, Mapping)]
+        if len(flat) >= LEAST and any(_number(one) == _number(one) for one in flat[0].values()):
+            names = dict.fromkeys(name for one in (flat[0], flat[-1]) for name in one)
+            return {name: _column([one.get(name) for one in flat]) for name in names}
+    if isinstance(value[0], list | Mapping):
+        if len({len(row) if isinstance(row, list) else -1 for row in value}) == 1 and len(value) >= LEAST:
+            rows = np.array([[_number(cell) for cell in row] for row in value])
+            return rows if np.isfinite(rows).any() else None
+        return [_columns(part, depth + 1) for part in value]
+    found = _column(value)
+    return found if np.isfinite(found).any() else value if isinstance(value[0], str) else None
+
+
+def _column(values: Sequence[Any]) -> Real:
+    """Return numbers, of dates in seconds."""
+    found = np.array([_number(one) for one in values])
+    if not np.isfinite(found).any() and all(isinstance(one, str) for one in values):
+        with suppress(ValueError):
+            found = numbers(np.array([one.strip().removesuffix("Z") for one in values], "datetime64[ns]"))
+    return found
+
+
+def _leaves(record: Mapping[str, Any], before: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
+    """Yield the values of a record by their dotted names; those of short lists by their numbers."""
+    for name, value in record.items():
+        if isinstance(value, Mapping) and depth < MOST_DEPTH:
+            yield from _leaves(value, f"{before}{name}.", depth + 1)
+        elif isinstance(value, list):
+            yield from ((f"{before}{name}{n}", one) for n, one in enumerate(value[:64], 1))
+        else:
+            yield f"{before}{name}", value
+
+
+def _number(value: Any) -> float:
+    """Return a number, also one in a text; else NaN."""
+    try:
+        return float(value) if isinstance(value, int | float | str) else np.nan
+    except (ValueError, OverflowError):
+        return np.nan
+
+
+def _of_xml(root: Element) -> Mapping[str, Any]:
+    """Return the records of the element that is repeated most, by what holds them; else elements with many numbers."""
+    lists = {}
+    for n, one in enumerate(root.iter()):
+        cells = re.split(r"[\s,;]+", (one.text or "").strip())
+        if len(cells) >= LEAST and np.isfinite(values := np.array([_number(text) for text in cells])).all():
+            name, unit = one.get("name") or one.tag, one.get("unit")
+            name = f"{name} {n}" if name in lists else name
+            lists[f"{name} [{unit}]" if unit else name] = values
+    holders = [(holder, _records(holder)) for holder in root.iter()]
+    most = max((len(rows) for _, rows in holders), default=0)
+    if lists or most < LEAST:
+        return lists
+    found = [_columns(rows) for _, rows in holders if len(rows) > most // 10 and len(rows) >= LEAST]
+    about = {name: text for holder, _ in holders for name, text in holder.attrib.items() if name.startswith("unit_")}
+    return found[0] | about if len(found) == 1 else {f"{root.tag}({n})": one for n, one in enumerate(found, 1)}
+
+
+def _records(holder: Element) -> Sequence[Mapping[str, Any]]:
+    """Return the fields of the elements of one name in another, as far as they are all of it but a few."""
+    tags = [one.tag for one in holder]
+    tag = max(set(tags), key=tags.count, default="")
+    rows = [{**one.attrib, **{part.get("name") or part.tag: part.text for part in one}} for one in holder.iter(tag)]
+    return rows if tags.count(tag) >= LEAST and len(rows) == tags.count(tag) and any(rows) else []

@@ -1,0 +1,101 @@
+"""JSON and XML as programs write them: columns, records, lines, structs; and what is damaged."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fric.automatic.sources import find_sources
+from fric.errors import FricError
+from fric.io.readers import tables
+
+RNG = np.random.default_rng(2)
+T = np.round(np.arange(400) * 2e-3, 4)
+X = np.round(np.cumsum(RNG.normal(0, 0.1, 400)), 5)
+I = np.round(RNG.normal(0, 1, 400), 4)  # noqa: E741 - a current
+
+
+def read(path: Path) -> dict[str, tuple[str | None, np.ndarray]]:
+    (table,) = tables(path)
+    blocks = [block.columns for block in table.read(range(len(table.columns)))]
+    values = map(np.concatenate, zip(*blocks, strict=True))
+    return {column.name: (column.unit, found) for column, found in zip(table.columns, values, strict=True)}
+
+
+ROWS = [{"ts": t, "joint": {"position": x, "current": i}, "state": "RUN"} for t, x, i in zip(T, X, I, strict=True)]
+XML_ROWS = "".join(f'<s pos="{x}" t="{t}"><cur>{i}</cur></s>' for t, x, i in zip(T, X, I, strict=True))
+
+
+@pytest.mark.parametrize(("name", "text", "names"), [
+    ("a.json", json.dumps({"meta": {"fs": 500, "tags": ["a", "b"]}, "t": [*T], "x_mm": [*X], "i_A": [*I]}),
+     ("t", "x_mm", "i_A")),
+    ("a.json", json.dumps({"data": ROWS}, indent=1), ("data.ts", "data.joint.position", "data.joint.current")),
+    ("a.json", json.dumps(ROWS), ("ts", "joint.position", "joint.current")),
+    ("a.jsonl", "\n".join(map(json.dumps, ROWS)) + "\n\n", ("ts", "joint.position", "joint.current")),
+    ("a.json", json.dumps({"names": ["t", "x", "i"], "rows": np.column_stack([T, X, I]).tolist()}),
+     ("rows.t", "rows.x", "rows.i")),
+    ("a.xml", f'<?xml version="1.0"?><log unit="mm"><head/><data>{XML_ROWS}</data></log>', ("t", "pos", "cur")),
+    ("a.xml", '<?xml version="1.0"?><log>' + "".join(
+        f'<channel name="{n}">{" ".join(map(str, v))}</channel>' for n, v in (("t", T), ("x", X), ("i", I))) + "</log>",
+     ("t", "x", "i")),
+])  # fmt: skip
+def test_every_value_is_in_its_column(tmp_path, name, text, names):
+    path = tmp_path / name
+    path.write_text(text)
+    found = read(path)
+    for column, values in zip(names, (T, X, I), strict=True):
+        key = column if column in found else column.rpartition("_")[0]
+        assert found[key][1] == pytest.approx(values), column
+
+
+@pytest.mark.parametrize(("name", "text"), [
+    ("a.json", json.dumps({"units": {"pos": "mm", "t": "s"}, "t": [*T], "pos": [*X], "cur": [*I]})),
+    ("a.xml", f'<?xml version="1.0"?><log unit_pos="mm" unit_t="s">{XML_ROWS}</log>'),
+])  # fmt: skip
+def test_units_beside_the_columns_are_theirs(tmp_path, name, text):
+    (tmp_path / name).write_text(text)
+    assert {column: unit for column, (unit, _) in read(tmp_path / name).items()} == {"t": "s", "pos": "mm", "cur": None}
+
+
+def test_dates_are_seconds_and_gaps_are_no_numbers(tmp_path):
+    path = tmp_path / "a.json"
+    rows = [
+        {"time": f"2024-05-04T10:00:{s:09.6f}Z", "x": None if n == 7 else x}
+        for n, (s, x) in enumerate(zip(T, X, strict=True))
+    ]
+    path.write_text(json.dumps(rows))
+    found = read(path)
+    assert np.diff(found["time"][1]) == pytest.approx(2e-3, abs=1e-6)
+    assert np.flatnonzero(np.isnan(found["x"][1])).tolist() == [7]
+
+
+def test_runs_are_records_and_settings_beside_logs_are_none(tmp_path):
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    v = np.sin(2 * np.pi * 1.3 * T) + 0.4 * np.sin(2 * np.pi * 3 * T)
+    x, f = np.cumsum(v) * 2e-3, 20 * np.sign(v) + 3 * v + np.gradient(v, 2e-3)
+    run = {"time_s": [*T], "position_rad": [*x], "torque_Nm": [*f]}
+    (folder / "runs.json").write_text(json.dumps([run, run | {"torque_Nm": [*(f + 0.1)]}]))
+    (folder / "settings.json").write_text(json.dumps({"drive": {"kp": 12.5, "limits": [1, 2]}, "name": "x"}))
+    (folder / "page.html").write_text("<html><p>1, 2, 3, 4</p><p>2</p><p>3</p></html>")
+    assert len(list(tables(folder / "runs.json"))) == 2
+    found = find_sources([folder], None, tmp_path / "out/mappings", assume=True)
+    assert [log.path.name for log in found.logs] == ["runs.json"]
+    assert not found.refused
+
+
+@pytest.mark.parametrize(("name", "text", "says"), [
+    ("a.json", json.dumps(ROWS)[:3000], "is no JSON"),
+    ("a.jsonl", "\n".join(map(json.dumps, ROWS))[:-9], "line 400"),
+    ("a.xml", f'<?xml version="1.0"?><log>{XML_ROWS}', "no whole XML"),
+    ("a.xml", f'<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "1">]><log>{XML_ROWS}</log>', "a document type"),
+    ("a.json", '{"a": [1, 2, 3, 4, 5, 6, 7, 8], "b": ' + "[" * 100_000 + "1", "is no JSON|nests too deep"),
+    ("a.json", '{"a": "[1, 2, 3]", "b": {"c": [1, 2, 3, 4, 5, 6, 7, 8', "is no JSON"),
+])  # fmt: skip
+def test_what_is_damaged_ends_in_a_sentence(tmp_path, name, text, says):
+    path = tmp_path / name
+    path.write_text(text)
+    with pytest.raises(FricError, match=says) as caught:
+        list(tables(path))
+    assert name in str(caught.value)
