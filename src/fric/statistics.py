@@ -1,6 +1,7 @@
 """Statistics that several rooms share: robust and mixed models, and covariances for correlated residuals."""
 
 from collections.abc import Sequence
+from math import log
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,20 @@ MAD_TO_SIGMA = 1.4826  # Standard deviation over the median absolute deviation, 
 def robust_deviation(deviations: Real | Complex) -> float:
     """Return the standard deviation of a normal distribution with the median of these sizes, shape (n,)."""
     return MAD_TO_SIGMA * float(np.median(np.abs(deviations)))
+
+
+NORMAL_97_5 = 1.959963984540054  # The 97.5 % quantile of the standard normal distribution
+TWOFOLD = log(2.0) / NORMAL_97_5  # Standard deviation of the logarithm of a shape factor that a fit supposes
+
+
+def supposed(score: float, information: float) -> tuple[float, float]:
+    """Return c of a standard normal distribution, less and plus its deviation, after data with a score about c = 0.
+
+    ``μ = score/(1 + information)``, with variance ``1/(1 + information)`` (Bayes' rule for a likelihood whose logarithm
+    is ``score·c - information·c²/2``).
+    """
+    mean, deviation = score / (1.0 + information), (1.0 + information) ** -0.5
+    return mean - deviation, mean + deviation
 
 
 class MixedModel(NamedTuple):

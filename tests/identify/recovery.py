@@ -108,19 +108,20 @@ def recover(name, seeds, memory=0.0):
     """Fit a model, from its true parameters, to its own logs with 1 N of noise of each of some seeds.
 
     The noise is white, or remembers a share of the sample before. Force and position are of one instant, and that is
-    known.
+    known; so are the shape factors that a fit supposes.
     """
     model = models()[name].typical()
+    known = {p.name: float(p.typical) for section in model.declared().values() for p in section if p.held}
     clean = [
         replace(record, done=replace(record.done, timing=0.0)) for record in prepared(logs_of(model, 0, noise=0.0))
     ]
-    exact = identify_by_replay(name, clean, blocks=BLOCKS, start=model)
+    exact = identify_by_replay(name, clean, blocks=BLOCKS, fix=known, start=model)
     weights, before = _weights(exact, model), Search(exact.coordinates, exact.records).residual(exact.x)
     labels, errors, linear = set(), [], []
     for seed in seeds:
         rng = np.random.default_rng(seed)
         records = [replace(record, force=record.force + _noise(rng, len(record.force), memory)) for record in clean]
-        fit = identify_by_replay(name, records, blocks=BLOCKS, start=model)
+        fit = identify_by_replay(name, records, blocks=BLOCKS, fix=known, start=model)
         rows = flattened(fit, model)
         labels.add(tuple(label for label, *_ in rows))
         errors.append(

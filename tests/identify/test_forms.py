@@ -34,7 +34,7 @@ def rig(seed: int, *, friction: StaticMap = MAP, backward: StaticMap | None = No
 def test_a_plain_rig_gets_the_plain_form(draws: int) -> None:
     """Of what is not needed one in two hundred passes, of two kinds; more than this do in one of a thousand draws."""
     found = [identify_static(rig(seed)) for seed in range(draws)]
-    richer = [fit.method for fit in found if not fit.static.estimates["delta"].fixed or fit.negative is not None]
+    richer = [fit.method for fit in found if not fit.static.estimates["delta"].assumed or fit.negative is not None]
     assert len(richer) <= most(2 * draws, 0.005)
     assert "by eq. (2)" in found[0].method
     assert "with delta free" in found[0].method
@@ -62,7 +62,7 @@ def test_few_speeds_free_the_shape_factor_only_where_noise_does_not_explain_the_
     friction = replace(MAP, delta=delta)
     logs = [stroke(v, rng, friction=friction, samples=600, noise=0.005) for v in both_directions(speeds)]
     found = identify_static(logs).static.estimates["delta"]
-    assert found.fixed == (delta == 1.0)
+    assert found.assumed == (delta == 1.0)
     assert float(found) == pytest.approx(delta, rel=0.1)
 
 
@@ -90,7 +90,7 @@ def test_friction_that_ages_is_named_and_keeps_the_fall_of_eq_2(growth: float, a
     code = {notice.code: notice for notice in found.warnings}
     assert code["friction-ages"].severity == "wrong"
     assert "strokes-stand-off" not in code
-    assert found.static.estimates["delta"].fixed
+    assert found.static.estimates["delta"].assumed
     assert found.static.held_out.ages == pytest.approx(growth * MAP.F_s, rel=0.6)
     told = [float(one.steady_state(v)) - MAP.sigma * v for v, one in aged.items()]
     by_hand = StribeckProblem(speeds, np.array(told), np.ones(len(speeds)), with_offset=False).solve()
@@ -103,7 +103,7 @@ def test_steps_of_the_force_are_no_shape() -> None:
     for seed in range(4):
         logs = [replace(log, force=np.round(log.force / 1.3) * 1.3) for log in rig(seed, scatter=0.0)]
         fit = identify_static([log for log in logs if log.force.any()])
-        assert fit.static.estimates["delta"].fixed
+        assert fit.static.estimates["delta"].assumed
         assert "friction-ages" not in {notice.code for notice in fit.warnings}
 
 

@@ -104,7 +104,7 @@ def test_the_band_by_the_covariance_of_the_file_is_that_of_the_fit(tmp_path: Pat
     band = curves.maps["both"]
     without_offset = replace(fit.static.problem, with_offset=False)
     J, n = without_offset.jacobian(fit.static.solution.theta, band.x), len(without_offset.free)
-    told = np.sqrt(np.einsum("ij,jk,ik->i", J, fit.static.covariance[:n, :n], J))
+    told = np.sqrt(np.einsum("ij,jk,ik->i", J, np.array(fit.static.covariance.matrix)[:n, :n], J))
     half = (band.high - band.low) / 2
     assert half == pytest.approx(2.045 * told, rel=0.02)  # Student's t of 29
     alone = map_band(item.sections()["static"], band.x)

@@ -11,7 +11,7 @@ from fric.documents.base import FOOT, HEAD, CovarianceBlock, FilePart, OfAxis, P
 from fric.documents.plant import PlantPart, plant_part
 from fric.drive.plant import Plant
 from fric.errors import FricError
-from fric.estimate import Covariance, Estimate
+from fric.estimate import Estimate
 from fric.friction import FrictionModel, model_type, models
 from fric.friction.directed import directed
 from fric.friction.stribeck import StaticMap
@@ -252,7 +252,7 @@ def _used(plant: Plant | None, motion: Motion, *taken: str) -> dict[str, Any]:
 def _quality(fit: MapFit, unit: str) -> dict[str, Any]:
     return {
         "rmse": Estimate(fit.rmse, unit), "r2": fit.r2, "between_strokes": Estimate(fit.between, unit),
-        "left_out": len(fit.standing_off), "covariance": Covariance.of(fit.problem.free, fit.covariance, "linear"),
+        "left_out": len(fit.standing_off), "covariance": fit.covariance,
     }  # fmt: skip
 
 

@@ -28,7 +28,7 @@ class Parameter:
     per_block: bool = False  # True where there is one value per slip block
     # Value for a linear feed drive, in SI: where a fit may start, and what the tests that all models share use
     typical: float | tuple[float, ...] = float("nan")
-    held: bool = False  # True where a fit keeps its typical value unless it is freed
+    held: bool = False  # True where a fit supposes its typical value, within a factor of two, unless it is freed
     at_least: str = ""  # Name of the parameter that bounds this parameter from below in a fit
     shares: bool = False  # True where the values of the blocks sum to 1
 

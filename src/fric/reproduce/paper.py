@@ -194,13 +194,14 @@ def static_rows(part: AxisPart, found: FrictionDocument, *, published_plant: boo
     """Compare Table 1's map with the result of the strokes."""
     given, estimates = part.friction.estimates("static"), found.estimates("static")
     other = part.friction.static_negative is not None
+    free = {name for name, estimate in estimates.items() if not (estimate.fixed or estimate.assumed)}
     reasons = {
         "sigma": ""
         if published_plant
         else "The drive's own damping that was taken off is the response's A, which holds the guideway's sigma too: "
         "the sum is right, and so is what is fed forward; the two cannot be told apart.",
         "offset": "The two directions differ; a map of both takes the difference for an offset." if other else "",
-        "delta": "It was held at 1; `--delta free` fits it." if estimates["delta"].fixed else "",
+        "delta": "" if "delta" in free else "It was held at 1; `--delta free` fits it.",
         "v_s": "It follows the shape factor that was held." if "delta" in given and float(given["delta"]) != 1 else "",
         "": "The two directions have maps of their own here; this is one for both." if other else "",
     }

@@ -19,11 +19,11 @@ from fric.estimate import Covariance, Estimate, as_filed
 from fric.friction import FrictionModel, Parameter, models
 from fric.friction.directed import Directed
 from fric.simulate.machine import Axis, Machine
+from fric.statistics import NORMAL_97_5
 from fric.verb import refused
 
 Intervals = Mapping[str, tuple[float, float]]
 """95 % intervals by parameter; ``negative.F_c`` is of the negative direction, ``k_2`` of the second block."""
-NORMAL_97_5 = 1.959963984540054  # The 97.5 % quantile of the standard normal distribution
 
 
 def normals(

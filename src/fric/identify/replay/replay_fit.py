@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain, combinations
-from math import comb
+from math import comb, exp, log
 from typing import NamedTuple
 
 import numpy as np
@@ -57,7 +57,7 @@ from fric.records.inspection import CONDITION, RESOLVED, energy_changes, identif
 from fric.records.preparation import DIMENSIONS, Own
 from fric.records.prepared import Prepared
 from fric.records.recognition import kind_of
-from fric.statistics import DIFFERENT, OF_TWO, hac_covariance, jackknife, sandwich, widened
+from fric.statistics import DIFFERENT, OF_TWO, TWOFOLD, hac_covariance, jackknife, sandwich, supposed, widened
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
 
@@ -392,6 +392,41 @@ def of_timing(search: Search, best: Point, slopes: Real, quantile: float) -> Rea
     return np.asarray(moment * np.outer(moved, moved))
 
 
+SHOWN = 2.0  # Standard deviations by which records show another shape factor before it is fitted
+
+
+def of_shape(search: Search, best: Point, key: Key, quantile: float) -> tuple[Real, bool]:
+    """Return the increase of the covariance (p, p) due to a supposed shape factor, and whether records show another.
+
+    The logarithm of the factor is c·`TWOFOLD` off, c ~ N(0, 1), and the fit at c is x + m(c), linear from c = 0 to -1
+    and to 1, where it is solved again. Towards the smaller squares S a parabola has the slope S' at the fit and meets
+    the squares of that solution; with the variance v of a residual, it shows c as ĉ ± s, ``1/s² = S"/2v`` and
+    ``ĉ/s² = -S'/2v``. By Bayes' rule c is then ``μ = ĉ/(1 + s²)`` with variance ``s²/(1 + s²)``, and the increase is
+    the mean of m·mᵀ over μ plus and minus its deviation. v is as much larger than that of white noise as
+    `replay_covariance` says of a Gauss-Newton step in c.
+    """
+    of, v, seen = search.coordinates, float(np.mean(best.residual**2)), search.seen(best)
+
+    def at(c: float) -> Search:
+        return replace(search, coordinates=replace(of, held={**of.held, key: of.held[key] * exp(c * TWOFOLD)}))
+
+    h = 1e-2
+    column = (at(h).residual(best.x) - at(-h).residual(best.x)) / (2.0 * h)
+    joint = np.column_stack([column, best.gradient[:, seen]])
+    solved = {side: at(side).fine(best.x) for side in (-1.0, 1.0)}
+    moves = [side * (x - best.x) for side, x in solved.items()]
+    if np.linalg.cond(joint / np.maximum(np.linalg.norm(joint, axis=0), 1e-300)) > 1.0 / BLIND:
+        return np.mean([np.outer(m, m) for m in moves], axis=0), False
+    v *= replay_covariance(joint, best.residual, search.records, quantile)[0, 0]
+    v /= np.linalg.inv(joint.T @ joint)[0, 0] * float(np.mean(best.residual**2))
+    slope = 2.0 * float(column @ best.residual)
+    side = -float(np.copysign(1.0, slope))
+    information = max(at(side).cost(solved[side]) - float(best.residual @ best.residual) - side * slope, 0.0) / v
+    score = -slope / (2.0 * v)
+    each = [c * moves[int(c > 0.0)] for c in supposed(score, information)]
+    return np.mean([np.outer(m, m) for m in each], axis=0), abs(score) > SHOWN * information**0.5
+
+
 def _cycled(search: Search) -> list[int]:
     """Return the records whose cycles separate a lag from stiffness; none for a model of too few blocks."""
     if search.coordinates.blocks < BLOCKS:
@@ -650,7 +685,7 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
     if static is not None:  # a lag in sliding is seen beside a known map
         of_lag = [kind_of(r.log) == "sliding-sine" and not r.slides and not len(r.reversals) for r in records]
         records = [record.in_sliding() if lag else record for record, lag in zip(records, of_lag, strict=True)]
-    held = _held(model, fix or {}, free, static)
+    held, by_default = _held(model, fix or {}, free, static)
     if not any(record.done.starts for record in records):  # what yields before sliding does so between samples
         step = max(float(np.median(np.abs(np.diff(r.motion.position))[r.used[1:]])) for r in records)
         rigid = max(float(np.ptp(record.force[record.used])) for record in records) / (YIELDS * step)
@@ -673,7 +708,7 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
         search = search.weighed(x)
     best = search.at(search.fine(x))
     warnings: list[Notice] = []
-    assumed: set[tuple[str, str]] = set()
+    assumed: set[Key] = set()
     while flat := [
         c
         for c, seen in zip(search.coordinates.free, search.seen(best), strict=True)
@@ -692,7 +727,18 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
         best = search.at(search.fine(np.delete(best.x, n)))
         assumed.add((c.section, p.name))
         warnings.append(PARAMETER_UNSEEN.found(parameter=c.label, left=left))
-    return _described(search, best, placement, warnings, assumed, static, beyond)
+    shapes = [of_shape(search, best, key, _quantile(best, len(best.x))) for key in by_default]
+    fit = _described(search, best, placement, warnings, assumed, [by for by, _ in shapes], static, beyond)
+    if shown := [key[1] for key, (_, other) in zip(by_default, shapes, strict=True) if other]:
+        freed = identify_by_replay(
+            name, records, static=static, negative=negative, blocks=blocks, fix=fix, free=[*free, *shown],
+            start=fit.model, with_level=with_level, beyond=beyond,
+        )  # fmt: skip
+        better = 2.0 * fit.independent * log(fit.rmse / freed.rmse) > len(shown) * log(fit.independent)  # Schwarz
+        spans = [np.asarray(each[n].ci95, float) for each in freed.estimates.values() for n in shown if n in each]
+        if better and all(span.shape == (2,) and span[1] < 4.0 * span[0] for span in spans):  # than what is supposed
+            return freed
+    return fit
 
 
 def _falls(search: Search, best: Point, coordinate: Coordinate) -> bool:
@@ -725,12 +771,12 @@ def fitted_model(name: str) -> type[FrictionModel]:
 
 def _held(
     model: type[FrictionModel], fix: Mapping[str, float], free: Sequence[str], static: Mapping[str, Estimate] | None
-) -> dict[tuple[str, str], float]:
-    """Return the fixed values: given, fixed by default, or of a static map that is kept."""
+) -> tuple[dict[Key, float], list[Key]]:
+    """Return the fixed values: given, of a static map that is kept, or held by default; and which are the last."""
     declared = {p.name: (section, p) for section, parameters in model.declared().items() for p in parameters}
     for name in (*fix, *free):
         require_known(name, declared, f"{model.name} has no parameter", "It has")
-    held: dict[tuple[str, str], float] = {}
+    held, by_default = dict[Key, float](), list[Key]()
     for name, (section, p) in declared.items():
         if name in fix:
             if p.per_block:
@@ -740,7 +786,8 @@ def _held(
             held[section, name] = float(static[name])
         elif p.held and name not in free:
             held[section, name] = float(np.max(p.typical))
-    return held
+            by_default.append((section, name))
+    return held, by_default
 
 
 def _described(
@@ -748,7 +795,8 @@ def _described(
     best: Point,
     placement: Placement | None,
     warnings: list[Notice],
-    assumed: set[tuple[str, str]],
+    assumed: set[Key],
+    wider: Sequence[Real],
     static: Mapping[str, Estimate] | None,
     beyond: Beyond | None,
 ) -> ReplayFit:
@@ -760,6 +808,7 @@ def _described(
         basis = np.eye(len(x))[:, seen]
         levels = levels_of(search, best, best.gradient @ basis, quantile)
         covariance[np.ix_(seen, seen)] = _covariance(search, best, basis, quantile, beyond)
+        covariance[np.ix_(seen, seen)] += sum(by[np.ix_(seen, seen)] for by in wider)
         covariance[np.ix_(seen, seen)] += 0.0 if levels is None else levels.gained
     if placement is not None and len(placement.places) and seen.all():
         free = [placement.search.coordinates.free.index(c) for c in coordinates.free]

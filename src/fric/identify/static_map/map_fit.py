@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import exp
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -10,7 +11,7 @@ from scipy.special import fdtrc, stdtrit
 
 from fric.arrays import Real
 from fric.choice import simplest
-from fric.estimate import Estimate
+from fric.estimate import Covariance, Estimate
 from fric.friction.stribeck import StaticMap, stribeck_shares
 from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
 from fric.identify.static_map.stribeck_fit import (
@@ -24,6 +25,7 @@ from fric.identify.static_map.stribeck_fit import (
     profile_interval,
     solve_with_scatter,
 )
+from fric.statistics import NORMAL_97_5, TWOFOLD, supposed
 from fric.units import si_unit
 
 CLEARLY = 0.8  # Ratio of errors below which a free shape factor is used: with stick-slip it is correlated with F_s
@@ -280,7 +282,7 @@ class MapFit:
     problem: StribeckProblem  # What was minimised; the standard errors include ``between``
     solution: MapSolution  # Where the minimum is
     estimates: Mapping[str, Estimate]  # Each parameter with unit and 95 % interval; an infinite limit is not determined
-    covariance: Real  # Linearised covariance of the free parameters, in the order of ``problem.free``
+    covariance: Covariance  # Linearised covariance of the free parameters, and of a shape factor that is supposed
     between: float  # Standard deviation of the strokes beyond their noise [N]
     held_out: HeldOut  # How well forms predict strokes that are held out
     standing_off: tuple[tuple[SpeedPoint, float], ...] = ()
@@ -320,8 +322,9 @@ class MapFit:
         """Return the fitted force [N] at velocities v [m/s], and half the width of its 95 % band."""
         theta = self.solution.theta
         force = np.sign(v) * self.static_map.level(v) + theta["sigma"] * v + theta["offset"]
-        J = self.problem.jacobian(theta, v)
-        variance = np.einsum("ij,jk,ik->i", J, self.covariance, J)
+        problem = replace(self.problem, delta=None) if "delta" in self.covariance.names else self.problem
+        J = problem.jacobian(theta, v)
+        variance = np.einsum("ij,jk,ik->i", J, np.array(self.covariance.matrix), J)
         return force, stdtrit(self.problem.degrees_of_freedom, 0.975) * np.sqrt(np.maximum(variance, 0.0))
 
 
@@ -357,6 +360,8 @@ def fit_map(strokes: Strokes, offset: float | None = None) -> MapFit:
     standing = tuple((point, float(by)) for point, by in zip(strokes.points, fitted.beyond, strict=True) if by)
     estimates, covariance = _estimates(fitted, strokes.asked)
     estimates = _with_common_errors(_with_weights(estimates, fitted), fitted, strokes.together)
+    if strokes.asked.delta == "auto" and {"v_s"} == {"v_s", "delta"} & {*fitted.problem.free}:
+        estimates, covariance = _with_supposed_shape(estimates, covariance, fitted)
     if strokes.asked.damping:
         fitted, estimates = _less_damping(fitted, estimates, strokes.asked)
     return MapFit(
@@ -374,7 +379,7 @@ def widened(estimate: Estimate, by: Callable[[float], float], least: float = -np
     return replace(estimate, ci95=(max(value - below, least), value + above))
 
 
-def _estimates(fitted: FittedMap, asked: Asked) -> tuple[dict[str, Estimate], Real]:
+def _estimates(fitted: FittedMap, asked: Asked) -> tuple[dict[str, Estimate], Covariance]:
     problem, solution = fitted.problem, fitted.solution
     scale = solution.cost / problem.degrees_of_freedom
     if asked.weights != "equal":  # the errors of the strokes are known: chance may make a fit look better than they do
@@ -391,7 +396,37 @@ def _estimates(fitted: FittedMap, asked: Asked) -> tuple[dict[str, Estimate], Re
         else:
             fixed = name == "delta" and problem.delta is not None
             estimates[name] = Estimate(value, unit, fixed=fixed, assumed=not fixed or name in bounded)
-    return estimates, covariance
+    return estimates, Covariance.of(problem.free, covariance, "linear")
+
+
+def _with_supposed_shape(
+    estimates: dict[str, Estimate], covariance: Covariance, fitted: FittedMap
+) -> tuple[dict[str, Estimate], Covariance]:
+    """Return intervals and covariance that include the error of the shape factor, which is supposed to be 1.
+
+    Its logarithm is c·`TWOFOLD`, c ~ N(0, 1), and the map at c is linear from c = 0 to -1 and to 1, where it is solved
+    again; towards the smaller squares, a parabola has their slope at the fit and meets those of that solution. The
+    second moment of what the parameters move by is that at the two values of `supposed`.
+    """
+    problem, solution, sides = fitted.problem, fitted.solution, (-1.0, 1.0)
+    given, freed = problem.delta or 1.0, replace(problem, delta=None)
+    solved = [replace(problem, delta=given * exp(c * TWOFOLD)).solve(start=solution) for c in sides]
+    scale = max(solution.cost / problem.degrees_of_freedom, 1.0)
+    column = freed.jacobian(solution.theta)[:, freed.free.index("delta")] * given * TWOFOLD
+    slope = -2.0 * float(np.sum(column * (problem.F - problem.model(solution.theta)) / problem.standard_error**2))
+    toward = solved[int(slope < 0.0)].cost
+    values = supposed(-slope / (2.0 * scale), max(toward - solution.cost + abs(slope), 0.0) / scale)
+    moves = np.array([[side.theta[name] - solution.theta[name] for name in freed.free] for side in solved])
+    moved = np.array([abs(c) * moves[int(c > 0.0)] for c in values])
+    matrix, seen = moved.T @ moved / 2.0, [freed.free.index(name) for name in covariance.names]
+    far = NORMAL_97_5 * TWOFOLD * float(np.sqrt(np.mean(np.square(values))))
+    estimates = estimates | {"delta": Estimate(given, "1", (given * exp(-far), given * exp(far)), assumed=True)}
+    for name, by in zip(freed.free, NORMAL_97_5 * np.sqrt(np.diag(matrix)), strict=True):
+        if name != "delta":
+            least = -np.inf if name == "offset" else 0.0
+            estimates[name] = widened(estimates[name], lambda half, by=by: float(np.hypot(half, by)), least)  # type: ignore[misc]
+    matrix[np.ix_(seen, seen)] += np.array(covariance.matrix)
+    return estimates, Covariance.of(freed.free, matrix, "linear")
 
 
 def _with_weights(estimates: dict[str, Estimate], fitted: FittedMap) -> dict[str, Estimate]:
