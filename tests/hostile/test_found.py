@@ -1,6 +1,7 @@
 """What a fuzzer found that knows only the documentation: a sentence each, or what can be believed."""
 
 import io
+import re
 import sys
 import warnings
 from itertools import pairwise
@@ -22,7 +23,9 @@ from fric.cli.main import main
 from fric.control.scheme import NONE
 from fric.design.cascade import design_cascade
 from fric.documents.base import CodedWarning, CovarianceBlock, Quantity
+from fric.documents.controller import ControllerDocument
 from fric.documents.mapping import MappingDocument
+from fric.documents.yaml import read_document
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Scale
@@ -34,7 +37,8 @@ from fric.io import roles
 from fric.io.circle import FEEDFORWARD, read_feedforward
 from fric.io.ingest import ingest
 from fric.io.ingest_circle import StatedCircle, ingest_circles
-from fric.io.readers import base, matlab
+from fric.io.readers import base, matlab, tables
+from fric.io.readers.ball_bar import figures
 from fric.io.safe_hdf5 import BLOCK, _heaps, open_file
 from fric.log import FrequencyResponse, Log
 from fric.records.flaws import _around_reversals
@@ -356,6 +360,42 @@ def test_an_angle_that_begins_again_after_more_counts_than_a_double_tells() -> N
     assert roles._turn(1e16 * x) == 0.0
     with pytest.raises(ValidationError, match="wraps"):
         MappingDocument.model_validate({"fric": "mapping/1", "columns": {"position": {"column": "a", "wraps": 1e18}}})
+
+
+@pytest.mark.parametrize(("of", "what"), [
+    ("{value: .nan, unit: 1/s}", "K_v.value: Input should be a finite number"),
+    ("{value: 1, unit: 1/s, ci95: 3}", "K_v.ci95: Input should be a valid list"),
+])  # fmt: skip
+def test_an_error_of_a_document_names_its_keys_and_what_to_do(tmp_path: Path, of: str, what: str) -> None:
+    """It named branches of the schema as keys, ``K_v.value.float``, and no mend."""
+    (tmp_path / "a.yaml").write_text(f"fric: controller/1\naxis: x\nK_v: {of}\n")
+    with pytest.raises(FricError, match=re.escape(f"line 3: {what}\n`fric schema controller`")):
+        read_document(tmp_path / "a.yaml", ControllerDocument)
+
+
+def test_two_positions_of_a_few_rows(tmp_path: Path) -> None:
+    turn = np.arange(10) * 0.6 * np.pi
+    x, v = 10.0 * np.sin(turn), 18850.0 * np.cos(turn)
+    rows = np.column_stack([x, -35600.0 * x + v / 10, np.arange(10) * 1e-3, v, -237.0 * x + v / 1500, x])
+    lines = (" ".join(map(repr, [n, *row])) for n, row in enumerate(rows.tolist()))
+    (tmp_path / "a.txt").write_text("\n".join(lines) + "\n")
+    assert roles.axes_of(list(tables(tmp_path / "a.txt")))
+
+
+def test_a_figure_of_a_ball_bar_that_no_circle_shows(tmp_path: Path) -> None:
+    feature = '<FEATURE DT="UT_SERVO_MISMATCH" NAME="AF_SERVO_MISMATCH">1e300</FEATURE>'
+    (tmp_path / "a.b5r").write_text(f'<?xml version="1.0"?><B>{feature}<PLANE TEST_PLANE="XY"/></B>')
+    with pytest.raises(FricError, match=r"servo_mismatch is .* which no circle shows"):
+        figures(tmp_path / "a.b5r")
+
+
+def test_joined_files_of_units_that_no_likelihood_tells(tmp_path: Path) -> None:
+    """The mapping that was proposed held "?", and ended in a traceback."""
+    (tmp_path / "a.tsv").write_text("Time_nm,position_kHz,force_N\n" + "".join(f"{n},{n * n},1\n" for n in range(300)))
+    with pytest.raises(FricError, match="a unit is open"):
+        fric.ingest(tmp_path / "a.tsv", output=tmp_path / "a.h5", join=True, assume=True)
+    with pytest.raises(FricError, match="Report takes inputs"):
+        fric.Report(cast("Any", 100.0))
 
 
 def test_a_response_that_is_said_to_be_a_map_of_holding_forces(tmp_path: Path) -> None:

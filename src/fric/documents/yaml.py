@@ -103,11 +103,15 @@ def read_tree(path: Path, wanted: str = "YAML") -> Any:
             raise FricError("is no YAML document in UTF-8", where=str(path)) from None
         if isinstance(cause, ReusedAnchorWarning):
             name = str(cause).partition("anchor ")[2].partition("\n")[0]
-            raise FricError(f"names two places with one anchor, {printable(name, 40)}", where=str(path)) from None
+            what = f"names two places with one anchor, {printable(name, 40)}"
+            raise FricError(what, where=str(path), hint="Give each its name.") from None
         if isinstance(cause, YAMLError):
             mark = getattr(cause, "problem_mark", None)
             where = f"{path}, line {mark.line + 1}, column {mark.column + 1}" if mark else str(path)
-            raise FricError(f"is no YAML: {getattr(cause, 'problem', None) or cause}", where=where) from None
+            what = f"is no YAML: {getattr(cause, 'problem', None) or cause}"
+            raise FricError(
+                what, where=where, hint="Look there, and a line above: at spaces, brackets and quotes."
+            ) from None
         raise
 
 
@@ -173,24 +177,23 @@ def _described(error: ValidationError, tree: CommentedMap, path: Path, model: ty
     """Turn the first error of the schema into a line with its place in the file."""
     # a misspelled key is also a missing key: the first is what the user sees
     complaint = min(error.errors(), key=lambda item: item["type"] != "extra_forbidden")
-    place = [
-        str(step)
-        for step in complaint["loc"]
-        if not (isinstance(step, str) and step.startswith(("function-", "tagged")))
-    ]
     message = complaint["msg"].removeprefix("Value error, ")
     named, colon, rest = message.partition(": ")
+    within: list[str] = []
     if colon and " " not in named:  # a check of the whole document names the place in its message
-        place, message = [*place, *named.split(".")], rest
+        within, message = named.split("."), rest
+    place: list[str] = []
     node: Any = tree
     line: int | None = None
-    for step in place:
+    for step in (*complaint["loc"], *within):
         try:
             key: Any = int(step) if isinstance(node, CommentedSeq) else step
-            line = node.lc.key(key)[0] + 1 if isinstance(node, CommentedMap) else node.lc.item(key)[0] + 1
-            node = node[key]
+            at = node.lc.key(key)[0] + 1 if isinstance(node, CommentedMap) else node.lc.item(key)[0] + 1
+            node, line = node[key], at
+            place.append(str(step))
         except (KeyError, IndexError, ValueError, AttributeError, TypeError):
-            break
+            if step in within or (complaint["type"] == "missing" and step == complaint["loc"][-1]):
+                place.append(str(step))  # others are types that a value may have, and no keys
     where = f"{path}, line {line}" if line else str(path)
     what, _, hint = message.partition("\n")
     schema = f"`fric schema {model.type}` lists the keys."
@@ -200,7 +203,7 @@ def _described(error: ValidationError, tree: CommentedMap, path: Path, model: ty
         what, hint = "is missing", schema
     elif complaint["type"] in {"model_type", "dict_type"}:
         what, hint = "takes keys, as in {key: value}, and not one value", schema
-    return FricError(f"{'.'.join(place)}: {what}" if place else what, where=where, hint=hint)
+    return FricError(f"{'.'.join(place)}: {what}" if place else what, where=where, hint=hint or schema)
 
 
 def _keys(schema: Any) -> set[str]:

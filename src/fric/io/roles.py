@@ -509,9 +509,9 @@ def _actual(data: Samples, t: Real, members: list[int]) -> tuple[int, int | None
     measured = [n for n in rest if data.said[n].measured]
     if commanded and rest != members:
         return (measured or rest)[0], commanded[0], 0.98
-    if len(members) == 1:
-        return members[0], None, 0.97
     rows = data.rows(16)
+    if len(members) == 1 or not len(rows):
+        return members[0], None, 0.97 if len(members) == 1 else 0.5
     v = data.x[rows + 16, members[0]] - data.x[rows, members[0]]
     leads = []
     for n in members:

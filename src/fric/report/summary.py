@@ -28,7 +28,7 @@ from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.machine import Machine
 from fric.simulate.processes import Study, outcomes
 from fric.units import readable
-from fric.verb import Kind, verb
+from fric.verb import Kind, typed, verb
 
 MOST_MACHINES, LEAST_MACHINES = 40, 20  # Number of machines to draw: of these, two or one exceed the bound of 95 %
 SECONDS = 160.0
@@ -85,6 +85,7 @@ def _drawn(test: ContourTest, advance: Callable[..., None]) -> ContourTest:
     return replace(test, contours=tuple(contours))
 
 
+@typed
 @dataclass(frozen=True, eq=False, repr=False)
 class Report(Result):
     """A report: identified parameters, measured circles, the verdict, and drift."""

@@ -239,7 +239,7 @@ def export_axis(
     arcs: list[TriedCircle] = []
     if trial is not None:
         if target != "linuxcnc":
-            raise FricError(f"a trial is for the target linuxcnc, and this is {target}")
+            raise FricError(f"a trial is for the target linuxcnc, and this is {target}", hint="Leave out the trial.")
         if not force:
             require_trust(made, against, distrust, made_from)
         bench = _linuxcnc_bench()

@@ -226,7 +226,11 @@ def ingest(
             mapping, assume = mapping_of(*known), True
             notices = [MAPPING_BESIDE.found(str(paths[0]), mapping=str(*known))]
     if mapping is None and join and assume:
-        mapping = read_text(proposal(paths, join=True, assume=True), MappingDocument)
+        text = proposal(paths, join=True, assume=True)
+        if '"?' in text:
+            hint = "`fric ingest FILES --join --propose map.yaml` writes a mapping to fill in, for --map."
+            raise FricError("a unit is open that no likelihood tells", where=str(paths[0]), hint=hint)
+        mapping = read_text(text, MappingDocument)
         means = ", ".join(f'{channel} is "{at.column}"' for channel, at in mapping.columns.items() if at.column)
         notices = [MAPPING_PROPOSED.found(mapping="by names and units", columns=means, files=first_of(paths))]
     if mapping is None and not join and kind != "frequency-response":

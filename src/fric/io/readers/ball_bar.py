@@ -11,7 +11,7 @@ from math import isfinite
 from pathlib import Path
 
 from fric.documents.mapping import Layout
-from fric.errors import FricError
+from fric.errors import FricError, printable
 from fric.estimate import Estimate
 from fric.io.readers.base import ForeignTable, Format, read_xml
 
@@ -56,6 +56,9 @@ def figures(path: Path) -> tuple[tuple[str, str], dict[str, Estimate]]:
         except ValueError:
             continue
         if known and name and isfinite(value):
+            if abs(value * known[0]) > 1.0:
+                what = f"{printable(name)} is {value * known[0]:g} {known[1]}, which no circle shows"
+                raise FricError(what, where=str(path), hint="Save the result of the test again.")
             side = _SIDE.search(name)
             of_axis = f" {_SIGNS[side[2]]}{plane['ab'.index(side[1])]}" if side else ""
             found.setdefault(_SIDE.sub("", name).replace("_", " ") + of_axis, Estimate(value * known[0], known[1]))
