@@ -99,10 +99,12 @@ def _ours(error: Exception) -> bool:
 
 
 TAKEN = {
+    "plan": ("fric simulate experiment MACHINE.yaml --plan {0} -o log.h5",),
+    "block": ("fric simulate circle MACHINE.yaml --with x={0}",),
     "friction": ("fric simulate circle MACHINE.yaml --friction x={0}", "fric identify gms LOG.h5 --static {0}"),
     "plant": ("fric design controller {0} -o controller.yaml", "fric identify static LOG.h5 --plant {0}"),
     "controller": ("fric design observer PLANT.yaml --controller {0}", "fric auto LOGS --controller {0}"),
-    "observer": ("fric simulate circle MACHINE.yaml --friction x={0}",),
+    "observer": ("fric simulate circle MACHINE.yaml --with x={0}",),
     "machine": ("fric simulate circle {0}", "fric diagnose CIRCLE.h5 --machine {0}"),
     "log": ("fric inspect {0}",),
     "circle": ("fric diagnose {0}", "fric auto LOGS --circle {0}"),
@@ -118,6 +120,8 @@ MADE = {
     "controller": "`fric design controller PLANT.yaml -o controller.yaml`",
     "machine": "`fric auto LOGS -o found`, in found/machine.yaml",
     "log": "`fric ingest FILES -o log.h5`",
+    "mapping": "`fric ingest FILES --propose map.yaml`",
+    "plan": "`fric plan --stroke '300 mm' --feed '100 mm/s' -o plan`, in plan/plan.yaml",
     "circle": "`fric ingest --kind circle FILE -o circle.h5`",
     "run": "`fric simulate circle MACHINE.yaml -o run.h5`",
 }
