@@ -63,7 +63,8 @@ class Study:
         known = {name: (made, found) for name, made, found in lines if self.any_version}
         known |= {name: (made, found) for name, made, found in lines if made == version}
         missing = [task for task in tasks if repr(task) not in known]
-        with progress("machines", total=len(missing)) as advance, file.open("a") as kept:
+        with progress("machines") as advance, file.open("a") as kept:
+            advance(0, total=len(missing))
             for task, found in self._all(job, missing):
                 known[repr(task)] = (version, found)
                 kept.write(json.dumps([repr(task), version, found]) + "\n")

@@ -33,7 +33,8 @@ def main() -> int:
     given = parser.parse_args()
     results = {flaw: Results(given.to, flaw, any_version=given.any_version) for flaw in given.flaws}
     missing = [(flaw, one.missing(given.seeds)) for flaw, one in results.items()]
-    with progress("sessions", total=sum(len(seeds) for _, seeds in missing)) as advance:
+    with progress("sessions") as advance:
+        advance(0, total=sum(len(seeds) for _, seeds in missing))
         for outcomes in run_all(missing, given.workers, given.minutes):
             results[outcomes[0].flaw].add(outcomes)
             advance(len(outcomes))
