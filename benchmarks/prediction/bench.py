@@ -178,7 +178,7 @@ def outcome(name: str, seed: int, folder: Path, circle: Circle, machines: int) -
         done = run.circularity.glitch if run else float("inf")
         swing = run.circularity.oscillation if run else float("inf")
         least = CYCLE_RATIO * (bare.circularity.oscillation if bare else 0.0)
-        why = tuple(dict.fromkeys(reason.code for reason in prediction.why_not(scheme)))
+        why = tuple(dict.fromkeys(reason.code for reason in one.why))
         pairs.append(Pair(scheme, *one.ci95, done, swing > max(CYCLE, least), why))
     chosen = verdict.choice
     return Outcome(
