@@ -128,6 +128,19 @@ def test_foreign_logs_are_recognised_and_copies_left_out(tmp_path):
     assert "noise.csv --propose map.yaml" in left
 
 
+def test_a_copy_of_a_file_of_fric_is_left_out(tmp_path):
+    """A folder copied among the logs would pass for repeated records, and narrow every interval."""
+    for folder in ("", "copy"):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        for name in ("sliding-sine", "circle"):
+            shutil.copy(DATA / f"{name}.h5", tmp_path / folder)
+    found = find_sources([tmp_path])
+    assert [*(log.path.name for log in found.logs), *(path.name for path in found.circles)] == [
+        "sliding-sine.h5", "circle.h5",
+    ]  # fmt: skip
+    assert len(found.copies) == 2
+
+
 def test_a_table_of_forces_over_velocities_becomes_a_map(tmp_path):
     v = np.outer([-1.0, 1.0], [0.05, 0.5, 2.0, 4.0, 8.0, 20.0]).ravel()
     force = np.sign(v) * (80.0 + 30.0 * np.exp(-np.abs(v))) + 2.0 * v

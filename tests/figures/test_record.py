@@ -41,6 +41,14 @@ def test_every_axis_carries_its_unit(channels):
         assert all("[" in label for label in labels(figure))
 
 
+def test_every_stroke_is_a_point_of_the_figure_of_many_records():
+    log = record(force=lambda time: np.where(time % 2 < 1, -5.0, 5.0) + 0.01 * np.sin(9 * time))
+    found = inspect(log)
+    figure = draw_record([log] * 9, [found] * 9)
+    (points, *_) = figure.axes[0].lines
+    assert len(points.get_xdata()) == 9 * len(found.stretches) > 9
+
+
 def test_velocity_logs_and_rotary_axes_are_drawn():
     time = np.arange(500) / 100.0
     log = Log(time=time, velocity=np.full(500, 2.0) + 0.01 * np.sin(9 * time), force=np.cos(time), motion="rotary")

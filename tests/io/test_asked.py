@@ -16,6 +16,7 @@ from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
 from fric.io.propose import guesses, proposal, propose
+from fric.io.questions import _written
 from fric.io.readers.base import Column, named
 from fric.io.words import named_as
 
@@ -98,6 +99,12 @@ def test_a_proposal_reads_a_file_of_matlab_7_3_while_it_is_open(tmp_path: Path) 
     assert "time: {column: " in proposal([file])
     with ExitStack() as opened:
         assert not all(guess.sure for guess in guesses([file], opened))
+
+
+def test_the_mapping_of_answers_is_written_elsewhere_where_the_folder_of_logs_is_read_only(tmp_path: Path) -> None:
+    (tmp_path / "logs").write_text("no folder lets itself be made here")
+    written = _written("fric: mapping/1\n", tmp_path / "logs" / "of", tmp_path / "found" / "mappings")
+    assert written == tmp_path / "found" / "mappings" / "fric-mapping.yaml"
 
 
 def test_a_unit_of_revolutions_is_known() -> None:

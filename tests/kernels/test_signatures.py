@@ -8,10 +8,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+from numba import types
 from numba.core.dispatcher import Dispatcher
 
 from docs.examples import environment
-from fric.kernels.signatures import _sources
+from fric.kernels.signatures import _sources, compiled
 from tests.warm import modules
 
 LEVEL = """
@@ -63,6 +64,16 @@ def test_cache_is_warm_in_a_new_process_and_sees_every_edit(tmp_path: Path, warm
     assert _run(warm, tmp_path, level=2.0, model=5.0) == (10.0, False)
     assert _run(warm, tmp_path, level=7.0, model=5.0) == (35.0, False)  # the step's own file is untouched
     assert _run(warm, tmp_path, level=7.0, model=5.0, before=WITHOUT) == (35.0, True)  # by Numba's own way
+
+
+def test_a_user_without_a_folder_for_the_cache_computes_all_the_same(monkeypatch):
+    """A service has no home, and fric was installed by another user: Numba finds no place for its cache."""
+
+    def refuse(self: Dispatcher) -> None:
+        raise RuntimeError("cannot cache function: no locator available")
+
+    monkeypatch.setattr(Dispatcher, "enable_caching", refuse)
+    assert compiled(types.float64(types.float64))(lambda v: 2.0 * v)(3.0) == 6.0
 
 
 def test_the_file_of_every_number_that_is_compiled_in_is_watched():

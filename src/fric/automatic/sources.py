@@ -5,6 +5,7 @@ import shlex
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from filecmp import cmp
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TypeVar
@@ -95,7 +96,7 @@ class Sources:
     controllers: dict[str, Path] = field(default_factory=dict)  # Files with the gains of a controller, by axis
     traces: list[Path] = field(default_factory=list)  # Foreign files with circle tests, which are to be ingested
     description: list[Notice] = field(default_factory=list)  # What was guessed, left out, or cannot be read
-    copies: list[Path] = field(default_factory=list)  # Foreign files whose records another file holds already
+    copies: list[Path] = field(default_factory=list)  # Files whose records another file holds already
     # Foreign files that are read with a bundled mapping, by its name
     guessed: dict[str, list[Path]] = field(default_factory=dict)
     refused: dict[str, list[Path]] = field(default_factory=dict)  # Foreign files that cannot be read, by reason
@@ -130,13 +131,12 @@ def find_sources(
         if kind in {"circle/1", "run/1"}:
             try:
                 choose_circles([path])
-                found.circles.append(path)
+                same = any(cmp(path, other, shallow=False) for other in found.circles)
+                (found.copies if same else found.circles).append(path)
             except FricError as error:
                 found.description.append(FILE_LEFT_OUT.found(str(path), why=error.what, propose=""))
         elif kind == "log/1":
-            records = read_records(path)
-            seen += records
-            found.logs.append(_source(path, records, None))
+            _taken(path, None, read_records(path), found, seen)
         elif (
             kind is None
             and (path.suffix.lower() in endings() or _holds_numbers(path))
@@ -395,11 +395,11 @@ def _read(
 
 
 def _taken(
-    path: Path, mapping: str, records: list[Record], found: Sources, seen: list[Record], *, wide: bool = False,
+    path: Path, mapping: str | None, records: list[Record], found: Sources, seen: list[Record], *, wide: bool = False,
     assume: bool = False,
 ) -> bool:  # fmt: skip
-    """Take the records of a foreign log; return whether they are new, not copies of others."""
-    if any(_same(record, known) for record in records for known in seen):
+    """Take the records of a log; return whether they are new, not copies of others."""
+    if all(any(_same(record, known) for known in seen) for record in records):
         found.copies.append(path)
         return False
     seen += records

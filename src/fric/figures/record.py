@@ -154,8 +154,8 @@ def _overview(pairs: list[tuple[Record, Inspected]]) -> Figure:
         segments = [
             (s.velocity, float(np.median(log.force[s.start : s.stop])), s.settled)
             for log, found in logs
-            if log.force is not None
-            for s in getattr(found, "segments", ())
+            if log.force is not None and isinstance(found, Inspection)
+            for s in found.stretches
         ]
         means = [table for table, _ in pairs if isinstance(table, ForceVelocity)]
         segments += [(v, F, True) for table in means for v, F in zip(table.velocity, table.force, strict=True)]
@@ -180,7 +180,7 @@ def _overview(pairs: list[tuple[Record, Inspected]]) -> Figure:
             assert path is not None
             share = (log.time - log.time[0]) / max(float(log.time[-1] - log.time[0]), 1e-12)
             right.plot(*thinned(share, path * factor), color=BLUE, alpha=0.5, linewidth=0.7)
-        right.set(xlabel="time, as a share of the record [1]", ylabel=f"{name} [{unit}]")
+        right.set(xlabel="time / duration of the record", ylabel=f"{name} [{unit}]")
         right.set_title("all records", fontsize=9, loc="left")
         return figure
 

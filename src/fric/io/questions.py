@@ -99,6 +99,7 @@ def _written(text: str, *places: Path) -> Path | None:
         names = (place / f"{NAME}{f'-{n}' if n > 1 else ''}.yaml" for n in range(1, 1000))
         path = next(name for name in names if not name.exists())
         try:
+            place.mkdir(parents=True, exist_ok=True)
             with staged(path) as draft:
                 draft.write_text(text, encoding="utf-8")
             return path

@@ -98,9 +98,13 @@ def compiled(signature: object, *, makes_arrays: bool = True) -> Callable[[Funct
         dispatcher: Any = numba.njit(**options)(function)
         if dispatcher is function:  # the compiler is switched off by NUMBA_DISABLE_JIT
             return function
-        dispatcher.enable_caching()
-        stats = [(path, os.stat(path)) for path in sorted(_sources(dispatcher.py_func)) if os.path.exists(path)]
-        dispatcher._cache._cache_file._source_stamp = [(path, s.st_mtime_ns, s.st_size) for path, s in stats]
+        try:
+            dispatcher.enable_caching()
+        except RuntimeError:  # a user without a home has no folder for the cache: compiled at each start
+            pass
+        else:
+            stats = [(path, os.stat(path)) for path in sorted(_sources(dispatcher.py_func)) if os.path.exists(path)]
+            dispatcher._cache._cache_file._source_stamp = [(path, s.st_mtime_ns, s.st_size) for path, s in stats]
         if not _load(dispatcher, signature):
             dispatcher.compile(signature)
         dispatcher.disable_compile()
