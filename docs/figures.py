@@ -18,7 +18,7 @@ import fric
 from docs import examples
 from fric.documents.schemes import read_schemes
 from fric.figures.circle import reversal_figure
-from fric.figures.style import BLUE, GREY, VERMILION, new_figure, save_figure
+from fric.figures.style import BLACK, BLUE, GREY, VERMILION, new_figure, save_figure
 from fric.identify.static_map.points import stroke_points
 from fric.io.hdf5 import read_logs
 from fric.log import Log
@@ -96,8 +96,8 @@ def data_quality(folder: Path) -> None:
     )  # fmt: skip
     _beside(
         "quality-stick-slip", "time [s]", "force [N]",
-        ("good: 80 µm/s", lambda axes: _force(axes, slow, 3.0, 4.0)),
-        ("bad: 10 µm/s", lambda axes: _force(axes, slowest, 20.0, 21.0)),
+        ("good: 80 µm/s", lambda axes: _force(axes, slow, 3.0, 4.0, mean=9)),
+        ("bad: 10 µm/s", lambda axes: _force(axes, slowest, 20.0, 21.0, mean=9)),
     )  # fmt: skip
     _beside(
         "quality-short", "time [s]", "force [N]",
@@ -140,6 +140,8 @@ def _beside(name: str, across: str, up: str, *panels: tuple[str, Callable[[Axes]
                 axes.set_xlim(first.get_xlim())
                 axes.set_ylim(first.get_ylim())
             draw(axes)
+            if name == "quality-stick-slip":
+                axes.set_ylim(154.0, 170.0)
             axes.set(title=title, xlabel=across, ylabel=up)
             for line in axes.get_lines():
                 if n:
@@ -155,10 +157,14 @@ def _map(axes: Axes, logs: list[Log], xlim: tuple[float, float] | None = None) -
         axes.set_xlim(xlim)
 
 
-def _force(axes: Axes, log: Log, start: float = 0.0, stop: float = np.inf) -> None:
+def _force(axes: Axes, log: Log, start: float = 0.0, stop: float = np.inf, mean: int = 0) -> None:
     assert log.force is not None
     shown = (log.time >= start) & (log.time <= stop)
-    axes.plot(log.time[shown], log.force[shown], lw=0.8, color=BLUE)
+    axes.plot(log.time[shown], log.force[shown], lw=0.8, color=BLUE, alpha=0.4 if mean else 1.0)
+    if mean:
+        smooth = np.convolve(log.force, np.full(mean, 1.0 / mean), "same")
+        axes.plot(log.time[shown], smooth[shown], lw=1.2, color=BLACK, label=f"mean of {mean} samples")
+        axes.legend(loc="upper right")
 
 
 def _loops(axes: Axes, logs: list[Log], reach: float = np.inf) -> None:

@@ -65,7 +65,8 @@ def draw_minor_loops() -> None:
         for axis, model, color in zip(figure.subplots(1, len(MODELS), sharey=True), MODELS, CYCLE, strict=False):
             path, force, gap = minor_loop(model)
             axis.plot(1e6 * path, force, color=color)
-            axis.set(title=f"{model.name}\ngap {abs(gap):.2g} N", xlabel="position [µm]")
+            closes = f"gap {abs(gap):.2g} N" if abs(gap) > 0.01 else "closed"  # to rounding
+            axis.set(title=f"{model.name}\n{closes}", xlabel="position [µm]")
         figure.axes[0].set_ylabel("force [N]")
         save_figure(figure, ROOT / "docs/figures/models-minor-loops.png", force=True)
 
@@ -74,14 +75,17 @@ def draw_creep() -> None:
     """Draw the position of a mass on every model under a load that vibrates below break-away."""
     with new_figure(6.3, 3.2) as figure:
         axis = figure.subplots()
-        for model, color in zip(MODELS, CYCLE, strict=False):
+        dashes = ("-", (0, (6, 6)), (6, (6, 6)), "-", "--")  # the first three lie on each other
+        for model, color, dash in zip(MODELS, CYCLE, dashes, strict=False):
             time, position = creep(model)
-            axis.plot(time[::200], 1e6 * position[::200], color=color, lw=1.0, label=model.name)
+            axis.plot(time[::200], 1e6 * position[::200], color=color, lw=1.2, ls=dash, label=model.name)
             late = (time > 4.0) & (time <= 12.0)
             print(model.name, "creep", np.polyfit(time[late], position[late], 1)[0], "m/s")
         axis.axvline(1.0, color=GREY, lw=0.6)
+        axis.annotate("full load", (1.0, 780), (4, 0), textcoords="offset points", color=GREY)
+        axis.annotate("gms, maxwell_slip, leuven: no creep", (4.5, 40), color=GREY)
         axis.set(xlabel="time [s]", ylabel="position [µm]", title="load of (0.5 ± 0.25) F_s at 5 Hz, below break-away")
-        axis.legend(loc="upper left")
+        axis.legend(loc="center left", bbox_to_anchor=(0.1, 0.6))
         save_figure(figure, ROOT / "docs/figures/models-creep.png", force=True)
 
 

@@ -73,10 +73,12 @@ def draw_comparison(comparison: Comparison) -> Figure:
     with new_figure(7.0, 3.6) as figure:
         bars, hysteresis = figure.subplots(1, 2, width_ratios=[1.0, 1.3])
         place = np.arange(len(scores))[::-1]
-        bars.barh(place + 0.2, [s.rms for s in scores], 0.38, color=BLUE, label="all samples scored")
-        bars.barh(place - 0.2, [s.rms_near for s in scores], 0.38, color=VERMILION, label="near reversals")
-        for row, score in zip(place, scores, strict=True):
-            bars.annotate(f"{score.rms:.3g}", (score.rms, row + 0.2), (3, 0), textcoords="offset points", va="center")
+        whole, near = [s.rms for s in scores], [s.rms_near for s in scores]
+        for at, rms, color, hatch, label in (
+            (0.2, whole, BLUE, "", "all samples scored"), (-0.2, near, VERMILION, "////", "near reversals"),
+        ):  # fmt: skip
+            drawn = bars.barh(place + at, rms, 0.38, color=color, hatch=hatch, edgecolor="white", label=label)
+            bars.bar_label(drawn, fmt="{:.3g}", padding=3)
         bars.margins(x=0.15)
         bars.set_yticks(place, [s.name for s in scores])
         bars.set(xlabel=f"rms force error [{force}]")
