@@ -224,7 +224,13 @@ def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float
     if not unit and si != "1":
         meant = likely(number, dimension, motion)
         raise FricError(f"'{text}' has no unit", hint=f"Write the unit too, as in '{meant}'.")
-    return value * (factor(unit, dimension, motion) if unit else 1.0)
+    try:
+        return value * (factor(unit, dimension, motion) if unit else 1.0)
+    except FricError as error:
+        plain = error.hint == f"Give a unit that converts to {si}."
+        raise FricError(
+            error.what, hint=f"Write '{likely(number, dimension, motion)}'." if plain else error.hint
+        ) from None
 
 
 _LIKELY: dict[tuple[str, Motion], tuple[tuple[str, float], ...]] = {

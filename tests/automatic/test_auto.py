@@ -21,6 +21,7 @@ from fric.automatic.sources import find_sources
 from fric.automatic.steps import Session, axis_steps, identify_axes, trace_step
 from fric.cli.main import app
 from fric.documents.controller import ControllerDocument
+from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
 from fric.io.circle import read_circles, write_circles
@@ -141,6 +142,39 @@ def test_a_copy_of_a_file_of_fric_is_left_out(tmp_path):
     assert len(found.copies) == 2
 
 
+def pins(file: Path, **axes: np.ndarray) -> None:
+    """Write what LinuxCNC's halscope saves of joints: reference in mm, position 3 ms behind, and an effort."""
+    rows = [""] * len(axes["joint_0"])
+    for name, path in axes.items():
+        pin, speed = name.replace("_", "."), np.gradient(path, 1e-3)
+        effort = 2.0 * np.tanh(speed) + 1e-3 * np.gradient(speed, 1e-3) + 0.01 * speed
+        for n, value in enumerate(zip(path, path - 0.003 * speed, effort, strict=True)):
+            names = (f"{pin}.motor-pos-cmd", f"{pin}.motor-pos-fb", f"pid.{'xy'[int(pin[-1])]}.output")
+            rows[n] += " ".join(f"{key} {number:.6f}" for key, number in zip(names, value, strict=True)) + " "
+    file.write_text("\n".join(["Sampling period is 1000000 nSec", *rows]) + "\n", encoding="utf-8")
+
+
+def test_a_circle_that_a_controller_traced_is_one_and_its_axes_are_those_of_the_strokes(tmp_path):
+    """It was read as a motion of two axes, of which the first had another name than in the traces of it alone."""
+    angle, time = np.linspace(0.0, 4 * np.pi, 2400), np.arange(1500) / 1000.0
+    pins(tmp_path / "circle.log", joint_0=30 * np.cos(angle), joint_1=30 * np.sin(angle))
+    pins(tmp_path / "move.log", joint_0=9.0 * np.sin(2 * np.pi * time))
+    found = find_sources([tmp_path], proposals=tmp_path / "made", ask=lambda question: question.take("") and None)
+    assert sorted((log.path.stem, log.axis) for log in found.logs) == [
+        ("circle", "axis0"), ("circle", "axis1"), ("move", "axis0"),
+    ]  # fmt: skip
+    assert all(log.motion.startswith("linear") for log in found.logs)
+    ((trace, mapping),) = found.traces.items()
+    made = trace_step(trace, tmp_path / "out", mapping)
+    made.leaves[0].parent.mkdir(parents=True)
+    assert RUN.invoke(app, list(made.words)).exit_code == 0
+    (circle,) = read_circles(made.leaves[0])
+    assert circle.names == ("axis0", "axis1")
+    assert circle.radius == 0.03
+    with pytest.raises(FricError, match="reads axis0 in it, and a circle test takes two axes"):
+        fric.ingest_circles(tmp_path / "move.log", output=tmp_path / "move.h5", mapping=mapping)
+
+
 def test_a_table_of_forces_over_velocities_becomes_a_map(tmp_path):
     v = np.outer([-1.0, 1.0], [0.05, 0.5, 2.0, 4.0, 8.0, 20.0]).ravel()
     force = np.sign(v) * (80.0 + 30.0 * np.exp(-np.abs(v))) + 2.0 * v
@@ -200,7 +234,8 @@ def test_a_mapping_is_proposed_where_nothing_in_it_is_a_guess(tmp_path):
     told = " ".join(found.description)
     assert "two.csv: " in told
     assert "bare.csv: " in told
-    assert 'position is "Y actual position", force is "Motor force"' in told
+    columns = read_document(tmp_path / "made" / "mapping.yaml", MappingDocument).columns
+    assert (columns["position"].column, columns["force"].column) == ("Y actual position", "Motor force")
     again = fric.ingest(tmp_path / "0.csv", output=tmp_path / "0.h5", mapping=tmp_path / "made" / "mapping.yaml")
     (read,) = read_logs(tmp_path / "0.h5")
     assert again.done.axis == "y"
@@ -216,10 +251,10 @@ def test_compounds_tell_channels_and_a_reference_of_another_unit_is_none(tmp_pat
     write(tmp_path / "a.csv", header, columns)
     found = find_sources([tmp_path], proposals=tmp_path / "made")
     assert [one.both for one in found.logs] == [True]
-    for said in ('position is "Istlage"', 'force is "Motorkraft"', 'input is "Drive command"'):
-        assert said in found.description[0]
-    assert "Drehzahlsollwert" not in found.description[0]
-    assert "Speed command" not in found.description[0]
+    columns = read_document(tmp_path / "made" / "mapping.yaml", MappingDocument).columns
+    assert {name: channel.column for name, channel in columns.items() if name != "time"} == {
+        "position": "Istlage", "force": "Motorkraft", "input": "Drive command"
+    }  # fmt: skip
 
 
 def test_a_foreign_circle_test_is_recognised_and_ingested(tmp_path):
@@ -230,7 +265,7 @@ def test_a_foreign_circle_test_is_recognised_and_ingested(tmp_path):
     )
     write(tmp_path / "round.csv", header, [angle * 0.3, x, y, x, y, 0.1 * x])
     found = find_sources([tmp_path])
-    assert (found.traces, found.logs, found.description) == ([tmp_path / "round.csv"], [], [])
+    assert (found.traces, found.logs, found.description) == ({tmp_path / "round.csv": ""}, [], [])
     made = trace_step(tmp_path / "round.csv", tmp_path / "out")
     made.leaves[0].parent.mkdir(parents=True)
     done = RUN.invoke(app, list(made.words))
@@ -523,7 +558,7 @@ def test_gains_are_taken_as_a_text_or_asked_for(tmp_path):
     assert gain(gains(["y: K_v=1, K_p=2, K_i=3"], lambda question: question.take(text))) == 130.9
     assert gain(gains()) == 130.9  # what was answered is kept
     assert gain(gains([f"x: {text.replace('130.9', '120')}"])) == 120.0
-    with pytest.raises(FricError, match="no gains of axis x"):
+    with pytest.raises(FricError, match="of axis x lacks K_i"):
         gains(["K_v=100 1/s, K_p=3 N"])
     session.close()
     assert "K_p: {value: 120.0, unit: V*s/m}" in (tmp_path / "steps.sh").read_text(encoding="utf-8")

@@ -210,6 +210,9 @@ def test_blocks_are_listed_as_json_too():
         (["simulate", "path", "xy-table", "one.csv"], "Head the columns 'x [mm], y [mm]'."),
         (["auto", "note.pdf", "-o", "found"], "`fric ingest --list` lists the formats"),
         (["auto", "zero.csv", "-o", "found"], "the file is empty"),
+        (["export", "machine.yaml", "c", "--axis", "x", "-o", "code"], "`fric export linuxcnc machine.yaml`"),
+        (["export", "c", "xy-table", "--axis", "x", "--lead", "1 mm", "-o", "code"], "--lead: time cannot be in 'mm'"),
+        (["export", "c", "xy-table", "--axis", "x", "--lead", "1 mm", "-o", "code"], "Write '1 ms'."),
     ],
 )
 def test_first_mistakes_are_told_with_what_mends_them(tmp_path, monkeypatch, words, told):

@@ -30,6 +30,7 @@ from fric.io.circle import choose_circles
 from fric.io.propose import NO_POSITION, first_of
 from fric.io.questions import Ask, Question
 from fric.notice import Notice, once
+from fric.progress import tried as say_step
 from fric.report.summary import Report, make_report
 from fric.results.base import Piece, Result, Table, bounded, named
 from fric.results.given_models import machine_of
@@ -77,7 +78,9 @@ def gains_of(text: str, axis: str, motion: Motion) -> dict[str, Any]:
     try:
         return ControllerDocument.model_validate(content).tree()
     except ValidationError:
-        raise FricError(f"'{text}' are no gains of axis {axis}", hint=f"Write them as '{EXAMPLE}'.") from None
+        lacks = " and ".join(sorted({"K_v", "K_p", "K_i"} - given.keys(), reverse=True))
+        what = f"lacks {lacks}" if lacks else "has a gain in no unit of it"
+        raise FricError(f"the controller '{text}' of axis {axis} {what}", hint=f"Write '{EXAMPLE}'.") from None
 
 
 def find_gains(
@@ -290,6 +293,7 @@ def auto(
         return fleet(units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance)
     _refuse_among(folder, list(map(Path, logs)))
     allowed = None if tolerance is None else bounded("tolerance", tolerance)
+    say_step("reading logs")
     found = find_sources(map(Path, logs), mapping, folder / "mappings", assume=assume, ask=ask)
     tests = find_sources(map(Path, circles))
     if circles and not (tests.circles or tests.traces):
@@ -300,7 +304,7 @@ def auto(
         machine_of(given)  # refused before all steps, as is a mapping that is not there
     if mapping is not None:
         located(Path(mapping), "mapping")
-    found.circles, found.traces = [*found.circles, *tests.circles], [*found.traces, *tests.traces]
+    found.circles, found.traces = [*found.circles, *tests.circles], found.traces | tests.traces
     found.description += tests.description
     stated = Stated.of(controllers)
     nothing = not (found.logs or found.circles or found.traces)
@@ -312,8 +316,8 @@ def auto(
         raise FricError("no log has the position of the load", hint="Name its column load_position in a mapping.")
     advance(0, total=len(found.traces) + 5 * len({log.axis for log in found.logs}) + 2 + 2 * len(found.circles))
     session = Session(folder, run, say, advance)
-    for trace in found.traces:
-        one = trace_step(trace, folder)
+    for trace, meaning in found.traces.items():
+        one = trace_step(trace, folder, meaning)
         found.circles += one.leaves if session.take(one) else ()
 
     def gains(of_axis: Sequence[Source]) -> Path | None:
@@ -412,7 +416,7 @@ def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], mac
     run, drawn = folder / "circle.h5", folder / "circle.png"
     session.take(step("circle", "simulate circle", [machine], options, reads, output=run, plot=drawn))
     for circle in found.circles:
-        name, plot = f"{circle.stem}: diagnosis", folder / f"{circle.stem}.png"
+        name, plot = f"{circle.stem}: diagnosis", folder / f"{circle.stem}-diagnosis.png"
         session.take(step(name, "diagnose", [circle], {"machine": machine}, [circle, *reads], plot=plot))
     shared = set(test.names) & set(machine_of(machine).axes) if found.circles else set()
     if shared and (len(found.circles) > 1 or len(shared) == len(test.names)):  # one circle of one axis tells little

@@ -2,6 +2,7 @@
 
 import re
 import shlex
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -41,7 +42,7 @@ from fric.records.resolution import STUCK
 from fric.records.segments import travelled
 from fric.results.base import in_one_mode
 from fric.results.ingest import mapping_of
-from fric.units import Motion
+from fric.units import Motion, rotates
 
 ARCHIVES = frozenset({".zip", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz"})
 """Endings of archives, which are to be unpacked first."""
@@ -94,7 +95,8 @@ class Sources:
     logs: list[Source] = field(default_factory=list)  # Files with records
     circles: list[Path] = field(default_factory=list)  # Circle tests, and runs of one scheme
     controllers: dict[str, Path] = field(default_factory=dict)  # Files with the gains of a controller, by axis
-    traces: list[Path] = field(default_factory=list)  # Foreign files with circle tests, which are to be ingested
+    # Foreign files with circle tests, which are to be ingested, and the mapping of each; empty where it takes none
+    traces: dict[Path, str] = field(default_factory=dict)
     description: list[Notice] = field(default_factory=list)  # What was guessed, left out, or cannot be read
     copies: list[Path] = field(default_factory=list)  # Files whose records another file holds already
     # Foreign files that are read with a bundled mapping, by its name
@@ -131,8 +133,7 @@ def find_sources(
         if kind in {"circle/1", "run/1"}:
             try:
                 choose_circles([path])
-                same = any(cmp(path, other, shallow=False) for other in found.circles)
-                (found.copies if same else found.circles).append(path)
+                _add_circle(path, found)
             except FricError as error:
                 found.description.append(FILE_LEFT_OUT.found(str(path), why=error.what, propose=""))
         elif kind == "log/1":
@@ -149,6 +150,8 @@ def find_sources(
     for path in [path for path, why in asking.items() if why == LACKS_FORCE]:
         if not (why := _read(path, "", found, seen, assume=assume)):
             del asking[path]
+    several = Counter((log.path, log.mapping or "") for log in found.logs if not rotates(log.motion))
+    found.traces |= {path: of for (path, of), axes in several.items() if of and axes > 1 and _runs_on_circles(path, of)}
     shown = {log.path for log in found.logs if not log.lacks}
     asking |= {log.path: log.lacks for log in found.logs if log.path not in shown}
     found.logs = [log for log in found.logs if not log.lacks]
@@ -171,6 +174,11 @@ def find_sources(
     for name, files in found.guessed.items():
         found.description.append(MAPPING_BUNDLED.found(mapping=name, files=first_of(files)))
     return found
+
+
+def _add_circle(path: Path, found: Sources) -> None:
+    same = any(cmp(path, other, shallow=False) for other in found.circles)
+    (found.copies if same else found.circles).append(path)
 
 
 def _guessed(
@@ -345,10 +353,9 @@ def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]
     if isinstance(held, list) and all(isinstance(record, Log) and is_holding_map(record) for record in held):
         _taken(path, "", held, found, seen)
         return ""
-    with TemporaryDirectory() as folder:
-        if _tried(lambda: ingest_circles(path, Path(folder) / "circle.h5")) is not None:
-            found.traces.append(path)
-            return ""
+    if _runs_on_circles(path, ""):
+        found.traces[path] = ""
+        return ""
     fitting = {name: records for name in bundled("mapping") if isinstance(records := _records(path, name), list)}
     if len(fitting) > 1:
         found.description.append(MAPPING_AMBIGUOUS.found(str(path), mappings=list(fitting)))
@@ -357,6 +364,13 @@ def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]
         if _taken(path, name, records, found, seen):
             found.guessed.setdefault(name, []).append(path)
     return "" if fitting else why
+
+
+def _runs_on_circles(path: Path, mapping: str) -> bool:
+    """Return whether the axes of a foreign file run on whole circles."""
+    with TemporaryDirectory() as folder:
+        meaning = mapping_of(mapping or None)
+        return _tried(lambda: ingest_circles(path, Path(folder) / "circle.h5", mapping=meaning)) is not None
 
 
 def _records(

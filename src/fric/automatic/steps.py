@@ -19,6 +19,7 @@ from fric.errors import FricError
 from fric.flaws.files import FILE_UNUSED, STEP_FAILED
 from fric.io.ingest import keep_freed_memory
 from fric.output import together, write_folder
+from fric.progress import tried as say_step
 from fric.records.inspection import SPEEDS
 from fric.report.summary import make_report
 from fric.reproduce.step_cache import StepCache
@@ -210,6 +211,7 @@ class Session:
         for path in step.leaves:
             path.parent.mkdir(parents=True, exist_ok=True)
         results: list[Result | None] = []
+        say_step(step.name)
         settings = {"words": list(step.words)}
         try:
             made = self.shop.step(
@@ -334,10 +336,10 @@ def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, S
         yield step(f"{axis}: ingest {kind}", "ingest", files, options, reads, output=log), left
 
 
-def trace_step(trace: Path, folder: Path) -> Step:
-    """Return the step that reads a foreign file with circle tests."""
+def trace_step(trace: Path, folder: Path, mapping: str = "") -> Step:
+    """Return the step that reads a foreign file with circle tests, by the mapping of its axes if it takes one."""
     test = folder / "circles" / f"{trace.stem}.h5"
-    return step(f"ingest {trace.stem}", "ingest", [trace], {"kind": "circle"}, output=test)
+    return step(f"ingest {trace.stem}", "ingest", [trace], {"kind": "circle", "map": mapping or None}, output=test)
 
 
 class AxisSteps(NamedTuple):

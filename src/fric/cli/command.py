@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, reduce
 from importlib import import_module
 from inspect import Parameter, Signature
+from itertools import product
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -382,7 +383,8 @@ class Command:
             try:
                 found(self.run)(self, values) if self.run else self.end(self.call(values), values)
             except FricError as error:
-                what, where, hint = map(self.worded, (error.what, error.where, error.hint))
+                about = error.where or next(self._refused(error.what, values), "")
+                what, where, hint = map(self.worded, (error.what, about, error.hint))
                 raise FricError(what, where=where, hint=hint, form=error.form) from None
 
         command.__doc__ = self.help
@@ -441,6 +443,19 @@ class Command:
             return found(self.verb)(*before, *values.pop(several, ()), **values)
 
         return make
+
+    def _refused(self, what: str, given: Mapping[str, Any]) -> Iterator[str]:
+        """Yield the options whose text is no quantity of their dimension, for this reason."""
+        from fric.units import PLAIN, parse  # with Pint, which `--help` need not
+
+        for form in [self.form, *map(VerbForm, self.further)]:
+            for name in [name for name in form.names if isinstance(given.get(name), str)]:
+                for dimension, motion in product(_dimensions(form[name].hint), PLAIN):
+                    try:
+                        parse(given[name], dimension, motion)
+                    except FricError as error:
+                        if error.what == what:
+                            yield self.worded(f"`{name}=`").strip("`")
 
     def worded(self, text: str) -> str:
         """Return a text with its arguments named as options of this command."""

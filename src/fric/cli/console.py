@@ -168,14 +168,19 @@ def progress(description: str) -> Iterator[Any]:
     if not sys.stderr.isatty():
         yield lambda steps=1, *, total=None: None
         return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[within]}"),
-        TimeRemainingColumn(),
+        SpinnerColumn("line"), TextColumn("{task.description}"), BarColumn(20), MofNCompleteColumn(),
+        TimeElapsedColumn(), TextColumn("{task.fields[within]}"),
     )  # fmt: skip
     with Progress(*columns, console=ERR.console, transient=True) as bar:
-        task, trials = bar.add_task(description, total=None, within=""), count(1)
+        task, step, trials = bar.add_task(description, total=None, within=""), "", count(1)
+
+        def listen(begun: str) -> None:
+            nonlocal step, trials
+            step, trials = (f"{begun} ", count(1)) if begun else (step, trials)
+            bar.update(task, within=step if begun else f"{step}{next(trials)} replays")
 
         def advance(steps: int = 1, *, total: int | None = None) -> None:
             bar.update(task, total=total)
@@ -183,7 +188,7 @@ def progress(description: str) -> Iterator[Any]:
 
         _BARS.append(bar)
         try:
-            with heard(lambda: bar.update(task, within=f"{next(trials)} replays")):
+            with heard(listen):
                 yield advance
         finally:
             _BARS.remove(bar)

@@ -156,7 +156,7 @@ def learn(command: Command, given: dict[str, Any]) -> None:
 
 def export(command: Command, given: dict[str, Any]) -> None:
     """Export, and run circles in LinuxCNC in a folder beside the files."""
-    beside, doing = ({"trial": given["output"] / "trial"}, "LinuxCNC") if given["try_it"] else ({}, "")
+    beside, doing = ({"trial": given["output"] / "trial"}, "LinuxCNC") if given["try_it"] else ({}, "export")
     command.end(command.call(given | beside), given, doing=doing)
 
 

@@ -165,7 +165,7 @@ def choose_schemes(asked: str, known: Mapping[str, Scheme] | None = None) -> lis
     Raises FricError: When a name is not known.
     """
     known = PAPER_SCHEMES if known is None else known
-    names = list(known) if asked == "all" else [name.strip() for name in asked.split(",")]
+    names = list(known) if asked == "all" else [name.strip() for name in asked.strip(" ,").split(",")]
     for name in names:
         require_known(name, known, "there is no scheme", "Take all, or some as 'a,c' of")
     return [known[name] for name in names]

@@ -44,12 +44,12 @@ FILE_LEFT_OUT = Flaw("file-left-out", "doubt", "Left out: {why}.",
     "{propose:`{propose}` writes a mapping to look at and fill in, for `mapping=`.|}")
 RECORD_LEFT_OUT = Flaw("record-left-out", "doubt", "Left out, since it cannot be used: {why}.")
 FILE_UNUSED = Flaw("file-unused", "note",
-    "It ({kinds}) is used by no step of axis {axis}: it adds nothing, or lacks what a step asks for.",
-    "Logs of another machine go into a run of their own.")
+    "No step of axis {axis} uses it ({kinds}): others show the same, or it lacks a channel.",
+    "Keep logs of another machine in another folder.")
 MAPPING_BUNDLED = Flaw("mapping-bundled", "note",
     "Read with the bundled mapping '{mapping}', the only one that fits: {files}.")
 MAPPING_PROPOSED = Flaw("mapping-proposed", "note",
-    "Read with a mapping that was proposed, {mapping} ({columns}): {files}.")
+    "Columns were recognised by their values ({means}): {files}.")
 MAPPING_BESIDE = Flaw("mapping-beside", "note", "Read with the mapping beside it, {mapping}, of earlier answers.",
     "Change it there, or remove it to be asked again.")
 MAPPING_ASSUMED = Flaw("mapping-assumed", "doubt", "Assumed of {files}: {what}.",

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from functools import partial
 from math import pi
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from fric.arrays import Real
 from fric.circles.measured import AxisTrace, Instrument, MeasuredCircle
 from fric.circles.revolutions import FoundCircle, find_circles, fit_circle, rounded
-from fric.columns import BALL_BAR
+from fric.columns import BALL_BAR, CIRCLE
 from fric.documents.base import provenance
 from fric.documents.mapping import ColumnMapping, MappingDocument
 from fric.errors import FricError
@@ -21,10 +22,12 @@ from fric.estimate import Estimate
 from fric.flaws.files import COLUMNS_BY_CONTENT, NO_REFERENCE, RADIUS_ASSUMED, THERE_ALREADY
 from fric.io.channels import ColumnPlan, Origin, origin_of
 from fric.io.circle import FORMAT, read_circles, write_circles
-from fric.io.ingest import ClockCheck, Progress, WholeRows, digest_of
+from fric.io.hdf5 import read_logs
+from fric.io.ingest import ClockCheck, Progress, WholeRows, digest_of, ingest
 from fric.io.readers import tables
 from fric.io.readers.base import Column, ForeignTable
 from fric.io.words import says_something, spoken
+from fric.log import Log
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
 from fric.units import converts
@@ -221,6 +224,11 @@ def ingest_circles(
         if digest in known:
             warnings.append(THERE_ALREADY.found(str(source), record=""))
             continue
+        if mapping and any(part.kind != CIRCLE for part in mapping.parts):
+            channels = _of_axes(source, mapping, bad_cells)
+            samples += len(channels["time"])
+            found += _tests(channels, stated, str(source), digest)
+            continue
         for table in tables(source, mapping.format if mapping else None):
             fields = {"stem": source.stem, "name": source.name, **table.constants}
             fields = mapping.fields(fields, str(source)) if mapping else fields
@@ -240,6 +248,25 @@ def ingest_circles(
             warnings.append(RADIUS_ASSUMED.found(test.source, radius=Estimate(test.radius, "m")))
     write_circles(output, [*held, *found], json.dumps(provenance() | {"format": FORMAT}), force=force or append)
     return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)))
+
+
+def _of_axes(source: Path, mapping: MappingDocument, bad_cells: str) -> dict[str, Real]:
+    """Return the channels of the axes of a file, each of which a part of a mapping reads as a record."""
+    logs = dict[str, Log]()
+    columns = {column.name for table in tables(source, mapping.format) for column in table.columns}
+    with TemporaryDirectory() as folder:
+        for axis in [part.axis for part in mapping.parts if part.axis and part.fits(source, columns)]:
+            output = Path(folder) / "log.h5"
+            ingest(source, output, mapping=mapping, axis=axis, bad_cells=bad_cells, force=True)
+            logs[axis] = read_logs(output)[0]
+    if len(logs) < 2 or len({len(log) for log in logs.values()}) > 1:
+        raise FricError(
+            f"the mapping reads {' and '.join(logs) or 'nothing'} in it, and a circle test takes two axes of one clock",
+            where=str(source), hint="Give the mapping a part for each axis, or `kind: circle`.",
+        )  # fmt: skip
+    return {"time": next(iter(logs.values())).time} | {
+        f"{axis}.{name}": values for axis, log in logs.items() for name, values in log.channels().items()
+    }
 
 
 def _whole(table: ForeignTable, chosen: ColumnPlan, drop: bool, progress: Progress) -> dict[str, Real]:

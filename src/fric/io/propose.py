@@ -45,6 +45,11 @@ class Guess:
     joined: tuple[tuple[ForeignTable, AxisColumns], ...] = ()  # Of files that hold a part of the channels each
 
     @property
+    def column_names(self) -> list[str]:
+        """Names of the columns that are read."""
+        return [self.table.columns[role.column].name for role in self.axis.roles.values() if role.column is not None]
+
+    @property
     def questions(self) -> list[str]:
         """What is open of it: the likeliest answer, and the others."""
         found = []
@@ -125,6 +130,14 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
                 members = groups.setdefault((tuple(table.columns), of_axis), [])
                 members.append(in_memory(table, rows=len(members) < MOST_FILES))
     found = [guess for members in groups.values() for guess in _of_group(members)]
+    known: dict[str, set[str]] = {}
+    for guess in found:
+        for name in guess.column_names if guess.named else ():
+            known.setdefault(name, set()).add(guess.axis.name)
+    for guess in found:  # a file of this axis alone, beside one of several
+        owners = {next(iter(known[name])) for name in guess.column_names if len(known.get(name, ())) == 1}
+        if not guess.named and len(owners) == 1:
+            guess.axis.name = owners.pop()
     for k, guess in enumerate(found):  # what is of the same files, of another motion or in other units, is another axis
         others = [g.axis.name for g in found[:k] if g.axis.motion != guess.axis.motion or g.files == guess.files]
         names = chain([guess.axis.name], (f"{guess.axis.name}{n}" for n in count(2)))
@@ -409,15 +422,15 @@ class Guessed:
 
     def notices(self, mapping: str = "") -> list[Notice]:
         """Return what was assumed, and what was sure."""
-        found = []
+        found, sure = list[Notice](), dict[str, dict[Path, None]]()
         for guess in self.usable:
             files, columns, roles = first_of(guess.files), guess.table.columns, guess.axis.roles.items()
             means = ", ".join(f'{k} is "{columns[r.column].name}"' for k, r in roles if r.column is not None)
             if what := "; ".join(guess.questions):
                 found.append(MAPPING_ASSUMED.found(files=files, what=what, mapping=mapping))
             else:
-                found.append(MAPPING_PROPOSED.found(mapping=mapping or "by its values", columns=means, files=files))
-        return found
+                sure.setdefault(f"check {mapping}" if mapping else means, {}).update(dict.fromkeys(guess.files))
+        return found + [MAPPING_PROPOSED.found(means=how, files=first_of([*files])) for how, files in sure.items()]
 
     def asked(self) -> list[Notice]:
         """Return what is open, a notice for files of one kind."""

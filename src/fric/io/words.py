@@ -172,7 +172,7 @@ ROTARY = ("angle", "winkel", "angolo", "ángulo", "angulo", "joint", "gelenk", "
           "robot", "roll", "pitch", "yaw", "turn", "turns")  # fmt: skip
 """Words that show that an axis turns."""
 LINEAR = ("linear", "slide", "carriage", "table", "tisch", "schlitten", "stage", "stroke", "hub", "weg", "displacement",
-          "laser", "feed", "vorschub", "tavola", "mesa", "mm")  # fmt: skip
+          "laser", "feed", "vorschub", "tavola", "mesa", "mm", "motor pos fb", "motor pos cmd")  # fmt: skip
 """Words that show that an axis moves along a line; a letter of a linear axis shows it less."""
 SUFFIX = {"rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "deg_s": "deg/s", "degps": "deg/s", "mm_s": "mm/s",
           "mmps": "mm/s", "m_s": "m/s", "mps": "m/s", "mm_min": "mm/min", "rpm": "rpm", "nm": "N*m", "deg": "deg",
@@ -229,9 +229,9 @@ def spoken(column: Column) -> Spoken:
     return Spoken(quantity, unit, commanded, measured, moves, _has(name, AT_LOAD), told)
 
 
-CUSTOMS = (("rev", 1e4, re.compile(r"(pos|vel)_estimate")),
+CUSTOMS = (("rev", 1e4, re.compile(r"(pos|vel)_estimate")), ("mm", 20.0, re.compile(r"^joint\.\d+\.")),
            ("rad", 20.0, re.compile(r"joint_?states?\b|\beffort|(\b|_)(d?q|qd|q_?dot)_?\[?\d")))  # fmt: skip
-"""Units of positions by names that programs give, with their weights: ODrive, joint states of ROS, q of robots."""
+"""Units of positions by names of programs, with their weights: ODrive, LinuxCNC, joint states of ROS, q of robots."""
 
 
 def customary_unit(columns: Sequence[Column]) -> tuple[str, float]:

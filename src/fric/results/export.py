@@ -318,6 +318,8 @@ def one_target(name: str, part: str, *, single: bool) -> Target:
     Raises FricError: When there is none.
     """
     known = targets()
+    if name.endswith((".yaml", ".yml")):
+        raise FricError(f"'{name}' is no target", hint=f"The target comes first: `fric export linuxcnc {name}`.")
     require_known(name, known, "there is no target")
     target = known[name]
     if part not in target.parts:
