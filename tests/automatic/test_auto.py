@@ -423,7 +423,7 @@ def test_a_step_that_fails_is_told_and_the_rest_goes_on(first, folder, tmp_path,
         (["--circle", str(LOGS[0])], "there is no measured circle in it"),
         (["--machine", str(ROOT / "data/circle.h5")], "a machine file is asked for"),
         (["--map", "no.yaml"], "no.yaml: there is no such file"),
-        (["--controller", "Kv=100 1/s, Kp=131, Ki=4090"], "no gains of axis"),
+        (["--controller", "Kv=100 1/s, Kp=131, Ki=4090"], "of axis x lacks K_v and K_p and K_i"),
         (["--tolerance", "5 kg"], "the tolerance: length cannot be in 'kg'"),
     ],
 )

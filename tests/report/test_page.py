@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+import fric
 from fric.documents.bundled import bundled
+from fric.figures.diagnosis import _reversal
+from fric.friction.gms import GMS
+from fric.friction.stribeck import StaticMap
 from fric.io.circle import read_runs
+from fric.io.hdf5 import read_logs
 from fric.report.collect import collect
+from fric.report.plots import _measured
 from fric.report.view import render_report
 
 from .conftest import LOGS
+
+DATA = Path(__file__).parents[2] / "data"
 
 
 class Page(HTMLParser):
@@ -89,10 +101,26 @@ def test_every_figure_has_words_for_it(html: str) -> None:
     assert "blocks slip at 0.934 µm" in html
 
 
+def test_a_constant_force_is_no_error_of_the_replayed_cycle() -> None:
+    """The page said 2.54 N rms of a cycle of which the fit said 1.82: its curves lay beside each other by the offset."""
+    (log, *_) = read_logs(DATA / "presliding-sine.h5")
+    assert log.force is not None
+    model = GMS(StaticMap(F_c=63.0, F_s=90.0, v_s=2e-3, delta=1.0, sigma=0.0), (0.5, 0.5), (3e7, 3e6))
+    plain, shifted = (_measured([replace(log, force=log.force + more)], None, model)[0][0] for more in (0.0, 5.0))
+    np.testing.assert_allclose(shifted.measured - shifted.model, plain.measured - plain.model, atol=1e-9)
+
+
+def test_what_has_no_model_is_not_drawn_as_predicted() -> None:
+    """Beside "no model" in the table a dashed line at 0 said that no glitch was predicted."""
+    found, axes = fric.diagnose(DATA / "circle.h5").found, Figure().subplots()
+    _reversal(axes, found, SimpleNamespace(agrees={"+x": True}), "+y")
+    assert not any("predicted" in str(line.get_label()) for line in axes.lines)
+
+
 def test_it_says_whether_halves_of_the_strokes_agree(html: str, files: SimpleNamespace) -> None:
     """Nothing on the page said whether intervals are as wide as repeated measurements are apart."""
-    assert "Each half of the constant-velocity logs by itself: 13 of 14 values agree" in html
-    assert "Each half of" not in render_report(collect([files.static]))
+    assert "each half of the constant-velocity logs was identified alone: 13 of 14 values agree" in html
+    assert "each half of" not in render_report(collect([files.static]))
 
 
 def test_an_interval_has_minus_signs(html: str) -> None:

@@ -113,11 +113,17 @@ def _virgin(axes: Axes, found: Virgin, force: Scale, *, logarithmic: bool) -> No
         axes.plot(z * length[0], F * force[0], ".", ms=2.5, color=BLACK, label="measured")
         axes.fill_between(
             z * length[0], (F - half) * force[0], (F + half) * force[0], color=ORANGE, alpha=0.4, lw=0,
-            label="95 % band",
+            label="its 95 % band",
         )  # fmt: skip
     inside = model.x <= shown
     seen = Band(*(array[inside] for array in (model.x, model.y, model.low, model.high)))
-    shade(axes, seen.scaled(length[0], force[0]), BLUE, lw=1.0, label="GMS")
+    shade(
+        axes,
+        seen.scaled(length[0], force[0]),
+        BLUE,
+        lw=1.0,
+        label="GMS with 95 % band" if np.any(seen.high > seen.low) else "GMS",
+    )
     inside = knots <= shown
     axes.plot(
         knots[inside] * length[0], found.at_knots[inside] * force[0], "o", ms=5, mfc="white", mec=BLUE, label="knots"

@@ -52,9 +52,9 @@ class Halves:
     def conclusion(self) -> str:
         """A sentence on how many halves agree, and which differ most."""
         count = len(self.found)
-        text = f"{round(self.within * count)} of {count} values agree within their intervals, 95 % are expected to"
+        text = f"{round(self.within * count)} of {count} values agree within their 95 % intervals"
         far = max(self.found, key=lambda halved: halved.half_widths)
-        apart = f"; the largest difference, of {far.parameter} halved by {far.by}, is {far.half_widths:.1f} times that"
+        apart = f"; {far.parameter}, halved by {far.by}, differs most: by {far.half_widths:.1f} times the interval"
         return text + apart * (far.half_widths > 1.0)
 
 

@@ -186,7 +186,8 @@ def agreement(logs: Sequence[Log], plant: Plant | None = None) -> str:
     if not logs:
         return ""
     try:
-        return f"Each half of the {logs[0].kind or 'motion'} logs by itself: {halves(logs, plant).conclusion}."
+        what = f"To check the intervals, each half of the {logs[0].kind or 'motion'} logs was identified alone"
+        return f"{what}: {halves(logs, plant).conclusion}."
     except FricError as error:
         return f"{error.what[:1].upper()}{error.what[1:]}."
 
@@ -361,6 +362,7 @@ def _measured(
         start = int(cycle.record.reversals[0])  # the state before the first reversal is not known
         every = max(1, (len(force) - start) // CYCLE_POINTS)
         part = slice(start, None, every)
+        replayed += float(np.mean(force[start:] - replayed[start:]))  # the constant force of the record, as in the fit
         middle = 0.5 * float(motion.position.max() + motion.position.min())
         hysteresis.append(ReplayedCycle(log.name, motion.position[part] - middle, force[part], replayed[part]))
     return tuple(hysteresis), (virgin_curve(found, model.static) if found else None)
@@ -518,11 +520,11 @@ def q_filter(item: Item, Delta: Perturbation | None) -> PageFigure:
     reason = str(item.tree.get("reason", ""))
     text = ", ".join(
         f"{what} allows {known[key]:.3g} Hz"
-        for key, what in (("robust", "|T·Δ| ≤ 1, eq. (8),"), ("sensitive", "the peak sensitivity of the whole loop"))
+        for key, what in (("robust", "eq. (8), |T·Δ| ≤ 1,"), ("sensitive", "the peak sensitivity of the whole loop"))
         if key in known
     )
-    caption = f"Q is {name} with its cutoff at {cutoff:.3g} Hz" + (f": {reason}." if reason else ".")
-    caption += f" As limit, {text}." if text else ""
+    caption = f"Q is a {name} filter with its cutoff at {cutoff:.3g} Hz" + (f", {reason}." if reason else ".")
+    caption += f" The largest cutoffs: {text}." if text else ""
     alt = f"Magnitude of the filter Q of axis {item.axis} over frequency. {caption}"
     return PageFigure(f"q-{item.axis}", "How far Q may reach", caption, alt, reach_figure(found, 4.8, 3.3))
 
