@@ -102,7 +102,7 @@ def test_every_figure_has_words_for_it(html: str) -> None:
 
 
 def test_a_constant_force_is_no_error_of_the_replayed_cycle() -> None:
-    """The page said 2.54 N rms of a cycle of which the fit said 1.82: its curves lay beside each other by the offset."""
+    """The page said 2.54 N rms of a cycle of which the fit said 1.82: the curves were apart by the offset."""
     (log, *_) = read_logs(DATA / "presliding-sine.h5")
     assert log.force is not None
     model = GMS(StaticMap(F_c=63.0, F_s=90.0, v_s=2e-3, delta=1.0, sigma=0.0), (0.5, 0.5), (3e7, 3e6))

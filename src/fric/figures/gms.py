@@ -117,13 +117,8 @@ def _virgin(axes: Axes, found: Virgin, force: Scale, *, logarithmic: bool) -> No
         )  # fmt: skip
     inside = model.x <= shown
     seen = Band(*(array[inside] for array in (model.x, model.y, model.low, model.high)))
-    shade(
-        axes,
-        seen.scaled(length[0], force[0]),
-        BLUE,
-        lw=1.0,
-        label="GMS with 95 % band" if np.any(seen.high > seen.low) else "GMS",
-    )
+    banded = " with 95 % band" * bool(np.any(model.high > model.low))
+    shade(axes, seen.scaled(length[0], force[0]), BLUE, lw=1.0, label=f"GMS{banded}")
     inside = knots <= shown
     axes.plot(
         knots[inside] * length[0], found.at_knots[inside] * force[0], "o", ms=5, mfc="white", mec=BLUE, label="knots"
