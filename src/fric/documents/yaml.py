@@ -27,6 +27,7 @@ MOST_BYTES, MOST_NODES, MOST_DEPTH = 2 << 20, 40_000, 40
 _HALF = re.compile(r"\\(u|U0000)[dD][89a-fA-F][0-9a-fA-F]{2}")  # of no encoding; in pairs neither
 _DEEP = re.compile(rf"(?:[\[{{][^\[\]{{}}'\"#]{{0,200}}+){{{MOST_DEPTH + 1}}}")
 """Depth of nested lists or keys: the parser takes seconds to give up on more."""
+KEYS = frozenset({"missing", "extra_forbidden"})  # Types of errors whose last place is a key
 _KEYS = re.compile(r":\s|^\s*-\s", re.MULTILINE)
 
 
@@ -192,7 +193,7 @@ def _described(error: ValidationError, tree: CommentedMap, path: Path, model: ty
             node, line = node[key], at
             place.append(str(step))
         except (KeyError, IndexError, ValueError, AttributeError, TypeError):
-            if step in within or (complaint["type"] == "missing" and step == complaint["loc"][-1]):
+            if step in within or (complaint["type"] in KEYS and step == complaint["loc"][-1]):
                 place.append(str(step))  # others are types that a value may have, and no keys
     where = f"{path}, line {line}" if line else str(path)
     what, _, hint = message.partition("\n")
