@@ -182,11 +182,14 @@ class Log(_FromFile):
                     found[channel] = scale * np.asarray(frame[column], float)
                 except (TypeError, ValueError):
                     raise FricError(f"the column '{column}' holds what is no number") from None
-        if "time" not in found:
-            raise FricError("there is no column 'time'", hint=f"Name columns {', '.join(CHANNELS)}, as in 'time [ms]'.")
+        for lacking in ("time", "position or velocity"):
+            if found.keys().isdisjoint(lacking.split(" or ")):
+                named = f"Its columns are {', '.join(map(str, frame))}."
+                hint = f"{named} Rename them to {', '.join(CHANNELS)}, as in 'time [ms]'."
+                raise FricError(f"no column is named {lacking}", hint=hint)
         for channel in (units or {}).keys() - found.keys():
             hint = f"{near(channel, found)}Its channels are {', '.join(found)}."
-            raise FricError(f"`units=` names '{channel}', and there is no such column", hint=hint)
+            raise FricError(f"`units=` names '{channel}', and no column is of this channel", hint=hint)
         return cls(**found, name=name, kind=kind, axis=axis, motion=motion)
 
     def __repr__(self) -> str:

@@ -43,6 +43,7 @@ FRAME = {"time": [0.0, 1e-3, 2e-3], "position": [0.0, 1.0, 2.0]}
     (lambda: fric.Log(time=np.array([0.0, 1.0, np.nan]), position=np.zeros(3)), "time is no number at sample 2"),
     (lambda: fric.Log.from_frame([1, 2]), "takes a data frame, or columns by name, and was given a list"),
     (lambda: fric.Log.from_frame(FRAME, units={"positon": "mm"}), "`units=` names 'positon'.*Is it position"),
+    (lambda: fric.Log.from_frame({"time": [0.0, 1.0], "pos": [0.0, 1.0]}), "columns are time, pos. Rename them"),
     (lambda: fric.Log.from_frame(FRAME, units={"position": "N"}), "position cannot be in 'N'"),
     (lambda: fric.Log.from_frame(pd.DataFrame(FRAME | {"force": ["a"] * 3})), "'force' holds what is no number"),
     (lambda: fric.read_machine("xy-table").save("machine.h5"), "what is written is YAML.*machine.yaml"),
