@@ -136,6 +136,8 @@ class Evidence:
     missing: tuple[str, ...] = ()  # What could not be made of logs, and the record that is missing for it
     # The largest glitch, predicted and measured, of the measured circle [m]; None without a circle
     glitches: tuple[float, float] | None = None
+    # The largest measured glitch of each axis without a model [m], by its name
+    unmodelled: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def designed(self) -> bool:
@@ -162,6 +164,7 @@ class Verdict:
     kept: bool | None = None  # Whether the tolerance is kept on 95 % of the machines; None where none was given
     settled: tuple[Notice, ...] = ()  # As in `Evidence`
     compared: tuple[float, float] | None = None  # The predicted and the measured glitch of a measured circle [m]
+    unmodelled: Mapping[str, float] = field(default_factory=dict)  # As in `Evidence`
 
     @property
     def result(self) -> tuple[str, str]:
@@ -198,7 +201,10 @@ class Verdict:
         word = "trusted" if self.trusted else "not trusted yet"
         if self.trusted and not 1.0 / CLOSE <= self.compared[0] / max(self.compared[1], 1e-12) <= CLOSE:
             word = "within the interval of the prediction, which is wide. Identify again from more records"
-        return f"Predicted {predicted}, measured {measured}: {word}."
+        others = (
+            f" {name.upper()} has no model: its {readable(m, 'm', 3)} remain." for name, m in self.unmodelled.items()
+        )
+        return f"Predicted {predicted}, measured {measured}: {word}.{''.join(others)}"
 
     def lines(self) -> list[str]:
         """Return it as lines for people: the sentence, why not to trust it, the next commands."""
@@ -327,6 +333,7 @@ def decide(evidence: Evidence) -> Verdict:
     kept = None if evidence.tolerance is None else False
     said = tuple(f"{candidate.named} must not be used: {text}" for candidate, text in refused)
     given: dict[str, Any] = {"settled": tuple(evidence.settled), "compared": evidence.glitches}
+    given["unmodelled"] = evidence.unmodelled
     if evidence.disagreements or not usable:
         following = tuple(steps(evidence, None))
         return Verdict(

@@ -492,7 +492,7 @@ def test_a_run_has_one_upper_limit(session):
     found, _, out = session
     verdict = found.verdict
     most = f"{1e6 * verdict.choice.stays_under:.1f}"
-    assert f"at most {most} µm" in verdict.headline
+    assert f"at most {float(most):g} µm" in verdict.headline
     assert found.document["verdict"]["ci95"][1] == found.document["verdict"]["stays_under"]
     table = (out / "steps.log").read_text(encoding="utf-8").partition("$ fric simulate circle")[2]
     (row,) = (line for line in table.splitlines() if line.startswith("(c) GMS"))

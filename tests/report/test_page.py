@@ -22,6 +22,7 @@ from fric.io.hdf5 import read_logs
 from fric.report.collect import collect
 from fric.report.plots import _measured
 from fric.report.view import render_report
+from fric.verdict import Verdict
 
 from .conftest import LOGS
 
@@ -115,6 +116,14 @@ def test_what_has_no_model_is_not_drawn_as_predicted() -> None:
     found, axes = fric.diagnose(DATA / "circle.h5").found, Figure().subplots()
     _reversal(axes, found, SimpleNamespace(agrees={"+x": True}), "+y")
     assert not any("predicted" in str(line.get_label()) for line in axes.lines)
+    diagnosis = fric.diagnose(DATA / "circle.h5")
+    assert diagnosis.unmodelled() == {}  # where nothing was predicted
+    vars(diagnosis)["held"] = SimpleNamespace(agrees={"+x": True, "-x": True})
+    (axis, glitch) = next(iter(diagnosis.unmodelled().items()))
+    assert axis == "y"
+    assert glitch == pytest.approx(38.6e-6, rel=0.01)
+    decided = Verdict(choice=None, headline="", compared=(41e-6, 42e-6), unmodelled={axis: glitch})
+    assert decided.checked == "Predicted 41 µm, measured 42 µm: trusted. Y has no model: its 38.6 µm remain."
 
 
 def test_it_says_whether_halves_of_the_strokes_agree(html: str, files: SimpleNamespace) -> None:

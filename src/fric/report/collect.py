@@ -202,7 +202,7 @@ class ReportInput:
             circle = f'--radius "{readable(test.radius, "m")}" --velocity "{readable(test.feed, "m/s")}"'
             more["command"] = f"fric simulate circle {machine_name(file)} {circle} -o run.h5"
         compared = [both for circle in held if (both := circle.result.glitches()) is not None]
-        more |= {"glitches": compared[-1]} if compared else {}
+        more |= {"glitches": compared[-1], "unmodelled": held[-1].result.unmodelled()} if compared else {}
         given = evidence_of(
             test.provenance, test.contours, test.prediction, compared=bool(held), tolerance=self.tolerance,
             disagreements={circle.source: circle.disagreements() for circle in held}, measured=self._measured(test),

@@ -188,6 +188,14 @@ class DiagnosisResult(Result, schema=DiagnosisDocument):
         predicted, measured = (max(abs(mapping[name].value) for name in self.held.agrees) for mapping in (said, seen))
         return predicted, measured
 
+    def unmodelled(self) -> dict[str, float]:
+        """Return the largest measured glitch of each axis that the machine file has not [m], by its name."""
+        known, found = self.held.agrees if self.held else self.found.glitches, dict[str, float]()
+        for name, glitch in self.found.glitches.items():
+            if name not in known:
+                found[name[1:]] = max(found.get(name[1:], 0.0), abs(glitch.value))
+        return found
+
     def brief(self) -> str:
         """Return what was measured, and what was predicted."""
         if (both := self.glitches()) is None:
