@@ -555,6 +555,22 @@ def test_a_share_of_the_rated_torque_is_no_newton_metre(tmp_path: Path, unit: st
     assert (force.unit, force.unit_likelihood) == (known, 1.0)
 
 
+@pytest.mark.parametrize("name", ["0x6077 Torque actual value", "Torque_6077h", "0x6078:00 current", "present_load"])
+def test_objects_of_a_profile_have_its_units(tmp_path: Path, name: str) -> None:
+    a = axis_of_a_drive()
+    (axis,) = told(write(tmp_path / "log.csv", f"t;speed [rpm];{name}", a["t"], a["velocity"], np.rint(a["current"])))
+    assert (axis.roles["force"].unit, axis.roles["force"].unit_likelihood) == ("0.1 %", 1.0)
+
+
+def test_a_letter_of_an_axis_in_brackets_is_no_unit(tmp_path: Path) -> None:
+    """The question was what one X is."""
+    a = axis_of_a_drive()
+    path = write(tmp_path / "log.csv", "Time [s];POSF(X);TCMD(X) [%]", a["t"], a["position"], a["current"])
+    (axis,) = told(path)
+    assert channels(axis) == {"time": 0, "position": 1, "force": 2}
+    assert "logged in" not in proposal([path])
+
+
 def test_a_speed_in_reciprocal_seconds_turns(tmp_path: Path) -> None:
     """It was left out."""
     a = axis_of_a_drive()

@@ -329,6 +329,10 @@ _PERCENT = re.compile(
 """Shares of a rated value, as ``% of rated``, ``0.1 %`` and ``‰``."""
 
 
+_PER_MILLE = re.compile(r"(?<![0-9a-f])(?:0x)?607[478](?![0-9a-f])|\bpresent_load", re.IGNORECASE)
+"""Torques and currents that CiA 402 and Dynamixel define in a thousandth of a rated value."""
+
+
 def _unit_of(column: Column) -> str | None:
     """Return the valid unit of a column: that of the header, or the end of its name."""
     unit = (column.unit or "").strip()
@@ -337,6 +341,8 @@ def _unit_of(column: Column) -> str | None:
         return "0.1 %" if tenths else f"{share[1].replace(',', '.')} %" if share[1] else "%"
     if unit.casefold() in COUNTED:
         return unit.casefold()
+    if not unit and _PER_MILLE.search(column.name):
+        return "0.1 %"
     if unit in {"A", "mA"} or (unit not in {"", "1", "-"} and is_unit(unit)):
         return unit
     tail = re.split(r"[\s,;:/(]+|_(?=[a-zA-Z%µ/]+$)|_(?=[a-z]+_[a-z]+$)", named(column.name).name.strip())[-1]

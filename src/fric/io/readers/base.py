@@ -242,6 +242,7 @@ class Memory(ForeignTable):
 
 _SUFFIX = re.compile(r"(?:.+_(?:ms|us|µs|mm|um|µm|nm|deg|rad|mrad|Nm|mNm|kN|V|mV)|(?:[tT]|[tT]ime|[zZ]eit)_s|\w{2,}_N)")
 """Names that end in their unit; F_N is a normal force, and x_m may be a motor's or a mean."""
+_OF_AXIS = re.compile(r"\d+|[xyzXYZ]\d?")
 _NAMED = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\))")
 
 
@@ -270,7 +271,8 @@ def named(header: str) -> Column:
     """Split a header such as ``force [N]`` or ``force (N)`` into name and unit; ``force_N`` stays a name."""
     text = header.strip().strip("\"'").lstrip("#%").strip()
     found = _NAMED.fullmatch(text)
-    if found is None or not found["name"] or (found["square"] or "").isdigit():  # q[0] is of the first axis
+    inside = found and (found["square"] or found["round"] or "").strip()
+    if found is None or not found["name"] or _OF_AXIS.fullmatch(inside or ""):  # q[0], POSF(X)
         return Column(text, text.rpartition("_")[2] if _SUFFIX.fullmatch(text) else None)
     unit = found["square"] if found["square"] is not None else found["round"]
     return Column(text if found["square"] is None and not is_unit(unit) else found["name"], unit.strip() or None)
