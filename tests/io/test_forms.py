@@ -592,3 +592,20 @@ def test_a_word_that_all_names_share_makes_no_command_an_actual_value(tmp_path: 
     lagged = np.interp(a["t"] - 0.004, a["t"], a["position"])
     (axis,) = told(write(tmp_path / "log.csv", f"Time[s];{heads}", a["t"], a["position"], lagged, a["current"]))
     assert channels(axis) == {"time": 0, "reference": 1, "position": 2, "force": 3}
+
+
+@pytest.mark.parametrize(
+    "head", ["time [s],position [mm],force [N]", "time [s],actual position [mm],actual current [A]"]
+)
+def test_files_named_by_axes_are_of_these(tmp_path: Path, head: str) -> None:
+    """Both were one axis x, and its friction between those of two; runs a and b are of one axis."""
+    a = axis_of_a_drive()
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    for name, share in (("X_axis", 1.0), ("Y_axis", 2.0)):
+        write(logs / f"{name}.csv", head.replace(",", ";"), a["t"], a["position"], share * a["current"])
+    found = find_sources([logs], None, tmp_path / "out" / "mappings")
+    assert {log.axis: log.path.stem for log in found.logs} == {"x": "X_axis", "y": "Y_axis"}
+    for old, new in (("X_axis", "run_a"), ("Y_axis", "run_b")):
+        (logs / f"{old}.csv").rename(logs / f"{new}.csv")
+    assert {log.axis for log in find_sources([logs], None, tmp_path / "out" / "mappings").logs} == {"x"}

@@ -31,6 +31,7 @@ from fric.io.propose import Guessed, axes_said, first_of, guessed, says_all
 from fric.io.questions import Ask, answered, beside
 from fric.io.readers import endings, marked, tables
 from fric.io.recognise import HDF5_SIGNATURE, recognise
+from fric.io.words import axis_of_file
 from fric.log import Log, Record
 from fric.notice import Notice
 from fric.output import staged
@@ -128,6 +129,8 @@ def find_sources(
     given += _unpacked(given, archives, proposals, asking)
     joining = proposals.parent / "joined" if proposals and not mapping else None
     paths, found.description, spent = with_joined(list(_files(given)), joining, ask, assume=assume)
+    letters = {path: letter for path in paths if (letter := axis_of_file(path))}
+    letters = letters if len({*letters.values()}) > 1 else {}  # of one axis the headers and mappings say the name
     for path in paths:
         kind = _own(path)
         if kind in {"circle/1", "run/1"}:
@@ -141,7 +144,7 @@ def find_sources(
         elif (
             kind is None
             and (path.suffix.lower() in endings() or _holds_numbers(path))
-            and (why := _foreign(path, mapping, found, seen, assume=assume))
+            and (why := _foreign(path, mapping, found, seen, assume=assume, axis=letters.get(path)))
         ):
             asking[path] = why
     if asking and proposals and not mapping:
@@ -333,7 +336,9 @@ def _excites(record: Record) -> bool:
     return bool(np.ptp(steps) < 0.5 * np.median(steps)) and excites(record.time, travelled(record))
 
 
-def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record], *, assume: bool) -> str:
+def _foreign(
+    path: Path, mapping: str | None, found: Sources, seen: list[Record], *, assume: bool, axis: str | None
+) -> str:
     """Read a foreign log by its header, by a mapping that was given or is bundled, or a circle test.
 
     Return the reason if none fits; None if one does, or if the error was reported.
@@ -345,7 +350,8 @@ def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]
             return ""
     if not mapping and _tried(lambda: says_all(path)) == "force":
         return LACKS_FORCE
-    whys = [_read(path, mapping or "", found, seen, axis=axis, assume=assume) for axis in axes_said(path)]
+    axes = [axis if said is None and not mapping else said for said in axes_said(path)]
+    whys = [_read(path, mapping or "", found, seen, axis=said, assume=assume) for said in axes]
     why = whys[0] if all(whys) else ""
     if not why or mapping:
         return why

@@ -21,7 +21,7 @@ from fric.io.readers import tables
 from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, plain_name
 from fric.io.recognise import is_hdf5
 from fric.io.roles import LIKELY, SURE, AxisColumns, Role, axes_of, in_memory
-from fric.io.words import OF_MEANS, axis_of, bare, looking_like, measures, named_as, spoken, tags
+from fric.io.words import OF_MEANS, axis_of, axis_of_file, bare, looking_like, measures, named_as, spoken, tags
 from fric.notice import Notice
 from fric.output import staged
 from fric.units import MOTIONS, Motion, converts, is_scale, rotates, si_unit
@@ -122,11 +122,11 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
         parts = tuple((table, _chosen(table)) for table in opened)
         motion = _motion([t.columns[r.column] for t, a in parts for r in a.roles.values() if r.column])
         return [Guess(tuple(paths), opened[0], AxisColumns("", motion, 1.0), False, joined=parts)]
-    groups: dict[tuple[tuple[Column, ...], str], list[ForeignTable]] = {}
+    groups: dict[tuple[tuple[Column, ...], str | None], list[ForeignTable]] = {}
     for path in paths:
         with closing(tables(path, None)) as of_file:
             for table in of_file:  # which is read as long as its file is open
-                of_axis = table.said["axis"] if OF_SEVERAL in table.said else ""
+                of_axis = table.said["axis"] if OF_SEVERAL in table.said else axis_of_file(path)
                 members = groups.setdefault((tuple(table.columns), of_axis), [])
                 members.append(in_memory(table, rows=len(members) < MOST_FILES))
     found = [guess for members in groups.values() for guess in _of_group(members)]

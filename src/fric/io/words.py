@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from math import exp, log
+from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -90,6 +91,12 @@ def axis_of(*names: str) -> str | None:
         parts = re.sub(r"[\W_]+", " ", plain_name(name)).split()
         found |= {word for word in (*parts[:1], *parts[-1:]) if word in {*AXES} and len(parts) > 1}
     return found.pop() if len(found) == 1 else None
+
+
+def axis_of_file(path: Path) -> str | None:
+    """Return the axis x, y or z that the name of a file shows, as ``Y_axis.csv``; other letters may be of runs."""
+    name = axis_of(path.name.split(".")[0])
+    return name if name in {*"xyz"} else None
 
 
 def measures(column: Column, channel: str) -> bool:

@@ -39,6 +39,8 @@ XML_ROWS = "".join(f'<s pos="{x}" t="{t}"><cur>{i}</cur></s>' for t, x, i in zip
     ("a.xml", '<?xml version="1.0"?><log>' + "".join(
         f'<channel name="{n}">{" ".join(map(str, v))}</channel>' for n, v in (("t", T), ("x", X), ("i", I))) + "</log>",
      ("t", "x", "i")),
+    ("putty.log", "PuTTY log 2024\nboot: ok=1\n" + "\n".join(
+        f"t={t} pos: {x}, cur={i}" for t, x, i in zip(T, X, I, strict=True)), ("t", "pos", "cur")),
 ])  # fmt: skip
 def test_every_value_is_in_its_column(tmp_path, name, text, names):
     path = tmp_path / name

@@ -1,4 +1,4 @@
-"""JSON and XML of any program: arrays of numbers by name, or records of the same fields, one a sample or a line.
+"""JSON, XML and lines ``t=1 pos=2`` of any program: arrays of numbers by name, or records of the same fields.
 
 In XML a record is an element that is repeated, its fields are attributes or elements in it; or an element holds a list
 of numbers, under its ``name`` and ``unit``. Structs in each other are named as in MATLAB's files.
@@ -21,11 +21,13 @@ from fric.input import regular
 from fric.io.readers.base import ForeignTable, Format, numbers, read_xml
 from fric.io.readers.matlab import tables_of
 
-FORMAT = Format("JSON, XML", (".json", ".jsonl", ".ndjson", ".xml"))
+FORMAT = Format("JSON, XML, name=value", (".json", ".jsonl", ".ndjson", ".xml"))
 MOST_BYTES = 128 << 20  # Bytes of a file that are read at most: its values are held in memory as objects
-MOST_DEPTH, LEAST = 12, 3  # Depth of structs, and rows of a table at least
+MOST_DEPTH, LEAST, LINES = 12, 3, 20  # Depth of structs; rows of a table at least; last lines of a head to look at
 _ROW = re.compile(rb"(?:-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?[\s,;\[\]]+){7}-?\d")  # Eight numbers in a row
 _FIELD, _NEXT = re.compile(rb":\s*-?\d"), re.compile(rb"\}\s*,?\s*\{")
+
+_PAIR = re.compile(r"([A-Za-z_][\w.\[\]]{0,40})\s?[=:]\s?(-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)(?![\w:.])")
 
 
 def recognises(path: Path, head: bytes) -> float:
@@ -35,14 +37,17 @@ def recognises(path: Path, head: bytes) -> float:
     if head.startswith(b"<?xml") and path.suffix.lower() == ".xml":
         tags = re.findall(rb"<(\w+)", head)
         return 0.6 * (found or any(tags.count(tag) >= LEAST for tag in {*tags}))
-    return 0.6 * (head[:1] in {b"[", b"{"} and (found or bool(_FIELD.search(head) and _NEXT.search(head))))
+    if head[:1] in {b"[", b"{"}:
+        return 0.6 * (found or bool(_FIELD.search(head) and _NEXT.search(head)))
+    rows = [len(_PAIR.findall(line)) for line in head.decode("utf-8", "replace").splitlines()[-LINES:-1]]
+    return 0.6 * (len(rows) > LEAST and min(rows) > 1 and len({*rows}) == 1)
 
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a file: a table, or one a record where structs have the same fields."""
     with regular(path, MOST_BYTES).open("rb") as file:
         is_xml = file.read(64).lstrip(b"\xef\xbb\xbf \r\n\t").startswith(b"<")
-    found = _of_xml(read_xml(path, MOST_BYTES)) if is_xml else _of_json(path)
+    found = _of_xml(read_xml(path, MOST_BYTES)) if is_xml else _of_text(path)
     yield from tables_of(path, _in_units(found) if isinstance(found, Mapping) else {"log": found})
 
 
@@ -55,8 +60,11 @@ def _in_units(found: Mapping[str, Any]) -> Mapping[str, Any]:
     return {f"{name} [{units[name]}]" if name in units else name: values for name, values in found.items()}
 
 
-def _of_json(path: Path) -> Any:
+def _of_text(path: Path) -> Any:
     text = path.read_text(encoding="utf-8-sig", errors="replace")
+    if text.lstrip()[:1] not in {"[", "{"}:
+        found = [dict(_PAIR.findall(line)) for line in text.splitlines()]
+        return _columns([row for row in found if len(row) > 1])
     try:
         return _columns(json.loads(text))
     except RecursionError:
