@@ -446,11 +446,11 @@ class Command:
 
     def _refused(self, what: str, given: Mapping[str, Any]) -> Iterator[str]:
         """Yield the options whose text is no quantity of their dimension, for this reason."""
-        from fric.units import PLAIN, parse  # with Pint, which `--help` need not
+        from fric.units import PLAIN, SI_UNITS, parse  # with Pint, which `--help` need not
 
         for form in [self.form, *map(VerbForm, self.further)]:
             for name in [name for name in form.names if isinstance(given.get(name), str)]:
-                for dimension, motion in product(_dimensions(form[name].hint), PLAIN):
+                for dimension, motion in product(SI_UNITS.keys() & set(_dimensions(form[name].hint)), PLAIN):
                     try:
                         parse(given[name], dimension, motion)
                     except FricError as error:

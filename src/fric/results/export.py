@@ -10,7 +10,7 @@ from importlib.util import module_from_spec
 from pathlib import Path
 from shlex import quote
 from types import ModuleType
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import fric
 from fric.circles.prediction import Prediction
@@ -172,7 +172,7 @@ def export_axis(
     *,
     axis: AxisName,
     scheme: SchemesLike = "f",
-    part: str = "compensation",
+    part: Literal["compensation", "machine"] = "compensation",
     single: bool = False,
     nominal_files: Annotated[Sequence[str], Kind(list[str], "AXIS=FILE.yaml")] = (),
     gain: float | None = None,

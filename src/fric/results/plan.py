@@ -24,7 +24,7 @@ from fric.output import write_folder
 from fric.planning.choose import KIND_OF, TYPICAL, Wanted, durations, narrowing, planned_for, prior_axis
 from fric.results.base import Advance, Piece, Result, Table, bounded, in_si, logs_of, plain_names, silent
 from fric.results.given_models import document_of, machine_of, schemes_of
-from fric.results.kinds import FrictionLike, LogLike, MachineLike, PlantLike, Quantity, SchemesLike
+from fric.results.kinds import AxisName, FrictionLike, LogLike, MachineLike, PlantLike, Quantity, SchemesLike
 from fric.simulate.experiment import Limits, Narrowing, Plan, Planned
 from fric.simulate.machine import Axis
 from fric.units import prefixed, readable, rotates, si_unit, significant
@@ -165,7 +165,7 @@ def plan(
     friction: FrictionLike | None = None,
     plant: PlantLike | None = None,
     machine: MachineLike | None = None,
-    axis: str = "x",
+    axis: AxisName = "x",
     accuracy: Annotated[Mapping[str, Quantity] | Sequence[str], Kind(list[str], "F_s=2%")] = (),
     noise: Annotated[Quantity | None, "force"] = None,
     encoder: Annotated[Quantity | None, "position"] = None,
