@@ -193,5 +193,7 @@ void positions(int n, const double *volts, double dt, double *position) {{
         """One sample of a compensation; inputs that are not given are 0, the share is 1."""
         step = getattr(self.library, f"{self.name}_step")
         step.restype = self.real
-        given = (self.real * len(INPUTS))(*(({"share": 1.0} | inputs).get(name, 0.0) for name in INPUTS))
-        return float(step(self.memory, given, self.real(dt)))
+        fields = [(name, ctypes.c_double if name == "position" else self.real) for name in INPUTS]
+        kind = type("Inputs", (ctypes.Structure,), {"_fields_": fields})
+        given = kind(**({"share": 1.0} | inputs))
+        return float(step(self.memory, ctypes.byref(given), self.real(dt)))

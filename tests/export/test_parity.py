@@ -75,21 +75,24 @@ def test_c_gives_the_librarys_forces_in_double_and_in_single_precision(name: str
 @needs_compiler
 @pytest.mark.parametrize("scheme", ["b", "c"])
 def test_single_precision_is_within_a_thousandth_of_double(scheme: str, tmp_path: Path) -> None:
+    """Wherever the axis is: at 2 m a position in single precision is off by 0.1 µm, and the force by 13 %."""
     rows, _ = along_a_run(scheme)
     rng = np.random.default_rng(3)
     walk = 0.01 + np.cumsum(np.cumsum(rng.normal(size=4000))) * 1e-9
-    v = np.gradient(walk, 1 / SAMPLING)
-    random = [
-        {"position": z, "velocity": rate, "acceleration": a, "measured": z, "control": 0.0, "input": 0.0}
-        for z, rate, a in zip(walk.tolist(), v.tolist(), np.gradient(v, 1 / SAMPLING).tolist(), strict=True)
-    ]
     double, single = (InC(scheme_part(scheme), tmp_path, single=one) for one in (False, True))
-    for motion in (rows, random):
+    for motion in (rows, commanded(walk), commanded(walk + 2.0)):
         told = []
         for made in (double, single):
             made.reset()
             told.append(np.array([made.step(**row) for row in motion]))
         assert np.abs(told[1] - told[0]).max() <= 1e-3 * np.abs(told[0]).max()
+
+
+def commanded(z: np.ndarray) -> list[dict[str, float]]:
+    """What a controller asks of a compensation without an observer along a motion."""
+    v = np.gradient(z - z[0], 1 / SAMPLING)
+    rows = zip(z.tolist(), v.tolist(), np.gradient(v, 1 / SAMPLING).tolist(), strict=True)
+    return [{"position": x, "velocity": rate, "acceleration": a, "measured": x} for x, rate, a in rows]
 
 
 def test_an_observer_in_single_precision_is_refused() -> None:

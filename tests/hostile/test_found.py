@@ -394,6 +394,10 @@ def test_joined_files_of_units_that_no_likelihood_tells(tmp_path: Path) -> None:
     (tmp_path / "a.tsv").write_text("Time_nm,position_kHz,force_N\n" + "".join(f"{n},{n * n},1\n" for n in range(300)))
     with pytest.raises(FricError, match="a unit is open"):
         fric.ingest(tmp_path / "a.tsv", output=tmp_path / "a.h5", join=True, assume=True)
+    rows = (f"{n / 1e3},{np.sin(n / 50):.6f},{np.sign(np.cos(n / 50)):.0f}\n" for n in range(900))
+    (tmp_path / "b.csv").write_text("t [s],x [mm],F [N]\n" + "".join(rows))
+    done = fric.ingest(tmp_path / "b.csv", output=tmp_path / "b.h5", join=True, assume=True)
+    assert any('position is "x' in warning for warning in done.warnings)
     with pytest.raises(FricError, match="Report takes inputs"):
         fric.Report(cast("Any", 100.0))
 

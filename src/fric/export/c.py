@@ -88,6 +88,8 @@ def c_values(part: ExportedPart, *, single: bool = False) -> dict[str, Any]:
         "routines": c_routines(part.program, dialect),
         "guard": f"{dialect.prefix}h".upper(),
         "real": dialect.real,
+        "narrow": f"({dialect.real})" * single,  # positions stay double: rounded, their differences are lost
+        "widen": "(double)" * single,
         "exp": dialect.function("exp"),
         "zero": number(0.0),
         "half": number(0.5),

@@ -232,7 +232,7 @@ def ingest(
             raise FricError("a unit is open that no likelihood tells", where=str(paths[0]), hint=hint)
         mapping = read_text(text, MappingDocument)
         means = ", ".join(f'{channel} is "{at.column}"' for channel, at in mapping.columns.items() if at.column)
-        notices = [MAPPING_PROPOSED.found(mapping="by names and units", columns=means, files=first_of(paths))]
+        notices = [MAPPING_PROPOSED.found(means=means, files=first_of(paths))]
     if mapping is None and not join and kind != "frequency-response":
         with ExitStack() as opened:
             found = guessed(paths, opened, kind, motion, assume=assume or ask is not None, every=reviewed)
