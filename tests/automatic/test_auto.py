@@ -10,6 +10,7 @@ import subprocess
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -28,6 +29,7 @@ from fric.io.circle import read_circles, write_circles
 from fric.io.hdf5 import read_logs, write_logs
 from fric.io.readers.base import ForeignTable, Memory
 from fric.log import Log
+from fric.notice import Notice
 from fric.records.inspection import inspect
 from fric.records.prepared import prepared
 from tests.figures.drawn import undrawn
@@ -591,6 +593,17 @@ K_i: 4091 V/m
 velocity_filter: 500 Hz
 sampling: 4 kHz
 """
+
+
+def test_what_is_wrong_of_a_plant_is_said_in_whole_beside_its_values():
+    """A of 6628 1/s was shown, and only a code at the end of the screen said that the plant is none."""
+    wrong, doubt = (
+        Notice(code, code=code, severity=grave) for code, grave in (("no axis", "wrong"), ("late", "doubt"))
+    )
+    plant = SimpleNamespace(kind="plant", axis="x", warnings=[wrong, doubt])
+    page = SimpleNamespace(inputs=SimpleNamespace(items=[plant]))
+    found = SimpleNamespace(page=page, verdict=SimpleNamespace(why=(), settled=()))
+    assert fric.AutoResult._doubts(found) == ["wrong: plant of axis x: no axis", "doubts (`fric help CODE`): late"]
 
 
 def test_results_never_lie_among_the_logs(tmp_path):

@@ -185,14 +185,16 @@ class AutoResult(Result, schema=AutoDocument):
         return [*pieces, f"{self.folder / 'report.html'}"] if self.page else pieces
 
     def _doubts(self) -> list[str]:
-        """Return the number and the codes of the doubts in the files that the verdict does not name."""
+        """Return what is wrong in the files, and the codes of their doubts, where the verdict does not name them."""
         if self.page is None:
             return []
         named = {notice.code for notice in (*self.verdict.why, *self.verdict.settled)}
-        notices = [warning for item in self.page.inputs.items for warning in item.warnings]
-        codes = [notice.code for notice in notices if notice.severity != "note" and notice.code not in named]
-        more = ", ".join(dict.fromkeys(codes))
-        return [f"doubts (`fric help CODE`): {more}"] if more else []
+        items = [
+            (item, notice) for item in self.page.inputs.items for notice in item.warnings if notice.code not in named
+        ]
+        wrong = [f"wrong: {item.kind} of axis {item.axis}: {text}" for item, text in items if text.severity == "wrong"]
+        more = ", ".join(dict.fromkeys(notice.code for _, notice in items if notice.severity == "doubt"))
+        return [*dict.fromkeys(wrong), *([f"doubts (`fric help CODE`): {more}"] if more else [])]
 
 
 def _found(name: str, outcome: AxisOutcome) -> Table:
