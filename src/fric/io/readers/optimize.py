@@ -7,7 +7,6 @@ a second one, or its time series; an auto-tuning result holds the plant ``m_pPla
 and the speed loop before and behind the tuning. All values are in SI, of the motor. The order of elements is free.
 """
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree.ElementTree import Element
@@ -58,12 +57,12 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     yield table
 
 
-def cascade_of(path: Path, position_gain: float | None = None) -> tuple[str, Motion, Cascade]:
+def cascade_of(path: Path, position_gain: float | None) -> tuple[str, Motion, Cascade]:
     """Return axis, motion and cascade of an auto-tuning result, of which the tuned loop is the last.
 
     The voltage of the cascade stands for the torque of the motor: 1 V for 1 N*m.
 
-    position_gain: K_v [1/s], where the file lacks it.
+    position_gain: K_v [1/s], which the file lacks.
     Raises FricError: When the file holds no speed loop, or one that no cascade has.
     """
     root = read_xml(path, MOST_BYTES)
@@ -77,16 +76,20 @@ def cascade_of(path: Path, position_gain: float | None = None) -> tuple[str, Mot
     if any(one.tag != "PT1Filter" for one in filters):
         raise FricError("filters the actual speed by more than a first order", where=str(path),
                         hint="Write the controller document by hand.")  # fmt: skip
-    named = (one for one in root.iter("float") if re.fullmatch(r"m_d?K_?v\w*", one.get("name", ""), re.IGNORECASE))
-    found = position_gain or next((_number(root, one.get("name", "")) for one in named), 0.0)
+    if position_gain is None:
+        raise FricError("holds the speed loop alone, without K_v", where=str(path),
+                        hint="Say `position_gain='33.3 1/s'`: 16.7 1/s for each 1 of MD 32200.")  # fmt: skip
     reset, period = _number(loops[-1], "m_dIntegralTime"), _number(root, "m_dActValDelayTime")
-    if not (found > 0.0 and reset > 0.0 and period > 0.0):
-        what = "position gain K_v" if not found > 0.0 else "integral time" if not reset > 0.0 else "sampling time"
-        raise FricError(f"lacks the {what}", where=str(path), hint="Say `position_gain='33 1/s'`, as MD 32200 has it.")
+    if not (reset > 0.0 and period > 0.0):
+        raise FricError("lacks the integral time, or the delay of the actual value", where=str(path), hint=AGAIN)
     (ratio, linear), corner = _gear(root), sum(_number(one, "m_dTimeConst") for one in filters)
     gain = _number(loops[-1], "m_dKpGain") * ratio
     corner = 1.0 / (2.0 * np.pi * corner) if corner > 0.0 else 0.5 / period  # without a filter that of the sampling
-    return _axis(root), "linear" if linear else "rotary", Cascade(found, gain, gain / reset, corner, 1.0 / period)
+    return (
+        _axis(root),
+        "linear" if linear else "rotary",
+        Cascade(position_gain, gain, gain / reset, corner, 1.0 / period),
+    )
 
 
 def _measured(path: Path, root: Element) -> tuple[Real, Complex, Real]:
