@@ -288,17 +288,11 @@ def evidence_of(
     names = {"machine": machine_name(file) if file else "MACHINE.yaml", "command": str(made.get("command", ""))}
     names |= {"circle": min(seen.values())} if seen else {}
     return Evidence(
-        candidates=candidates,
-        axes=tuple(map(str, made.get("axes", ()))),
-        resolution=float(made.get("resolution", 0.0)),
-        exact=bool(made.get("exact", False)),
-        compared=compared,
-        disagreements=against,
-        distrust=distrust,
-        settled=tuple(dict.fromkeys(settled)),
-        notices=notices,
+        candidates=candidates, axes=tuple(map(str, made.get("axes", ()))),
+        resolution=float(made.get("resolution", 0.0)), exact=bool(made.get("exact", False)), compared=compared,
+        disagreements=against, distrust=distrust, settled=tuple(dict.fromkeys(settled)), notices=notices,
         **names | more,
-    )
+    )  # fmt: skip
 
 
 def machine_name(file: str) -> str:

@@ -24,6 +24,7 @@ from fric.control.scheme import NONE
 from fric.design.cascade import design_cascade
 from fric.documents.base import CodedWarning, CovarianceBlock, Quantity
 from fric.documents.controller import ControllerDocument
+from fric.documents.friction import FrictionDocument
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
 from fric.drive.plant import LinearPlant
@@ -371,6 +372,11 @@ def test_an_error_of_a_document_names_its_keys_and_what_to_do(tmp_path: Path, of
     (tmp_path / "a.yaml").write_text(f"fric: controller/1\naxis: x\nK_v: {of}\n")
     with pytest.raises(FricError, match=re.escape(f"line 3: {what}\n`fric schema controller`")):
         read_document(tmp_path / "a.yaml", ControllerDocument)
+
+
+def test_records_of_a_fit_that_are_a_number() -> None:
+    with pytest.raises(ValidationError, match="records"):
+        FrictionDocument.model_validate({"fric": "friction/1", "axis": "x", "static_fit": {"records": 0.5}})
 
 
 def test_two_positions_of_a_few_rows(tmp_path: Path) -> None:

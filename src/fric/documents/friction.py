@@ -81,7 +81,8 @@ class Fit(Part):
         if not isinstance(given, Mapping) or "taken_off" in given:
             return given
         records = given.get("records")
-        ready = [record.get("prepared", record) for record in records or () if isinstance(record, Mapping)]
+        held = records if isinstance(records, list) else ()
+        ready = [record.get("prepared", record) for record in held if isinstance(record, Mapping)]
         if any(isinstance(item, Mapping) and "inertia_share" in item for item in ready):
             return {**given, "taken_off": ["inertia", "damping"]}
         if "drive damping taken off" in str(given.get("method", "")):

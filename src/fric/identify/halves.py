@@ -112,13 +112,9 @@ def _of_strokes(logs: Sequence[Log], plant: Plant | None) -> Iterator[tuple[str,
             if len(reach) < 2 or any(max(ends) > SPEEDS_ALIKE * min(ends) for ends in zip(*reach, strict=True)):
                 raise FricError("one half has other speeds than the other")
             table = ForceVelocity(
-                velocity[chosen],
-                force[chosen],
-                error=error[chosen],
-                axis=logs[0].axis,
-                motion=logs[0].motion,
+                velocity[chosen], force[chosen], error=error[chosen], axis=logs[0].axis, motion=logs[0].motion,
                 name="half",
-            )
+            )  # fmt: skip
             found = identify_static([table], direction="both", delta=1.0, load=load).static
             return {} if found is None else found.estimates
 

@@ -495,13 +495,9 @@ def environment() -> Environment:
     (bytes of a picture as a ``data:`` address).
     """
     made = Environment(
-        loader=PackageLoader("fric.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        finalize=_shown,
-    )
+        loader=PackageLoader("fric.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True, finalize=_shown,
+    )  # fmt: skip
     made.filters |= {
         "readable": readable,
         "micrometres": micrometres,

@@ -238,15 +238,9 @@ def design_controller(
         design = check_cascade(linear, Cascade(v, p, i, low_pass, rate, largest), asked)
     else:
         design = design_cascade(
-            linear,
-            asked,
-            sampling=rate,
-            velocity_filter=low_pass,
-            limit=largest,
-            corner_ratio=corner_ratio,
-            separation=separation,
-            crossover=quantity(crossover, "frequency"),
-        )
+            linear, asked, sampling=rate, velocity_filter=low_pass, limit=largest, corner_ratio=corner_ratio,
+            separation=separation, crossover=quantity(crossover, "frequency"),
+        )  # fmt: skip
     return ControllerResult(design, document.axis, motion, document.passed_on(), view=view)
 
 

@@ -218,17 +218,12 @@ def identify_plant(
         )
         return _plausible(PlantResult(found, records), doubtful)
     fit = fit_plant(
-        records,
-        hold=None if hold in {"auto", "none"} else quantity(hold, "frequency"),
-        continuous=hold == "none",
+        records, hold=None if hold in {"auto", "none"} else quantity(hold, "frequency"), continuous=hold == "none",
         coherence=coherence,
         band=(quantity(lowest, "frequency") or 0.0, quantity(highest, "frequency") or float("inf")),
-        period=quantity(period, "time"),
-        segment=quantity(segment, "time"),
-        given_force_constant=K_f,
-        mass=weight,
+        period=quantity(period, "time"), segment=quantity(segment, "time"), given_force_constant=K_f, mass=weight,
         strokes=[log for log in given if isinstance(log, Log) and kind_of(log) == "constant-velocity"],
-    )
+    )  # fmt: skip
     return _plausible(PlantResult(fit, records), doubtful)
 
 
@@ -430,17 +425,11 @@ def identify_static(
     in_time = [record for record in records if isinstance(record, Log)]
     doubtful = settled([*of_logs(in_time, known), *of_strokes(in_time)])
     found = fit_static(
-        records,
-        plant=known,
-        delta=_shape_factor(delta),
-        direction=direction,
-        over_position=over_position,
-        weights=weights,
-        average=average,
-        form=form,
+        records, plant=known, delta=_shape_factor(delta), direction=direction, over_position=over_position,
+        weights=weights, average=average, form=form,
         load=None if load is None else in_si(load, "force", records[0].motion),
         damping_error=0.0 if given is None else given.damping_error(records[0].motion),
-    )
+    )  # fmt: skip
     if known is not None:
         fastest = max(found.points, key=lambda point: abs(point.velocity))
         taken_off = known.damping * fastest.velocity

@@ -244,19 +244,9 @@ def ingest(
                     raise found.error()
                 mapping, notices = found.mapping(), found.notices(str(file or ""))
     done = read_foreign(
-        paths,
-        Path(output),
-        mapping=mapping,
-        kind=kind,
-        axis=axis,
-        motion=motion,
-        append=append,
-        bad_cells="drop" if assume else bad_cells,
-        force=force,
-        progress=advance,
-        window=(low, high),
-        join=join,
-    )
+        paths, Path(output), mapping=mapping, kind=kind, axis=axis, motion=motion, append=append,
+        bad_cells="drop" if assume else bad_cells, force=force, progress=advance, window=(low, high), join=join,
+    )  # fmt: skip
     return IngestResult(done, mapping is not None, notices)
 
 

@@ -33,18 +33,11 @@ def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:
     """
     nominal, start = axis.nominal or axis.plant, float(reference.position[0])
     return Setting(
-        nominal,
-        axis.cascade,
-        friction=_friction(axis, scheme),
-        models=axis.nominal_friction.models,
-        gain=axis.nominal_friction.gain if scheme.gain is None else scheme.gain,
-        lead=axis.lead(scheme.lead),
-        K_f=nominal.K_f,
-        reference=reference,
-        position=start,
-        seen=reading(start, axis.encoder.resolution, sensing_of(axis)),
-        resolution=axis.encoder.resolution,
-    )
+        nominal, axis.cascade, friction=_friction(axis, scheme), models=axis.nominal_friction.models,
+        gain=axis.nominal_friction.gain if scheme.gain is None else scheme.gain, lead=axis.lead(scheme.lead),
+        K_f=nominal.K_f, reference=reference, position=start,
+        seen=reading(start, axis.encoder.resolution, sensing_of(axis)), resolution=axis.encoder.resolution,
+    )  # fmt: skip
 
 
 def blocks_of(axis: Axis, scheme: Scheme, setting: Setting) -> list[ControlBlock]:

@@ -498,16 +498,10 @@ def _over_segments(record: Log, u: Real, z: Real, segment: float | None, samplin
     top = min(float(sure.max()) if sure.size else 0.1 * sampling, 0.4 * sampling)
     smooth = zero_phase(butterworth(top, sampling), z, 4)
     return MeasuredResponse(
-        as_table(record, spectra.frequency, G, deviation, coherence),
-        "segments",
-        f"{manner}, {text}",
-        spectra.averages,
-        spectra.correlation,
-        sampling,
-        *_motion(np.gradient(smooth, 1 / sampling)),
-        None,
+        as_table(record, spectra.frequency, G, deviation, coherence), "segments", f"{manner}, {text}",
+        spectra.averages, spectra.correlation, sampling, *_motion(np.gradient(smooth, 1 / sampling)), None,
         (LOOP_FEEDS_BACK.found(),) if driver is u else (),
-    )
+    )  # fmt: skip
 
 
 def as_table(record: Log, frequency: Real, G: Complex, deviation: Real, coherence: Real) -> FrequencyResponse:

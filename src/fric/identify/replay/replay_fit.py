@@ -695,7 +695,7 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
         model, search_ranges(records), blocks=blocks, held=held, level=with_level, negative=negative
     )
     if sum(int(r.used.sum()) for r in records) <= 2 * len(coordinates.free):
-        raise FricError("there are too few samples to compare", where=records[0].log.where)
+        raise FricError("there are too few samples to compare", where=records[0].log.where, hint="Log for longer.")
     search = Search(coordinates, records)
     x = search.coarse(seed) if start is None else coordinates_of(coordinates, start)
     in_blocks = model is GMS and blocks > 1

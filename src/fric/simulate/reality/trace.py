@@ -55,13 +55,9 @@ def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: 
         time=(stamp[kept] if flaws.clock.stamped else stamp[: kept.sum()]) / sampling,
         position=encoder_tells(axis, sensed)[kept],
         force=_single(np.rint(force / step) * step if (step := flaws.force.step) else force)[kept],
-        input=_single(voltage)[kept],
-        reference=_between(run.reference, taken)[kept],
-        name=name,
-        kind=kind,
-        axis=axis.name,
-        motion=axis.motion,
-    )
+        input=_single(voltage)[kept], reference=_between(run.reference, taken)[kept], name=name, kind=kind,
+        axis=axis.name, motion=axis.motion,
+    )  # fmt: skip
     return replace(log, sha256=sha256(b"".join(values.tobytes() for values in log.channels().values())).hexdigest())
 
 
