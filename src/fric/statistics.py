@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.special import chdtrc, stdtrit
+from scipy.special import chdtrc, expit, stdtrit
 
 from fric.arrays import Complex, Indices, Real
 
@@ -27,14 +27,19 @@ NORMAL_97_5 = 1.959963984540054  # The 97.5 % quantile of the standard normal di
 TWOFOLD = log(2.0) / NORMAL_97_5  # Standard deviation of the logarithm of a shape factor that a fit supposes
 
 
-def supposed(score: float, information: float) -> tuple[float, float]:
-    """Return c of a standard normal distribution, less and plus its deviation, after data with a score about c = 0.
+def supposed(score: float, information: float, exact: float = 0.0) -> tuple[float, float]:
+    """Return two values of a parameter c that a fit holds at 0: with equal chances they have its second moment.
 
-    ``μ = score/(1 + information)``, with variance ``1/(1 + information)`` (Bayes' rule for a likelihood whose logarithm
-    is ``score·c - information·c²/2``).
+    Before the data c is 0 with a chance p, else drawn from N(0, 1). The likelihood has the logarithm ``S·c - I·c²/2``.
+    By Bayes' rule c is then drawn from ``N(S/(1 + I), 1/(1 + I))`` with the chance ``(1 - p)·L/(p + (1 - p)·L)``, where
+    ``L = (1 + I)^-½·exp(S²/(2 + 2·I))``.
+
+    score, information, exact: S, I and p.
     """
     mean, deviation = score / (1.0 + information), (1.0 + information) ** -0.5
-    return mean - deviation, mean + deviation
+    likelier = 0.5 * score * mean + log(deviation)
+    share = float(expit(likelier + log((1.0 - exact) / exact))) ** 0.5 if exact else 1.0
+    return share * (mean - deviation), share * (mean + deviation)
 
 
 class MixedModel(NamedTuple):

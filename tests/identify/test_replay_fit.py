@@ -154,13 +154,13 @@ def test_a_supposed_shape_factor_widens_the_intervals_where_it_acts():
 
 
 @pytest.mark.long
-def test_intervals_hold_axes_whose_shape_factor_is_within_a_factor_of_two():
+def test_intervals_hold_axes_whose_shape_factor_is_drawn_as_fits_suppose():
     """96 % of 320 others held when written (57 % with the factor held); by chance fewer than 85 % below 1e-4."""
     held = []
     for seed in range(20):
-        delta = float(np.exp(np.log(2.0) / 1.96 * np.random.default_rng(900 + seed).standard_normal()))
+        drawn = np.log(2.0) / 1.96 * np.random.default_rng(900 + seed).standard_normal()
         for motion in (True, False):
-            lugre, log = sliding(delta, seed, motion)
+            lugre, log = sliding(float(np.exp(drawn)), seed, motion)
             static = identify_by_replay("lugre", prepared([log])).estimates["static"]
             within = {name: static[name].ci95 for name in ("F_c", "F_s", "v_s", "sigma")}
             held += [low <= getattr(lugre.static, name) <= high for name, (low, high) in within.items()]

@@ -29,6 +29,7 @@ from fric.statistics import NORMAL_97_5, TWOFOLD, supposed
 from fric.units import si_unit
 
 CLEARLY = 0.8  # Ratio of errors below which a free shape factor is used: with stick-slip it is correlated with F_s
+EVEN = 0.5  # Chance that a shape factor is what is supposed, where strokes are predicted no better with another
 LEAST_RISE = 1e-6  # Least rise of F_s with age, as a share of F_s
 DIFFERENT = 1e-3  # Probability of such a gain by chance below which a richer form is used
 FEWEST = 8  # Least number of strokes for a richer form
@@ -404,9 +405,9 @@ def _with_supposed_shape(
 ) -> tuple[dict[str, Estimate], Covariance]:
     """Return intervals and covariance that include the error of the shape factor, which is supposed to be 1.
 
-    Its logarithm is c·`TWOFOLD`, c ~ N(0, 1), and the map at c is linear from c = 0 to -1 and to 1, where it is solved
-    again; towards the smaller squares, a parabola has their slope at the fit and meets those of that solution. The
-    second moment of what the parameters move by is that at the two values of `supposed`.
+    It is 1 with a chance `EVEN`; else its logarithm is c·`TWOFOLD`, c ~ N(0, 1), and the map at c is linear from c = 0
+    to -1 and to 1, where it is solved again; towards the smaller squares, a parabola has their slope at the fit and
+    meets those of that solution. The second moment of the moves is that at the two values of `supposed`.
     """
     problem, solution, sides = fitted.problem, fitted.solution, (-1.0, 1.0)
     given, freed = problem.delta or 1.0, replace(problem, delta=None)
@@ -415,7 +416,7 @@ def _with_supposed_shape(
     column = freed.jacobian(solution.theta)[:, freed.free.index("delta")] * given * TWOFOLD
     slope = -2.0 * float(np.sum(column * (problem.F - problem.model(solution.theta)) / problem.standard_error**2))
     toward = solved[int(slope < 0.0)].cost
-    values = supposed(-slope / (2.0 * scale), max(toward - solution.cost + abs(slope), 0.0) / scale)
+    values = supposed(-slope / (2.0 * scale), max(toward - solution.cost + abs(slope), 0.0) / scale, EVEN)
     moves = np.array([[side.theta[name] - solution.theta[name] for name in freed.free] for side in solved])
     moved = np.array([abs(c) * moves[int(c > 0.0)] for c in values])
     matrix, seen = moved.T @ moved / 2.0, [freed.free.index(name) for name in covariance.names]
