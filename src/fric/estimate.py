@@ -13,6 +13,7 @@ from fric.verb import is_number, require_numbers
 
 STAYS = {"leaves": False}  # Metadata of a dataclass's field that documents leave out
 
+NORMAL_97_5 = 1.959963984540054  # The 97.5 % quantile of the standard normal distribution
 OPEN = 14.0  # Half-width of an interval of a logarithm that is no limit: a factor of a million to either side
 Value = float | tuple[float, ...]
 Interval = tuple[float, float]

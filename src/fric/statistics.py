@@ -9,6 +9,7 @@ from scipy.linalg import eigh
 from scipy.special import chdtrc, expit, stdtrit
 
 from fric.arrays import Complex, Indices, Real
+from fric.estimate import NORMAL_97_5
 
 FINEST = 1e-12  # Least variance of what scatters in a mixed model, over that of all
 LOST = 1e-9
@@ -23,7 +24,6 @@ def robust_deviation(deviations: Real | Complex) -> float:
     return MAD_TO_SIGMA * float(np.median(np.abs(deviations)))
 
 
-NORMAL_97_5 = 1.959963984540054  # The 97.5 % quantile of the standard normal distribution
 TWOFOLD = log(2.0) / NORMAL_97_5  # Standard deviation of the logarithm of a shape factor that a fit supposes
 
 

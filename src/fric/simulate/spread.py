@@ -15,11 +15,10 @@ import numpy as np
 
 from fric.drive.plant import Plant
 from fric.errors import FricError
-from fric.estimate import Covariance, Estimate, as_filed
+from fric.estimate import NORMAL_97_5, Covariance, Estimate, as_filed
 from fric.friction import FrictionModel, Parameter, models
 from fric.friction.directed import Directed
 from fric.simulate.machine import Axis, Machine
-from fric.statistics import NORMAL_97_5
 from fric.verb import refused
 
 Intervals = Mapping[str, tuple[float, float]]

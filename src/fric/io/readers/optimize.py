@@ -7,19 +7,24 @@ a second one, or its time series; an auto-tuning result holds the plant ``m_pPla
 and the speed loop before and behind the tuning. All values are in SI, of the motor. The order of elements is free.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from fric.arrays import Complex, Real
-from fric.control.cascade import Cascade
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.flaws.files import RESPONSE_OF_LOOP
 from fric.io.readers.base import Column, ForeignTable, Format, Memory, read_xml
 from fric.units import Motion
+
+if TYPE_CHECKING:
+    from fric.control.cascade import Cascade
 
 FORMAT = Format("SINUMERIK Optimize", (".xml",))
 AGAIN = "Save the measurement again, with its spectra."
@@ -65,6 +70,8 @@ def cascade_of(path: Path, position_gain: float | None) -> tuple[str, Motion, Ca
     position_gain: K_v [1/s], which the file lacks.
     Raises FricError: When the file holds no speed loop, or one that no cascade has.
     """
+    from fric.control.cascade import Cascade  # it compiles the loop, which no reader needs
+
     root = read_xml(path, MOST_BYTES)
     listed = _named(root, "LinkedList", "m_listpSpeedLoopRegulators")
     loops = [] if listed is None else [one for one in listed if _number(one, "m_dKpGain") > 0.0]
