@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
-from math import exp, floor, inf, isinf, log10
+from math import exp, floor, inf, isinf, log, log10
 from typing import Any, Literal, Self, TypeVar
 
 from fric.errors import FricError
@@ -14,6 +14,7 @@ from fric.verb import is_number, require_numbers
 STAYS = {"leaves": False}  # Metadata of a dataclass's field that documents leave out
 
 NORMAL_97_5 = 1.959963984540054  # The 97.5 % quantile of the standard normal distribution
+TWOFOLD = log(2.0) / NORMAL_97_5  # Standard deviation of the logarithm of a shape factor that a fit supposes
 OPEN = 14.0  # Half-width of an interval of a logarithm that is no limit: a factor of a million to either side
 Value = float | tuple[float, ...]
 Interval = tuple[float, float]

@@ -9,7 +9,6 @@ from scipy.linalg import eigh
 from scipy.special import chdtrc, expit, stdtrit
 
 from fric.arrays import Complex, Indices, Real
-from fric.estimate import NORMAL_97_5
 
 FINEST = 1e-12  # Least variance of what scatters in a mixed model, over that of all
 LOST = 1e-9
@@ -22,9 +21,6 @@ MAD_TO_SIGMA = 1.4826  # Standard deviation over the median absolute deviation, 
 def robust_deviation(deviations: Real | Complex) -> float:
     """Return the standard deviation of a normal distribution with the median of these sizes, shape (n,)."""
     return MAD_TO_SIGMA * float(np.median(np.abs(deviations)))
-
-
-TWOFOLD = log(2.0) / NORMAL_97_5  # Standard deviation of the logarithm of a shape factor that a fit supposes
 
 
 def supposed(score: float, information: float, exact: float = 0.0) -> tuple[float, float]:

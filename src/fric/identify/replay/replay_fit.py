@@ -29,7 +29,7 @@ from scipy.special import chdtrc, expit, stdtrit
 from fric.arrays import Mask, Real
 from fric.columns import PRESLIDING
 from fric.errors import FricError, require_known
-from fric.estimate import Covariance, Estimate, Interval, Scale
+from fric.estimate import TWOFOLD, Covariance, Estimate, Interval, Scale
 from fric.flaws.blocks import EXPLAINS_LITTLE, NEVER_SLIDES, PARAMETER_AT_BOUND, PARAMETER_AT_EDGE, PARAMETER_UNSEEN
 from fric.flaws.channel import FORCE_LATE, FORCE_LATE_OPEN, STIFFNESS_UNRESOLVED
 from fric.flaws.drift import RECORDS_VARY
@@ -57,7 +57,7 @@ from fric.records.inspection import CONDITION, RESOLVED, energy_changes, identif
 from fric.records.preparation import DIMENSIONS, Own
 from fric.records.prepared import Prepared
 from fric.records.recognition import kind_of
-from fric.statistics import DIFFERENT, OF_TWO, TWOFOLD, hac_covariance, jackknife, sandwich, supposed, widened
+from fric.statistics import DIFFERENT, OF_TWO, hac_covariance, jackknife, sandwich, supposed, widened
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
 

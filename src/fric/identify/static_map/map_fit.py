@@ -11,7 +11,7 @@ from scipy.special import fdtrc, stdtrit
 
 from fric.arrays import Real
 from fric.choice import simplest
-from fric.estimate import NORMAL_97_5, Covariance, Estimate
+from fric.estimate import NORMAL_97_5, TWOFOLD, Covariance, Estimate
 from fric.friction.stribeck import StaticMap, stribeck_shares
 from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
 from fric.identify.static_map.stribeck_fit import (
@@ -25,7 +25,7 @@ from fric.identify.static_map.stribeck_fit import (
     profile_interval,
     solve_with_scatter,
 )
-from fric.statistics import TWOFOLD, supposed
+from fric.statistics import supposed
 from fric.units import si_unit
 
 CLEARLY = 0.8  # Ratio of errors below which a free shape factor is used: with stick-slip it is correlated with F_s
