@@ -31,6 +31,7 @@ def logs(tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.mark.long(5)
 def test_the_axis_that_drifted_stands_first_and_alone(logs: Path, tmp_path: Path) -> None:
     with undrawn():
         found = fric.auto(logs, output=tmp_path / "out", workers=1, run=Step.make)

@@ -42,6 +42,7 @@ def test_two_circles_are_enough_at_100_mm_s(table):
         assert "learned-for-one-circle" in {warning.code for warning in found.warnings}
 
 
+@pytest.mark.long(2)
 def test_slow_circles_are_learned_by_halves(table):
     found = learn(table, Circle(0.01, 0.01, revolutions=1), 5)
     assert found.how == Learning(0.5, 100.0)

@@ -329,6 +329,7 @@ def test_instruments_take_off_what_counts_pull_the_delay_by():
     assert np.count_nonzero(moved <= plain) >= 10
 
 
+@pytest.mark.long(2)
 def test_intervals_hold_the_truth_of_blocks_that_slip_alike(drawn, circles):
     axis = drawn.axes["x"]
     full = BalanceCoordinates.of(axis.friction, axis.plant.T_d).full()

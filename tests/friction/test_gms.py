@@ -230,6 +230,7 @@ def test_no_step_gives_back_more_than_its_springs_lose(model, dt, speed, jump, r
         v_0 = v
 
 
+@pytest.mark.long(3)
 def test_the_limit_on_the_load_in_slip_is_what_makes_a_cycle_dissipate():
     """Eq. (4) as printed loads a spring by time alone: a cycle that is fast there and back, with waits, gives 6 µJ.
 

@@ -53,6 +53,7 @@ def test_the_model_that_made_the_logs_wins(records):
     assert comparison.scores[0].bits > comparison.scores[1].bits
 
 
+@pytest.mark.long(2)
 def test_models_that_are_the_same_there_have_no_winner():
     """Without a Stribeck effect and without damping, LuGre is Dahl's model."""
     records = prepared(logs_of(models()["dahl"].typical(), 12))

@@ -74,6 +74,7 @@ def test_without_a_plant_too_intervals_hold_the_truth_on_heavy_and_light_axes():
     assert np.mean(shares) > 0.85
 
 
+@pytest.mark.long(2)
 def test_without_counts_nothing_is_added(monkeypatch):
     """The same to the last digit, and no record is made again."""
     monkeypatch.setattr("fric.identify.gms.hunting.run_axis", None)

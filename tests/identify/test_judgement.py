@@ -122,6 +122,7 @@ def test_energy_per_cycle_is_the_area_of_the_hysteresis():
         assert energy.unit == "J"
 
 
+@pytest.mark.long(3)
 def test_friction_that_changes_over_a_record_is_told_and_an_offset_that_does_is_fitted():
     """A record has an offset as a parameter: 40 N of it change no block, and a walk by 20 N changes them hardly."""
     small, large = pair(APART, cycles=8, dt=1.6e-2)
@@ -163,6 +164,7 @@ def test_a_contact_that_is_loaded_where_a_record_begins_raises_no_alarm(load):
     assert (found.fit.records[0].used.argmax() > 600) == (load < 0.0)
 
 
+@pytest.mark.long(5)
 def test_a_contact_that_was_unloaded_is_told():
     log = record(60e-6, APART, cycles=20)
     gone = np.where(log.time > 140.0, 0.3, 1.0)

@@ -157,6 +157,7 @@ def test_two_amplitudes_take_friction_out_of_A() -> None:
     assert "friction-in-response" in {warning.code for warning in fit.warnings}
 
 
+@pytest.mark.long(2)
 def test_the_papers_axis_with_its_own_friction_at_a_resting_mean() -> None:
     """GMS friction of Table 1: A of one amplitude is far off, that of two is the axis's own damping."""
     axis = read_machine(Path("configs/xy-table.yaml")).axis("x")

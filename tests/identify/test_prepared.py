@@ -28,6 +28,7 @@ def logged():
     return axis, [log for kind in ("presliding-sine", "sliding-sine") for log in experiment(axis, kind)]
 
 
+@pytest.mark.long(3)
 def test_identify_gms_and_the_replay_fit_find_one_attraction_parameter():
     """The replay fit did not delay the force by T_d, and gave C 10531 (10411…10653) where the truth is 10000."""
     axis, logs = logged()

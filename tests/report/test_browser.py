@@ -262,6 +262,7 @@ def luminance(page: Any) -> float:
     return float(image.imread(BytesIO(page.get_screenshot_as_png()))[..., :3].mean())
 
 
+@pytest.mark.long(3)
 def test_light_dark_and_paper(page: Any) -> None:
     def media(scheme: str, kind: str = "") -> float:
         features = [{"name": "prefers-color-scheme", "value": scheme}]

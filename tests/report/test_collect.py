@@ -107,6 +107,7 @@ def test_thinning_keeps_every_peak() -> None:
     assert (place[0], place[-1]) == (angle[0], angle[-1])
 
 
+@pytest.mark.long(2)
 def test_what_many_machines_gave_comes_as_intervals(files: SimpleNamespace, tmp_path: Path) -> None:
     path = tmp_path / "many.h5"
     machine = fric.read_machine(PAPER)

@@ -64,6 +64,7 @@ def test_logs_give_points_and_loops(files: SimpleNamespace) -> None:
     assert all(np.abs(cycle.measured).max() > 50 for cycle in curves.hysteresis)
 
 
+@pytest.mark.long(2)
 def test_logs_are_drawn_less_the_part_of_the_plant_that_stands_in_the_file(
     files: SimpleNamespace, tmp_path: Path
 ) -> None:
@@ -81,6 +82,7 @@ def test_logs_are_drawn_less_the_part_of_the_plant_that_stands_in_the_file(
     )
 
 
+@pytest.mark.long(2)
 def test_of_a_file_that_tells_the_plant_in_words_logs_are_drawn_with_the_plant_file_alone(
     files: SimpleNamespace,
 ) -> None:
