@@ -3,6 +3,7 @@
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from math import hypot, isfinite
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -166,17 +167,18 @@ class DiagnosisResult(Result, schema=DiagnosisDocument):
         found, test = self.found, self.found.test
         one, other = (float(found.geometry[f"scale.{name}"]) for name in test.names)
         ours = {
-            "circularity": found.figures.F_max - found.figures.F_min,
-            "squareness": float(found.geometry["squareness"]),
-            "scale mismatch": 2.0 * test.radius * (one - other),
-            "servo mismatch": 2.0 * float(found.geometry["mismatch"]) / test.feed,
+            ("circularity", "m"): found.figures.F_max - found.figures.F_min,
+            ("squareness", "rad"): float(found.geometry["squareness"]),
+            ("scale mismatch", "m"): 2.0 * test.radius * (one - other),
+            ("scale mismatch", "1"): one - other,
+            ("servo mismatch", "s"): 2.0 * float(found.geometry["mismatch"]) / test.feed,
         }
-        ours |= {f"reversal spikes {name}": glitch.value for name, glitch in found.glitches.items()}
-        for name in test.names:
-            ours |= dict.fromkeys((f"backlash +{name}", f"backlash -{name}"), float(found.geometry[f"backlash.{name}"]))
+        ours |= {(f"reversal spikes {name}", "m"): glitch.value for name, glitch in found.glitches.items()}
+        for name, side in product(test.names, "+-"):
+            ours[f"backlash {side}{name}", "m"] = float(found.geometry[f"backlash.{name}"])
         rows = []
-        for name, said in (self.reported or {}).items():
-            here = readable(ours[name], said.unit, 3) if name in ours else ""
+        for name, said in (self.reported or {}).items():  # of another unit it is another figure
+            here = readable(ours[name, said.unit], said.unit, 3) if (name, said.unit) in ours else ""
             rows.append([name, readable(float(said), said.unit, 3), here])
         return Table(["figure", "ball bar's", "here"], rows, "Figures of the ball bar's software; signs are its own")
 

@@ -45,6 +45,7 @@ def test_they_stand_beside_those_of_the_circle(tmp_path):
         ("AF_SERVO_MISMATCH", "UT_SERVO_MISMATCH", 1e3 * lag),
         ("AF_SCALE_MISMATCH", "UT_LENGTH_UM", 2e6 * radius * scale),
         ("AF_NEW", "UT_LENGTH_MM", 0.001),
+        ("AF_BACKLASH_A_POS", "UT_SCALE_ERROR", 3.0),
         ("AF_REVERSAL_SPIKES_A_POS", "UT_LENGTH_UM", 1e6 * faults.glitch[QUADRANTS.index("+x")]),
         ("AF_BACKLASH_B_POS", "UT_LENGTH_UM", 1e6 * faults.backlash[1]),
     ]
@@ -54,6 +55,7 @@ def test_they_stand_beside_those_of_the_circle(tmp_path):
     table = found.report()[-1]
     rows = {name: (said, here) for name, said, here in table.rows}
     assert rows.pop("new") == ("1 µm", "")
+    assert rows.pop("backlash +x")[1] == ""  # of another unit it is no length, which was shown in the unit of the file
     for name, (said, here) in rows.items():
         value, unit = said.split()
         assert unit == here.split()[1], name

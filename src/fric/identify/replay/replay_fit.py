@@ -392,6 +392,7 @@ def of_timing(search: Search, best: Point, slopes: Real, quantile: float) -> Rea
     return np.asarray(moment * np.outer(moved, moved))
 
 
+SHAPE_STEP = 1e-2  # Step of the difference quotient over a supposed shape factor, in its standard deviation
 SHOWN = 2.0  # Standard deviations by which records show another shape factor before it is fitted
 
 
@@ -400,18 +401,16 @@ def of_shape(search: Search, best: Point, key: Key, quantile: float) -> tuple[Re
 
     The logarithm of the factor is c·`TWOFOLD` off, c ~ N(0, 1), and the fit at c is x + m(c), linear from c = 0 to -1
     and to 1, where it is solved again. Towards the smaller squares S a parabola has the slope S' at the fit and meets
-    the squares of that solution; with the variance v of a residual, it shows c as ĉ ± s, ``1/s² = S"/2v`` and
-    ``ĉ/s² = -S'/2v``. By Bayes' rule c is then ``μ = ĉ/(1 + s²)`` with variance ``s²/(1 + s²)``, and the increase is
-    the mean of m·mᵀ over μ plus and minus its deviation. v is as much larger than that of white noise as
-    `replay_covariance` says of a Gauss-Newton step in c.
+    the squares of that solution. With the variance v of a residual the score is ``-S'/2v`` and the information
+    ``S"/2v``, and the increase is the mean of m·mᵀ over the two values of `supposed`. v is as much larger than that of
+    white noise as `replay_covariance` says of a Gauss-Newton step in c.
     """
     of, v, seen = search.coordinates, float(np.mean(best.residual**2)), search.seen(best)
 
     def at(c: float) -> Search:
         return replace(search, coordinates=replace(of, held={**of.held, key: of.held[key] * exp(c * TWOFOLD)}))
 
-    h = 1e-2
-    column = (at(h).residual(best.x) - at(-h).residual(best.x)) / (2.0 * h)
+    column = (at(SHAPE_STEP).residual(best.x) - at(-SHAPE_STEP).residual(best.x)) / (2.0 * SHAPE_STEP)
     joint = np.column_stack([column, best.gradient[:, seen]])
     solved = {side: at(side).fine(best.x) for side in (-1.0, 1.0)}
     moves = [side * (x - best.x) for side, x in solved.items()]
