@@ -60,5 +60,5 @@ def run(study: Study) -> list[tuple[str, str, str]]:
             carried = [one[feed]["carried"][n] for one in found]
             rows.append((f"{label}: carried over, {what}", spread_of(carried), "it does not transfer"))
         told = sum("learned-for-one-circle" in one[feed]["told"] for one in found)
-        rows.append((f"{label}: that it does not transfer is told", f"{told} of {len(found)}", ""))
+        rows.append((f"{label}: warned that it does not transfer", f"{told} of {len(found)}", ""))
     return rows

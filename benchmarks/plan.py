@@ -46,4 +46,4 @@ def run() -> Iterator[tuple[str, str, str]]:
         )
         single = np.mean([(one < 1.5) & (one > 1 / 1.5) for one in ratios.values()])
         yield f"{about}: single runs within 1.5", f"{single:.0%}", ""
-        yield f"{about}: single runs in the range told", f"{inside:.0%}", "80 %"
+        yield f"{about}: single runs in the range shown", f"{inside:.0%}", "80 %"

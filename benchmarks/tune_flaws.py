@@ -3,7 +3,7 @@
 As they are, their controllers believe the machine without its flaw; *drawn* has level, stiffness, C, K_f and T_d by
 `configs/spread.yaml` besides. Circles are recorded as the drive's trace keeps them, with the flaws of its clock and
 its encoder. What is refused leaves the belief as it was. Differences below 0.05 µm, a fifth of the encoder's step,
-are none. `drift` and `force-constant` change while the circles run; friction that drifts is told, and the next circle
+are none. `drift` and `force-constant` change while the circles run; a warning says that friction drifts, and the next circle
 judged by its upper end, since what a warm machine tells is not what a cold one has.
 """
 
@@ -32,9 +32,9 @@ def _row(source: str, index: int, one: dict[str, Any]) -> tuple[str, str, str]:
     what = f"`{source.removeprefix('reality/').removesuffix('.yaml')}`" + ("" if index < 0 else f", drawn {index}")
     what += ": (f) at 100, 10 mm/s"
     if "error" in one:
-        return what, f"error: {one['error'].splitlines()[0]}", "told"
+        return what, f"error: {one['error'].splitlines()[0]}", "a warning"
     pairs = [(one["before"][key], one["after"][key]) for key in ("f100", "f10")]
     told = [text.split(":")[0] for text in one["told"] if not text.endswith(":note")]
     glitches = ", ".join(f"{a * 1e6:.2f} → {b * 1e6:.2f}" for a, b in pairs)
     worse = "**worse**; " if any(b > a + WORSE for a, b in pairs) else ""
-    return what, f"{glitches}; {worse}{', '.join(told) or 'nothing told'}", "not worse, or told"
+    return what, f"{glitches}; {worse}{', '.join(told) or 'no warning'}", "not worse, or a warning"

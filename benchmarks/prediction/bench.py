@@ -45,7 +45,7 @@ class Pair:
 
     @property
     def covered(self) -> bool:
-        """Whether the interval holds what the machine does; a loop that is not stable is told by an open end."""
+        """Whether the interval holds what the machine does; a loop that is not stable has an open end."""
         return self.low <= self.done <= self.high
 
 

@@ -1,4 +1,4 @@
-"""Every machine with every seed: what was covered, what was told, what was silent, and what the circle then is."""
+"""Every machine with every seed: what was covered, what was warned of, what was silent, and what the circle then is."""
 
 from __future__ import annotations
 
@@ -95,17 +95,17 @@ class Row:
         return sum(fine) / max(len(fine), 1)
 
     def verdict(self, step: str) -> str:
-        """Return ``covered``, ``told``, ``silent``, or ``open`` where so few sessions cannot say, for a step."""
+        """Return ``covered``, ``warned``, ``silent``, or ``open`` where so few sessions cannot say, for a step."""
         if any(o.steps[step].crash for o in self.outcomes):
             return "silent"
         failed = sum(bool(o.steps[step].failure) for o in self.outcomes)
         names = self.names(step)
         if failed > (1 - HOLDS) * len(self.outcomes):
-            return "told"
+            return "warned"
         if all(self.covered(step, name) >= HOLDS for name in names):
             return "covered"
         if all(self.holds(step, name) >= HOLDS for name in names):
-            return "told"
+            return "warned"
         return "open" if all(self.chance(step, name) >= CHANCE for name in names) else "silent"
 
     def chance(self, step: str, name: str) -> float:

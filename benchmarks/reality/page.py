@@ -30,7 +30,7 @@ by which the position is late, the map as eq. (2) fits the mean force at the spe
 driven, the virgin curve as the mean of both directions, at the place of the sines.
 
 - **covered**: in {holds:.0%} of the sessions or more, the interval of every parameter holds the truth.
-- **told**: in {holds:.0%} or more it does, or a warning of severity *wrong* that names this flaw (or an error) says
+- **warned**: in {holds:.0%} or more it does, or a warning of severity *wrong* that names this flaw (or an error) says
   that it does not; a warning that names another one does not count.
 - **open**: neither, but so few sessions miss that chance may do it to an interval that holds in 95% of all: more seeds
   are needed to say.

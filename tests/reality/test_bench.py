@@ -76,7 +76,7 @@ def test_a_verdict_is_covered_told_or_silent() -> None:
     assert row(*[(True, False)] * 3, (False, False)).verdict("plant") == "open"  # of four sessions one may miss
     assert row(*[(True, False)] * 36, *[(False, False)] * 4).verdict("plant") == "covered"
     assert row(*[(True, False)] * 35, *[(False, False)] * 5).verdict("plant") == "silent"
-    assert row(*[(True, False)] * 8, *[(False, True)] * 2).verdict("plant") == "told"
+    assert row(*[(True, False)] * 8, *[(False, True)] * 2).verdict("plant") == "warned"
     assert row(*[(False, True)] * 10, code="force-lags").verdict("plant") == "silent"  # it names another flaw
     assert row((False, False)).verdict("static") == "covered"
     assert row((False, True)).codes() == {"sampling-jitters": 1.0}
