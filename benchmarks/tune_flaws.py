@@ -3,8 +3,8 @@
 As they are, their controllers believe the machine without its flaw; *drawn* has level, stiffness, C, K_f and T_d by
 `configs/spread.yaml` besides. Circles are recorded as the drive's trace keeps them, with the flaws of its clock and
 its encoder. What is refused leaves the belief as it was. Differences below 0.05 µm, a fifth of the encoder's step,
-are none. `drift` and `force-constant` change while the circles run; a warning says that friction drifts, and the next circle
-judged by its upper end, since what a warm machine tells is not what a cold one has.
+are none. `drift` and `force-constant` change while the circles run; a warning says that friction drifts, and the next
+circle is judged by its upper end, since a warm machine does not show what a cold one has.
 """
 
 from __future__ import annotations
