@@ -52,16 +52,26 @@ def verb(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def documented(doc: str, names: Iterable[str]) -> str:
-    """Return a docstring with the `SHARED` descriptions of those arguments that it does not describe."""
-    title = "\n\nParameters\n----------"
-    begin, _, rest = doc.partition(title)
-    described, raises, end = rest.partition("\n\nRaises\n------")
-    if not rest:
-        begin, raises, end = begin.partition("\n\nRaises\n------")
-    told = {name for line in re.findall(r"^(\w[\w, ]*)$", described, re.MULTILINE) for name in line.split(", ")}
-    more = "".join(f"\n{name}\n    {SHARED[name]}" for name in names if name in SHARED and name not in told)
-    return begin + (title if described or more else "") + described + more + raises + end
+    """Return a docstring with the sections ``Parameters`` and ``Raises``, for its lines as ``name: what it is``.
 
+    Arguments that it does not describe have their `SHARED` description.
+    """
+    names = list(names)
+    known = {*names, "Raises FricError"}
+    lines = [line for line in _DESCRIBED.finditer(doc) if known.issuperset(line[1].split(", "))]
+    described = {line[1]: line[2] for line in lines}
+    raises = {name[7:]: described.pop(name) for name in list(described) if name == "Raises FricError"}
+    told = ", ".join(described).split(", ")
+    described |= {name: SHARED[name] for name in names if name in SHARED and name not in told}
+    found = doc[: lines[0].start()].rstrip() if lines else doc
+    for title, entries in (("Parameters", described), ("Raises", raises)):
+        if entries:
+            found += f"\n\n{title}\n{'-' * len(title)}"
+            found += "".join(f"\n{name}\n    {text}" for name, text in entries.items())
+    return found
+
+
+_DESCRIBED = re.compile(r"^(Raises FricError|\w+(?:, \w+)*): (.+(?:\n    .+)*)", re.MULTILINE)
 
 SHARED: Mapping[str, str] = {
     "accuracy": "Largest error of a glitch by the integration; 0 is exact.",

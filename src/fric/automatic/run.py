@@ -250,43 +250,25 @@ def auto(
     A folder of many machines (DIR/machine/date/…) is a fleet: each axis is identified at each date, on all cores or a
     Dask cluster, and DIR/fleet.html shows which changed beyond their intervals.
 
-    Parameters
-    ----------
-    logs
-        Logs and circle tests, or folders of them. Or the folder of a fleet.
-    output
-        Folder for all that is made.
-    machine
-        The machine; by default it is made from the results. Its file, or the name of a bundled one.
-    circles
-        A measured circle; repeatable. The simulation is compared with it.
-    controllers
-        A controller's gains: its file, or "K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m"; repeatable. "x: " before them
-        limits them to axis x. Without, they are found among the logs: on a circle with voltage, or in closed loop; else
-        fric asks for them, or designs them.
-    tolerance
-        Allowed glitch, as "5 um". The simplest scheme that surely stays within it is chosen.
-    mapping
-        What the columns of foreign logs mean. By default a bundled mapping that fits, where the header does not say it.
-    assume
-        Assume the likeliest meaning where headers and values of foreign logs leave it open, and report it.
-    workers
-        Of a fleet: parallel processes; by default one per core.
-    scheduler
-        Of a fleet: a Dask scheduler, as tcp://host:8786.
-    run
-        Makes one step, raising a `FricError` where it fails; of a fleet in other processes, and so a function that
-        can be pickled.
-    say
-        Receives a line on the result of each step.
-    ask
-        Asks about what headers and values of foreign logs leave open, three questions at most. The answers become a
+    logs: Logs and circle tests, or folders of them. Or the folder of a fleet.
+    output: Folder for all that is made.
+    machine: The machine; by default it is made from the results. Its file, or the name of a bundled one.
+    circles: A measured circle; repeatable. The simulation is compared with it.
+    controllers: A controller's gains: its file, or "K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m"; repeatable. "x: " before
+        them limits them to axis x. Without, they are found among the logs: on a circle with voltage, or in closed loop;
+        else fric asks for them, or designs them.
+    tolerance: Allowed glitch, as "5 um". The simplest scheme that surely stays within it is chosen.
+    mapping: What the columns of foreign logs mean. By default a bundled mapping that fits, where the header does not
+        say it.
+    assume: Assume the likeliest meaning where headers and values of foreign logs leave it open, and report it.
+    workers: Of a fleet: parallel processes; by default one per core.
+    scheduler: Of a fleet: a Dask scheduler, as tcp://host:8786.
+    run: Makes one step, raising a `FricError` where it fails; of a fleet in other processes, and so a function that can
+        be pickled.
+    say: Receives a line on the result of each step.
+    ask: Asks about what headers and values of foreign logs leave open, three questions at most. The answers become a
         mapping beside the logs, which is used from then on.
-
-    Raises
-    ------
-    FricError
-        When a file is not there, or none holds a record.
+    Raises FricError: When a file is not there, or none holds a record.
     """
     folder = Path(output)
     if units := find_fleet(list(map(Path, logs))):

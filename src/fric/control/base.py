@@ -150,10 +150,7 @@ class ControlBlock(ABC):
     def from_values(cls, values: Mapping[str, float], setting: Setting) -> Self:
         """Return the block that values by name [SI] give; what is not given is as in `designed`.
 
-        Raises
-        ------
-        FricError
-            When a name is not known, or a value is out of its bounds.
+        Raises FricError: When a name is not known, or a value is out of its bounds.
         """
         cls.check(values)
         if len(values) == len(cls.parameters):

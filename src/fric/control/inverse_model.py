@@ -143,11 +143,8 @@ class DisturbanceObserver(ControlBlock):
         continuous signal, is discretised by Tustin's rule s = (2/T_s)(z − 1)/(z + 1), root by root. Both are causal
         and proper.
 
-        Raises
-        ------
-        FricError
-            When the cutoff of Q is not below half the sampling rate, or so far below it that the coefficients do not
-            hold the poles any more.
+        Raises FricError: When the cutoff of Q is not below half the sampling rate, or so far below it that the
+            coefficients do not hold the poles any more.
         """
         return _discrete(self.q, self.A, self.B, sampling)
 

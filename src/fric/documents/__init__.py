@@ -31,10 +31,7 @@ def document_types() -> dict[str, type[Document]]:
 def document_schema(type_name: str) -> dict[str, Any]:
     """Return the JSON Schema of a document type.
 
-    Raises
-    ------
-    FricError
-        When there is no such type.
+    Raises FricError: When there is no such type.
     """
     types = document_types()
     require_known(type_name, types, "there is no document type", "The types are")

@@ -50,10 +50,7 @@ def examples() -> dict[str, str]:
 def example(name: str) -> dict[str, bytes]:
     """Return the files of an example by their paths: a bundled document, and its files; of `RIG` logs, too.
 
-    Raises
-    ------
-    FricError
-        When there is no such example; the message has a similar name.
+    Raises FricError: When there is no such example; the message has a similar name.
     """
     require_known(name, examples(), "there is no example")
     files: dict[str, bytes] = {}

@@ -292,17 +292,9 @@ def true_friction(document: FrictionDocument) -> FrictionModel:
 def read_friction(path: Path | str, model: str | None = None) -> FrictionModel:
     """Read the friction model of a friction file, for verbs and for the feedforward of `Machine.with_belief`.
 
-    Parameters
-    ----------
-    path
-        The friction file.
-    model
-        Its name, as ``static``; else the model that is based on the others.
-
-    Raises
-    ------
-    FricError
-        When the file does not read, or holds no such model.
+    path: The friction file.
+    model: Its name, as ``static``; else the model that is based on the others.
+    Raises FricError: When the file does not read, or holds no such model.
     """
     document = read_document(Path(path), FrictionDocument)
     return true_friction(document) if model is None else document.friction(model)
@@ -314,15 +306,8 @@ def write_machine(machine: Machine, path: Path | str, *, force: bool = False) ->
 
     Numbers have six digits. The place of an encoder's counts is not written, for no drive knows it.
 
-    Parameters
-    ----------
-    path
-        The file.
-
-    Raises
-    ------
-    FricError
-        When an axis has a friction that no file holds, as one completed by a measured circle.
+    path: The file.
+    Raises FricError: When an axis has a friction that no file holds, as one completed by a measured circle.
     """
     content: dict[str, Any] = {
         "name": machine.name,
@@ -416,17 +401,10 @@ def read_machine(
 ) -> Machine:
     """Read a machine file, and the files that it names.
 
-    Parameters
-    ----------
-    path
-        The machine file.
-    friction_model
-        Friction model of the machine, of those in its file; by default the richest.
-
-    Raises
-    ------
-    FricError
-        When a file does not read, a value is missing, of the wrong unit or not physical, or a part is of another axis.
+    path: The machine file.
+    friction_model: Friction model of the machine, of those in its file; by default the richest.
+    Raises FricError: When a file does not read, a value is missing, of the wrong unit or not physical, or a part is of
+        another axis.
     """
     nominal_files = tuple(nominal_files)
     ahead: Any = parse(lead, "time") if isinstance(lead, str) and lead != "auto" else lead
@@ -706,15 +684,8 @@ def read_identified(
     of its feedforward, and the nominal plant; other values, and axes without these files, are as in the machine file.
     Flaws in the machine file are not used; a second mass is, if the response shows it.
 
-    Parameters
-    ----------
-    path, nominal_files, gain, lead, friction_model
-        As in `fric.documents.machine_files.read_machine`.
-
-    Raises
-    ------
-    FricError
-        As `read_machine`; and when no parameter has an interval.
+    path, nominal_files, gain, lead, friction_model: As in `fric.documents.machine_files.read_machine`.
+    Raises FricError: As `read_machine`; and when no parameter has an interval.
     """
     nominal_files = tuple(nominal_files)
     machine = read_machine(path, nominal_files=nominal_files, gain=gain, lead=lead, friction_model=friction_model)

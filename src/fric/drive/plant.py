@@ -57,10 +57,7 @@ class LinearPlant:
     def transport_delay(self, sampling: float) -> float:
         """Return the delay of eq. (1) without the hold of a controller that samples at ``sampling`` [Hz], in s.
 
-        Raises
-        ------
-        FricError
-            When T_d is shorter than half a sample.
+        Raises FricError: When T_d is shorter than half a sample.
         """
         if self.T_d * sampling > MOST_SAMPLES:
             raise FricError(

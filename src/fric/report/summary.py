@@ -132,25 +132,14 @@ def make_report(
     If the controllers of a run know its machine exactly, varied machines are simulated first. If a measured circle
     differs from its prediction, the page says so and recommends no scheme until that is explained.
 
-    Parameters
-    ----------
-    files
-        Results, or files: runs, measured circles, the machine (file, or bundled name) to compare them with, documents
-        of friction, plant, controller and observer, logs to draw points from, or earlier reports: each is recognised by
-        its content; of two of one kind the earlier is compared with the later.
-    circles
-        A measured circle, or a run used as one; repeatable.
-    title
-        Heading of the page. By the machine and its axes where not given.
-    tolerance
-        Allowed glitch, as "5 um": pass or not.
-    failed
-        A step that failed, with its reason, to show on the page; repeatable.
-
-    Raises
-    ------
-    FricError
-        When a file is not of fric.
+    files: Results, or files: runs, measured circles, the machine (file, or bundled name) to compare them with,
+        documents of friction, plant, controller and observer, logs to draw points from, or earlier reports: each is
+        recognised by its content; of two of one kind the earlier is compared with the later.
+    circles: A measured circle, or a run used as one; repeatable.
+    title: Heading of the page. By the machine and its axes where not given.
+    tolerance: Allowed glitch, as "5 um": pass or not.
+    failed: A step that failed, with its reason, to show on the page; repeatable.
+    Raises FricError: When a file is not of fric.
     """
     allowed = None if tolerance is None else bounded("tolerance", tolerance)
     with TemporaryDirectory() as folder:

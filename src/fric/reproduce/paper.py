@@ -387,21 +387,11 @@ def reproduce_paper(
     published glitches, its plant counts as published too, and the drive's own damping is taken from it (see
     `learn_axis`).
 
-    Parameters
-    ----------
-    folder
-        Folder for logs, YAML, runs, figures and the page. Steps whose inputs have not changed are not made again.
-    machine
-        A machine of your own; else the paper's. Its file, or the name of a bundled one.
-    seed
-        Seed of all noise.
-    advance
-        Is called for each step that is done.
-
-    Raises
-    ------
-    FricError
-        When the machine or its folder does not allow it.
+    folder: Folder for logs, YAML, runs, figures and the page. Steps whose inputs have not changed are not made again.
+    machine: A machine of your own; else the paper's. Its file, or the name of a bundled one.
+    seed: Seed of all noise.
+    advance: Is called for each step that is done.
+    Raises FricError: When the machine or its folder does not allow it.
     """
     folder, machine = Path(folder), located(Path(machine), "machine")
     advance(0, total=reproduction_steps())

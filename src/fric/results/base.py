@@ -266,19 +266,10 @@ class Result(ABC):
     def plot(self, path: Path | str | None = None, *, view: str | None = None, force: bool = False) -> Figure:
         """Draw a figure, and save it where a path is given (.png, .svg or .pdf).
 
-        Parameters
-        ----------
-        path
-            The file.
-        view
-            The name of a figure, one of `views`; by default the usual figure of the result.
-        force
-            Replace a file that exists.
-
-        Raises
-        ------
-        FricError
-            When there is no figure of that name, or no format of that ending.
+        path: The file.
+        view: The name of a figure, one of `views`; by default the usual figure of the result.
+        force: Replace a file that exists.
+        Raises FricError: When there is no figure of that name, or no format of that ending.
         """
         from fric.figures.style import figure_named
 

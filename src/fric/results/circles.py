@@ -249,21 +249,11 @@ def diagnose(
 
     Both directions of a circle, in one file or two, separate more causes than one direction.
 
-    Parameters
-    ----------
-    machine
-        Predict the circle too. The machine, its file, or the name of a bundled machine.
-    scheme
-        Scheme of a run file; or the scheme that was on, for the prediction.
-    feed
-        Feed of the tests to use, of several in a file.
-    reported
-        Result of Renishaw's ball bar: its figures are shown beside these.
-
-    Raises
-    ------
-    FricError
-        When a file is no circle test, or the tests are not of one circle.
+    machine: Predict the circle too. The machine, its file, or the name of a bundled machine.
+    scheme: Scheme of a run file; or the scheme that was on, for the prediction.
+    feed: Feed of the tests to use, of several in a file.
+    reported: Result of Renishaw's ball bar: its figures are shown beside these.
+    Raises FricError: When a file is no circle test, or the tests are not of one circle.
     """
     measured = some_circles(circles, scheme)
     found = take_apart(both_directions(measured, quantity(feed, "velocity")))
@@ -384,18 +374,10 @@ def tune(
 ) -> TuneResult:
     """Refit the nominal parameters of a machine's controllers to recorded circles: friction, plant, delay and lead.
 
-    Parameters
-    ----------
-    circles
-        Circle tests, or run files of `fric simulate circle`. One fast and one slow, with reference, position and
+    circles: Circle tests, or run files of `fric simulate circle`. One fast and one slow, with reference, position and
         voltage of both axes; measured circles are taken, too.
-    loop
-        Design new gains if friction that falls with speed makes errors grow.
-
-    Raises
-    ------
-    FricError
-        When a test lacks a channel, or there is no nominal GMS model.
+    loop: Design new gains if friction that falls with speed makes errors grow.
+    Raises FricError: When a test lacks a channel, or there is no nominal GMS model.
     """
     subject = machine_of(machine)
     tests = some_circles(circles, scheme)
@@ -480,33 +462,18 @@ def learn(
     With a machine all rounds are simulated, and the result is tried at another feed and radius, where it does not hold.
     With a recorded circle the result is the feedforward of the next circle.
 
-    Parameters
-    ----------
-    given
-        A machine; or a recorded circle. A machine, or its file, goes with ``rounds``; a circle test with ``machine``.
-    rounds
-        In simulation: circles to learn from. Each takes a second or two of a core.
-    velocity
-        In simulation: feed along the circle.
-    radius
-        In simulation: radius of the circle.
-    clockwise
-        In simulation: turn clockwise.
-    observer
-        In simulation: switch the disturbance observer on.
-    machine
-        Of a circle: its machine; a run file names it. Learning uses its nominal plants.
-    before
-        Of a circle: the feedforward that it was run with.
-    share
-        Share of a round's correction to learn; by default set by the feed.
-    bandwidth
-        Highest frequency to learn; by default set by the feed.
-
-    Raises
-    ------
-    FricError
-        When a channel or the machine is missing, or there is nothing to learn from.
+    given: A machine; or a recorded circle. A machine, or its file, goes with ``rounds``; a circle test with
+        ``machine``.
+    rounds: In simulation: circles to learn from. Each takes a second or two of a core.
+    velocity: In simulation: feed along the circle.
+    radius: In simulation: radius of the circle.
+    clockwise: In simulation: turn clockwise.
+    observer: In simulation: switch the disturbance observer on.
+    machine: Of a circle: its machine; a run file names it. Learning uses its nominal plants.
+    before: Of a circle: the feedforward that it was run with.
+    share: Share of a round's correction to learn; by default set by the feed.
+    bandwidth: Highest frequency to learn; by default set by the feed.
+    Raises FricError: When a channel or the machine is missing, or there is nothing to learn from.
     """
     corner = quantity(bandwidth, "frequency")
     if rounds is not None:

@@ -135,27 +135,15 @@ def compare(
 ) -> ComparisonResult | HalvesResult:
     """Fit friction models to some records or cycles and score them on others.
 
-    Parameters
-    ----------
-    models
-        Models to compare, by name.
-    fit_on
-        Fit on this record, score on those not named; repeatable.
-    cycles
-        Fit on the first N cycles of a record, score on the rest.
-    folds
-        Cut each record into N parts, each scored by a fit to the others. The default.
-    halves
-        Compare halves of strokes and motions instead, split by time, record, direction and place.
-    circles
-        Runs or measured tests of one circle, learned and with a friction model: they check the model's shape. Ingest
-        the learned one with ``--scheme learned``. If learning leaves clearly less, a warning says that the shape is
-        wrong.
-
-    Raises
-    ------
-    FricError
-        When there is no such model, or nothing to fit or to score.
+    models: Models to compare, by name.
+    fit_on: Fit on this record, score on those not named; repeatable.
+    cycles: Fit on the first N cycles of a record, score on the rest.
+    folds: Cut each record into N parts, each scored by a fit to the others. The default.
+    halves: Compare halves of strokes and motions instead, split by time, record, direction and place.
+    circles: Runs or measured tests of one circle, learned and with a friction model: they check the model's shape.
+        Ingest the learned one with ``--scheme learned``. If learning leaves clearly less, a warning says that the shape
+        is wrong.
+    Raises FricError: When there is no such model, or nothing to fit or to score.
     """
     if models == "all":
         names = [name for name, model in known_models().items() if model.identified]
@@ -236,23 +224,13 @@ def validate(
 ) -> ValidationResult:
     """Replay a recorded motion in closed loop, in open loop and inversely, and score it against the record.
 
-    Parameters
-    ----------
-    plant
-        The identified plant. Its file or its result.
-    controller
-        The drive's controller; without it, only the open loop. A `Cascade`, its file or its result.
-    friction
-        The identified friction; by default Coulomb friction of the plant's fit. Its file or its result.
-    model
-        The friction file's model, if it contains several.
-    load
-        Constant load, as "-3.2 N"; by default the identified offset.
-
-    Raises
-    ------
-    FricError
-        When a channel is missing, a file is of another axis, or several friction models leave the choice open.
+    plant: The identified plant. Its file or its result.
+    controller: The drive's controller; without it, only the open loop. A `Cascade`, its file or its result.
+    friction: The identified friction; by default Coulomb friction of the plant's fit. Its file or its result.
+    model: The friction file's model, if it contains several.
+    load: Constant load, as "-3.2 N"; by default the identified offset.
+    Raises FricError: When a channel is missing, a file is of another axis, or several friction models leave the choice
+        open.
     """
     records = logs_of(logs)
     axis, motion = records[0].axis, records[0].motion

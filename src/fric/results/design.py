@@ -191,39 +191,20 @@ def design_controller(
     K_v/2π a third, or less where the position loop needs it. A design that is unstable or misses its margins is
     refused, with the nearest valid design.
 
-    Parameters
-    ----------
-    plant
-        The plant, eq. (1): A, B, T_d. Its file or its result.
-    phase_margin
-        Least phase margin of velocity and position loop.
-    gain_margin
-        Least gain margin of velocity and position loop. A number is a factor.
-    sampling
-        Sampling rate of the controller.
-    velocity_filter
-        Corner of the low-pass on the velocity.
-    limit
-        Saturation of the control voltage.
-    corner_ratio
-        Ratio of the velocity loop's crossover to the corner of its PI.
-    separation
-        Least ratio of the velocity loop's crossover to K_v/2π.
-    crossover
-        Crossover of the velocity loop; by default the highest possible.
-    K_p
-        Velocity gain: given with K_i and K_v, the gains are checked, not designed.
-    K_i
-        Integral gain of the velocity loop, as '3156 V/m'.
-    K_v
-        Position gain, as '126 1/s'.
-    view
-        What the figure shows.
-
-    Raises
-    ------
-    FricError
-        When a design is unstable or misses its margins; the message has the nearest valid design.
+    plant: The plant, eq. (1): A, B, T_d. Its file or its result.
+    phase_margin: Least phase margin of velocity and position loop.
+    gain_margin: Least gain margin of velocity and position loop. A number is a factor.
+    sampling: Sampling rate of the controller.
+    velocity_filter: Corner of the low-pass on the velocity.
+    limit: Saturation of the control voltage.
+    corner_ratio: Ratio of the velocity loop's crossover to the corner of its PI.
+    separation: Least ratio of the velocity loop's crossover to K_v/2π.
+    crossover: Crossover of the velocity loop; by default the highest possible.
+    K_p: Velocity gain: given with K_i and K_v, the gains are checked, not designed.
+    K_i: Integral gain of the velocity loop, as '3156 V/m'.
+    K_v: Position gain, as '126 1/s'.
+    view: What the figure shows.
+    Raises FricError: When a design is unstable or misses its margins; the message has the nearest valid design.
     """
     document = document_of(PlantDocument, plant)
     motion, linear = document.motion, document.linear(document.motion)
@@ -317,32 +298,17 @@ def design_observer(
     sensitivity of the whole loop. The smaller applies. Without a measured response no bandwidth is recommended: Q stays
     below the first mode, given by `first_mode=` or assumed.
 
-    Parameters
-    ----------
-    plant
-        The plant, eq. (1): A, B, T_d. Its file or its result.
-    log
-        A frequency response, or a record to take it from; without it Q stays below `first_mode=`. No bandwidth is
+    plant: The plant, eq. (1): A, B, T_d. Its file or its result.
+    log: A frequency response, or a record to take it from; without it Q stays below `first_mode=`. No bandwidth is
         recommended then, since the mode is only stated or assumed.
-    filter
-        The shape of Q.
-    cutoff
-        Corner of Q, 1/(2πτ); by default the largest allowed.
-    bandwidth
-        Bandwidth of Q (−3 dB), instead of its cutoff.
-    resonances
-        A mode that the plant does not have, as in '280 Hz, 0.02, 0.1'; repeatable. Frequency, damping, share.
-    first_mode
-        The lowest structural mode, as '80 Hz', if no response was measured. By default `FIRST_MODE`.
-    averages
-        Records that a table's coherence was averaged over, for its confidence.
-    view
-        What the figure shows; q is Fig. 7.
-
-    Raises
-    ------
-    FricError
-        When no Q meets the limits, or the log has no frequency response.
+    filter: The shape of Q.
+    cutoff: Corner of Q, 1/(2πτ); by default the largest allowed.
+    bandwidth: Bandwidth of Q (−3 dB), instead of its cutoff.
+    resonances: A mode that the plant does not have, as in '280 Hz, 0.02, 0.1'; repeatable. Frequency, damping, share.
+    first_mode: The lowest structural mode, as '80 Hz', if no response was measured. By default `FIRST_MODE`.
+    averages: Records that a table's coherence was averaged over, for its confidence.
+    view: What the figure shows; q is Fig. 7.
+    Raises FricError: When no Q meets the limits, or the log has no frequency response.
     """
     document = document_of(PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
@@ -514,24 +480,14 @@ def design_block(
     A block that feeds back is made as fast as the peak sensitivity of the whole loop allows, with the measured
     response; a nonlinear block is linearised around rest. A feedforward block is fitted to the friction.
 
-    Parameters
-    ----------
-    name
-        The control block, by its name in schemes; list shows all.
-    plant
-        The plant, eq. (1): A, B, T_d. Its file or its result.
-    log
-        A frequency response, or a record to take it from. Without it only the plant's delay limits the block.
-    friction
-        The friction that was identified. Its file or its result.
-    joint
-        Design the gains of the cascade together with the block. The stiffest loop within the peak sensitivity is
+    name: The control block, by its name in schemes; list shows all.
+    plant: The plant, eq. (1): A, B, T_d. Its file or its result.
+    log: A frequency response, or a record to take it from. Without it only the plant's delay limits the block.
+    friction: The friction that was identified. Its file or its result.
+    joint: Design the gains of the cascade together with the block. The stiffest loop within the peak sensitivity is
         sought.
-
-    Raises
-    ------
-    FricError
-        When there is no such block, or the loop exceeds the peak sensitivity even with the block at its slowest.
+    Raises FricError: When there is no such block, or the loop exceeds the peak sensitivity even with the block at its
+        slowest.
     """
     kind = block_type(name)
     if name in {"cascade", "inverse-model"}:

@@ -69,17 +69,9 @@ def example(
 ) -> ExampleResult:
     """Copy an example: logs, mapping and machine of the virtual rig, or a machine, mapping or schemes by name.
 
-    Parameters
-    ----------
-    name
-        rig: logs, mapping, machine; or xy-table, … The name of a bundled machine, mapping, schemes or spread file.
-    output
-        Folder to copy it into. It is made if it does not exist.
-
-    Raises
-    ------
-    FricError
-        When there is no such example, or the folder cannot be written.
+    name: rig: logs, mapping, machine; or xy-table, … The name of a bundled machine, mapping, schemes or spread file.
+    output: Folder to copy it into. It is made if it does not exist.
+    Raises FricError: When there is no such example, or the folder cannot be written.
     """
     files: dict[str, str | bytes] = {**files_of(name)}
     write_folder(Path(output), files, force=force)

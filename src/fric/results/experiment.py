@@ -38,40 +38,21 @@ def experiment(
 ) -> Records:
     """Run an identification experiment on a virtual axis, logged as by a real drive.
 
-    Parameters
-    ----------
-    kind
-        constant-velocity, presliding-sine, micro-steps, sliding-sine, frequency-response, or all. Left out with a
+    kind: constant-velocity, presliding-sine, micro-steps, sliding-sine, frequency-response, or all. Left out with a
         plan; all is all but micro-steps.
-    plan
-        The records of a plan: plan.yaml, or its folder. It defines the whole motion.
-    seed
-        Seed of all random numbers, except those of a plan's excitation.
-    samples
-        Largest number of samples in a record.
-    speeds
-        Speeds, as "0.1 mm/s, 1 mm/s"; the paper's 17 where not given.
-    amplitudes
-        Amplitudes of the pre-sliding sines, as "15 um, 450 um".
-    frequency
-        Frequency of the sines, as "0.1 Hz".
-    step
-        Size of a micro-step, as "1 um".
-    steps
-        Micro-steps from one end to the other; 30 where not given.
-    mean
-        Mean speed of sliding-sine and frequency-response; of the latter "0 mm/s" is rest.
-    peaks
-        Peak speeds of the multisine, a record each, as "5 mm/s, 15 mm/s"; else mean/2.
-    encoder
-        Encoder step instead of the machine's; "0 um" for none.
-    noise
-        Force noise (rms) instead of the machine's; "0 N" for none.
-
-    Raises
-    ------
-    FricError
-        When there is no such axis or kind, or the axis cannot follow.
+    plan: The records of a plan: plan.yaml, or its folder. It defines the whole motion.
+    seed: Seed of all random numbers, except those of a plan's excitation.
+    samples: Largest number of samples in a record.
+    speeds: Speeds, as "0.1 mm/s, 1 mm/s"; the paper's 17 where not given.
+    amplitudes: Amplitudes of the pre-sliding sines, as "15 um, 450 um".
+    frequency: Frequency of the sines, as "0.1 Hz".
+    step: Size of a micro-step, as "1 um".
+    steps: Micro-steps from one end to the other; 30 where not given.
+    mean: Mean speed of sliding-sine and frequency-response; of the latter "0 mm/s" is rest.
+    peaks: Peak speeds of the multisine, a record each, as "5 mm/s, 15 mm/s"; else mean/2.
+    encoder: Encoder step instead of the machine's; "0 um" for none.
+    noise: Force noise (rms) instead of the machine's; "0 N" for none.
+    Raises FricError: When there is no such axis or kind, or the axis cannot follow.
     """
     named = str(machine) if isinstance(machine, str | Path) else machine_of(machine).name
     subject = machine_of(machine).axis(axis)

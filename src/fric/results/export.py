@@ -152,10 +152,7 @@ class ExportResult(Result):
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write files and manifest into a folder.
 
-        Raises
-        ------
-        FricError
-            When the verdict does not trust it, or a file exists, and ``force`` is not set.
+        Raises FricError: When the verdict does not trust it, or a file exists, and ``force`` is not set.
         """
         if not force:
             require_trust(self.part, self.against, self.distrust, self.made_from)
@@ -186,30 +183,16 @@ def export_axis(
 ) -> ExportResult:
     """Write code for a controller: friction feedforward and observers, with a manifest of its contents.
 
-    Parameters
-    ----------
-    target
-        c, linuxcnc, fmi, st, twincat, sinumerik, csv, mat or xlsx.
-    scheme
-        The scheme: friction feedforward, and blocks. Its name, or itself.
-    part
-        compensation; or machine, the axis itself as a plant to test a controller.
-    single
-        Single precision (c).
-    circles
-        A measured circle, which must agree with the machine's prediction. A difference counts against the export.
-    drawn
-        A run of the scheme on drawn machines (simulate circle). The verdict uses these run files.
-    trial
-        A folder in which circles are run in LinuxCNC, beside their simulation. For the target ``linuxcnc``, as
-        root, and from a checkout of fric: the bench is ``tests/linuxcnc``.
-    force
-        Run the trial even if the verdict does not trust the scheme.
-
-    Raises
-    ------
-    FricError
-        When there is no such target, axis or scheme, or a part cannot be exported.
+    target: c, linuxcnc, fmi, st, twincat, sinumerik, csv, mat or xlsx.
+    scheme: The scheme: friction feedforward, and blocks. Its name, or itself.
+    part: compensation; or machine, the axis itself as a plant to test a controller.
+    single: Single precision (c).
+    circles: A measured circle, which must agree with the machine's prediction. A difference counts against the export.
+    drawn: A run of the scheme on drawn machines (simulate circle). The verdict uses these run files.
+    trial: A folder in which circles are run in LinuxCNC, beside their simulation. For the target ``linuxcnc``, as root,
+        and from a checkout of fric: the bench is ``tests/linuxcnc``.
+    force: Run the trial even if the verdict does not trust the scheme.
+    Raises FricError: When there is no such target, axis or scheme, or a part cannot be exported.
     """
     chosen = one_target(target, part, single=single)
     (wanted,) = schemes_of(scheme, known)[:1]

@@ -164,41 +164,21 @@ def identify_plant(
 ) -> PlantResult:
     """Identify the plant A, B, T_d (eq. 1) and K_f, from frequency responses or from an ordinary motion.
 
-    Parameters
-    ----------
-    method
-        Use frequency responses, or a motion. ``auto`` uses responses if there are any.
-    force_constant
-        Force constant, as "548 N/V", where no force was logged.
-    mass
-        Moving mass if known, as "85 kg": it is compared with K_f/B.
-    coherence
-        Least coherence of a frequency.
-    lowest
-        Lowest frequency, as "5 Hz".
-    highest
-        Highest frequency, as "300 Hz".
-    period
-        Period of the excitation; by default found from the data.
-    segment
-        Length of Welch's segments, without a period.
-    hold
-        Rate of the hold before the plant, as "4 kHz"; auto: the rate of a record, none for a table.
-    direction
-        Common friction and an offset, or friction for each direction.
-    delay
-        T_d, which a motion does not show, as "0.65 ms": delay of the force behind its log.
-    cutoff
-        Corner of the zero-phase filter.
-    decimation
-        Keep every N-th sample.
-    border
-        Samples left out at the start.
-
-    Raises
-    ------
-    FricError
-        When no record is usable, too few lines are certain, or a motion does not separate the terms.
+    method: Use frequency responses, or a motion. ``auto`` uses responses if there are any.
+    force_constant: Force constant, as "548 N/V", where no force was logged.
+    mass: Moving mass if known, as "85 kg": it is compared with K_f/B.
+    coherence: Least coherence of a frequency.
+    lowest: Lowest frequency, as "5 Hz".
+    highest: Highest frequency, as "300 Hz".
+    period: Period of the excitation; by default found from the data.
+    segment: Length of Welch's segments, without a period.
+    hold: Rate of the hold before the plant, as "4 kHz"; auto: the rate of a record, none for a table.
+    direction: Common friction and an offset, or friction for each direction.
+    delay: T_d, which a motion does not show, as "0.65 ms": delay of the force behind its log.
+    cutoff: Corner of the zero-phase filter.
+    decimation: Keep every N-th sample.
+    border: Samples left out at the start.
+    Raises FricError: When no record is usable, too few lines are certain, or a motion does not separate the terms.
     """
     given = records_of(logs, encoder=encoder)
     wanted, records = plant_records(given, None if method == "auto" else method)
@@ -282,18 +262,10 @@ def identify_controller(
     It needs reference, position and voltage. Of circles the first is used, of logs the one that determines the gains
     best.
 
-    Parameters
-    ----------
-    records
-        A circle test without compensation of friction, or log files; or an auto-tuning result of SINUMERIK, whose
+    records: A circle test without compensation of friction, or log files; or an auto-tuning result of SINUMERIK, whose
         gains are read.
-    position_gain
-        K_v of an auto-tuning result, which holds the speed loop alone.
-
-    Raises
-    ------
-    FricError
-        When a channel is missing, or no cascade reproduces the recorded voltage.
+    position_gain: K_v of an auto-tuning result, which holds the speed loop alone.
+    Raises FricError: When a channel is missing, or no cascade reproduces the recorded voltage.
     """
     if len(records) == 1 and isinstance(records[0], str | Path) and Path(records[0]).suffix.lower() == ".xml":
         from fric.io.readers.optimize import cascade_of
@@ -391,31 +363,16 @@ def identify_static(
 ) -> StaticResult:
     """Identify the static friction map F_c, F_s, v_s, delta, sigma (eq. 2) from constant-velocity strokes.
 
-    Parameters
-    ----------
-    logs
-        Log files of one axis. Or records: strokes, one or many a record, and tables of mean forces at velocities.
-    plant
-        The plant, whose linear damping is subtracted. Its file or its result: ``K_f·(A/B)·v`` is subtracted first.
-    delta
-        Stribeck shape factor, fixed or free; auto: free if that predicts held-out strokes better than 1.
-    direction
-        Common map and offset, a map for each direction, or whichever predicts held-out strokes better.
-    over_position
-        Whether to subtract forces that depend on position; auto: if that predicts better.
-    weights
-        Weigh strokes by their errors and scatter, or all equally.
-    average
-        Force of a stroke: Huber's robust mean, or the median.
-    form
-        Coulomb plus viscous friction, eq. (2), or whichever predicts held-out strokes better.
-    load
-        Constant load if known, as "60 N" or "0 N": the offset is then equal to it. As the weight of a vertical axis.
-
-    Raises
-    ------
-    FricError
-        When there is no steady stroke, or there are too few speeds for the parameters.
+    logs: Log files of one axis. Or records: strokes, one or many a record, and tables of mean forces at velocities.
+    plant: The plant, whose linear damping is subtracted. Its file or its result: ``K_f·(A/B)·v`` is subtracted first.
+    delta: Stribeck shape factor, fixed or free; auto: free if that predicts held-out strokes better than 1.
+    direction: Common map and offset, a map for each direction, or whichever predicts held-out strokes better.
+    over_position: Whether to subtract forces that depend on position; auto: if that predicts better.
+    weights: Weigh strokes by their errors and scatter, or all equally.
+    average: Force of a stroke: Huber's robust mean, or the median.
+    form: Coulomb plus viscous friction, eq. (2), or whichever predicts held-out strokes better.
+    load: Constant load if known, as "60 N" or "0 N": the offset is then equal to it. As the weight of a vertical axis.
+    Raises FricError: When there is no steady stroke, or there are too few speeds for the parameters.
     """
     records = [log for log in records_of(logs, encoder=encoder) if not isinstance(log, FrequencyResponse)]
     if not records:
@@ -510,26 +467,15 @@ def identify_gms(
 ) -> GMSResult:
     """Identify alpha, k and C of the GMS model (eqs. 3 to 6) from pre-sliding cycles, and C from sliding.
 
-    Parameters
-    ----------
-    logs
-        Log files of one axis. Records of kind ``presliding-sine`` and, for C, ``sliding-sine``.
-    static
-        Static map, from `fric identify static`; carried over. Its F_s is the unit of alpha: a `StaticMap`, its
+    logs: Log files of one axis. Records of kind ``presliding-sine`` and, for C, ``sliding-sine``.
+    static: Static map, from `fric identify static`; carried over. Its F_s is the unit of alpha: a `StaticMap`, its
         file, or its result. Without it the plateau of the cycles gives F_c = F_s.
-    blocks
-        Slip blocks: N, or up to N (6) by an information criterion.
-    knots
-        Knots of the virgin curve, as in '0.9 um, 26 um, 54 um'. Or as numbers [m]; the paper does so.
-    cycles
-        Cycles to fit, from 1; the later ones are held out and replayed.
-    refine
-        Refine alpha, k and C by replay along the measured motion.
-
-    Raises
-    ------
-    FricError
-        When no record has whole cycles, an amplitude is under three encoder steps, or the knots do not suit the curve.
+    blocks: Slip blocks: N, or up to N (6) by an information criterion.
+    knots: Knots of the virgin curve, as in '0.9 um, 26 um, 54 um'. Or as numbers [m]; the paper does so.
+    cycles: Cycles to fit, from 1; the later ones are held out and replayed.
+    refine: Refine alpha, k and C by replay along the measured motion.
+    Raises FricError: When no record has whole cycles, an amplitude is under three encoder steps, or the knots do not
+        suit the curve.
     """
     records = logs_of(logs, encoder)
     axis, motion = records[0].axis, records[0].motion
@@ -630,19 +576,10 @@ def identify_model(
 ) -> ModelResult:
     """Fit any friction model to any records by replay along the measured motion.
 
-    Parameters
-    ----------
-    model
-        Name of the model: lugre, dahl, gms, ….
-    fix
-        A parameter that is not fitted: 'n=1'. Several in a list, or by name.
-    free
-        Fit a parameter that is held by default: delta.
-
-    Raises
-    ------
-    FricError
-        When there is no such model or parameter, or no sample to compare.
+    model: Name of the model: lugre, dahl, gms, ….
+    fix: A parameter that is not fitted: 'n=1'. Several in a list, or by name.
+    free: Fit a parameter that is held by default: delta.
+    Raises FricError: When there is no such model or parameter, or no sample to compare.
     """
     fitted_model(model)
     records = logs_of(logs, encoder)

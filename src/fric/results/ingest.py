@@ -69,34 +69,18 @@ def ingest_circles(
 ) -> CirclesResult:
     """Read traces of circle tests, or a ball bar's angle and radial deviation, into a circle test file.
 
-    Parameters
-    ----------
-    files
-        Text (also ``.gz``, also LinuxCNC's sampler), MATLAB ``.mat`` or Parquet files. A trace may hold several
+    files: Text (also ``.gz``, also LinuxCNC's sampler), MATLAB ``.mat`` or Parquet files. A trace may hold several
         circles.
-    output
-        The circle test file to write, whole or not at all.
-    mapping
-        What the columns mean, or its file. Without it the header must name axes and units: ``x_ref [mm]``.
-    radius
-        Circle: nominal radius; by default found from the data.
-    feed
-        Circle: feed; by default found from the data.
-    sampling
-        Circle: sampling rate of a trace without time, as 4 kHz.
-    instrument
-        Circle: instrument that measured the position.
-    scheme
-        Circle: compensation that was on, as f. A prediction uses it.
-    clockwise
-        Circle: direction; by default found from the data.
-    append, bad_cells, force, advance
-        As in `fric.ingest`.
-
-    Raises
-    ------
-    FricError
-        When a file cannot be read, or contains no whole circle.
+    output: The circle test file to write, whole or not at all.
+    mapping: What the columns mean, or its file. Without it the header must name axes and units: ``x_ref [mm]``.
+    radius: Circle: nominal radius; by default found from the data.
+    feed: Circle: feed; by default found from the data.
+    sampling: Circle: sampling rate of a trace without time, as 4 kHz.
+    instrument: Circle: instrument that measured the position.
+    scheme: Circle: compensation that was on, as f. A prediction uses it.
+    clockwise: Circle: direction; by default found from the data.
+    append, bad_cells, force, advance: As in `fric.ingest`.
+    Raises FricError: When a file cannot be read, or contains no whole circle.
     """
     paths, direction = list(map(Path, files)), -1 if clockwise else 1
     from fric.io.ingest_circle import StatedCircle  # which brings what models are compiled by
@@ -173,42 +157,23 @@ def ingest(
 ) -> IngestResult:
     """Read logs of a drive into a log file, each as a record in SI units.
 
-    Parameters
-    ----------
-    files
-        Logs: text (also .gz), .mat, .mf4, …; `fric ingest --list` shows the formats. fric's log files are read, too.
-    output
-        The log file to write. It is written whole or not at all.
-    mapping
-        What the columns mean, where the header does not say it. Without it the header must name channels and units:
-        ``time [s]``.
-    kind
-        What was logged. It overrides mapping and files.
-    axis
-        Name of the axis, such as x.
-    motion
-        Motion of the axis, if the units do not show it.
-    append
-        Add to LOG.h5; files already in it are skipped. A file is recognised by its sha256.
-    bad_cells
-        What to do with a cell that is not a number: raise an error, or drop the sample.
-    begin
-        First time to read, as 8.5 s.
-    end
-        Last time to read.
-    join
-        Join all files to one record: its channels were logged separately with a common clock.
-    assume
-        Assume the likeliest meaning where header and values leave it open, and report it; samples that cannot be used
-        are dropped.
-    ask
-        Asks about what header and values leave open, three questions at most, or shows all columns at once. The answers
-        become a mapping beside the logs, which is used from then on.
-
-    Raises
-    ------
-    FricError
-        When a file cannot be read, a column has no meaning, or a cell is no number.
+    files: Logs: text (also .gz), .mat, .mf4, …; `fric ingest --list` shows the formats. fric's log files are read, too.
+    output: The log file to write. It is written whole or not at all.
+    mapping: What the columns mean, where the header does not say it. Without it the header must name channels and
+        units: ``time [s]``.
+    kind: What was logged. It overrides mapping and files.
+    axis: Name of the axis, such as x.
+    motion: Motion of the axis, if the units do not show it.
+    append: Add to LOG.h5; files already in it are skipped. A file is recognised by its sha256.
+    bad_cells: What to do with a cell that is not a number: raise an error, or drop the sample.
+    begin: First time to read, as 8.5 s.
+    end: Last time to read.
+    join: Join all files to one record: its channels were logged separately with a common clock.
+    assume: Assume the likeliest meaning where header and values leave it open, and report it; samples that cannot be
+        used are dropped.
+    ask: Asks about what header and values leave open, three questions at most, or shows all columns at once. The
+        answers become a mapping beside the logs, which is used from then on.
+    Raises FricError: When a file cannot be read, a column has no meaning, or a cell is no number.
     """
     paths, mapping = list(map(Path, files)), mapping_of(mapping)
     for path in paths:
@@ -259,12 +224,8 @@ def mapping_of(given: MappingDocument | Path | str | None) -> MappingDocument | 
 def holds_circles(mapping: MappingDocument | Path | str | None = None, kind: str | None = None) -> bool:
     """Return whether files hold circles, by the kind or else by the mapping.
 
-    Parameters
-    ----------
-    mapping
-        What the columns mean, or its file.
-    kind
-        The kind that is stated.
+    mapping: What the columns mean, or its file.
+    kind: The kind that is stated.
     """
     found = mapping_of(mapping)
     return (kind or (found.kind if found else None)) == CIRCLE

@@ -178,41 +178,22 @@ def plan(
 
     The latter is `plan_next`. All motions stay within stroke, feed and acceleration.
 
-    Parameters
-    ----------
-    stroke
-        Travel of the axis, as "300 mm".
-    feed
-        Largest speed, as "100 mm/s".
-    acceleration
-        Largest acceleration.
-    friction
-        Known friction of the axis. A friction file of this axis, or a result.
-    plant
-        Known plant of the axis, with its scatter. A plant file of this axis, or a result.
-    machine
-        Plant, controller, encoder and noise; by default typical. The machine, its file, or the name of a bundled
+    stroke: Travel of the axis, as "300 mm".
+    feed: Largest speed, as "100 mm/s".
+    acceleration: Largest acceleration.
+    friction: Known friction of the axis. A friction file of this axis, or a result.
+    plant: Known plant of the axis, with its scatter. A plant file of this axis, or a result.
+    machine: Plant, controller, encoder and noise; by default typical. The machine, its file, or the name of a bundled
         machine.
-    axis
-        The axis, if no friction names it.
-    accuracy
-        Requested half-width; repeatable. By parameter: a share as ``2%``, or a quantity.
-    noise
-        Noise of a logged force (rms), as "1 N".
-    encoder
-        Encoder step, as "0.25 um".
-    like
-        A typical log, which shows noise and encoder.
-    micro_steps
-        A staircase of small steps instead of the sines before sliding, for a drive without them.
-    draws
-        Number of simulated runs of the plan to find the expected intervals; nine, or of an axis with a second mass or
-        flaws, whose runs take long, three.
-
-    Raises
-    ------
-    FricError
-        When the limits leave no room, or an accuracy is of no parameter.
+    axis: The axis, if no friction names it.
+    accuracy: Requested half-width; repeatable. By parameter: a share as ``2%``, or a quantity.
+    noise: Noise of a logged force (rms), as "1 N".
+    encoder: Encoder step, as "0.25 um".
+    like: A typical log, which shows noise and encoder.
+    micro_steps: A staircase of small steps instead of the sines before sliding, for a drive without them.
+    draws: Number of simulated runs of the plan to find the expected intervals; nine, or of an axis with a second mass
+        or flaws, whose runs take long, three.
+    Raises FricError: When the limits leave no room, or an accuracy is of no parameter.
     """
     subject, notices, known, responded = _prior(machine, axis, friction, plant, noise=noise, encoder=encoder, like=like)
     limits = _limits(stroke, feed, acceleration, subject)
@@ -296,24 +277,13 @@ def plan_next(
 ) -> NextRecordResult:
     """Find the further record that would narrow the predicted glitch of an axis most.
 
-    Parameters
-    ----------
-    last
-        The last result, to find the further record that narrows the predicted glitch most. A friction file with a GMS
+    last: The last result, to find the further record that narrows the predicted glitch most. A friction file with a GMS
         model and its covariance, or a result.
-    stroke, feed, acceleration
-        Limits of the axis.
-    machine
-        The machine that runs the circle: plant, controller, the other axis; a typical one where not given.
-    scheme
-        Scheme whose predicted glitch is to be narrowed, after a last result.
-    noise, encoder, like
-        As in `plan`.
-
-    Raises
-    ------
-    FricError
-        When the file has no GMS model with covariance, or the machine no two axes.
+    stroke, feed, acceleration: Limits of the axis.
+    machine: The machine that runs the circle: plant, controller, the other axis; a typical one where not given.
+    scheme: Scheme whose predicted glitch is to be narrowed, after a last result.
+    noise, encoder, like: As in `plan`.
+    Raises FricError: When the file has no GMS model with covariance, or the machine no two axes.
     """
     document = document_of(FrictionDocument, last)
     axis, notices, _, _ = _prior(machine, "", document, noise=noise, encoder=encoder, like=like)

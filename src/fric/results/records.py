@@ -236,15 +236,8 @@ def _samples(log: Record) -> int:
 def read(*files: LogLike) -> Records:
     """Read the records of log files of one axis.
 
-    Parameters
-    ----------
-    files
-        Log files, as `ingest` writes them.
-
-    Raises
-    ------
-    FricError
-        When a file is no log file, or they are of different axes.
+    files: Log files, as `ingest` writes them.
+    Raises FricError: When a file is no log file, or they are of different axes.
     """
     return Records(records_of(files, whole=True))
 

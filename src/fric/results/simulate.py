@@ -193,35 +193,20 @@ def circle(
 ) -> CircleResult:
     """Run a circular test under compensation schemes: the quadrant glitches that each leaves.
 
-    Parameters
-    ----------
-    machine
-        The machine, as in configs/. Itself, its file, the name of a bundled machine; or the result of
+    machine: The machine, as in configs/. Itself, its file, the name of a bundled machine; or the result of
         `read_identified`, to draw many machines from the 95 % intervals of the identified parameters.
-    velocity
-        Feed along the circle.
-    radius
-        Radius of the circle.
-    revolutions
-        Revolutions; the last is evaluated.
-    clockwise
-        Turn clockwise.
-    axis
-        Simulate one axis alone; the other follows its reference.
-    machines
-        Run N machines that are drawn around this machine, in addition to it; 1000 take a minute of a core per scheme.
-    spread
-        How widely each parameter is drawn; by default configs/spread.yaml. Spreads by name, or their file.
-    measured
-        A measured circle, which every drawn machine is fitted to; repeatable. The machines are drawn from what was
-        identified; the circle holds reference, position and voltage of each axis.
-    seed
-        Seed of the machines that are drawn.
-
-    Raises
-    ------
-    FricError
-        When the machine has no two axes for a circle, a scheme is not known, or a loop is not stable.
+    velocity: Feed along the circle.
+    radius: Radius of the circle.
+    revolutions: Revolutions; the last is evaluated.
+    clockwise: Turn clockwise.
+    axis: Simulate one axis alone; the other follows its reference.
+    machines: Run N machines that are drawn around this machine, in addition to it; 1000 take a minute of a core per
+        scheme.
+    spread: How widely each parameter is drawn; by default configs/spread.yaml. Spreads by name, or their file.
+    measured: A measured circle, which every drawn machine is fitted to; repeatable. The machines are drawn from what
+        was identified; the circle holds reference, position and voltage of each axis.
+    seed: Seed of the machines that are drawn.
+    Raises FricError: When the machine has no two axes for a circle, a scheme is not known, or a loop is not stable.
     """
     subject = machine_of(machine)
     sense = -1 if clockwise else 1
@@ -350,19 +335,10 @@ def circle_map(
 ) -> CircleMapResult:
     """Run circles of many feeds and radii: where GMS beats the static map, and where the observer makes it worse.
 
-    Parameters
-    ----------
-    feeds
-        A range, or feeds with commas. As "5, 10, 50 mm/s", or numbers [m/s].
-    radii
-        A range, or radii with commas. As "5 … 100 mm", or numbers [m].
-    points
-        Number of values in a range.
-
-    Raises
-    ------
-    FricError
-        When the machine does not have two axes for a circle, or no circle was completed.
+    feeds: A range, or feeds with commas. As "5, 10, 50 mm/s", or numbers [m/s].
+    radii: A range, or radii with commas. As "5 … 100 mm", or numbers [m].
+    points: Number of values in a range.
+    Raises FricError: When the machine does not have two axes for a circle, or no circle was completed.
     """
     subject = machine_of(machine)
     pair(subject)
@@ -443,18 +419,10 @@ def path(
 ) -> PathResult:
     """Follow a contour given by points under compensation schemes: the glitch at each reversal of an axis.
 
-    Parameters
-    ----------
-    points
-        Points of the path, headed 'x [mm], y [mm]'; or a recorded reference, with a column 'time [s]' too, or in a
+    points: Points of the path, headed 'x [mm], y [mm]'; or a recorded reference, with a column 'time [s]' too, or in a
         circle or run file. A recorded reference is followed in its own time.
-    velocity
-        Feed along the path; a recorded path has its time. So does a path that is given directly.
-
-    Raises
-    ------
-    FricError
-        When the path has a corner, or the machine cannot follow it.
+    velocity: Feed along the path; a recorded path has its time. So does a path that is given directly.
+    Raises FricError: When the path has a corner, or the machine cannot follow it.
     """
     subject = machine_of(machine)
     if isinstance(points, PointPath | RecordedPath):

@@ -84,11 +84,8 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     where each direction has a map; ``places`` are those of `Hunting`. Without a log of kind ``presliding-sine`` or
     ``micro-steps``, those of kind ``motion`` or of no kind are used.
 
-    Raises
-    ------
-    FricError
-        When no record has whole cycles, an amplitude is under three encoder steps, a channel was not logged, or the
-        knots do not suit the curve.
+    Raises FricError: When no record has whole cycles, an amplitude is under three encoder steps, a channel was not
+        logged, or the knots do not suit the curve.
     """
     presliding, sliding = sorted_by_kind(logs)
     for log in presliding:

@@ -82,10 +82,7 @@ def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
     The arguments are those of `fric.identify_static`, in SI; ``damping_error`` is half the 95 % interval of the plant's
     damping K_f·A/B [N·s/m], which the intervals allow for.
 
-    Raises
-    ------
-    FricError
-        When there is no steady stroke, or there are too few speeds for the parameters.
+    Raises FricError: When there is no steady stroke, or there are too few speeds for the parameters.
     """
     motion = records[0].motion
     asked = Asked(motion, plant, delta, direction, over_position, weights, average, form, load, damping_error)
