@@ -1,7 +1,12 @@
 """The one exception that fric raises on purpose."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import wraps
+from typing import ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 MOST_CHARACTERS = 400  # Characters of each part of a message at most
 
@@ -69,6 +74,27 @@ class FricError(Exception):
         """Return the same error with the place where it was found (outermost place first)."""
         place = f"{where}: {self.where}" if self.where else where
         return FricError(self.what, where=place, hint=self.hint, form=self.form)
+
+
+class Typed(str):
+    """A quantity as it was typed, which names its argument where it is refused."""
+
+    argument = ""
+
+
+def names(read: Callable[P, R]) -> Callable[P, R]:
+    """Return a function that reads a quantity, whose errors name the argument that it was typed for."""
+
+    @wraps(read)
+    def reading(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            return read(*args, **kwargs)
+        except FricError as error:
+            if isinstance(args[0], Typed) and not error.where:
+                raise error.at(f"`{args[0].argument}=`") from None
+            raise
+
+    return reading
 
 
 def near(given: str, known: Iterable[str]) -> str:

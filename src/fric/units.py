@@ -13,7 +13,7 @@ from functools import cache
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from fric.errors import FricError, printable
+from fric.errors import FricError, names, printable
 
 if TYPE_CHECKING:
     import pint
@@ -204,6 +204,7 @@ def _measured(unit: str) -> str:
     return "nothing that has a dimension" if not dimensionality else str(dimensionality)
 
 
+@names
 def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float:
     """Parse a quantity such as ``"30 mm"`` to SI. A bare number is an error: units are explicit.
 
@@ -253,6 +254,7 @@ def likely(number: float | str, dimension: str, motion: Motion = "linear") -> st
     return f"{number} {next(unit for unit, most in units if abs(float(number)) <= most)}"
 
 
+@names
 def parse_gain(text: str | float, above: float = 0.0) -> float:
     """Parse a ratio of amplitudes, ``"6 dB"`` or ``"2"``.
 

@@ -7,13 +7,13 @@ from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, wraps
 from importlib import import_module
-from inspect import CO_VARARGS, Parameter, cleandoc, signature, unwrap
+from inspect import CO_VARARGS, BoundArguments, Parameter, cleandoc, signature, unwrap
 from numbers import Integral, Real
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
-from fric.errors import FricError, near
+from fric.errors import FricError, Typed, near
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -117,17 +117,21 @@ def typed(kind: type[T]) -> type[T]:
 def _checked(function: Callable[P, R], called: str) -> Callable[P, R]:
     @wraps(function)
     def checked(*args: P.args, **kwargs: P.kwargs) -> R:
-        _check(function, called, *args, **kwargs)
+        bound = _check(function, called, *args, **kwargs)
+        for name, given in bound.arguments.items():
+            if isinstance(given, str) and dimensions_of(_hints(function)[name]):
+                bound.arguments[name] = Typed(given)
+                bound.arguments[name].argument = name
         try:
-            return function(*args, **kwargs)
+            return function(*bound.args, **bound.kwargs)
         except UnfitError as error:
             raise FricError(f"{called} {error.what}") from None
 
     return checked
 
 
-def _check(function: Callable[P, Any], called: str, *args: P.args, **kwargs: P.kwargs) -> None:
-    """Raise a `FricError` that names an argument which is missing, not known, or does not fit its annotation."""
+def _check(function: Callable[P, Any], called: str, *args: P.args, **kwargs: P.kwargs) -> BoundArguments:
+    """Return the arguments by name; a `FricError` names one which is missing, unknown, or does not fit its hint."""
     try:
         bound = _signature(function).bind(*args, **kwargs)
     except TypeError:
@@ -142,6 +146,7 @@ def _check(function: Callable[P, Any], called: str, *args: P.args, **kwargs: P.k
             raise refused(called, f"{name} as {_words(hint)}", given)
         if not _within(given, hint):
             raise FricError(f"{called} takes {name} as {_words(hint)}, and was given {given}")
+    return bound
 
 
 def _unbound(function: Callable[..., Any], called: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> FricError:
@@ -260,7 +265,7 @@ def _fits(given: Any, hint: Any) -> bool:
     if getattr(hint, "_is_protocol", False) or origin is Callable:
         return callable(given)
     if isinstance(origin, type) and issubclass(origin, Iterable):
-        right = isinstance(given, origin) and not isinstance(given, str | bytes)
+        right = isinstance(given, origin) and not isinstance(given, str | bytes) and getattr(given, "ndim", 1) != 0
         return right and (issubclass(origin, Mapping) or all(_fits(item, inner[0]) for item in _again(given)))
     return hint is Any or not isinstance(hint, type) or isinstance(given, hint)
 
@@ -277,6 +282,12 @@ def kinds_of(hint: Any) -> list[Kind]:
     if origin in {Union, UnionType} and NoneType in inner:
         return [kind for item in inner for kind in kinds_of(item)]
     return []
+
+
+def dimensions_of(hint: Any) -> list[str]:
+    """Return the texts in the metadata of an annotation, such as the dimension of a quantity."""
+    inner = get_args(hint) if get_origin(hint) is Annotated else ()
+    return [*(text for text in inner[1:] if isinstance(text, str)), *(dimensions_of(inner[0]) if inner else ())]
 
 
 def _choices(hint: Any) -> list[str]:

@@ -557,11 +557,13 @@ def test_gains_are_taken_as_a_text_or_asked_for(tmp_path):
     asked = []
     assert gains(ask=lambda question: (asked.append(question.text), question.take(""))) is None
     assert "K_v=100 1/s" in asked[0]
-    assert gain(gains(["y: K_v=1, K_p=2, K_i=3"], lambda question: question.take(text))) == 130.9
+    assert gain(gains(["y: K_v=1 1/s, K_p=2 V*s/m, K_i=3 V/m"], lambda question: question.take(text))) == 130.9
     assert gain(gains()) == 130.9  # what was answered is kept
     assert gain(gains([f"x: {text.replace('130.9', '120')}"])) == 120.0
     with pytest.raises(FricError, match="of axis x lacks K_i"):
         gains(["K_v=100 1/s, K_p=3 N"])
+    with pytest.raises(FricError, match="K_p has no unit in .*\nWrite 'K_p=131 V\\*s/m'"):
+        gains(["K_v=100 1/s, K_p=131, K_i=4090"])
     session.close()
     assert "K_p: {value: 120.0, unit: V*s/m}" in (tmp_path / "steps.sh").read_text(encoding="utf-8")
 

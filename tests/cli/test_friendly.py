@@ -213,6 +213,7 @@ def test_blocks_are_listed_as_json_too():
         (["export", "machine.yaml", "c", "--axis", "x", "-o", "code"], "`fric export linuxcnc machine.yaml`"),
         (["export", "c", "xy-table", "--axis", "x", "--lead", "1 mm", "-o", "code"], "--lead: time cannot be in 'mm'"),
         (["export", "c", "xy-table", "--axis", "x", "--lead", "1 mm", "-o", "code"], "Write '1 ms'."),
+        (["plan", "--stroke", "50 mm", "--feed", "50 mm", "-o", "plan"], "--feed: velocity cannot be in 'mm'"),
     ],
 )
 def test_first_mistakes_are_told_with_what_mends_them(tmp_path, monkeypatch, words, told):

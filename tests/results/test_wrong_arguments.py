@@ -48,6 +48,7 @@ FRAME = {"time": [0.0, 1e-3, 2e-3], "position": [0.0, 1.0, 2.0]}
     (lambda: fric.Log.from_frame(pd.DataFrame(FRAME | {"force": ["a"] * 3})), "'force' holds what is no number"),
     (lambda: fric.read_machine("xy-table").save("machine.h5"), "what is written is YAML.*machine.yaml"),
     (lambda: fric.circle("xy-table", "a", radius="-30 mm"), "'-30 mm' is not positive"),
+    (lambda: fric.read_machine("xy-table", nominal_files=np.array(None)), "nominal_files as a list, of a text each"),
     (lambda: fric.read_machine("xy-table", nominal_files=["f.yaml"]), "Write it as x=f.yaml"),
     (lambda: fric.design_controller("p.yaml", view="bod"), "and was given 'bod'.*Is it bode"),
     (lambda: fric.circle("xy-table", "a", machines=1, spread={"level": 1}),

@@ -73,7 +73,9 @@ def gains_of(text: str, axis: str, motion: Motion) -> dict[str, Any]:
     units = {"K_v": "1/s", "K_p": f"V*s/{length}", "K_i": f"V/{length}", "velocity_filter": "Hz", "sampling": "Hz"}
     given = {"velocity_filter": f"{USUAL.velocity_filter} Hz", "sampling": f"{USUAL.sampling} Hz"}
     given |= {name: value.strip() for name, value in _GAIN.findall(text)}
-    given = {name: value if re.search("[a-zA-Z]", value) else f"{value} {units[name]}" for name, value in given.items()}
+    if bare := [name for name, value in given.items() if not re.search("[a-zA-Z]", value)]:
+        name = bare[0]
+        raise FricError(f"{name} has no unit in '{text}'", hint=f"Write '{name}={given[name]} {units[name]}'.")
     content: dict[str, Any] = {"fric": ControllerDocument.type_name(), "axis": axis, "motion": motion} | given
     try:
         return ControllerDocument.model_validate(content).tree()

@@ -1,12 +1,11 @@
 """A command, made from its verb: its parameters, what a terminal adds, the layout of its help; and groups of them."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, reduce
 from importlib import import_module
 from inspect import Parameter, Signature
-from itertools import product
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -17,7 +16,7 @@ from typer.core import TyperCommand, TyperGroup
 from fric.cli import completion
 from fric.cli.console import finish
 from fric.errors import FLAGS, FricError, as_options, near
-from fric.verb import Argument, VerbForm, kinds_of
+from fric.verb import Argument, VerbForm, dimensions_of, kinds_of
 
 PARTS: Mapping[str, Mapping[str, str]] = {
     "First": {
@@ -250,7 +249,7 @@ def parameter_of(given: Argument, flags: str = "", *, place: bool = False) -> Pa
     read, many = _read(given.hint)
     many = many or given.several
     settings: dict[str, Any] = {"min": _first(kinds, "least"), "max": _first(kinds, "most")}
-    metavar = _first(kinds, "metavar") or next(filter(None, map(METAVARS.get, _dimensions(given.hint))), None)
+    metavar = _first(kinds, "metavar") or next(filter(None, map(METAVARS.get, dimensions_of(given.hint))), None)
     if complete := _first(kinds, "complete"):
         settings["autocompletion"] = getattr(completion, complete)
     if place:
@@ -272,13 +271,6 @@ def parameter_of(given: Argument, flags: str = "", *, place: bool = False) -> Pa
 
 def _first(kinds: Any, name: str) -> Any:
     return next((value for kind in kinds if (value := getattr(kind, name)) not in {None, ""}), None)
-
-
-def _dimensions(hint: Any) -> Iterator[str]:
-    if get_origin(hint) is Annotated:
-        inner, *beside = get_args(hint)
-        yield from (text for text in beside if isinstance(text, str))
-        yield from _dimensions(inner)
 
 
 def _read(hint: Any) -> tuple[Any, bool]:
@@ -383,8 +375,7 @@ class Command:
             try:
                 found(self.run)(self, values) if self.run else self.end(self.call(values), values)
             except FricError as error:
-                about = error.where or next(self._refused(error.what, values), "")
-                what, where, hint = map(self.worded, (error.what, about, error.hint))
+                what, where, hint = map(self.worded, (error.what, error.where, error.hint))
                 raise FricError(what, where=where, hint=hint, form=error.form) from None
 
         command.__doc__ = self.help
@@ -443,19 +434,6 @@ class Command:
             return found(self.verb)(*before, *values.pop(several, ()), **values)
 
         return make
-
-    def _refused(self, what: str, given: Mapping[str, Any]) -> Iterator[str]:
-        """Yield the options whose text is no quantity of their dimension, for this reason."""
-        from fric.units import PLAIN, SI_UNITS, parse  # with Pint, which `--help` need not
-
-        for form in [self.form, *map(VerbForm, self.further)]:
-            for name in [name for name in form.names if isinstance(given.get(name), str)]:
-                for dimension, motion in product(SI_UNITS.keys() & set(_dimensions(form[name].hint)), PLAIN):
-                    try:
-                        parse(given[name], dimension, motion)
-                    except FricError as error:
-                        if error.what == what:
-                            yield self.worded(f"`{name}=`").strip("`")
 
     def worded(self, text: str) -> str:
         """Return a text with its arguments named as options of this command."""

@@ -140,11 +140,7 @@ class ControlBlock(ABC):
         known = {parameter.name: parameter for parameter in cls.parameters}
         for name, value in values.items():
             require_known(name, known, f"the block '{cls.name}' has no", "It has")
-            if not known[name].lower <= value <= known[name].upper:
-                raise FricError(
-                    f"{name} of '{cls.name}' is {value:g}, but {known[name].doc} lies between {known[name].lower:g} "
-                    f"and {known[name].upper:g}"
-                )
+            known[name].bound(cls.name, value)
 
     @classmethod
     def from_values(cls, values: Mapping[str, float], setting: Setting) -> Self:

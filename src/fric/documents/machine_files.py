@@ -396,7 +396,7 @@ def read_machine(
     *,
     nominal_files: Annotated[Iterable[str], Kind(list[str], "AXIS=FILE.yaml")] = (),
     gain: float | None = None,
-    lead: Annotated[float | str | None, Kind(metavar="TIME")] = None,
+    lead: Annotated[float | str | None, "time"] = None,
     friction_model: Annotated[str | None, Kind(metavar="NAME")] = None,
 ) -> Machine:
     """Read a machine file, and the files that it names.

@@ -101,7 +101,7 @@ def read_tree(path: Path, wanted: str = "YAML") -> Any:
     except FricError as error:
         cause = error.__context__
         if isinstance(cause, UnicodeDecodeError):
-            raise FricError("is no YAML document in UTF-8", where=str(path)) from None
+            raise FricError("is no YAML document in UTF-8", where=str(path), hint="Save it as UTF-8.") from None
         if isinstance(cause, ReusedAnchorWarning):
             name = str(cause).partition("anchor ")[2].partition("\n")[0]
             what = f"names two places with one anchor, {printable(name, 40)}"

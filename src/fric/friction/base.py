@@ -32,6 +32,12 @@ class Parameter:
     at_least: str = ""  # Name of the parameter that bounds this parameter from below in a fit
     shares: bool = False  # True where the values of the blocks sum to 1
 
+    def bound(self, holder: str, *values: float) -> None:
+        """Refuse values [SI] beyond the bounds; ``holder`` names the model or block that has them."""
+        if wrong := [value for value in values if not self.lower <= value <= self.upper]:
+            what = f"{self.name} of '{holder}' is {wrong[0]:g}, but {self.doc} lies between {self.lower:g} and"
+            raise FricError(f"{what} {self.upper:g}", hint="Look at the number and its unit.")
+
 
 Property = Literal["bounded", "passive", "pre-sliding", "non-local memory", "no creep", "frictional lag"]
 """What a model may claim, and is then held to by the tests that all models share (tests/friction/test_properties.py).
@@ -103,10 +109,7 @@ class FrictionModel(ABC):
                 given |= {p.name: values} if values else {}
             elif isinstance(given.get(p.name), tuple):
                 raise FricError(f"{p.name} of '{cls.name}' has several values, and there is one", hint=f"{p.doc}.")
-            if not all(p.lower <= value <= p.upper for value in values):
-                raise FricError(
-                    f"{p.name} of '{cls.name}' is {given[p.name]}, but {p.doc} lies between {p.lower:g} and {p.upper:g}"
-                )
+            p.bound(cls.name, *values)
         return given
 
     @classmethod

@@ -12,7 +12,7 @@ from math import inf, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 
-from fric.errors import FricError, printable
+from fric.errors import FricError, names, printable
 from fric.estimate import Estimate, elements, estimate_rows, note_of
 from fric.flaws import flaw_of
 from fric.flaws.unit import BOUNDS
@@ -433,6 +433,7 @@ def quantity(given: str | float | None, dimension: str, motion: Motion = "linear
     return None if given is None else positive(given, dimension, motion)
 
 
+@names
 def positive(given: str | float, dimension: str, motion: Motion = "linear") -> float:
     """Return a positive quantity given in SI, or as a text with its unit."""
     value = in_si(given, dimension, motion)
@@ -441,6 +442,7 @@ def positive(given: str | float, dimension: str, motion: Motion = "linear") -> f
     return value
 
 
+@names
 def in_si(given: str | float, dimension: str, motion: Motion = "linear") -> float:
     """Return a quantity given in SI, or as a text with its unit."""
     if isinstance(given, bool) or not isinstance(given, int | float | str):
