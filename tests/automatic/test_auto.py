@@ -562,7 +562,7 @@ def test_gains_are_taken_as_a_text_or_asked_for(tmp_path):
     assert gain(gains([f"x: {text.replace('130.9', '120')}"])) == 120.0
     with pytest.raises(FricError, match="of axis x lacks K_i"):
         gains(["K_v=100 1/s, K_p=3 N"])
-    with pytest.raises(FricError, match="K_p has no unit in .*\nWrite 'K_p=131 V\\*s/m'"):
+    with pytest.raises(FricError, match=r"K_p has no unit in .*\nWrite 'K_p=131 V\*s/m'"):
         gains(["K_v=100 1/s, K_p=131, K_i=4090"])
     session.close()
     assert "K_p: {value: 120.0, unit: V*s/m}" in (tmp_path / "steps.sh").read_text(encoding="utf-8")

@@ -13,11 +13,12 @@ from typer.testing import CliRunner
 
 import fric
 from fric import units
-from fric.cli import main
+from fric.cli import console, main
 from fric.cli.main import app
 from fric.documents import bundled
 from fric.documents.yaml import read_document
 from fric.errors import FricError
+from fric.progress import tried
 
 ROOT = Path(__file__).parents[2]
 RUN = CliRunner()
@@ -238,3 +239,12 @@ def test_a_pipe_gets_no_trailing_blanks():
     shown = RUN.invoke(app, ["ingest", "--list"]).output.splitlines()
     assert len(shown) > 9
     assert shown == [line.rstrip() for line in shown]
+
+
+def test_a_pipe_gets_lines_of_progress(monkeypatch, capsys):
+    monkeypatch.setattr(console, "EVERY", 0.0)
+    with console.progress("fitting") as advance:
+        tried()
+        advance(total=4)
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.partition(", 0 s")[0] for line in lines] == ["fitting: 0 s", "fitting: 25 %"]

@@ -15,6 +15,7 @@ from io import TextIOWrapper
 from itertools import count
 from pathlib import Path
 from textwrap import fill
+from time import monotonic
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -81,6 +82,7 @@ def _spelled(error: UnicodeError) -> tuple[str, int]:
 
 
 MOST_CHARACTERS = 1000  # Characters of a warning at most
+EVERY = 20.0  # Time between two lines of progress in a pipe [s]
 
 OUT, ERR = Stream(stderr=False), Stream(stderr=True)
 
@@ -164,9 +166,21 @@ def print_json(document: Mapping[str, Any]) -> None:
 
 @contextmanager
 def progress(description: str) -> Iterator[Any]:
-    """Show a progress bar on standard error, silent when that is no terminal; gives a function to advance it."""
+    """Show a progress bar on standard error, or lines where that is no terminal; gives a function to advance it."""
     if not sys.stderr.isatty():
-        yield lambda steps=1, *, total=None: None
+        start, said, done, whole = monotonic(), monotonic(), 0, 0
+
+        def tell(steps: int = 1, *, total: int | None = None) -> None:
+            nonlocal said, done, whole
+            done, whole = done + steps, total or whole
+            if (now := monotonic()) - said > EVERY:
+                said = now
+                ERR.print(
+                    f"{description}: {f'{100 * done // whole} %, ' if whole else ''}{now - start:.0f} s", markup=False
+                )
+
+        with heard(lambda _: tell(0)):
+            yield tell
         return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.drive.plant import LinearPlant
-from fric.errors import FricError, require_known
+from fric.errors import require_known
 from fric.friction import FrictionModel, Parameter
 from fric.kernels.block import BlockStep
 from fric.kernels.loop import CONTROLLER, FEEDFORWARD, OBSERVER, Block
