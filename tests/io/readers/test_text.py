@@ -173,3 +173,12 @@ def test_cells_behind_those_of_the_header_are_empty_or_told(tmp_path, at, tail, 
     else:
         with pytest.raises(FricError, match="more cells than the 2 of the header"):
             ingest(path, tmp_path / "log.h5")
+
+
+def test_a_state_that_lacks_is_no_word(tmp_path):
+    (tmp_path / "log.csv").write_text("time [s],mode\n0,on\n1,\n2,off\n3,on\n")
+    (table,) = tables(tmp_path / "log.csv")
+    table.states = 1
+    ((_, mode),) = (block.columns for block in table.read([0, 1]))
+    assert table.labels == ("on", "off")
+    np.testing.assert_array_equal(mode, [0.0, np.nan, 1.0, 0.0])

@@ -433,7 +433,7 @@ class TextTable(ForeignTable):
         if pd.api.types.is_numeric_dtype(column) and not self.labels:  # truth values, too
             return column.to_numpy(dtype="f8", na_value=np.nan)
         words = column.astype("str").str.strip()
-        self.labels = tuple(dict.fromkeys([*self.labels, *words.unique()]))[:MOST_STATES]
+        self.labels = tuple(dict.fromkeys([*self.labels, *words.dropna().unique()]))[:MOST_STATES]
         numbers = {word: float(n) for n, word in enumerate(self.labels)}
         return words.map(numbers).to_numpy(dtype="f8", na_value=np.nan)
 
