@@ -12,9 +12,7 @@ ROOT = Path(__file__).parents[1]
 SCRIPT = """
 import importlib, multiprocessing, os, pkgutil, sys
 
-import numba  # what others import of what is hidden is theirs to know
-if __name__ == "__main__":
-    import h5py, matplotlib.figure, nlopt, pandas, scipy.signal
+import h5py, matplotlib.figure, nlopt, numba, pandas, scipy.signal  # what others import of what is hidden is theirs
 
 for name in ("resource", "fcntl", "pwd", "grp", "termios", "multiprocessing.forkserver"):
     sys.modules[name] = None
@@ -24,20 +22,23 @@ for name in ("sched_getaffinity", "fork", "geteuid", "getuid", "mkfifo"):
 multiprocessing.get_all_start_methods = lambda: ["spawn"]
 
 import fric
-if __name__ == "__main__":
-    found = [one.name for one in pkgutil.walk_packages(fric.__path__, "fric.") if one.name != "fric.__main__"]
-    for name in found:
-        importlib.import_module(name)
-    print(len(found))
-    one = fric.circle("xy-table", "a", revolutions=1, machines=2, workers=2, seed=3)
-    two = fric.circle("xy-table", "a", revolutions=1, machines=2, workers=1, seed=3)
-    assert (one.many.glitches == two.many.glitches).all()
-    print(len(one.many))
+
+found = [one.name for one in pkgutil.walk_packages(fric.__path__, "fric.") if one.name != "fric.__main__"]
+for name in found:
+    importlib.import_module(name)
+print(len(found))
+one = fric.circle("xy-table", "a", revolutions=1, machines=2, workers=2, seed=3)
+two = fric.circle("xy-table", "a", revolutions=1, machines=2, workers=1, seed=3)
+assert (one.many.glitches == two.many.glitches).all()
+print(len(one.many))
 """
 
 
 def test_all_is_imported_and_many_machines_run_where_there_is_no_posix(tmp_path):
-    """Every module is imported without what only POSIX has; workers are processes that start from nothing."""
+    """Every module is imported without what only POSIX has; workers are processes that start from nothing.
+
+    The script has no guard: a worker does not run it again.
+    """
     (tmp_path / "script.py").write_text(SCRIPT, encoding="utf-8")
     environment = os.environ | {"PYTHONPATH": f"{ROOT / 'src'}{os.pathsep}{ROOT}"}
     words = [sys.executable, "script.py"]

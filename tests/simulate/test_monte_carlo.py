@@ -2,6 +2,7 @@ import multiprocessing
 import os
 import pickle
 import signal
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from fric.documents.contours import MonteCarloPart
 from fric.documents.machine_files import read_machine
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
+from fric.simulate import processes
 from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.processes import MonteCarlo, Outcome, Study, monte_carlo, outcomes
 from fric.simulate.spread import Spread
@@ -66,6 +68,16 @@ def test_a_process_that_is_killed_is_told():
         outcomes(Killed(), 4, workers=2) as ran,
     ):
         list(ran)
+
+
+@pytest.mark.parametrize("module", ["__main__", __name__])
+def test_workers_know_the_script_where_the_study_is_of_it_alone(monkeypatch, module):
+    script = sys.modules["__main__"]
+    monkeypatch.setattr(script, "Mine", type("Mine", (), {"__module__": "__main__"}), raising=False)
+    study = script.Mine() if module == "__main__" else 1
+    with processes._apart(study):
+        assert (sys.modules["__main__"] is script) == (module == "__main__")
+    assert sys.modules["__main__"] is script
 
 
 def test_processes_that_were_begun_end_with_the_block():

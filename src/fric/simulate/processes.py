@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
 import signal
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -17,6 +19,7 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import wait
 from multiprocessing.context import BaseContext
 from threading import Thread, current_thread, main_thread
+from types import ModuleType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -85,6 +88,22 @@ def _started() -> BaseContext:
     return context
 
 
+@contextmanager
+def _apart(study: object) -> Iterator[None]:
+    """Let workers that are started here not import the script that called: it would run anew in each.
+
+    Of a study that holds what the script itself defines they import it, and the script needs the usual guard
+    ``if __name__ == "__main__":``.
+    """
+    script = sys.modules["__main__"]
+    if b"__main__" not in pickle.dumps(study):
+        sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = script
+
+
 def run_all(
     study: Callable[[int], T],
     machines: int,
@@ -115,8 +134,8 @@ def run_all(
 def outcomes(study: Callable[[int], T], machines: int, *, workers: int | None = None) -> Iterator[Iterator[T]]:
     """Give the outcomes of machines 0, 1, 2, … in their order, as soon as they are ready.
 
-    The machines are shared out among processes. Each imports the script that called, which so needs the usual guard
-    ``if __name__ == "__main__":``. When the block ends early, machines that were not begun are left out.
+    The machines are shared out among processes, see `_apart`. When the block ends early, machines that were not begun
+    are left out.
 
     workers: Processes, 1 for this process alone. Where not given, one a core; this process alone for few machines,
         which it runs before others have started.
@@ -127,9 +146,11 @@ def outcomes(study: Callable[[int], T], machines: int, *, workers: int | None = 
     if (workers := min(workers, machines)) == 1:
         yield map(study, range(machines))
         return
-    pool = ProcessPoolExecutor(workers, _started(), _begin, (study,))
+    with _apart(study):
+        pool = ProcessPoolExecutor(workers, _started(), _begin, (study,))
+        found = pool.map(_run, range(machines))  # starts all workers
     try:
-        yield _unbroken(pool.map(_run, range(machines)))
+        yield _unbroken(found)
     finally:
         pool.shutdown(cancel_futures=True)
 
