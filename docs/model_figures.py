@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from fric.figures.record import draw_comparison
 from fric.figures.style import CYCLE, GREY, new_figure, save_figure
-from fric.figures.validation import draw_comparison
 from fric.friction import FrictionModel
 from fric.friction.dahl import Dahl
 from fric.friction.gms import GMS

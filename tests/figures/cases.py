@@ -38,13 +38,21 @@ from fric.figures.circle import (
     reversal_figure,
 )
 from fric.figures.diagnosis import draw_diagnosis, draw_learned, draw_tuned
-from fric.figures.gms import ReplayedCycle, Virgin, cycles_figure, draw_gms, virgin_figure
+from fric.figures.gms import (
+    FrictionMap,
+    MapBranches,
+    ReplayedCycle,
+    Virgin,
+    cycles_figure,
+    draw_gms,
+    draw_static_map,
+    map_figure,
+    virgin_figure,
+)
 from fric.figures.loops import QReach, bode_figure, nichols_figure, nyquist_figure, q_filter_figure, reach_figure
 from fric.figures.plant import draw_motion, draw_plant, motion_figure
-from fric.figures.record import draw_plan, draw_record
-from fric.figures.static_map import FrictionMap, MapBranches, draw_static_map, map_figure
+from fric.figures.record import draw_comparison, draw_plan, draw_record, draw_replay, draw_validation
 from fric.figures.style import Band
-from fric.figures.validation import draw_comparison, draw_replay, draw_validation
 from fric.friction import models
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.identify import identify_gms

@@ -39,10 +39,9 @@ from fric.figures.circle import (
     draw_drift,
     overlay_figure,
 )
-from fric.figures.gms import ReplayedCycle, Virgin, cycles_figure, virgin_figure
+from fric.figures.gms import FrictionMap, MapBranches, ReplayedCycle, Virgin, cycles_figure, map_figure, virgin_figure
 from fric.figures.loops import QReach, reach_figure
 from fric.figures.plant import motion_figure
-from fric.figures.static_map import FrictionMap, MapBranches, map_figure
 from fric.figures.style import BLUE, DRAWING, STYLE, VERMILION, Band, laid_out, views
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
