@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain, product
 from pathlib import Path
 from time import monotonic
@@ -42,12 +43,12 @@ def _left_out(name: str) -> AbstractContextManager[Any]:
     for table in (corrections.AT_ANY_SPEED, corrections.OF_A_MAP):
         if name in table:
             kept = {key: look for key, look in table.items() if key != name}
-            return patch.dict(table, kept, clear=True)  # type: ignore[arg-type]
+            return patch.dict(table, kept, clear=True)
     raise KeyError(name)
 
 
 OFF: Mapping[str, Callable[[], AbstractContextManager[Any]]] = {
-    **{name: lambda name=name: _left_out(name) for name in (*corrections.AT_ANY_SPEED, *corrections.OF_A_MAP)},
+    **{name: partial(_left_out, name) for name in (*corrections.AT_ANY_SPEED, *corrections.OF_A_MAP)},
     "ageing": lambda: patch.object(map_fit, "_with_ageing", lambda plain, solution, held_out: held_out),
     "other speeds": lambda: patch.object(map_fit, "_at_other_speeds", lambda *_: True),
     "standing off": lambda: patch.object(stribeck_fit, "_beyond", lambda problem, solution, own, **_: 0.0 * own),
@@ -109,7 +110,9 @@ def earned(sessions: Iterable[Mapping[str, Any]]) -> list[Earned]:
     for name in NAMES[1:]:
         both = [(machine, seed, given[ALL], given[name]) for machine, seed, given in held if name in given]
         counts = [[_counts(machine, seed, step) for step in pair] for machine, seed, *pair in both]
-        total, covered, silent = np.sum(counts, axis=0).T if counts else np.zeros((3, 2), int)
+        total, covered, silent = (
+            (int(whole), int(without)) for whole, without in (np.sum(counts, axis=0).T if counts else np.zeros((3, 2)))
+        )
         codes: Counter[str] = Counter()
         for _, _, whole, without in both:
             codes.update(_told(without))
@@ -117,8 +120,8 @@ def earned(sessions: Iterable[Mapping[str, Any]]) -> list[Earned]:
         widths = [ratio for _, _, *pair in both for ratio in _widths(*pair)]
         found.append(Earned(
             name, tuple(dict.fromkeys(machine for machine, _, a, b in both if a.as_dict() != b.as_dict())),
-            *((int(whole), int(without)) for whole, without in (total, covered, silent)),
-            float(np.median(widths)) if widths else 1.0, {code: n for code, n in codes.items() if n},
+            total, covered, silent, float(np.median(widths)) if widths else 1.0,
+            {code: n for code, n in codes.items() if n},
         ))  # fmt: skip
     return found
 
@@ -293,11 +296,11 @@ def main() -> int:
             held.append({"machine": machine, "seed": seed, "steps": found})
             with staged(given.to / "ablation.json", force=True) as part:
                 part.write_text(json.dumps(held), encoding="utf-8")
-    print(found := sections(given.to))
+    print(written := sections(given.to))
     if given.write:
         first = HEADING if held else WARNINGS  # without sessions here, the page keeps what it says of corrections
         rest = given.write.read_text(encoding="utf-8").partition(f"\n{first}")[0]
-        given.write.write_text(rest + found, encoding="utf-8")
+        given.write.write_text(rest + written, encoding="utf-8")
     return 0
 
 
