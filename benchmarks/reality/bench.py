@@ -32,7 +32,6 @@ NAMES: dict[str, set[str]] = {
     "drift": {"force-drifts", "energy-drifts"},
     "dwell": {"friction-ages", "rest-raises-friction"},
     "force-constant": {"force-drifts", "energy-drifts"},
-    "interpolation": {"encoder-errs"},
     "jitter": {"sampling-jitters"},
     "lost-untold": {"samples-lost"},
     "second-mass": {"spring-in-series", "A-holds-friction"},

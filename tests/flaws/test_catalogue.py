@@ -499,7 +499,7 @@ def test_flaws_without_a_record_here_only_become_fewer() -> None:
 
 WITHOUT = """
     samples-lost sampling-jitters force-late force-late-open force-turned K_f-differs
-    force-not-proportional encoder-errs stiffness-unresolved force-over-position friction-over-position
+    force-not-proportional stiffness-unresolved force-over-position friction-over-position
     force-along-axis force-drifts friction-ages directions-differ offset-shared fall-not-seen fall-open
     F_s-extrapolated F_c-at-bound strokes-stand-off strokes-scatter
     strokes-settling strokes-swing residuals-follow-speed damping-too-large sigma-in-A one-speed

@@ -9,7 +9,7 @@ from fric.documents.inspection import InspectionDocument
 from fric.identify.plant.identify import identify_plant
 from fric.identify.static_map.identify import identify_static
 from fric.log import Log
-from fric.records.flaws import clock_flaws, encoder_error, stroke_flaws, timing
+from fric.records.flaws import clock_flaws, stroke_flaws, timing
 from fric.records.inspection import inspect
 from fric.records.over_strokes import OverTime, along_axis, over_place, over_time
 from fric.records.segments import steady_segments
@@ -86,21 +86,6 @@ def test_gaps_that_the_time_tells_are_no_lost_samples() -> None:
     cut = replace(log, time=log.time[kept], position=log.position[kept], force=log.force[kept])
     assert timing(cut).lost == 0.0
     assert timing(cut).jitter == 0.0
-
-
-def test_an_encoder_that_errs_is_told_by_pitch_and_size() -> None:
-    found = encoder_error(steady(session(error=2e-7, pitch=20e-6)))
-    assert found is not None
-    assert found.pitch == pytest.approx(20e-6, rel=5e-3)
-    assert found.amplitude == pytest.approx(2e-7, rel=0.2)
-
-
-def test_hum_of_one_frequency_is_no_error_of_the_encoder() -> None:
-    logs = [
-        replace(log, position=np.rint((log.position + 3e-7 * np.sin(2 * np.pi * 100 * log.time)) / STEP) * STEP)
-        for log in session()
-    ]
-    assert encoder_error(steady(logs)) is None
 
 
 def test_cogging_and_friction_over_position_are_told_apart() -> None:

@@ -27,10 +27,6 @@ FORCE_LATE = Flaw("force-late", "doubt",
 FORCE_LATE_OPEN = Flaw("force-late-open", "doubt",
     "The residuals look as if the force were logged late: k may be wrong.",
     "Log both channels at one instant, and more samples a cycle.")
-ENCODER_ERRS = Flaw("encoder-errs", "doubt",
-    "The position ripples by {amplitude} every {pitch}: the encoder interpolates badly, such knots are false.",
-    "Adjust the reading head, or log a finer encoder.",
-    widens={"resolution": 2.0})
 ENCODER_TOO_COARSE = Flaw("encoder-too-coarse", "wrong",
     "The amplitude is {steps:.1f} steps of the encoder: three are needed.",
     "Log a larger amplitude, or a finer encoder.")

@@ -21,7 +21,6 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.channel import (
     DRIVE_OFF,
-    ENCODER_ERRS,
     FORCE_CLIPPED,
     FORCE_COARSE,
     FOREIGN_COMPENSATION,
@@ -43,7 +42,7 @@ from fric.records.recognition import fitted_sine, visible_step
 from fric.records.resolution import clipped_among, drive_off, lattice_step
 from fric.records.segments import SHORTEST, Segment
 from fric.statistics import jackknife, robust_deviation
-from fric.units import readable, rotates, si_unit
+from fric.units import readable, si_unit
 
 KICKED, KICK_COUNTS, BEFORE, BEHIND, WITHIN = 0.3, 6.0, 1.5, 0.33, 0.5
 """Least lead about a reversal of a kick: over 99 % of the deviations elsewhere, in counts, over the deviation before
@@ -449,95 +448,7 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
     ]
 
 
-SAMPLES = 256  # Least number of samples in a record or a segment
-PERIODS = 12  # Least number of periods in a segment
-HEIGHT = 8.0  # Amplitude of a line over the median of those around it
-AROUND = 40  # Number of lines on each side for comparison
-PEAKS = 3  # Number of lines of a segment that are used: its highest
-SEGMENTS = 3  # Least number of segments that show a pitch
-SPREAD = 1.4  # Least ratio of their greatest to their least speed
-LONGEST = (0.5e-3, 0.02)  # Largest pitch of a scale [m, rad]; a longer ripple is a screw or a motor, and real motion
-SMALLEST = 0.5  # Amplitude, in steps of the encoder, above which there is a warning
-
-
-@dataclass(frozen=True)
-class EncoderError:
-    """A sub-divisional error."""
-
-    pitch: float  # [m]
-    amplitude: float  # [m]
-
-
-@dataclass(frozen=True)
-class _Line:
-    number: float  # 1/m
-    width: float  # 1/m
-    amplitude: float  # m
-    speed: float  # m/s
-    segment: int
-
-
-def encoder_error(strokes: Sequence[tuple[Log, Segment]]) -> EncoderError | None:
-    """Return the sub-divisional error that segments at constant velocity agree on; None where they do not."""
-    lines = [line for n, (log, segment) in enumerate(strokes) for line in _lines(log, segment, n)]
-    lines = [line for line in lines if not _hums(line, lines)]
-    best: list[_Line] = []
-    for line in lines:
-        alike = [other for other in lines if abs(other.number - line.number) <= 0.5 * (other.width + line.width)]
-        speeds = [other.speed for other in alike]
-        if max(speeds) >= SPREAD * min(speeds) and len({o.segment for o in alike}) > len({o.segment for o in best}):
-            best = alike
-    if len({line.segment for line in best}) < SEGMENTS:
-        return None
-    number = float(np.average([line.number for line in best], weights=[1.0 / line.width for line in best]))
-    step = max(lattice_step(log.position) or 0.0 for log, _ in strokes if log.position is not None)
-    amplitude = float(np.median([line.amplitude for line in best]))
-    if amplitude <= SMALLEST * step or 1.0 / number > LONGEST[rotates(strokes[0][0].motion)]:
-        return None
-    return EncoderError(1.0 / number, amplitude)
-
-
-def _hums(line: _Line, lines: Sequence[_Line]) -> bool:
-    """Return whether a line has one frequency in time, in segments of different speed."""
-    v = line.speed
-    alike = [
-        other.speed for other in lines
-        if abs(other.number * other.speed - line.number * v) <= 0.5 * (other.width * other.speed + line.width * v)
-    ]  # fmt: skip
-    return len(alike) >= SEGMENTS and max(alike) >= SPREAD * min(alike)
-
-
-def _lines(log: Log, segment: Segment, n: int) -> list[_Line]:
-    """Return the highest lines of a segment that are clearly above those around them."""
-    if log.position is None or len(segment) < SAMPLES:
-        return []
-    t, z = (values[segment.start : segment.stop] for values in (log.time, log.position))
-    dt = np.diff(t)
-    if np.ptp(dt) > 0.2 * np.median(dt):
-        return []
-    rest = z - np.polynomial.Polynomial.fit(t, z, 2)(t)
-    window = np.hanning(len(rest))
-    amplitude = 2.0 * np.abs(np.fft.rfft(rest * window)) / window.sum()
-    number = np.fft.rfftfreq(len(rest), float(np.median(dt))) / abs(segment.velocity)
-    if len(amplitude) < PERIODS + 2 * AROUND:
-        return []
-    inner = slice(PERIODS, len(amplitude) - 2)
-    level = median_filter(amplitude, 2 * AROUND + 1, mode="mirror")
-    peak = np.zeros(len(amplitude), dtype=bool)
-    peak[1:-1] = (amplitude[1:-1] > amplitude[:-2]) & (amplitude[1:-1] >= amplitude[2:])
-    high = np.flatnonzero(peak[inner] & (amplitude[inner] > HEIGHT * level[inner])) + PERIODS
-    high = high[np.argsort(amplitude[high])][-PEAKS:]
-    width = float(number[1])
-    found = []
-    for k in high:
-        # where the line lies between the bins, by the parabola through the logarithms of the three highest
-        below, here, above = np.log(amplitude[k - 1 : k + 2] + 1e-300)
-        bend = below - 2.0 * here + above
-        shift = 0.5 * (below - above) / bend if bend < 0.0 else 0.0
-        found.append(_Line(float((k + shift) * width), width, float(amplitude[k]), abs(segment.velocity), n))
-    return found
-
-
+SAMPLES = 256  # Least number of samples in a record
 Purpose = Literal["static", "gms", "plant", "inspect"]
 Strokes = Sequence[tuple["Log", "Segment"]]
 
@@ -615,9 +526,6 @@ def stroke_flaws(
         return []
     warnings, tightest = [], {"level": force, "half_width": half_width}
     unit, length = (strokes[0][0].unit(channel) for channel in ("force", "position"))
-    if (error := encoder_error(strokes)) is not None:
-        ripple = {"amplitude": Estimate(error.amplitude, length), "pitch": Estimate(error.pitch, length)}
-        warnings.append(ENCODER_ERRS.found(**ripple))
     if place is not None:
         alike = place.either
         found = [(FORCE_OVER_POSITION, place.cogging), (FRICTION_OVER_POSITION, 0.0 if alike else place.friction)]
