@@ -84,10 +84,10 @@ def foreign(path: Path | str, hint: str = "Make it again.", *, lacking: bool = F
         )
         if not (value or isinstance(error, RecursionError | OSError)) and _ours(error):
             raise
-        text = printable(str(error).partition("\n")[0] or type(error).__name__, 160)
+        text = printable(str(error).partition("\n")[0], 160)
         if value and _ours(error) and not isinstance(error, KeyError):  # whose text only a programmer understands
             text = "a part is not as fric writes it"
-        raise FricError(f"is damaged: {text}", where=str(path), hint=hint) from None
+        raise FricError(f"is damaged: {text}".rstrip(": "), where=str(path), hint=hint) from None
 
 
 def _ours(error: Exception) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property, wraps
 from importlib import import_module
 from inspect import CO_VARARGS, BoundArguments, Parameter, cleandoc, signature, unwrap
+from math import isfinite
 from numbers import Integral, Real
 from pathlib import Path
 from types import NoneType, UnionType
@@ -40,7 +41,7 @@ class Kind:
         """Return the bounds in words."""
         if self.most is not None:
             return f" from {self.least:.10g} to {self.most:.10g}"
-        return "" if self.least is None else f" of at least {self.least:g}"
+        return "" if self.least is None else f" at least {self.least:g}"
 
 
 def verb(function: Callable[P, R]) -> Callable[P, R]:
@@ -219,6 +220,26 @@ def require_numbers(holder: Any, names: Iterable[str], several: Container[str] =
             right = isinstance(given, float) or is_number(given)
         if not right:
             raise refused(type(holder).__name__, f"{name} as {'numbers' if name in several else 'a number'}", given)
+
+
+@cache
+def _range(text: str) -> tuple[float, float, str]:
+    low, high = map(float, text[1:-1].split(","))
+    least = f"{'at least' if text[0] == '[' else 'above'} {low:g}" if isfinite(low) else ""
+    most = f"{'at most' if text[-1] == ']' else 'below'} {high:g}" if isfinite(high) else ""
+    return low, high, " and ".join(filter(None, (least, most))) or "that is finite"
+
+
+def require_within(holder: Any, of: str, where: str = "", **ranges: str) -> None:
+    """Raise a `FricError` where a field is no number in its range, such as ``(0, inf]`` of those above 0.
+
+    of: What the fields are of, in the words of a message.
+    """
+    require_numbers(holder, ranges)
+    for name, text in ranges.items():
+        value, (low, high, words) = getattr(holder, name), _range(text)
+        if not (low < value < high or (text[0] == "[" and value == low) or (text[-1] == "]" and value == high)):
+            raise FricError(f"{name} of {of} is {value:g}", where=where, hint=f"{name} is {words}.")
 
 
 def is_number(given: Any) -> bool:

@@ -15,6 +15,7 @@ from fric.contour import beside
 from fric.errors import FricError
 from fric.log import Log, axis_name
 from fric.series import keep
+from fric.verb import require_within
 
 if TYPE_CHECKING:
     from fric.simulate.contour_run import CircleRun
@@ -76,7 +77,7 @@ def even(time: Real, *channels: Real) -> tuple[Real, list[Real]]:
 Instrument = Literal["encoders", "grid", "ball-bar", ""]
 """Instrument that measured the position: encoders of the axes, grid encoder or ball bar; empty if not stated."""
 LEAST = 16  # Least number of samples of a circle test
-LARGEST_CIRCLE = 1e3  # Largest radius [m] and feed [m/s] of a circle test
+CIRCLE = "(0, 1e3]"  # Range of the radius [m] and of the feed [m/s] of a circle test
 CHANNELS = ("time", "reference", "position", "input", "force")  # Channels of an axis in a circle test
 STILL = 0.01  # Least travel of each axis of a circle, as a share of the radius
 SLOWEST = 900.0  # Least sampling rate that resolves a reversal [Hz]
@@ -154,9 +155,7 @@ class MeasuredCircle:
             keep(trace, {channel: channel_dimension(channel) for channel in CHANNELS}, self.where, least=LEAST)
             axis_name(name, self.where)
         keep(self, {"angle": "angle", "deviation": "position"}, self.where, least=LEAST)
-        for what in ("radius", "feed"):
-            if not 0 < getattr(self, what) <= LARGEST_CIRCLE:
-                raise FricError(f"the {what} of the circle is {getattr(self, what):g}", where=self.where)
+        require_within(self, "the circle", self.where, radius=CIRCLE, feed=CIRCLE)
         if self.direction not in (1, -1):
             raise FricError(f"the direction is {self.direction}", where=self.where, hint="Say 1 or -1.")
         if self.instrument not in get_args(Instrument):

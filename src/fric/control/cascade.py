@@ -8,11 +8,10 @@ import numpy as np
 from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.drive.sensing import low_pass_pole
-from fric.errors import FricError
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
 from fric.series import GAIN
-from fric.verb import require_numbers
+from fric.verb import require_within
 
 SEEN, FILTERED, INTEGRAL, PENDING = range(4)
 
@@ -77,13 +76,8 @@ class Cascade(ControlBlock):
     limit: Annotated[float, "input"] = float("inf")
 
     def __post_init__(self) -> None:
-        require_numbers(self, names := ("K_v", "K_p", "K_i", "velocity_filter", "sampling", "limit"))
-        for name in names:
-            value = getattr(self, name)
-            if not (value > 0 or (name == "K_i" and value == 0)):
-                raise FricError(f"{name} of the controller is {value:g}", hint=f"{name} is a positive number.")
-            if value > GAIN and name != "limit":
-                raise FricError(f"{name} of the controller is {value:g}, which no drive has", hint="Look at its unit.")
+        gains = dict.fromkeys(("K_v", "K_p", "velocity_filter", "sampling"), f"(0, {GAIN}]")
+        require_within(self, "the controller", **gains, K_i=f"[0, {GAIN}]", limit="(0, inf]")
 
     @property
     def T_s(self) -> float:

@@ -31,7 +31,7 @@ from fric.exact import convolved, exponentials, matrix_exponential, polynomial, 
 from fric.friction.base import Parameter
 from fric.kernels.block import ARRAY, Sample, compiled_block
 from fric.kernels.signatures import compiled
-from fric.verb import refused
+from fric.verb import refused, require_within
 
 
 @compiled(types.float64(ARRAY, ARRAY, ARRAY, types.float64), makes_arrays=False)
@@ -115,11 +115,7 @@ class DisturbanceObserver(ControlBlock):
     def __post_init__(self) -> None:
         if not isinstance(self.q, QFilter):
             raise refused("DisturbanceObserver", "q as a QFilter", self.q)
-        if not (self.A >= 0 and self.B > 0):
-            raise FricError(
-                f"the nominal plant with A = {self.A:g} 1/s and B = {self.B:g} m/(s²·V) has no stable inverse",
-                hint="Give an A of 0 or more and a positive B.",
-            )
+        require_within(self, "the nominal plant", A="[0, inf)", B="(0, inf)")  # else it has no stable inverse
 
     @classmethod
     def designed(cls, setting: Setting) -> Self:

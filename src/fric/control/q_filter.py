@@ -9,6 +9,7 @@ import numpy as np
 
 from fric.arrays import Complex, Real
 from fric.errors import FricError
+from fric.verb import require_within
 
 Roots = tuple[complex, ...]
 
@@ -59,8 +60,7 @@ class QFilter:
     def __post_init__(self) -> None:
         if self.name not in Q_FILTERS:
             raise FricError(f"'{self.name}' is no Q-filter", hint=f"Known are {', '.join(Q_FILTERS)}.")
-        if not self.cutoff > 0:
-            raise FricError(f"the cutoff of Q is {self.cutoff:g} Hz", hint="Give a positive frequency.")
+        require_within(self, "Q", cutoff="(0, inf)")
 
     @classmethod
     def of_bandwidth(cls, name: str, bandwidth: float) -> QFilter:

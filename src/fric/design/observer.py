@@ -19,6 +19,7 @@ from fric.errors import FricError
 from fric.flaws.response import RESPONSE_BEGINS, RESPONSE_ENDS, RESPONSE_WITHOUT_CONFIDENCE
 from fric.log import FrequencyResponse
 from fric.notice import Notice
+from fric.verb import require_within
 
 CIRCLE_95 = float(np.sqrt(-2 * np.log(0.05)))
 """Radius of the circle that holds 95 % of a complex normal error, over the deviation of its real and imaginary part."""
@@ -39,11 +40,9 @@ class StructuralMode:
     share: float = 1.0
 
     def __post_init__(self) -> None:
-        if not (self.frequency > 0 and 0 < self.damping < 1 and self.share != 0):
-            raise FricError(
-                f"{self.frequency:g} Hz with damping {self.damping:g} and share {self.share:g} is no resonance",
-                hint="Give a positive frequency, a damping between 0 and 1, and a share other than 0.",
-            )
+        require_within(self, "the resonance", frequency="(0, inf)", damping="(0, 1)")
+        if not self.share:
+            raise FricError("the share of a resonance is 0", hint="Give another, or leave the resonance out.")
 
     def response(self, frequency: Real) -> Complex:
         """Return share·s²/(s² + 2ζωs + ω²) at frequencies [Hz], shape (n,)."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from math import isfinite
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from fric.arrays import Complex, Real
 from fric.errors import FricError
 from fric.kernels.elementary import exp, expm1
 from fric.series import GAIN
-from fric.verb import require_numbers
+from fric.verb import require_within
 
 MOST_SAMPLES = 400  # Samples that a delay is at most: each is a state of the loop, whose eigenvalues take their cube
 
@@ -45,14 +44,9 @@ class LinearPlant:
     T_d: float
 
     def __post_init__(self) -> None:
-        require_numbers(self, (field.name for field in fields(self)))
-        for field in fields(self):
-            value = getattr(self, field.name)
-            signed = field.name == "force_lag" and isfinite(value)
-            if not (value > 0 or (field.name in {"A", "T_d"} and value == 0) or signed):
-                raise FricError(f"{field.name} of the plant is {value:g}", hint=f"{field.name} is a positive number.")
-            if not abs(value) <= GAIN:
-                raise FricError(f"{field.name} of the plant is {value:g}, which no drive has", hint="Look at its unit.")
+        signs = {"A": "[0", "T_d": "[0", "force_lag": f"[{-GAIN}"}
+        ranges = {field.name: f"{signs.get(field.name, '(0')}, {GAIN}]" for field in fields(self)}
+        require_within(self, "the plant", **ranges)
 
     def transport_delay(self, sampling: float) -> float:
         """Return the delay of eq. (1) without the hold of a controller that samples at ``sampling`` [Hz], in s.

@@ -7,7 +7,7 @@ import numpy as np
 
 from fric.arrays import Complex, Real
 from fric.drive.plant import LinearPlant
-from fric.errors import FricError
+from fric.verb import require_within
 
 Encoder = Literal["motor", "table"]
 
@@ -36,11 +36,7 @@ class Resonance:
     encoder: Encoder = "motor"
 
     def __post_init__(self) -> None:
-        if not (self.frequency > 0 and 0 < self.ratio < 1 and self.damping >= 0):
-            raise FricError(
-                f"a second mass with resonance {self.frequency:g} Hz, ratio {self.ratio:g} and damping "
-                f"{self.damping:g} is not physical", hint="The ratio is between 0 and 1, the others are positive.",
-            )  # fmt: skip
+        require_within(self, "the second mass", frequency="(0, inf)", ratio="(0, 1)", damping="[0, inf)")
 
     def factor(self, A: float, frequency: Real) -> Complex:
         """Return the factor of the second mass on Z/U of eq. (1) with this A [1/s], at frequencies [Hz], shape (n,)."""

@@ -6,8 +6,8 @@ from math import pi
 import numpy as np
 
 from fric.arrays import Real
-from fric.errors import FricError
 from fric.kernels.elementary import exp
+from fric.verb import require_within
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,7 @@ class Encoder:
     place: float = 0.0
 
     def __post_init__(self) -> None:
-        if not self.resolution >= 0:
-            raise FricError(f"the encoder's resolution is {self.resolution:g}", hint="Give a positive length, or 0.")
+        require_within(self, "the encoder", resolution="[0, inf)")
 
     @property
     def shift(self) -> float:

@@ -8,11 +8,11 @@ import numpy as np
 from numba import types
 
 from fric.arrays import Real
-from fric.errors import FricError
 from fric.friction.base import Parameter, Property
 from fric.friction.stribeck import OnBlocks, stribeck_level
 from fric.kernels.increments import relax, reversal, shares
 from fric.kernels.signatures import Step, compiled, compiled_step
+from fric.verb import require_within
 
 
 class _Course(NamedTuple):
@@ -182,8 +182,7 @@ class GMS(OnBlocks):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not self.C > 0:
-            raise FricError("C of gms must be positive")
+        require_within(self, "gms", C="(0, inf)")
 
     def initial_state(self) -> Real:
         """Return ``[v, |s(v)|, F_1 … F_N, phase_1 … phase_N]`` at rest.

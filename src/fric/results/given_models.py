@@ -151,11 +151,10 @@ def schemes_of(asked: Any, known: Any = None) -> list[Scheme]:
         isinstance(known, Mapping) and all(isinstance(item, Scheme) for item in known.values())
     ):
         raise UnfitError("schemes by name, or their file", known)
-    if isinstance(asked, str):
-        return choose_schemes(asked, known)
     if not isinstance(asked, Iterable):
         raise UnfitError("names of schemes, as a,c,f or all", asked)
-    found: list[Scheme] = []
-    for item in asked:
-        found += schemes_of(item, known)
+    every = (schemes_of(item, known) for item in asked)
+    found = choose_schemes(asked, known) if isinstance(asked, str) else [scheme for part in every for scheme in part]
+    if not found:
+        raise FricError("there is no scheme to run", hint="Name one, as 'f', of schemes that there are.")
     return found

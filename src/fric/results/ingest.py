@@ -24,7 +24,7 @@ from fric.io.questions import Ask, Review, answered, beside
 from fric.io.recognise import recognise
 from fric.notice import Notice
 from fric.output import FORMATS
-from fric.results.base import Advance, DataFrame, Figure, Piece, Result, in_si, quantity, silent
+from fric.results.base import Advance, DataFrame, Figure, Piece, Result, in_si, path_of, quantity, silent
 from fric.results.kinds import MappingLike, Quantity, RecordKind, SchemeName
 from fric.units import Motion, readable, words_of
 from fric.verb import Kind, verb
@@ -217,7 +217,9 @@ def ingest(
 
 def mapping_of(given: MappingDocument | Path | str | None) -> MappingDocument | None:
     """Return the mapping of the columns, given directly or as its file."""
-    return read_document(Path(given), MappingDocument) if isinstance(given, str | Path) else given
+    if given is None or isinstance(given, MappingDocument):
+        return given
+    return read_document(path_of("a mapping, or its file", given), MappingDocument)
 
 
 @verb

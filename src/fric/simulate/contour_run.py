@@ -28,6 +28,7 @@ from fric.series import LARGEST, keep
 from fric.simulate.axis import Trace, run_axis
 from fric.simulate.machine import Axis, Machine
 from fric.units import rotates
+from fric.verb import require_within
 
 PLACES = 5
 """Places between two counts at which a run that depends on them is made: an odd number, so that the median is a run."""
@@ -261,9 +262,7 @@ class Circle:
     direction: int = 1  # 1 counter-clockwise, -1 clockwise
 
     def __post_init__(self) -> None:
-        for name in ("radius", "feed", "revolutions"):
-            if not getattr(self, name) > 0:
-                raise FricError(f"the {name} of the circle is {getattr(self, name):g}", hint="Give a positive value.")
+        require_within(self, "the circle", radius="(0, inf)", feed="(0, inf)", revolutions="(0, inf)")
 
     def references(self, sampling: float) -> tuple[Reference, Reference]:
         """Return the motion of both axes, sampled at a rate [Hz]."""
@@ -424,8 +423,7 @@ class PointPath:
 
     def __post_init__(self) -> None:
         keep(self, {"x": "position", "y": "position"}, "", least=1)
-        if not 0 < self.feed <= LARGEST["velocity"]:
-            raise FricError(f"the feed of the path is {self.feed:g}", hint="Give a positive speed.")
+        require_within(self, "the path", feed=f"(0, {LARGEST['velocity']}]")
         if len(self.points) < 4:
             raise FricError(f"the path has {len(self.points)} different points", hint="Give four points or more.")
         chords = np.diff(self.points, axis=0)

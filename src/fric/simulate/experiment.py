@@ -21,6 +21,7 @@ from fric.simulate.contour_run import Circle
 from fric.simulate.machine import Axis
 from fric.simulate.reality.flaws import Excitation
 from fric.simulate.reality.trace import logged
+from fric.verb import require_within
 
 
 @dataclass(frozen=True)
@@ -307,9 +308,7 @@ class Limits:
     acceleration: Annotated[float, "acceleration"]
 
     def __post_init__(self) -> None:
-        for name in ("stroke", "feed", "acceleration"):
-            if not 0 < getattr(self, name) < float("inf"):
-                raise FricError(f"a {name} of {getattr(self, name):g} leaves no room for an experiment")
+        require_within(self, "the axis", stroke="(0, inf)", feed="(0, inf)", acceleration="(0, inf)")
 
     @property
     def approach(self) -> float:

@@ -34,6 +34,7 @@ from fric.notice import Notice
 from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.machine import Machine
 from fric.simulate.spread import DEFAULT_SPREADS, Intervals, Spread, check_spreads, draw_machine
+from fric.verb import require_within
 
 T = TypeVar("T")
 
@@ -245,8 +246,7 @@ class Study:
 
     def __post_init__(self) -> None:
         check_spreads(self.spreads)
-        if not self.accuracy >= 0:
-            raise FricError(f"an accuracy of {self.accuracy:g} m is none", hint="Give 0 or more; 0 is exact.")
+        require_within(self, "the integration", accuracy="[0, inf]")
 
     def drawn(self, index: int) -> tuple[Machine, dict[str, float]]:
         """Return machine number ``index``, and what was drawn for it."""

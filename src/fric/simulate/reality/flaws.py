@@ -4,7 +4,8 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Annotated, ClassVar
 
-from fric.errors import FricError
+from fric.errors import FricError, require_known
+from fric.verb import is_number, require_within
 
 
 class Bounded:
@@ -19,13 +20,10 @@ class Bounded:
 
     def __post_init__(self) -> None:
         of, signed, positive, share = self._bounds
-        for name, value in vars(self).items():
-            if name in positive and not value > 0.0:
-                raise FricError(f"{of}: {name} is {value:g}", hint="Give a positive value.")
-            if not signed and isinstance(value, float) and not value >= 0.0:
-                raise FricError(f"{of}: {name} is {value:g}", hint="Give zero or a positive value.")
-            if name == share and not abs(value) < 1.0:
-                raise FricError(f"{of}: {name} is {value:g}", hint="Give a share below 1.")
+        any_of, part = ("(-inf, inf)", "(-1, 1)") if signed else ("[0, inf]", "[0, 1)")
+        ranges = {name: any_of for name, value in vars(self).items() if is_number(value)}
+        ranges |= dict.fromkeys(positive, "(0, inf]") | ({share: part} if share else {})
+        require_within(self, of, **ranges)
 
 
 @dataclass(frozen=True)
@@ -104,8 +102,7 @@ class Drift(Bounded, of="drift", signed=True, positive=("time",)):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not self.amount > -1.0:
-            raise FricError(f"the amount of a drift is {self.amount:g}", hint="Give more than -100 %.")
+        require_within(self, "drift", amount="(-1, inf)")
 
 
 @dataclass(frozen=True)
@@ -251,11 +248,7 @@ class SecondMass(Bounded, of="second_mass", positive=("mass", "stiffness")):
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in ("encoder", "friction"):
-            if getattr(self, name) not in {"motor", "table"}:
-                raise FricError(
-                    f"second_mass: the {name} is on the '{getattr(self, name)}'",
-                    hint="It is on the motor or the table.",
-                )
+            require_known(getattr(self, name), ("motor", "table"), f"{name} of second_mass is", "It is on")
 
 
 _OF_FRICTION = ("cogging", "waves", "direction", "dwell", "friction")
