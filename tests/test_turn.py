@@ -30,7 +30,8 @@ def test_which_says_nothing(): pass
     ("seconds", "words", "told"),
     [
         pytest.param("0", ["-p", "no:xdist"], "long tests: 0 run, 6 have", marks=pytest.mark.long(1)),
-        ("122", ["-n", "2", "--dist", "worksteal"], "long tests: 4 run, 2 have"),
+        ("122", ["-p", "no:xdist"], "long tests: 4 run, 2 have"),
+        pytest.param("122", ["-n", "2", "--dist", "worksteal"], "long tests: 4 run, 2 have", marks=pytest.mark.long(4)),
     ],
 )
 def test_so_many_seconds_of_long_tests_are_run(tmp_path, seconds, words, told):

@@ -72,6 +72,7 @@ def test_nothing_near_it_is_much_better(designed):
             assert step_compliance(loop, block) > 0.96 * designed.compliance[0], (a, b, c)
 
 
+@pytest.mark.long(2)
 def test_a_file_of_both_runs_as_the_scheme_that_designs_both(designed, tmp_path):
     joint = Scheme("j", "", friction="gms", blocks=("kalman",), joint=True)
     circle = Circle(0.01, 0.1, 1)

@@ -10,7 +10,7 @@ import pytest
 from tests.fuzz.mutation import READ, judged, run
 
 SEED = int(os.environ.get("FUZZ_SEED", datetime.now(UTC).strftime("%Y%m%d")))
-COUNTS = [(25, 1), pytest.param(int(os.environ.get("FUZZ_COUNT", "600")), SEED, marks=pytest.mark.long(60), id="today")]
+COUNTS = [(12, 1), pytest.param(int(os.environ.get("FUZZ_COUNT", "600")), SEED, marks=pytest.mark.long(60), id="today")]
 CORPUS = sorted((Path(__file__).parent / "corpus").glob("*-*"))
 
 

@@ -63,6 +63,7 @@ def test_strokes_of_a_spectrum_of_elements_have_no_doubt(seeds: range) -> None:
     assert len(doubted) <= most(len(seeds), 0.01), doubted
 
 
+@pytest.mark.long(2)
 def test_the_lag_is_found_though_the_misfit_has_two_minima() -> None:
     """From C = 10 kN/s the search ended at 156 (124…196) N/s; the truth is 777."""
     axis, rng = axis_and_records(0)

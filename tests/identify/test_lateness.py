@@ -16,6 +16,7 @@ from fric.records.prepared import prepared
 from fric.simulate.experiment import constant_velocity, presliding_sine
 from tests.identify.presliding import APART, PAPER, identify_gms, pair
 from tests.identify.recovery import flattened
+from tests.turns import in_turns
 
 AXIS = read_machine("configs/reality/base.yaml").axis("x")
 
@@ -25,7 +26,7 @@ def sines():
     return presliding_sine(AXIS, frequency=0.2, cycles=4)
 
 
-@pytest.mark.parametrize("samples", [0.0, 2.0, pytest.param(3.5, marks=pytest.mark.long(8))])
+@pytest.mark.parametrize("samples", in_turns([0.0, 2.0, 3.5], [2.0], 4))
 def test_a_lag_of_trace_samples_is_told_and_the_curve_is_that_of_the_machine(sines, samples: float) -> None:
     """Two samples of the trace, 10 ms, make the force of minor cycles 14 % off where nothing is done about it.
 

@@ -23,7 +23,7 @@ from tests.turns import in_turns
 @pytest.mark.parametrize(
     ("name", "near"),
     [
-        ("leuven", True),
+        pytest.param("leuven", True, marks=pytest.mark.long(2)),
         *in_turns(
             [(name, False) for name in FITTED], [(name, False) for name in FITTED if name not in {"gms", "leuven"}], 8
         ),

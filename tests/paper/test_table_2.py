@@ -51,11 +51,19 @@ def test_the_paper_s_reduction_of_86_per_cent(fast: dict[str, np.ndarray]) -> No
     [
         ("matched", 0.1, {"a": 21.9, "b": -9.1, "c": 1.0, "d": 8.5, "e": -7.2, "f": 0.8}),
         ("calibrated", 0.1, {"a": 21.9, "b": 7.4, "c": 6.0, "d": 8.5, "e": 4.5, "f": 2.5}),
-        ("matched", 0.01, {"a": 13.1, "b": -16.6, "c": 0.2, "d": 3.3, "e": -10.4, "f": 0.2}),
+        ("matched", 0.01, {"c": 0.2}),
+        pytest.param("matched", 0.01, {"b": -16.6, "d": 3.3, "e": -10.4, "f": 0.2}, marks=pytest.mark.long(3)),
         ("calibrated", 0.01, {"a": 13.1, "f": 1.4}),
         pytest.param("calibrated", 0.01, {"b": -8.4, "c": 4.1, "d": 3.3, "e": 6.0}, marks=pytest.mark.long(4)),
     ],
-    ids=["matched fast", "calibrated fast", "matched slow", "calibrated slow", "calibrated slow, between"],
+    ids=[
+        "matched fast",
+        "calibrated fast",
+        "matched slow",
+        "matched slow, others",
+        "calibrated slow",
+        "calibrated slow, others",
+    ],
 )
 def test_the_table_of_the_reading_notes(machine: str, feed: float, expected: dict[str, float]) -> None:
     found = quadrants(machine, feed, "".join(expected))

@@ -54,14 +54,21 @@ def without_warnings(result: fric.Result) -> str:
     return "\n".join(line for line in repr(result).splitlines() if not line.startswith("warning: "))
 
 
-def test_the_command_prints_the_very_same(plant, static, gms, tmp_path):
-    files = {name: tmp_path / f"{name}.yaml" for name in ("plant", "static", "gms")}
+def test_the_command_prints_the_very_same(plant, static, tmp_path):
+    files = {name: tmp_path / f"{name}.yaml" for name in ("plant", "static")}
     assert said("identify", "plant", RESPONSE, "-o", files["plant"]) == without_warnings(plant)
     words = ("--plant", files["plant"], "-o", files["static"])
     assert said("identify", "static", STROKES, *words) == without_warnings(static)
+    assert said("inspect", STROKES) == without_warnings(fric.inspect(STROKES))
+
+
+@pytest.mark.long(3)
+def test_the_command_prints_the_very_same_of_blocks(plant, static, gms, tmp_path):
+    files = {name: tmp_path / f"{name}.yaml" for name in ("plant", "static", "gms")}
+    plant.save(files["plant"])
+    static.save(files["static"])
     words = ("--plant", files["plant"], "--static", files["static"], "--blocks", "3", "-o", files["gms"])
     assert said("identify", "gms", SINES, *words) == without_warnings(gms)
-    assert said("inspect", STROKES) == without_warnings(fric.inspect(STROKES))
 
 
 def test_what_is_saved_is_what_the_command_writes(static, plant, tmp_path):

@@ -62,6 +62,7 @@ class Killed:
         raise AssertionError
 
 
+@pytest.mark.long(2)
 def test_a_process_that_is_killed_is_told():
     with (
         pytest.raises(FricError, match=r"(?s)was killed.*Was there memory enough"),
