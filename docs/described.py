@@ -5,9 +5,9 @@ from __future__ import annotations
 from inspect import cleandoc
 from typing import Any
 
-from griffe import Attribute, Docstring, ExprSubscript, Extension, Function
+from griffe import Attribute, Class, Docstring, ExprSubscript, Extension, Function
 
-from fric.verb import documented
+from fric.verb import SHARED, documented
 
 
 def shown(annotation: Any) -> Any:
@@ -28,7 +28,13 @@ class Described(Extension):
             one.annotation = shown(one.annotation)
         if func.docstring and any(str(one.value) == "verb" for one in func.decorators):
             names = [one.name for one in func.parameters]
-            func.docstring.value = documented(cleandoc(func.docstring.value), names)
+            func.docstring.value = documented(cleandoc(func.docstring.value), names, SHARED)
+
+    def on_class_members(self, *, cls: Class, **_: Any) -> None:
+        """Make the sections of a class of the lines that describe its fields, its bases' among them."""
+        if cls.docstring:
+            names = [name for one in (cls, *cls.mro()) for name in one.attributes]
+            cls.docstring.value = documented(cleandoc(cls.docstring.value), names, {})
 
     def on_attribute_instance(self, *, attr: Attribute, **_: Any) -> None:
         """Take the comment behind a field for its docstring."""

@@ -53,16 +53,10 @@ class FricError(Exception):
     The message is one or two lines: what is wrong, where (file, line, column or record), and what to do.
     The command line prints it and leaves with exit status 1.
 
-    Parameters
-    ----------
-    what
-        What is wrong, in the user's words.
-    where
-        File, line, column or record it was found in; empty where there is none.
-    hint
-        What the user can do about it.
-    form
-        A file to fill in, shown in full below.
+    what: What is wrong, in the user's words.
+    where: File, line, column or record it was found in; empty where there is none.
+    hint: What the user can do about it.
+    form: A file to fill in, shown in full below.
     """
 
     def __init__(self, what: str, *, where: str = "", hint: str = "", form: str = "") -> None:

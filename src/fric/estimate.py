@@ -25,26 +25,14 @@ T = TypeVar("T")
 class Estimate:
     """An identified or given value in SI units, with its 95 % interval, if any.
 
-    Parameters
-    ----------
-    value
-        The value, or one value per slip block.
-    unit
-        SI unit as written in files (``N``, ``m/s``, ``N*s/m``, ``1``).
-    ci95
-        95 % interval ``(low, high)``; for a vector one per element. An infinite limit, written as null, is not
+    value: The value, or one value per slip block.
+    unit: SI unit as written in files (``N``, ``m/s``, ``N*s/m``, ``1``).
+    ci95: 95 % interval ``(low, high)``; for a vector one per element. An infinite limit, written as null, is not
         determined by the data. None where the value was not identified.
-    fixed
-        True where the value was set by the user and not fitted.
-    assumed
-        True where the data do not determine the value and a default was taken.
-    source
-        Where a value given by hand comes from.
-
-    Raises
-    ------
-    FricError
-        Where the value is no number, or the interval does not fit it.
+    fixed: True where the value was set by the user and not fitted.
+    assumed: True where the data do not determine the value and a default was taken.
+    source: Where a value given by hand comes from.
+    Raises FricError: Where the value is no number, or the interval does not fit it.
     """
 
     value: Value

@@ -79,43 +79,22 @@ class Log(_FromFile):
 
     A record holds the position, the velocity, or both; force, input and reference as they were logged.
 
-    Parameters
-    ----------
-    time
-        Sample instants [s], strictly increasing, shape (n,).
-    position
-        Measured position [m or rad], shape (n,).
-    velocity
-        Measured velocity [m/s or rad/s], shape (n,).
-    force
-        Motor force or torque [N or N·m], positive in the direction of positive position, shape (n,).
-    input
-        Control voltage [V], shape (n,).
-    reference
-        Reference position [m or rad], shape (n,).
-    added
-        Voltage that was added to the controller's output, and is in the input [V], shape (n,).
-    load_position
-        Position by a second encoder at the load, where the first is at the motor [m or rad], shape (n,).
-    mode
-        State of the control, as a compensation that is off (0) or on (1), shape (n,).
-    name
-        Name of the record in its file.
-    kind
-        The experiment; None where the log does not state it.
-    axis, motion
-        Name of the axis, and whether it is linear or rotary.
-    source, sha256
-        File the record was read from, and the digest of what was read.
-    dropped
-        Samples left out when the record was ingested, because a cell was no number.
-    labels
-        Names of the modes 0, 1, … where the log gave words.
-
-    Raises
-    ------
-    FricError
-        Where `fric.series.keep` raises, or there is neither position nor velocity.
+    time: Sample instants [s], strictly increasing, shape (n,).
+    position: Measured position [m or rad], shape (n,).
+    velocity: Measured velocity [m/s or rad/s], shape (n,).
+    force: Motor force or torque [N or N·m], positive in the direction of positive position, shape (n,).
+    input: Control voltage [V], shape (n,).
+    reference: Reference position [m or rad], shape (n,).
+    added: Voltage that was added to the controller's output, and is in the input [V], shape (n,).
+    load_position: Position by a second encoder at the load, where the first is at the motor [m or rad], shape (n,).
+    mode: State of the control, as a compensation that is off (0) or on (1), shape (n,).
+    name: Name of the record in its file.
+    kind: The experiment; None where the log does not state it.
+    axis, motion: Name of the axis, and whether it is linear or rotary.
+    source, sha256: File the record was read from, and the digest of what was read.
+    dropped: Samples left out when the record was ingested, because a cell was no number.
+    labels: Names of the modes 0, 1, … where the log gave words.
+    Raises FricError: Where `fric.series.keep` raises, or there is neither position nor velocity.
     """
 
     time: Real
@@ -228,26 +207,15 @@ class Log(_FromFile):
 class FrequencyResponse(_FromFile):
     """A measured frequency response from control voltage to position, as a table.
 
-    Parameters
-    ----------
-    frequency
-        Frequencies [Hz], increasing, shape (n,).
-    magnitude
-        |Z/U| [m/V or rad/V], shape (n,).
-    phase
-        Phase [rad], unwrapped, shape (n,).
-    coherence
-        Coherence at each frequency (0 to 1), shape (n,), where it was measured.
-    deviation
-        Standard deviation of the magnitude over the magnitude, and of the phase [rad], shape (n,), where it is known.
-    name, axis, motion, source, sha256
-        As in `Log`.
-
-    Raises
-    ------
-    FricError
-        Where `fric.series.keep` raises, a frequency does not increase from above 0 Hz, a magnitude is not positive, or
-        a coherence is not above 0 and at most 1.
+    frequency: Frequencies [Hz], increasing, shape (n,).
+    magnitude: |Z/U| [m/V or rad/V], shape (n,).
+    phase: Phase [rad], unwrapped, shape (n,).
+    coherence: Coherence at each frequency (0 to 1), shape (n,), where it was measured.
+    deviation: Standard deviation of the magnitude over the magnitude, and of the phase [rad], shape (n,), where it is
+        known.
+    name, axis, motion, source, sha256: As in `Log`.
+    Raises FricError: Where `fric.series.keep` raises, a frequency does not increase from above 0 Hz, a magnitude is not
+        positive, or a coherence is not above 0 and at most 1.
     """
 
     frequency: Real
@@ -292,25 +260,13 @@ class FrequencyResponse(_FromFile):
 class ForceVelocity(_FromFile):
     """Mean forces at constant velocities, as a table: strokes that were averaged before.
 
-    Parameters
-    ----------
-    velocity
-        Mean velocities [m/s or rad/s], signed, shape (n,).
-    force
-        Mean force or torque at each [N or N·m], signed as the velocity, shape (n,).
-    deviation
-        Standard deviation of the samples about each mean [N], shape (n,), where it is known.
-    error
-        Standard error of each mean [N], shape (n,), where it is known.
-    n
-        Samples of each mean, shape (n,), where they are known.
-    name, axis, motion, source, sha256
-        As in `Log`.
-
-    Raises
-    ------
-    FricError
-        Where `fric.series.keep` raises, or an error, a deviation or a number of samples is negative.
+    velocity: Mean velocities [m/s or rad/s], signed, shape (n,).
+    force: Mean force or torque at each [N or N·m], signed as the velocity, shape (n,).
+    deviation: Standard deviation of the samples about each mean [N], shape (n,), where it is known.
+    error: Standard error of each mean [N], shape (n,), where it is known.
+    n: Samples of each mean, shape (n,), where they are known.
+    name, axis, motion, source, sha256: As in `Log`.
+    Raises FricError: Where `fric.series.keep` raises, or an error, a deviation or a number of samples is negative.
     """
 
     velocity: Real

@@ -16,25 +16,13 @@ Severity = Literal["note", "doubt", "wrong"]
 class Notice(str):
     """A warning as data: it reads as its text, and carries what programs need. `fric.flaws.Flaw.found` makes it.
 
-    Parameters
-    ----------
-    says
-        The problem, and what to do.
-    code
-        Code of the flaw in `fric.flaws.CATALOGUE`, such as ``force-lags``; empty for a text of an old file.
-    severity
-        See `Severity`.
-    values
-        Numbers, texts and `Estimate` that the sentence names.
-    where
-        Record, file or axis that it was found in; the prefix of the sentence.
-    carried
-        Whether the warning was read from a document.
-
-    Raises
-    ------
-    FricError
-        When the severity is none of these.
+    says: The problem, and what to do.
+    code: Code of the flaw in `fric.flaws.CATALOGUE`, such as ``force-lags``; empty for a text of an old file.
+    severity: See `Severity`.
+    values: Numbers, texts and `Estimate` that the sentence names.
+    where: Record, file or axis that it was found in; the prefix of the sentence.
+    carried: Whether the warning was read from a document.
+    Raises FricError: When the severity is none of these.
     """
 
     __slots__ = ("carried", "code", "severity", "values", "where")

@@ -48,14 +48,14 @@ def verb(function: Callable[P, R]) -> Callable[P, R]:
     """Return a function that raises a `FricError` where an argument does not fit its annotation."""
     made, code = _checked(function, function.__name__), unwrap(function).__code__
     count = code.co_argcount + code.co_kwonlyargcount + bool(code.co_flags & CO_VARARGS)
-    made.__doc__ = documented(cleandoc(function.__doc__ or ""), code.co_varnames[:count])
+    made.__doc__ = documented(cleandoc(function.__doc__ or ""), code.co_varnames[:count], SHARED)
     return made
 
 
-def documented(doc: str, names: Iterable[str]) -> str:
+def documented(doc: str, names: Iterable[str], shared: Mapping[str, str]) -> str:
     """Return a docstring with the sections ``Parameters`` and ``Raises``, for its lines as ``name: what it is``.
 
-    Arguments that it does not describe have their `SHARED` description.
+    shared: Descriptions of arguments that it does not describe.
     """
     names = list(names)
     known = {*names, "Raises FricError"}
@@ -63,7 +63,7 @@ def documented(doc: str, names: Iterable[str]) -> str:
     described = {line[1]: line[2] for line in lines}
     raises = {name[7:]: described.pop(name) for name in list(described) if name == "Raises FricError"}
     told = ", ".join(described).split(", ")
-    described |= {name: SHARED[name] for name in names if name in SHARED and name not in told}
+    described |= {name: shared[name] for name in names if name in shared and name not in told}
     found = doc[: lines[0].start()].rstrip() if lines else doc
     for title, entries in (("Parameters", described), ("Raises", raises)):
         if entries:
@@ -173,9 +173,10 @@ def _unbound(function: Callable[..., Any], called: str, args: Sequence[Any], kwa
 def explained(kind: type[T]) -> type[T]:
     """Return a class whose constructor raises a `FricError` that names the argument, instead of a `TypeError`.
 
-    Arguments are looked at once the constructor has failed: it is as fast as before.
+    Arguments are looked at once the constructor has failed: it is as fast as before. Its docstring gets its sections.
     """
     found: Any = kind
+    kind.__doc__ = documented(cleandoc(kind.__doc__ or ""), signature(kind).parameters, {})
     made = vars(kind).get("__init__")
     if made is None or made.__name__ == "explaining":
         return kind
@@ -416,7 +417,7 @@ class VerbForm:
     @cached_property
     def _doc(self) -> list[str]:
         """The docstring, by sections: the text, then each section behind its title."""
-        doc = documented(cleandoc(self._source[self._quotes + 3 : self._end - 3]), self.names)
+        doc = documented(cleandoc(self._source[self._quotes + 3 : self._end - 3]), self.names, SHARED)
         return re.split(r"^(\w+)\n-{4,}\n", doc, flags=re.MULTILINE)
 
     @cached_property

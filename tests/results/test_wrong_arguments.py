@@ -8,7 +8,7 @@ import pytest
 
 import fric
 from fric.errors import FricError
-from fric.verb import documented
+from fric.verb import SHARED, documented
 
 FRAME = {"time": [0.0, 1e-3, 2e-3], "position": [0.0, 1.0, 2.0]}
 
@@ -81,8 +81,11 @@ def test_shared_arguments_are_described_in_each_verb():
     assert "machine\n    The machine, as in configs/." in told
     assert told.index("feeds\n") < told.index("machine\n") < told.index("\nRaises\n")
     assert "    Predict the circle too." in fric.diagnose.__doc__  # its own description stays
-    assert documented("Do.", ["seed", "other"]) == "Do.\n\nParameters\n----------\nseed\n    Seed of the coarse search."
-    assert documented("Do.", ["other"]) == "Do."
+    assert (
+        documented("Do.", ["seed", "other"], SHARED)
+        == "Do.\n\nParameters\n----------\nseed\n    Seed of the coarse search."
+    )
+    assert documented("Do.", ["other"], SHARED) == "Do."
 
 
 def test_a_plant_is_taken_where_its_file_is():

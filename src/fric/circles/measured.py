@@ -112,30 +112,16 @@ class AxisTrace:
 class MeasuredCircle:
     """A circle test.
 
-    Parameters
-    ----------
-    radius, feed
-        Nominal radius [m], and speed along the circle [m/s].
-    direction
-        1 counter-clockwise, -1 clockwise.
-    axes
-        Traces by name of the axis; the first two are x and y of the circle. None of a ball bar.
-    angle, deviation
-        Angle from the +x axis [rad], unwrapped, and radial deviation [m] of a ball bar, shape (n,).
-    instrument
-        What measured the position.
-    name
-        Name of the test in its file.
-    scheme
-        The compensation that was switched on, where it is known.
-    source, sha256
-        File the test was read from, and the digest of what was read.
-
-    Raises
-    ------
-    FricError
-        When radius or feed are not positive or beyond every machine, the direction is none, neither traces nor a
-        deviation are there, an axis does not move, or `fric.series.keep` raises.
+    radius, feed: Nominal radius [m], and speed along the circle [m/s].
+    direction: 1 counter-clockwise, -1 clockwise.
+    axes: Traces by name of the axis; the first two are x and y of the circle. None of a ball bar.
+    angle, deviation: Angle from the +x axis [rad], unwrapped, and radial deviation [m] of a ball bar, shape (n,).
+    instrument: What measured the position.
+    name: Name of the test in its file.
+    scheme: The compensation that was switched on, where it is known.
+    source, sha256: File the test was read from, and the digest of what was read.
+    Raises FricError: When radius or feed are not positive or beyond every machine, the direction is none, neither
+        traces nor a deviation are there, an axis does not move, or `fric.series.keep` raises.
     """
 
     radius: float

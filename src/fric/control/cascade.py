@@ -50,10 +50,7 @@ class Cascade(ControlBlock):
     sampling: of the controller [Hz]
     limit: saturation of the control voltage; none where left out [V]
 
-    Raises
-    ------
-    FricError
-        When a value is not positive (K_i may be zero).
+    Raises FricError: When a value is not positive (K_i may be zero).
     """
 
     name = "cascade"

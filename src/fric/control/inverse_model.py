@@ -85,17 +85,9 @@ class DiscreteObserver:
 class DisturbanceObserver(ControlBlock):
     """An inverse-model disturbance observer, d̂ = Q·(G_n⁻¹ z − u_t), with G_n = B/(s(s + A)) (Section 4.2).
 
-    Parameters
-    ----------
-    q
-        The filter Q.
-    A, B
-        The nominal plant G_n, eq. (1) without its delay [1/s], [m/(s²·V)].
-
-    Raises
-    ------
-    FricError
-        When A is negative or B is not positive: G_n has no stable inverse.
+    q: The filter Q.
+    A, B: The nominal plant G_n, eq. (1) without its delay [1/s], [m/(s²·V)].
+    Raises FricError: When A is negative or B is not positive: G_n has no stable inverse.
     """
 
     name = "inverse-model"

@@ -41,17 +41,9 @@ class QFilter:
     Two frequencies are at home in the literature, and they differ: the *cutoff* 1/(2πτ), where the poles lie, and the
     *bandwidth*, where |Q| has fallen by 3 dB. ``binomial2`` has its bandwidth at 0.64 cutoffs.
 
-    Parameters
-    ----------
-    name
-        One of `Q_FILTERS`.
-    cutoff
-        Corner frequency 1/(2πτ) [Hz].
-
-    Raises
-    ------
-    FricError
-        When the filter is not known or its cutoff is not positive.
+    name: One of `Q_FILTERS`.
+    cutoff: Corner frequency 1/(2πτ) [Hz].
+    Raises FricError: When the filter is not known or its cutoff is not positive.
     """
 
     name: str = "binomial2"

@@ -34,32 +34,18 @@ OBSERVER = "inverse-model"  # The block that ``observer: true`` denotes
 class Scheme:
     """A compensation scheme.
 
-    Parameters
-    ----------
-    name
-        Its short name, as ``a`` to ``f`` of the paper.
-    title
-        Its description in a few words.
-    friction
-        Name of the friction model that is fed forward (``static``, ``gms``, …); None for no feedforward.
-    gain
-        Gain of the friction feedforward; None for that of the machine.
-    lead
-        How far friction and inverse model are fed forward ahead of the reference; None for that of the machine.
-    controller
-        Name of the control block that takes the place of the cascade; the cascade itself where not given.
-    peak_sensitivity
-        Largest M_s for which blocks are designed whose files give no value, a factor; 6 dB where not given.
-    joint
-        True where the gains of the cascade are designed together with the block that feeds back.
-    blocks
-        Names of the further control blocks: observers and feedforward.
-
-    Raises
-    ------
-    FricError
-        When there is no such block, one is of another kind, there are more than a loop has room for, or a cascade is to
-        be designed together with none or with several.
+    name: Its short name, as ``a`` to ``f`` of the paper.
+    title: Its description in a few words.
+    friction: Name of the friction model that is fed forward (``static``, ``gms``, …); None for no feedforward.
+    gain: Gain of the friction feedforward; None for that of the machine.
+    lead: How far friction and inverse model are fed forward ahead of the reference; None for that of the machine.
+    controller: Name of the control block that takes the place of the cascade; the cascade itself where not given.
+    peak_sensitivity: Largest M_s for which blocks are designed whose files give no value, a factor; 6 dB where not
+        given.
+    joint: True where the gains of the cascade are designed together with the block that feeds back.
+    blocks: Names of the further control blocks: observers and feedforward.
+    Raises FricError: When there is no such block, one is of another kind, there are more than a loop has room for, or a
+        cascade is to be designed together with none or with several.
     """
 
     name: str

@@ -24,19 +24,10 @@ def hold_delay(sampling: float) -> float:
 class LinearPlant:
     """A mass with linear damping, driven by a voltage through a delay, eq. (1): ``B·e^(-s·T_d) / (s·(s + A))``.
 
-    Parameters
-    ----------
-    A
-        Linear damping of the drive itself (back-EMF, eddy currents) [1/s].
-    B
-        Acceleration per volt [m/(s²·V)].
-    T_d
-        Delay that is seen in the measured response [s]; half a sample of it is the hold of the controller's output.
-
-    Raises
-    ------
-    FricError
-        When a value is not positive (A and T_d may be zero).
+    A: Linear damping of the drive itself (back-EMF, eddy currents) [1/s].
+    B: Acceleration per volt [m/(s²·V)].
+    T_d: Delay that is seen in the measured response [s]; half a sample of it is the hold of the controller's output.
+    Raises FricError: When a value is not positive (A and T_d may be zero).
     """
 
     A: float
@@ -96,14 +87,9 @@ class LinearPlant:
 class Plant(LinearPlant):
     """The plant with its force scale: ``z̈ = B·u(t - T_d) - A·ż - (F + load)/M`` with friction and a constant load.
 
-    Parameters
-    ----------
-    A, B, T_d
-        As in `LinearPlant`.
-    K_f
-        Force constant [N/V].
-    force_lag
-        Lag of the logged force behind the voltage that makes it [s].
+    A, B, T_d: As in `LinearPlant`.
+    K_f: Force constant [N/V].
+    force_lag: Lag of the logged force behind the voltage that makes it [s].
     """
 
     K_f: float

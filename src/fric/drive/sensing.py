@@ -14,17 +14,10 @@ from fric.verb import require_within
 class Encoder:
     """A linear or rotary encoder that rounds the position to whole steps.
 
-    Parameters
-    ----------
-    resolution
-        One step [m or rad]; 0 for a position that is not quantised.
-    place
-        Where position 0 lies between two counts [counts], from 0 to 1. No drive knows it (`fric.simulate.contour_run`).
-
-    Raises
-    ------
-    FricError
-        When the resolution is negative.
+    resolution: One step [m or rad]; 0 for a position that is not quantised.
+    place: Where position 0 lies between two counts [counts], from 0 to 1. No drive knows it
+        (`fric.simulate.contour_run`).
+    Raises FricError: When the resolution is negative.
     """
 
     resolution: float = 0.0

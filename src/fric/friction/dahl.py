@@ -55,16 +55,10 @@ class Dahl(FrictionModel):
     It has neither a Stribeck curve nor a break-away force above F_c. A minor loop does not close, and under a load
     that vibrates below F_c it creeps. The viscous part is not Dahl's; it is here so that sliding can be compared.
 
-    Parameters
-    ----------
-    F_c
-        Coulomb friction [N].
-    sigma_0
-        Stiffness at rest [N/m].
-    n
-        Shape of the transition: 1 exponential, below 1 brittle, above 1 ductile [1].
-    sigma
-        Viscous friction [N·s/m].
+    F_c: Coulomb friction [N].
+    sigma_0: Stiffness at rest [N/m].
+    n: Shape of the transition: 1 exponential, below 1 brittle, above 1 ductile [1].
+    sigma: Viscous friction [N·s/m].
     """
 
     F_c: float

@@ -151,21 +151,11 @@ class GMS(OnBlocks):
     one count makes a small elastic excursion, and the force does not drift. A step is split where the motion reverses,
     where a block breaks away, and where the limit sets in or ends; slip is integrated to second order in the step.
 
-    Parameters
-    ----------
-    static
-        The static map: F_c, F_s, v_s, delta, sigma.
-    alpha
-        Each block's share of s(v), shape (N,), Σ alpha = 1 [1].
-    k
-        Each block's stiffness, shape (N,) [N/m].
-    C
-        Attraction parameter: how fast a slipping block follows s(v) [N/s].
-
-    Raises
-    ------
-    FricError
-        When alpha is negative or does not sum to 1, when k or C is not positive, or the lengths differ.
+    static: The static map: F_c, F_s, v_s, delta, sigma.
+    alpha: Each block's share of s(v), shape (N,), Σ alpha = 1 [1].
+    k: Each block's stiffness, shape (N,) [N/m].
+    C: Attraction parameter: how fast a slipping block follows s(v) [N/s].
+    Raises FricError: When alpha is negative or does not sum to 1, when k or C is not positive, or the lengths differ.
     """
 
     C: float = 1e4

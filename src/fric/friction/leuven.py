@@ -106,23 +106,12 @@ class Leuven(OnBlocks):
     further the load is from break-away. The level is that of the middle of a step. Only without
     sigma_1 is it passive, as LuGre.
 
-    Parameters
-    ----------
-    static
-        The static map: F_c, F_s, v_s, delta, sigma.
-    alpha
-        Each block's share of F_s, shape (N,), Σ alpha = 1 [1].
-    k
-        Each block's stiffness, shape (N,) [N/m].
-    sigma_1
-        Damping of the asperities [N·s/m].
-    n
-        How sharp the transition to sliding is [1].
-
-    Raises
-    ------
-    FricError
-        When alpha is negative or does not sum to 1, when k is not positive, or the lengths differ.
+    static: The static map: F_c, F_s, v_s, delta, sigma.
+    alpha: Each block's share of F_s, shape (N,), Σ alpha = 1 [1].
+    k: Each block's stiffness, shape (N,) [N/m].
+    sigma_1: Damping of the asperities [N·s/m].
+    n: How sharp the transition to sliding is [1].
+    Raises FricError: When alpha is negative or does not sum to 1, when k is not positive, or the lengths differ.
     """
 
     sigma_1: float = 0.0

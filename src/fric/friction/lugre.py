@@ -45,14 +45,9 @@ class LuGre(OnStaticMap):
     much of it, a load above a level that has fallen makes the damping push along the motion (Barabanov and
     Ortega, IEEE TAC 45, 2000).
 
-    Parameters
-    ----------
-    static
-        The static map: F_c, F_s, v_s, delta, sigma.
-    sigma_0
-        Stiffness of the bristles [N/m].
-    sigma_1
-        Damping of the bristles [N·s/m].
+    static: The static map: F_c, F_s, v_s, delta, sigma.
+    sigma_0: Stiffness of the bristles [N/m].
+    sigma_1: Damping of the bristles [N·s/m].
     """
 
     sigma_0: float

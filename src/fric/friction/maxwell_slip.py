@@ -44,19 +44,10 @@ class MaxwellSlip(FrictionModel):
     exactly. It is the GMS model without Stribeck curve and frictional lag. (W. D. Iwan, Journal of Applied Mechanics
     33, 1966; for friction: Goldfarb and Celanovic, 1997.)
 
-    Parameters
-    ----------
-    W
-        Force at which each block slips, shape (N,) [N]; their sum is the Coulomb friction.
-    k
-        Each block's stiffness, shape (N,) [N/m].
-    sigma
-        Viscous friction [N·s/m].
-
-    Raises
-    ------
-    FricError
-        When a W is negative, a k is not positive, or the lengths differ.
+    W: Force at which each block slips, shape (N,) [N]; their sum is the Coulomb friction.
+    k: Each block's stiffness, shape (N,) [N/m].
+    sigma: Viscous friction [N·s/m].
+    Raises FricError: When a W is negative, a k is not positive, or the lengths differ.
     """
 
     W: tuple[float, ...]

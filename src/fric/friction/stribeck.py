@@ -62,16 +62,10 @@ class StaticMap(FrictionModel):
 
     At v = 0 the map has no value; here it is 0, half way between the two directions.
 
-    Parameters
-    ----------
-    F_c, F_s
-        Coulomb and static friction [N].
-    v_s
-        Stribeck velocity [m/s].
-    delta
-        Stribeck shape factor [1].
-    sigma
-        Viscous friction [N·s/m].
+    F_c, F_s: Coulomb and static friction [N].
+    v_s: Stribeck velocity [m/s].
+    delta: Stribeck shape factor [1].
+    sigma: Viscous friction [N·s/m].
     """
 
     F_c: float

@@ -404,17 +404,9 @@ class PointPath:
     A cubic spline over the length of the chords runs through the points; a path that ends where it began is closed
     smoothly.
 
-    Parameters
-    ----------
-    x, y
-        The points [m], each of shape (n,).
-    feed
-        Speed along the path [m/s].
-
-    Raises
-    ------
-    FricError
-        When there are fewer than four points, the path has a corner or is too short for its feed.
+    x, y: The points [m], each of shape (n,).
+    feed: Speed along the path [m/s].
+    Raises FricError: When there are fewer than four points, the path has a corner or is too short for its feed.
     """
 
     x: Real

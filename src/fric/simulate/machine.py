@@ -58,35 +58,21 @@ class NominalFriction:
 class Axis:
     """One axis of a machine.
 
-    Parameters
-    ----------
-    name, motion
-        Its name, and whether it is linear or rotary.
-    plant
-        Eq. (1).
-    cascade
-        Its controller.
-    friction
-        The friction that it has.
-    load
-        A constant force against positive motion: gravity, or the bias of an amplifier [N].
-    nominal_friction
-        The friction that its controller believes.
-    nominal
-        The plant that its controller believes: in the inverse model, and from friction to voltage. The true plant where
-        not given.
-    observer
-        Its disturbance observer, for the schemes that use one.
-    blocks
-        Parameters of further control blocks in SI, by the block's name; what is not given is as the block is designed.
-    encoder
-        Its encoder.
-    force_noise
-        Noise of a logged force sample, root mean square [N].
-    reality
-        Its properties beyond the model, in its logs and in its motion; they are not known to a controller.
-    second_mass
-        Its table on a spring, where it is no rigid body.
+    name, motion: Its name, and whether it is linear or rotary.
+    plant: Eq. (1).
+    cascade: Its controller.
+    friction: The friction that it has.
+    load: A constant force against positive motion: gravity, or the bias of an amplifier [N].
+    nominal_friction: The friction that its controller believes.
+    nominal: The plant that its controller believes: in the inverse model, and from friction to voltage. The true plant
+        where not given.
+    observer: Its disturbance observer, for the schemes that use one.
+    blocks: Parameters of further control blocks in SI, by the block's name; what is not given is as the block is
+        designed.
+    encoder: Its encoder.
+    force_noise: Noise of a logged force sample, root mean square [N].
+    reality: Its properties beyond the model, in its logs and in its motion; they are not known to a controller.
+    second_mass: Its table on a spring, where it is no rigid body.
     """
 
     name: str
@@ -159,18 +145,11 @@ class Published:
 class Machine:
     """A machine: axes by name.
 
-    Parameters
-    ----------
-    name
-        What the machine is.
-    axes
-        Its axes.
-    published
-        What is known of its circles.
-    warnings
-        What the files that it was read from warn of.
-    origin
-        How it was read, as arguments of `fric.read_machine`; empty where it was not.
+    name: What the machine is.
+    axes: Its axes.
+    published: What is known of its circles.
+    warnings: What the files that it was read from warn of.
+    origin: How it was read, as arguments of `fric.read_machine`; empty where it was not.
     """
 
     name: str

@@ -126,19 +126,10 @@ PLANT = ("A", "B", "T_d", "K_f", "M")  # Spreads of the plant
 class Spread:
     """The factor by which a parameter of a drawn machine differs from that of the nominal machine.
 
-    Parameters
-    ----------
-    low, high
-        The limits of the factor [1]; for ``normal`` and ``log-normal`` its 95 % interval.
-    distribution
-        ``uniform`` or ``normal`` in the factor, ``log-uniform`` or ``log-normal`` in its logarithm.
-    source
-        Why so much.
-
-    Raises
-    ------
-    FricError
-        When the limits are not positive or not in order, or the distribution is not known.
+    low, high: The limits of the factor [1]; for ``normal`` and ``log-normal`` its 95 % interval.
+    distribution: ``uniform`` or ``normal`` in the factor, ``log-uniform`` or ``log-normal`` in its logarithm.
+    source: Why so much.
+    Raises FricError: When the limits are not positive or not in order, or the distribution is not known.
     """
 
     low: float
