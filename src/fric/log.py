@@ -19,7 +19,7 @@ from fric.columns import (
 )
 from fric.errors import FricError, near
 from fric.series import keep
-from fric.units import MOTIONS, Motion, factor, si_unit
+from fric.units import MOTIONS, Motion, factor, is_effort, si_unit
 from fric.verb import refused, typed
 
 if TYPE_CHECKING:
@@ -117,6 +117,8 @@ class Log(_FromFile):
 
     def __post_init__(self) -> None:
         axis_name(self.axis, self.where)
+        if is_effort(self.motion):  # both are one signal
+            vars(self)["force"] = vars(self)["input"] = self.input if self.force is None else self.force
         keep(self, {name: channel_dimension(name) for name in CHANNELS}, self.where, motion=self.motion)
         if self.position is None and self.velocity is None:
             raise FricError(

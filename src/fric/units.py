@@ -3,7 +3,8 @@
 A *dimension* is the quantity of a number (``force``, ``velocity``, …). Its SI unit depends on the motion of the
 axis: a force is in N on a linear axis and a torque in N·m on a rotary axis. Where a drive logs it in another unit (A, %
     of rated, V, counts), that is the unit of all forces of the axis, without conversion to newtons: the mass is in
-    A·s²/m, the force constant in A/V.
+    A·s²/m, the force constant in A/V. Where it logs no other effort, that is its input as well, and the force constant
+    is 1.
 """
 
 from __future__ import annotations
@@ -20,9 +21,11 @@ if TYPE_CHECKING:
 
 Motion = Literal[
     "linear", "rotary", "linear/A", "rotary/A", "linear/%", "rotary/%", "linear/V", "rotary/V", "linear/count",
-    "rotary/count", "linear/N*m",
+    "rotary/count", "linear/N*m", "linear/N/N", "rotary/N*m/N*m", "linear/A/A", "rotary/A/A", "linear/%/%",
+    "rotary/%/%", "linear/V/V", "rotary/V/V", "linear/count/count", "rotary/count/count", "linear/N*m/N*m",
 ]  # fmt: skip
-"""Motion of an axis, followed by a slash and the unit of its forces if the drive logs them in its units."""
+"""Motion of an axis, followed by a slash and the unit of its forces if the drive logs them in its units, and by another
+slash and that unit where the force is the drive's input."""
 MOTIONS: tuple[Motion, ...] = get_args(Motion)
 
 SI_UNITS: dict[str, tuple[str, str]] = {  # by dimension: linear, rotary
@@ -37,6 +40,7 @@ PLAIN: tuple[Motion, ...] = ("linear", "rotary")  # Motions with forces in SI
 OF_FORCE = {"force": "", "mass": "*s^2/{m}", "viscous": "*s/{m}", "stiffness": "/{m}", "force rate": "/s",
             "force per input": "/V"}  # fmt: skip
 """Dimensions that contain a force, with the suffix of their unit."""
+OF_INPUT = {dimension for dimension, (unit, _) in SI_UNITS.items() if "V" in unit}
 
 
 def rotates(motion: str) -> bool:
@@ -46,12 +50,35 @@ def rotates(motion: str) -> bool:
 
 def drive_unit(motion: str) -> str:
     """Return the drive's unit of forces; empty if they are in N or N·m."""
-    return motion.partition("/")[2]
+    return motion.partition("/")[2].partition("/")[0]
+
+
+def is_effort(motion: str) -> bool:
+    """Return whether the force of an axis is the input of its drive as well."""
+    return motion.count("/") == 2
+
+
+def of_force(motion: Motion) -> Motion:
+    """Return a motion without its input: that of files of friction, which hold none."""
+    unit = drive_unit(motion)
+    return motion if not is_effort(motion) else next(
+        name for name in MOTIONS if name in {f"{motion.partition('/')[0]}/{unit}", motion.partition("/")[0]}
+        and si_unit("force", name) == unit
+    )  # fmt: skip
+
+
+def of_effort(motion: Motion) -> Motion:
+    """Return a motion whose force is the drive's input."""
+    unit = drive_unit(motion) or si_unit("force", motion)
+    return next(name for name in MOTIONS if name == f"{motion.partition('/')[0]}/{unit}/{unit}")
 
 
 def kinds_of(motion: Motion | None) -> tuple[Motion, ...]:
     """Return the motions that agree with a stated motion: those in the drive's units, where none is stated."""
-    return tuple(name for name in MOTIONS if motion is None or name == motion or name.partition("/")[0] == motion)
+    return tuple(
+        name for name in MOTIONS
+        if name == motion or (motion in {None, name.partition("/")[0]} and not is_effort(name))
+    )  # fmt: skip
 
 
 def in_units_of(motion: Motion, unit: str | None) -> Motion:
@@ -68,14 +95,17 @@ def is_scale(unit: str) -> bool:
 
 def words_of(motion: str) -> str:
     """Return a motion for people: ``rotary/A`` is a rotary axis with forces in A."""
-    plain, _, unit = motion.partition("/")
-    return f"{plain} (force in {unit})" if unit else plain
+    plain, unit = motion.partition("/")[0], drive_unit(motion)
+    return f"{plain} (force{' and input' * is_effort(motion)} in {unit})" if unit else plain
 
 
 @cache
 def si_unit(dimension: str, motion: Motion = "linear") -> str:
     """Return the SI unit of a dimension on a linear or rotary axis, as it is written in files."""
     drive = drive_unit(motion)
+    if is_effort(motion) and dimension in OF_INPUT:
+        unit = SI_UNITS[dimension][rotates(motion)]
+        return "1" if dimension == "force per input" else unit.replace("V", drive)
     if drive and dimension in OF_FORCE:
         return drive + OF_FORCE[dimension].format(m="rad" if rotates(motion) else "m")
     return SI_UNITS[dimension][rotates(motion)]
@@ -108,7 +138,8 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
     si = si_unit(dimension, motion)
     if unit.strip() == si:
         return 1.0
-    if dimension in OF_FORCE and drive_unit(motion) in {"%", "count"}:  # a share, or a number, is of any dimension
+    contains = OF_FORCE.keys() | OF_INPUT if is_effort(motion) else OF_FORCE
+    if dimension in contains and drive_unit(motion) in {"%", "count"}:  # a share, or a number, is of any dimension
         if dimension == "force" and unit.strip() in {"percent", "counts"}:
             return 1.0
         raise FricError(f"{dimension} cannot be in '{unit}' where it is logged in {drive_unit(motion)}",

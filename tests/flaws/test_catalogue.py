@@ -144,8 +144,8 @@ def response(size: float = 0.5, **more: object) -> list[Notice]:
 
 
 def rigid(hidden: float = 0.0, F_c: float = 1.0, **more: object) -> list[Notice]:
-    record = N(used=np.arange(1000) >= round(1000 * hidden))
-    given = {"K_f": Estimate(1.0, "N/V"), "delay": 1e-3} | more
+    record = N(used=np.arange(1000) >= round(1000 * hidden), log=N(motion="linear"))
+    given = {"K_f": Estimate(1.0, "N/V"), "assumed": False} | more
     return list(plant_fit._warnings([record], 0, {"F_c": Estimate(F_c, "N")}, **given))
 
 
@@ -213,7 +213,7 @@ def tuned(feeds: tuple[float, ...] = (0.01, 0.1), x: float = 0.0, rms: float = 1
     tests = [N(feed=feed) for feed in feeds]
     as_noise = patch.object(tune_fit, "explained", lambda _: 1.0)
     with patch.object(tune_fit, "_drifts", lambda *_: ()), as_noise:
-        return list(tune_fit.identifiability_warnings(N(name="x"), tests, found))
+        return list(tune_fit.identifiability_warnings(N(name="x", motion="linear"), tests, found))
 
 
 def timed(size: float) -> list[Notice]:
@@ -419,7 +419,7 @@ SHOWN: dict[str, Show] = {
     "viscous-by-direction": lambda s: plant_fit.identify_motion([uneven_motion(s * plant_fit.UNEVEN)]).warnings,
     "changes-between": lambda s: rigid(hidden=0.1 * is_so(s)),
     "not-physical": lambda s: rigid(F_c=1.0 - 1.0 * s),
-    "T_d-assumed": lambda s: rigid(delay=None if is_so(s) else 1e-3),
+    "T_d-assumed": lambda s: rigid(assumed=is_so(s)),
     "response-ends": lambda s: perturbation(last=40.0 / s),
     "response-begins": lambda s: perturbation(first=10.0 * s),
     "response-without-confidence": lambda s: perturbation(radius=0.0 if is_so(s) else 1.0),

@@ -8,6 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
+import fric
 from fric import FricError, Log
 from fric.io.hdf5 import CHUNK, read_logs, write_logs
 from fric.io.ingest import ingest
@@ -162,3 +163,13 @@ def test_gz_is_the_same_log(tmp_path):
     assert zipped.name == "log-2"
     np.testing.assert_array_equal(plain.position, zipped.position)
     assert plain.sha256 != zipped.sha256
+
+
+def test_files_that_are_named_by_axes_are_not_one_axis(tmp_path):
+    """Both were one axis, with a friction between theirs."""
+    files = [write(tmp_path / f"{name}_axis.csv", speed=speed) for name, speed in (("X", 1), ("Y", 2))]
+    with pytest.raises(FricError, match="named by axes x and y"):
+        fric.ingest(*files, output=tmp_path / "log.h5")
+    assert not (tmp_path / "log.h5").exists()
+    fric.ingest(*files, output=tmp_path / "log.h5", axis="z")
+    fric.ingest(files[0], write(tmp_path / "X_more.csv", speed=3), output=tmp_path / "x.h5")

@@ -1,7 +1,7 @@
 """What physics tells of the columns of foreign logs: over generated logs, and where an earlier trial went wrong."""
 
 from collections import Counter
-from contextlib import closing
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
-from fric.io.propose import propose
+from fric.io.propose import guessed, propose
 from fric.io.readers import tables
 from fric.io.readers.base import Column, named
 from fric.io.roles import SURE, AxisColumns, axes_of
@@ -458,3 +458,15 @@ def test_a_motion_without_force_is_said_once(tmp_path: Path) -> None:
     with pytest.raises(FricError, match="no column is a force, a torque, a current or a voltage") as error:
         fric.auto(tmp_path, output=tmp_path.parent / f"{tmp_path.name}-out")
     assert "Log time, position or velocity, and force" in error.value.hint
+
+
+def test_turns_of_pole_pairs_have_no_unit_and_a_supplys_current_is_no_effort(tmp_path: Path) -> None:
+    """A VESC's erpm was taken for rpm, and the current of its battery for the motor's."""
+    d = axis_of_a_drive()
+    columns = [d["t"] * 1e3, d["current"] * 0.3, d["current"], d["velocity"] * 66.8]
+    path = write(tmp_path / "vesc.csv", "ms;current_in;current_motor;erpm", *columns)
+    with ExitStack() as opened:
+        (guess, *_) = guessed([path], opened, assume=True).found
+        assert guess.table.columns[guess.axis.roles["force"].column].name == "current_motor"
+        assert not guess.whole
+        assert any("counts turns of pole pairs" in text for text in guess.questions)

@@ -15,7 +15,8 @@ from pydantic import ValidationError
 from fric.automatic.fleet import FleetResult, find_fleet, fleet
 from fric.automatic.sources import NO_FORCE, Source, Sources, find_sources
 from fric.automatic.steps import AxisOutcome, Session, Step, identify_axes, step, trace_step
-from fric.circles.gains import USUAL
+from fric.circles.gains import GAINS, USUAL
+from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.base import provenance
 from fric.documents.bundled import located
 from fric.documents.contours import AutoDocument
@@ -35,7 +36,7 @@ from fric.report.summary import Report, make_report
 from fric.results.base import Piece, Result, Table, bounded, named
 from fric.results.given_models import machine_of
 from fric.results.kinds import Address, CircleFiles, EncoderName, MachineFile, Quantity, Workers
-from fric.units import Motion, rotates
+from fric.units import Motion, drive_unit, is_effort, rotates, si_unit
 from fric.verb import Kind, verb
 from fric.verdict import Evidence, Verdict, decide
 
@@ -69,8 +70,7 @@ def gains_of(text: str, axis: str, motion: Motion) -> dict[str, Any]:
 
     Raises FricError: When a gain is missing, or has a wrong unit.
     """
-    length = "rad" if rotates(motion) else "m"
-    units = {"K_v": "1/s", "K_p": f"V*s/{length}", "K_i": f"V/{length}", "velocity_filter": "Hz", "sampling": "Hz"}
+    units = {name: si_unit(of, motion) for name, of in {**GAINS, "sampling": "frequency"}.items()}
     given = {"velocity_filter": f"{USUAL.velocity_filter} Hz", "sampling": f"{USUAL.sampling} Hz"}
     given |= {name: value.strip() for name, value in _GAIN.findall(text)}
     if bare := [name for name, value in given.items() if not re.search("[a-zA-Z]", value)]:
@@ -82,7 +82,12 @@ def gains_of(text: str, axis: str, motion: Motion) -> dict[str, Any]:
     except ValidationError:
         lacks = " and ".join(sorted({"K_v", "K_p", "K_i"} - given.keys(), reverse=True))
         what = f"lacks {lacks}" if lacks else "has a gain in no unit of it"
-        raise FricError(f"the controller '{text}' of axis {axis} {what}", hint=f"Write '{EXAMPLE}'.") from None
+        raise FricError(f"the controller '{text}' of axis {axis} {what}", hint=f"Write '{_example(motion)}'.") from None
+
+
+def _example(motion: Motion) -> str:
+    """Return gains in the units of an axis, as an example."""
+    return EXAMPLE.replace("V", drive_unit(motion)) if is_effort(motion) else EXAMPLE
 
 
 def find_gains(
@@ -99,18 +104,29 @@ def find_gains(
     if (text := stated.texts.get(axis, stated.texts.get(""))) is not None:
         session.write(gains_of(text, axis, motion), typed)
         return typed
+    shown: Path | None = None
     for path in found.circles:
+        if shown:
+            break
         for test in choose_circles([path]):
             trace = test.axes.get(axis)
-            if trace is None or trace.input is None or trace.reference is None or test.scheme not in ("", "a"):
+            follows = trace is not None and trace.reference is not None and test.scheme in ("", "a")
+            if not follows or test.of_effort({axis: motion}).axes[axis].input is None:
                 continue
-            if session.take(step(f"{axis}: gains", "identify controller", [path], {"axis": axis}, output=made)):
-                return made
+            options = {"axis": axis} | ({"motion": motion} if is_effort(motion) else {})
+            if session.take(step(f"{axis}: gains", "identify controller", [path], options, output=made)):
+                shown = made
+                break
     driven = [log.path for log in logs if log.driven]
-    if driven and (needed or any("motion" in log.kinds for log in logs)):
-        closed = step(f"{axis}: gains", "identify controller", driven, {"axis": axis}, output=made)
+    if shown and _are_known(shown):
+        return shown
+    if driven and (shown or needed or any("motion" in log.kinds for log in logs)):
+        of_logs = made if shown is None else made.with_stem("controller-of-logs")
+        closed = step(f"{axis}: gains", "identify controller", driven, {"axis": axis}, output=of_logs)
         if session.take(closed, tried=True):
-            return made
+            return of_logs
+    if shown:
+        return shown
     if typed.exists():
         return typed
     if needed and ask is not None:
@@ -120,6 +136,13 @@ def find_gains(
             session.write(answer[0], typed)
             return typed
     return None
+
+
+def _are_known(file: Path) -> bool:
+    """Return whether the gains in a file have intervals that bound them."""
+    gains = read_document(file, ControllerDocument)
+    limits = [getattr(gains, name).ci95 or (1.0, 1.0) for name in ("K_v", "K_p", "K_i")]
+    return all(low and high and high < 2.0 * low for low, high in limits)
 
 
 def _question(axis: str, motion: Motion, answer: list[dict[str, Any]]) -> Question:
@@ -134,7 +157,7 @@ def _question(axis: str, motion: Motion, answer: list[dict[str, Any]]) -> Questi
     def apply(meant: dict[str, Any]) -> None:
         answer.extend([meant] if meant else [])
 
-    text = f"No log shows the gains of axis {axis}. Type those of its controller, as {EXAMPLE}"
+    text = f"No log shows the gains of axis {axis}. Type those of its controller, as {_example(motion)}"
     return Question(
         text, [("not known: fric designs them, and its result is for these", {})], apply, understood=understood
     )
@@ -307,10 +330,10 @@ def auto(
         found.circles += one.leaves if session.take(one) else ()
 
     def gains(of_axis: Sequence[Source]) -> Path | None:
-        responses = any("frequency-response" in log.kinds for log in of_axis)
-        return find_gains(session, found, of_axis, stated, ask, needed=responses and machine is None)
+        whole = is_effort(of_axis[0].motion) or any("frequency-response" in log.kinds for log in of_axis)
+        return find_gains(session, found, of_axis, stated, ask, needed=whole and machine is None)
 
-    axes = identify_axes(session, found, gains, encoder)
+    axes = identify_axes(session, found, gains, encoder, machine=given is not None)
     subject = _machine(session, axes, given)
     _circles(session, found, axes, subject, given is not None)
     pages = [path for axis in axes.values() for path in axis.there]
@@ -374,7 +397,9 @@ def _machine(session: Session, axes: dict[str, AxisOutcome], given: Path | None)
         return None
     tree: dict[str, Any] = {"fric": MachineDocument.type_name(), "name": "identified machine", "axes": {}}
     for name, files in whole.items():
-        tree["axes"][name] = {part: Path(relpath(file, session.folder)).as_posix() for part, file in files.items()}
+        there = {part: file for part, file in files.items() if file.exists()}
+        tree["axes"][name] = {part: Path(relpath(file, session.folder)).as_posix() for part, file in there.items()}
+        tree["axes"][name] |= {"motion": motion} if (motion := axes[name].motion) != "linear" else {}
     session.write(tree | {"provenance": provenance()}, path := session.folder / "machine.yaml")
     return path
 
@@ -392,8 +417,13 @@ def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], mac
     else:
         files = (axis.files["friction"] for axis in axes.values() if axis.whole)
         frictions = [read_document(file, FrictionDocument) for file in files]
-        if not all(friction.section("gms") for friction in frictions):
-            options["scheme"] = "a,b,d,e"  # there is no GMS model to feed forward
+        presliding = all(friction.section("gms") for friction in frictions)
+        observed = all(axis.files["observer"].exists() for axis in axes.values() if axis.whole)
+        can = [
+            name for name, scheme in PAPER_SCHEMES.items()
+            if (presliding or scheme.friction != "gms") and (observed or not scheme.observer)
+        ]  # fmt: skip
+        options |= {"scheme": ",".join(can)} if len(can) < len(PAPER_SCHEMES) else {}
     if found.circles:
         test = choose_circles(found.circles[:1])[0]
         options |= {"radius": f"{test.radius!r} m", "velocity": f"{test.feed!r} m/s", "measured": found.circles}

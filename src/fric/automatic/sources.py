@@ -87,6 +87,7 @@ class Source:
     assumed: bool = False  # Whether samples that cannot be used are dropped
     loaded: bool = False  # Whether a record has the position of the load, by a second encoder
     lacks: str = ""  # Why its records show no friction
+    efforts: frozenset[str] = frozenset()  # Those of force and input that a record of it has
 
 
 @dataclass
@@ -325,7 +326,10 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     rests = kinds == {"motion"} and all(isinstance(log, Log) and is_at_rest(travelled(log)) for log in records)
     lacks = NO_FORCE if not pushed else AT_REST if rests else ""
     axis, motion = records[0].axis, records[0].motion
-    return Source(path, axis, motion, kinds, uses, mapping, both, driven, strokes, loaded=loaded, lacks=lacks)
+    efforts = frozenset(of for of in ("force", "input") for log in records if getattr(log, of, None) is not None)
+    return Source(
+        path, axis, motion, kinds, uses, mapping, both, driven, strokes, loaded=loaded, lacks=lacks, efforts=efforts
+    )
 
 
 def _excites(record: Record) -> bool:

@@ -2,7 +2,7 @@
 
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from os import environ
 from pathlib import Path
@@ -30,7 +30,7 @@ from fric.results.identify import identify_controller, identify_gms, identify_mo
 from fric.results.ingest import ingest, ingest_circles
 from fric.results.kinds import EncoderName
 from fric.results.simulate import circle
-from fric.units import Motion
+from fric.units import Motion, is_effort, of_effort, rotates
 
 PARTS = ("plant", "controller", "observer", "friction")
 
@@ -92,6 +92,14 @@ def _plain(verb: Callable[..., Result]) -> Callable[[Step, Advance], Result]:
     return made
 
 
+def _shaken(step: Step, _: Advance) -> Result:
+    result = identify_plant(*step.given, **step.options)
+    wrong = [text for text in result.warnings if text.severity == "wrong"]
+    if wrong and step.options.get("method") == "motion":  # a motion that hardly shows the mass gives any
+        raise FricError(str(wrong[0]))
+    return result
+
+
 def _ingested(step: Step, advance: Advance) -> Result:
     keep_freed_memory()
     given: dict[str, Any] = dict(step.options)
@@ -126,7 +134,7 @@ def _reported(step: Step, advance: Advance) -> Result:
 
 VERBS: Mapping[str, Callable[[Step, Advance], Result]] = {
     "ingest": _ingested,
-    "identify plant": _plain(identify_plant),
+    "identify plant": _shaken,
     "identify static": _plain(identify_static),
     "identify gms": _plain(identify_gms),
     "identify lugre": _plain(partial(identify_model, "lugre")),
@@ -164,8 +172,8 @@ class AxisOutcome:
 
     @property
     def whole(self) -> bool:
-        """Whether all parts of a machine file are known, K_f among them."""
-        known = all(path.exists() for path in self.files.values())
+        """Whether all parts that a machine file needs are known, K_f among them."""
+        known = all(path.exists() for part, path in self.files.items() if part != "observer")
         return known and read_document(self.files["plant"], PlantDocument).K_f is not None
 
     @property
@@ -262,14 +270,19 @@ def identify_axes(
     found: Sources,
     gains: Callable[[Sequence[Source]], Path | None] | None = None,
     encoder: EncoderName = "motor",
+    *,
+    machine: bool = False,
 ) -> dict[str, AxisOutcome]:
     """Ingest and identify; return the results for each axis.
 
+    machine: Whether a machine is given, whose plant says what its input is.
     gains: Returns the file of the controller's gains of an axis from its logs; None where they are to be designed.
         Without it only friction and plant are identified: no figures, no controller, no observer.
     encoder: Of axes with two encoders, the one whose position friction is identified on.
     """
     lean = gains is None
+    if not lean and not machine:
+        _take_efforts(found)
     logs = [log for log in found.logs if log.mapping is None]
     for step, left in ingest_steps(found.logs, session.folder):
         if session.take(step):
@@ -282,10 +295,13 @@ def identify_axes(
         folder = session.folder / name
         controller = gains(of_axis) if gains else None
         plan = axis_steps(of_axis, folder, lean=lean, controller=controller, encoder=encoder)
+        begun = [step for step in plan.steps[:1] if step.command == "identify plant"]
+        if begun and not session.take(begun[0]):
+            plan = axis_steps(of_axis, folder, lean=lean, controller=controller, encoder=encoder, shaken=False)
         read = {path for step in plan.steps for path in step.reads}
         for unused in (log for log in of_axis if log.path not in read and log.kinds != {"holding-map"}):
             found.description.append(FILE_UNUSED.found(str(unused.path), kinds=sorted(unused.kinds), axis=name))
-        done = [step.name.partition(": ")[2] for step in plan.steps if session.take(step)]
+        done = [step.name.partition(": ")[2] for step in plan.steps if step in begun or session.take(step)]
         failed = [session.failed[step.name] for step in plan.steps if step.name in session.failed]
         broken = [f"{failure.step.name.partition(': ')[2]}: {failure}" for failure in failed]
         files = {part: folder / f"{part}.yaml" for part in PARTS}
@@ -297,6 +313,17 @@ def identify_axes(
         missing, paths = [*plan.missing, *broken], [source.path for source in of_axis]
         axes[name] = AxisOutcome(of_axis[0].motion, done, missing, files, paths)
     return axes
+
+
+def _take_efforts(found: Sources) -> None:
+    """Take the force of linear axes as the input of their drives, where no log of them holds another effort."""
+    for axis in sorted({log.axis for log in found.logs if not rotates(log.motion)}):
+        of_axis = [log for log in found.logs if log.axis == axis]
+        efforts = frozenset[str]().union(*(log.efforts for log in of_axis))
+        if len(efforts) == 1 and not any("frequency-response" in log.kinds for log in of_axis):
+            motion = of_effort("linear/V" if "input" in efforts else of_axis[0].motion)
+            taken = [replace(log, mapping=log.mapping or "", driven=True, motion=motion) for log in of_axis]
+            found.logs = [*(log for log in found.logs if log not in of_axis), *taken]
 
 
 def step(
@@ -328,6 +355,7 @@ def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, S
         files = [member.path for member in members]
         options = {"map": mapping or None, "kind": kind if len(members[0].kinds) == 1 else None}
         options |= {"axis": axis if wide else None, "bad_cells": "drop" if assumed else None}
+        options |= {"motion": motion} if is_effort(motion := members[0].motion) else {}
         uses, both = frozenset().union(*(m.uses for m in members)), all(m.both for m in members)
         strokes = sum(m.strokes for m in members)
         driven, loaded = all(m.driven for m in members), any(m.loaded for m in members)
@@ -356,12 +384,14 @@ def axis_steps(
     lean: bool = False,
     controller: Path | None = None,
     encoder: EncoderName = "motor",
+    shaken: bool = True,
 ) -> AxisSteps:
     """Return the steps of one axis: plant, static map, GMS, controller, observer.
 
     lean: Only identify: no figures, controller or observer; the static map has one form, so that dates compare.
     controller: The file of the controller's gains; designed where there is none.
     encoder: Of two encoders, the one whose position friction is identified on.
+    shaken: Whether records of a response or a motion give the plant.
     """
     axis = logs[0].axis
     which = {"encoder": encoder} if encoder != "motor" and any(log.loaded for log in logs) else {}
@@ -385,19 +415,20 @@ def axis_steps(
     if not enough_in(mapped) and enough_in(moves := of("motion", use="static")):
         mapped = moves  # strokes in a motion are strokes, too
     enough = enough_in(mapped)
-    moving = of("motion") or (
-        []
-        if enough
-        else [log.path for log in logs if MOTION in log.uses and not (log.kinds & PRESLIDING and "gms" in log.uses)]
-    )
-    if shaken := responses or moving:
-        scaled = any(log.both for log in logs if log.path in shaken)
+    effort = is_effort(logs[0].motion)
+    fast = [log for log in logs if MOTION in log.uses and not (log.kinds & PRESLIDING and "gms" in log.uses)]
+    other = [log for log in fast if "constant-velocity" not in log.kinds] if enough else fast
+    moving = of("motion") or [log.path for log in other or (fast if effort else [])]
+    responses, shaking = (responses, responses or moving) if shaken else ([], [])
+    if shaking:
+        scaled = any(log.both for log in logs if log.path in shaking)
         steady = [log.path for log in logs if log.kinds == {"constant-velocity"} and log.both and not scaled]
         beside = steady if responses else []  # K_f, which no response determines
-        identify("plant", [*shaken, *beside], plant, (), {} if responses else {"method": "motion"})
-    else:
+        identify("plant", [*shaking, *beside], plant, (), {} if responses else {"method": "motion"})
+    elif shaken:
         missing.append("plant: a frequency response, or an ordinary motion with position and voltage or force")
-    whole = bool(responses) or (shaken and all(log.driven for log in logs if log.path in shaken))  # it has B, too
+    driven = shaking and all(log.driven for log in logs if log.path in shaking)
+    whole = bool(responses) or (driven and not effort)  # it has B and damping that is no friction
     known = [plant] if whole else []
     damping: dict[str, Any] = {"plant": plant} if whole else {}
     if strokes := mapped if enough else []:
@@ -418,10 +449,10 @@ def axis_steps(
             identify("lugre", moving, friction, known, damping)
     if lean:
         return AxisSteps(steps, missing)
-    if responses:
-        if controller is None:
-            controller = folder / "controller.yaml"
-            steps.append(step(f"{axis}: controller", "design controller", [plant], {}, output=controller))
+    if controller is None and (responses or (effort and shaking)):
+        controller = folder / "controller.yaml"
+        steps.append(step(f"{axis}: controller", "design controller", [plant], {}, output=controller))
+    if responses and controller:
         read = [plant, *responses[:1]]
         steps.append(
             step(
@@ -431,5 +462,5 @@ def axis_steps(
         )  # fmt: skip
     else:
         lacks = "observer" if controller else "controller and observer"
-        missing.append(f"{lacks}: a frequency response from voltage to position")
+        missing.append(f"{lacks}: a frequency response from the drive's input to position")
     return AxisSteps(steps, missing)

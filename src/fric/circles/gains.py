@@ -20,6 +20,7 @@ from fric.kernels.block import Commands, Sample
 from fric.log import Log
 from fric.notice import Notice
 from fric.statistics import robust_deviation
+from fric.units import Motion, si_unit
 
 FED = 0.7  # Largest share of the voltage's error that remains with feedforward, for a controller with feedforward
 VOLTAGE_MISSED = 0.06  # Largest error of a stated controller, as a share of the fed back voltage
@@ -179,7 +180,7 @@ def controller_behind(
     return ahead, added, tuple(warnings)
 
 
-UNITS = {"K_v": "1/s", "K_p": "V*s/m", "K_i": "V/m", "velocity_filter": "Hz"}
+GAINS = {"K_v": "rate", "K_p": "velocity gain", "K_i": "position gain", "velocity_filter": "frequency"}
 START = 0.1  # Share of a record that is left out, since the initial state of the filter is not known
 CORNERS = (0.02, 0.05, 0.12, 0.25)  # Corners of the velocity filter over the sampling rate, from which a search starts
 EXPLAINED, EXPLAINED_OF_LOG = 0.9, 0.98
@@ -204,7 +205,7 @@ class FoundController:
     where: str = ""  # The circle or record
 
 
-def controller_of(test: MeasuredCircle, name: str) -> FoundController:
+def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") -> FoundController:
     """Return the cascade that produces the recorded voltage of an axis.
 
     ``u = K_p·e + K_i·∫e`` with ``e = K_v·(r - z) - ż`` of the filtered velocity, beside what is fed forward: any sum of
@@ -212,14 +213,14 @@ def controller_of(test: MeasuredCircle, name: str) -> FoundController:
     integral time can be exchanged without a change of this sum; the order is chosen whose integral of the reference
     velocity, if that is fed forward, agrees with the record.
 
-    test: The circle, without compensation of friction.
+    test, name, motion: The circle, without compensation of friction; name and motion of the axis.
     Raises FricError: When reference or voltage were not recorded, compensation was on, or no cascade gives this
         voltage.
     """
     where = f"{test.where}, axis {name}"
     if test.scheme not in ("", "a"):
         raise FricError("the controller's gains take a circle without compensation", where=where)
-    _, r, z, u, rate = test.driven(name, "identifying gains")
+    _, r, z, u, rate = test.of_effort({name: motion}).driven(name, "identifying gains")
     fit = _Fit(r, z, u, rate)
     found, covariance = fit.best()
     if (explained := fit.explained(found)) < EXPLAINED:
@@ -227,7 +228,7 @@ def controller_of(test: MeasuredCircle, name: str) -> FoundController:
             f"no cascade gives the recorded voltage: the best explains {explained:.0%} of it", where=where,
             hint="Give the controller's gains.",
         )  # fmt: skip
-    return _controller(found, 1.96 * np.sqrt(np.diag(covariance)), explained, rate, test.where)
+    return _controller(found, 1.96 * np.sqrt(np.diag(covariance)), explained, rate, test.where, motion)
 
 
 def controller_of_logs(logs: Iterable[Log]) -> FoundController:
@@ -278,15 +279,18 @@ def _of_log(log: Log) -> FoundController | None:
         half = np.linalg.norm([1.96 * np.sqrt(np.diag(covariance)), *apart], axis=0)
         explained = fits[0].explained(found)
         if explained > most and (half[:3] < WIDEST).all():
-            best, most = _controller(found, half, explained, None if slow else rate, log.where), explained
+            best = _controller(found, half, explained, None if slow else rate, log.where, log.motion)
+            most = explained
     return best
 
 
-def _controller(found: Real, half: Real, explained: float, rate: float | None, where: str) -> FoundController:
+def _controller(
+    found: Real, half: Real, explained: float, rate: float | None, where: str, motion: Motion
+) -> FoundController:
     """Return the controller for logarithms of its gains and the half-widths of their intervals [1]."""
-    values = dict(zip(UNITS, np.exp(found).tolist(), strict=True))
-    widths = zip(UNITS, half.tolist(), strict=False)
-    estimates = {key: Estimate.around_log(values[key], UNITS[key], width) for key, width in widths}
+    values = dict(zip(GAINS, np.exp(found).tolist(), strict=True))
+    widths = zip(GAINS, half.tolist(), strict=False)
+    estimates = {key: Estimate.around_log(values[key], si_unit(GAINS[key], motion), width) for key, width in widths}
     if rate is None:
         estimates["velocity_filter"] = Estimate(USUAL.velocity_filter, "Hz", assumed=True)
         estimates["sampling"] = Estimate(USUAL.sampling, "Hz", assumed=True)

@@ -15,6 +15,7 @@ from fric.contour import beside
 from fric.errors import FricError
 from fric.log import Log, axis_name
 from fric.series import keep
+from fric.units import Motion, drive_unit, is_effort
 from fric.verb import require_within
 
 if TYPE_CHECKING:
@@ -236,6 +237,14 @@ class MeasuredCircle:
             Log(trace.time, position=trace.position, name=f"{self.name}, axis {name}", kind="motion", axis=name)
             for name, trace in self.axes.items()
         ]
+
+    def of_effort(self, motions: Mapping[str, Motion]) -> MeasuredCircle:
+        """Return the test with the force of axes whose force is the drive's input as the input."""
+        of = {name: trace for name, trace in self.axes.items() if is_effort(motions.get(name, ""))}
+        for name, trace in of.items():
+            kept = trace.input if trace.force is None and drive_unit(motions[name]) == "V" else trace.force
+            of[name] = replace(trace, input=kept)
+        return replace(self, axes={**self.axes, **of})
 
     def stated(self, radius: float | None, feed: float | None) -> MeasuredCircle:
         """Return the test with another nominal radius [m] and feed [m/s], where they are given."""

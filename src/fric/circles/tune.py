@@ -45,6 +45,7 @@ from fric.friction.directed import Directed, directed
 from fric.notice import Notice
 from fric.records.flaws import clock_flaws, timing
 from fric.simulate.machine import Axis, Machine, NominalFriction
+from fric.units import si_unit
 
 GROWS = 0.8
 """Margin of the falling branch below which a loop is redesigned: above it, errors grow by less than e² as an axis
@@ -154,7 +155,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     if not (m > 0 and T_d >= hold_delay(axis.cascade.sampling)):  # no machine
         return TunedAxis(axis, friction, nominal, before, found, None, full, False, tuple(warnings))
     plant = Plant(A=max(float(a / m), 0.0), B=float(1 / m), T_d=T_d, K_f=nominal.K_f)
-    estimates = tuned_estimates(found, plant)
+    estimates = tuned_estimates(found, plant, axis.motion)
     warnings += timing_warnings(axis, found, estimates.plant["T_d"])
     improves = found.rms < before.rms
     new = with_belief(axis, friction, plant) if improves else axis
@@ -272,7 +273,7 @@ def tune(
     warnings += law_warnings(predicted)
     for name, one in axes.items():
         if not one.improves and not why:
-            after, before_it = Estimate(one.after.rms, "V"), Estimate(one.before.rms, "V")
+            after, before_it = (Estimate(fit.rms, si_unit("input", one.axis.motion)) for fit in (one.after, one.before))
             warnings.append(TUNING_NO_BETTER.found(f"axis {name}", after=after, before=before_it))
     warnings += loop_warnings(axes)
     new = replace(machine, axes={**machine.axes, **{name: axis.axis for name, axis in axes.items()}})

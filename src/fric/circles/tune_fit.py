@@ -30,12 +30,13 @@ from fric.flaws import circle
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed, mean_map
 from fric.friction.gms import GMS
-from fric.friction.stribeck import STATIC_PARAMETERS
+from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
 from fric.notice import Notice
 from fric.records.inspection import CHANGES
 from fric.records.resolution import lattice_step
 from fric.simulate.machine import Axis
 from fric.statistics import hac_covariance, score_covariance
+from fric.units import Motion, si_unit
 
 COMPARED = 70.0
 """Corner of the filter over all voltages that are compared [Hz]. With more, the noise that encoder counts are in an
@@ -723,12 +724,12 @@ AT_BOUND = 0.97  # Share of a bound of the search above which a parameter counts
 SMALL_STEP = 1e-4  # Step of derivatives between parameters and coordinates, in the logarithm
 SEEN = 0.08  # Uncertainty of a block's slip, as a share of an encoder step
 OPEN = 20.0  # Half of an interval of a logarithm above which the data set no limit
-UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "alpha": "1", "k": "N/m", "C": "N/s"}
+OF = {p.name: p.dimension for p in (*StaticMap.parameters, *GMS.parameters)}  # Dimensions of the parameters
 
 
 def identifiability_warnings(axis: Axis, tests: Sequence[MeasuredCircle], found: FittedBalance) -> Iterator[Notice]:
     """Yield the warnings about undetermined parameters of an axis and about the fit."""
-    where, feeds = f"axis {axis.name}", sorted(test.feed for test in tests)
+    where, volt, feeds = f"axis {axis.name}", si_unit("input", axis.motion), sorted(test.feed for test in tests)
     if feeds[-1] < FEEDS_APART * feeds[0]:
         missing = (
             "delay, inertia and how friction falls with speed above it (T_d may be off by half)"
@@ -739,7 +740,7 @@ def identifiability_warnings(axis: Axis, tests: Sequence[MeasuredCircle], found:
     noise = found.noise()
     # the effect of encoder counts repeats from turn to turn, and is no misfit
     if noise is not None and found.rms > MISFIT * noise and found.rms > SHAPE * explained(found):
-        yield circle.CIRCLE_MISFIT.found(where, left=Estimate(found.rms, "V"), noise=Estimate(noise, "V"))
+        yield circle.CIRCLE_MISFIT.found(where, left=Estimate(found.rms, volt), noise=Estimate(noise, volt))
     yield from _drifts(axis, found)
     coordinates = found.balance.coordinates
     if "side" in coordinates.names:
@@ -809,7 +810,7 @@ def merged(found: FittedBalance) -> FittedBalance | None:
     return replace(at(found.balance, x), residual=found.residual)
 
 
-def tuned_estimates(found: FittedBalance, plant: Plant) -> TunedEstimates:
+def tuned_estimates(found: FittedBalance, plant: Plant, motion: Motion) -> TunedEstimates:
     """Return the result with intervals due to noise, correlated in any way, and to the encoder.
 
     Where the shape was kept, an interval reaches from the value to the far end of that about a fit of the whole shape:
@@ -844,7 +845,7 @@ def tuned_estimates(found: FittedBalance, plant: Plant) -> TunedEstimates:
     for name, value in parameters(found.balance.coordinates.friction(found.x)).items():
         keys, known = _labels(name, value), not fitted.isdisjoint(_labels(name, value))
         limits = tuple(map(within, keys, value)) if isinstance(value, tuple) else within(name, value)
-        sections[name] = Estimate(value, UNITS[name], limits if known else None, fixed=not known)
+        sections[name] = Estimate(value, si_unit(OF[name], motion), limits if known else None, fixed=not known)
     offsets, K_f = found.plant[2:], found.balance.K_f
     error = quantile * float(np.sqrt(covariance[p + 2, p + 2] / len(offsets) + np.var(offsets))) * K_f
     load = float(np.mean(offsets)) * K_f
@@ -858,13 +859,13 @@ def tuned_estimates(found: FittedBalance, plant: Plant) -> TunedEstimates:
             static | {name: _scaled(level, sign * side / 2, wider) for name, level in levels.items()}
             for sign in (1, -1)
         )
-    static["offset"] = Estimate.around(load, "N", error)
+    static["offset"] = Estimate.around(load, si_unit("force", motion), error)
     gms = {name: sections[name] for name in ("alpha", "k", "C")}
     of_plant = {
         "A": Estimate(plant.A, "1/s", within("A", plant.A) if plant.A > 0 else None),
-        "B": Estimate(plant.B, "m/(s^2*V)", within("B", plant.B)),
+        "B": Estimate(plant.B, si_unit("acceleration per input", motion), within("B", plant.B)),
         "T_d": Estimate(plant.T_d, "s", within("T_d", plant.T_d)),
-        "K_f": Estimate(plant.K_f, "N/V", fixed=True),
+        "K_f": Estimate(plant.K_f, si_unit("force per input", motion), fixed=True),
     }
     of_friction = [n for n, label in enumerate(labels) if label not in ("A", "B", "T_d") and label in fitted]
     spread += np.outer(moved, moved)

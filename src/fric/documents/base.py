@@ -44,7 +44,7 @@ from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Interval, Scale
 from fric.log import Record, axis_name
 from fric.notice import Notice, Severity, once
-from fric.units import Motion, factor, si_unit
+from fric.units import OF_INPUT, Motion, factor, of_force, si_unit
 
 MOST = 1e20  # Largest number of a quantity: a stiffness of 1e9 N/m whose interval is open reaches 1e15
 
@@ -466,6 +466,12 @@ class OfAxis(Document):
 
     axis: AxisName
     motion: Motion = "linear"
+
+    def belongs(self, axis: str, motion: Motion) -> bool:
+        """Return whether it is of an axis: of the same forces, and of the same input where it holds an input."""
+        has_input = any(of in OF_INPUT for of in getattr(self, "dimensions", {}).values())
+        given = (self.motion, motion) if has_input else (of_force(self.motion), of_force(motion))
+        return self.axis == axis and given[0] == given[1]
 
 
 class AxisDocument(OfAxis, Physical):

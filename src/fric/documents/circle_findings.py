@@ -17,6 +17,7 @@ from fric.documents.yaml import write_document
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.output import refuse_existing
+from fric.units import si_unit
 
 if TYPE_CHECKING:
     from fric.circles.measured import MeasuredCircle
@@ -273,7 +274,7 @@ def friction_tree(one: TunedAxis, tests: Sequence[MeasuredCircle]) -> dict[str, 
     assert estimates is not None  # of what is improved
     K_f = one.nominal.K_f
     text = {
-        "rmse": Estimate(one.after.rms * K_f, "N"),
+        "rmse": Estimate(one.after.rms * K_f, si_unit("force", axis.motion)),
         "method": "circles: voltage balance, " + ("full shape" if one.full else "level, stiffness, C and T_d"),
         "covariance": estimates.covariance,
     }

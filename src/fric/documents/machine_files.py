@@ -35,6 +35,7 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument, PlantPart, plant_part
 from fric.documents.schemes import LeadGiven, lead_of
 from fric.documents.yaml import read_document, read_tree, write_document
+from fric.drive.plant import Plant, hold_delay
 from fric.drive.sensing import Encoder
 from fric.errors import FricError, require_known
 from fric.estimate import Covariance, Estimate
@@ -192,10 +193,7 @@ class MachineDocument(Document, type="machine"):
         for name, axis in self.axes.items():
             for key, part in axis.parts().items():
                 where = f"axes.{name}.{key}"
-                if isinstance(part, AxisDocument | FrictionDocument) and (part.axis, part.motion) != (
-                    name,
-                    axis.motion,
-                ):
+                if isinstance(part, AxisDocument | FrictionDocument) and not part.belongs(name, axis.motion):
                     raise ValueError(
                         f"{where}: the file is of the {part.motion} axis {part.axis}, "
                         f"and this is the {axis.motion} axis {name}\n"
@@ -224,16 +222,17 @@ class MachineDocument(Document, type="machine"):
 def _axis(name: str, part: AxisPart) -> Axis:
     motion = part.motion
     try:
-        plant = part.plant.plant(motion)
+        cascade = part.controller.in_si(motion)
+        plant = _after_its_hold(part.plant, motion, cascade.sampling)
         nominal_friction = part.feedforward.friction or part.friction
         gain = part.feedforward.values(motion).get("gain", 1.0)
-        nominal = part.nominal.plant(motion) if part.nominal else None
+        nominal = _after_its_hold(part.nominal, motion, cascade.sampling) if part.nominal else None
         G_n = nominal or plant
         return Axis(
             name=name,
             motion=motion,
             plant=plant,
-            cascade=part.controller.in_si(motion),
+            cascade=cascade,
             friction=true_friction(part.friction),
             load=part.friction.load(),
             nominal_friction=NominalFriction(
@@ -251,6 +250,12 @@ def _axis(name: str, part: AxisPart) -> Axis:
         )
     except FricError as error:
         raise error.at(f"axis {name}") from None
+
+
+def _after_its_hold(part: PlantPart, motion: Motion, sampling: float) -> Plant:
+    """Return a plant, of which an assumed delay holds the half sample of its controller."""
+    plant = part.plant(motion)
+    return replace(plant, T_d=max(plant.T_d, hold_delay(sampling))) if part.T_d.assumed else plant
 
 
 def _block(axis: str, name: str, given: BlockDocument | dict[str, Quantity], motion: Motion) -> dict[str, float]:
@@ -456,7 +461,7 @@ def read_machine_document(path: Path | str, nominal_files: Iterable[str] = ()) -
             )
         require_known(name, axes, "the machine has no axis", "Its axes are")
         kind, part = _nominal_document(Path(file))
-        if (part.axis, part.motion) != (name, axes[name].motion):
+        if not part.belongs(name, axes[name].motion):
             raise FricError(
                 f"is the {kind} of the {part.motion} axis {part.axis}, "
                 f"and axis {name} of the machine is {axes[name].motion}",

@@ -29,7 +29,7 @@ class PlantPart(Physical):
 
     A: Annotated[Quantity, "rate"] = Field(description="linear damping of the drive [1/s]")
     B: Annotated[Quantity | None, "acceleration per input"] = Field(
-        None, description="acceleration per volt [m/(s^2*V)]; left out where no input was logged"
+        None, description="acceleration per input [m/(s^2*V)]; left out where no input was logged"
     )
     T_d: Annotated[Quantity, "time"] = Field(
         description="delay of the measured response, half a sample of hold included [s]"
@@ -53,7 +53,7 @@ class PlantPart(Physical):
         values = self.values(motion)
         if "B" not in values:
             raise FricError(
-                "the acceleration per volt B is not given",
+                "the acceleration per input B is not given",
                 hint="Identify the plant again from a log with input, or with `force_constant=`.",
             )
         return values

@@ -12,6 +12,7 @@ from fric.kernels.elementary import exp, expm1
 from fric.series import GAIN
 from fric.verb import require_within
 
+CURRENT_LOOP = 500.0  # Bandwidth that is assumed of a current loop [Hz]: that of slow servo drives
 MOST_SAMPLES = 400  # Samples that a delay is at most: each is a state of the loop, whose eigenvalues take their cube
 
 

@@ -21,7 +21,18 @@ from fric.io.readers import tables
 from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, plain_name
 from fric.io.recognise import is_hdf5
 from fric.io.roles import LIKELY, SURE, AxisColumns, Role, axes_of, in_memory
-from fric.io.words import OF_MEANS, axis_of, axis_of_file, bare, looking_like, measures, named_as, spoken, tags
+from fric.io.words import (
+    OF_MEANS,
+    axis_of,
+    axis_of_file,
+    bare,
+    is_electrical,
+    looking_like,
+    measures,
+    named_as,
+    spoken,
+    tags,
+)
 from fric.notice import Notice
 from fric.output import staged
 from fric.units import MOTIONS, Motion, converts, is_scale, rotates, si_unit
@@ -62,6 +73,8 @@ class Guess:
             if channel in NEEDED and not _known_unit(role, self.axis.motion):
                 others = f", or {', '.join(role.units)}" if role.units else ""
                 unit = f"is in {role.unit} ({role.unit_likelihood:.0%}{others})" if role.unit else "has no unit"
+                turning = next((one.name for one in self.table.columns if is_electrical(one)), "")
+                unit += f": '{turning}' counts turns of pole pairs" * bool(turning and not role.unit)
                 if role.unit == "count":
                     unit = f"has no unit: friction is in its counts ({role.unit_likelihood:.0%}{others})"
                 found.append(f"{name} ({channel}) {unit}")

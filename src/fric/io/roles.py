@@ -26,6 +26,7 @@ from fric.io.words import (
     Spoken,
     customary_unit,
     is_counted,
+    is_electrical,
     motions_in,
     readings,
     says_mode,
@@ -797,6 +798,9 @@ def _units_beside(
             units[of] = usual_units(of, said[of], motion, data.x[:, roles[of].column or 0])
         else:
             units[of] = (said[of].unit or "", 1.0, ()) if said[of].unit else position
+    moving = [of for of in ("position", "velocity") if of in roles]
+    if any(is_electrical(data.columns[roles[of].column or 0]) for of in moving):  # a turn of the axis has several
+        units |= {of: ("", 0.0, ()) for of in moving if not said[of].unit or of == "velocity"}
     return units
 
 

@@ -57,6 +57,7 @@ AT_LOAD = ("load", "link", "output", "scale", "direct", "second", "abtrieb", "la
 """Where a second encoder is."""
 INPUT = ("input", "voltage", "volt", "volts", "spannung", "tensione", "uq", "u q", "vq", "v q", "control signal",
          r"(?:motor|control|controller) output")  # fmt: skip
+ELECTRICAL = ("erpm", "electrical", "elektrisch")  # What turns once a pair of poles
 DUTY = ("pwm", "duty", "throttle", "aussteuerung")
 
 LETTERS = {"t": "time", "z": "position", "x": "position", "q": "position", "v": "velocity", "f": "force", "u": "input"}
@@ -222,6 +223,7 @@ def spoken(column: Column) -> Spoken:
     if by_name == "force" and _has(name, INPUT):  # a feedforward (ff) in volts
         by_name, commanded = "input", commanded or _has(name, ("ff",))
     told = by_name or ""
+    commanded |= told == "current" and not {"in", "input"}.isdisjoint(name.split())  # of the supply
     by_name = {"current": "force", "load": "force", "duty": "input"}.get(told, by_name)
     if name.split()[-1:] == ["seq"] or name in ROWS:
         by_name = "row"
@@ -256,6 +258,11 @@ def says_mode(column: Column) -> float:
     """Return how surely a name is that of a mode of the control; 0 where it is not."""
     name = _words(column.name)
     return next((1.0 / (1 + n) for n, word in enumerate(MODE) if _has(name, (word,))), 0.0)
+
+
+def is_electrical(column: Column) -> bool:
+    """Return whether a name says that a turn is that of a pair of poles."""
+    return _has(_words(column.name), ELECTRICAL)
 
 
 def motions_in(name: str) -> Mapping[Motion, float]:

@@ -91,7 +91,7 @@ def prior_axis(
     else:
         found = machine.axis(name)
     if friction is not None:
-        if friction.motion != found.motion:
+        if not friction.belongs(friction.axis, found.motion):
             raise FricError(f"the friction is of a {friction.motion} axis, and axis {name} of the machine is not",
                             hint="Give the machine with `machine=`.")  # fmt: skip
         found = replace(found, friction=_friction(friction, found))

@@ -195,13 +195,11 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
     """Return the curves of a friction document, with the logs of its axis if given."""
     sections = item.sections()
     static = {name: content for name, content in sections.items() if name in {"static", "static_negative"}}
-    logs = [
-        log for log in inputs.records if isinstance(log, Log) and (log.axis, log.motion) == (item.axis, item.motion)
-    ]
+    logs = [log for log in inputs.records if isinstance(log, Log) and item.document.belongs(log.axis, log.motion)]
     tables = [
         record
         for record in inputs.records
-        if isinstance(record, ForceVelocity) and (record.axis, record.motion) == (item.axis, item.motion)
+        if isinstance(record, ForceVelocity) and item.document.belongs(record.axis, record.motion)
     ]
     strokes: list[Log | ForceVelocity] = [*(log for log in logs if log.kind == "constant-velocity"), *tables]
     waves = [log for log in logs if log.kind in PRESLIDING]

@@ -36,7 +36,7 @@ else:  # no result needs them before it is drawn, or made a table
 
 OTHERS = {
     "A": "damping over mass",
-    "B": "acceleration per volt",
+    "B": "acceleration per input",
     "T_d": "delay of the drive",
     "K_f": "force constant",
     "force_lag": "lag of the logged force",

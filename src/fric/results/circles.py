@@ -380,7 +380,8 @@ def tune(
     Raises FricError: When a test lacks a channel, or there is no nominal GMS model.
     """
     subject = machine_of(machine)
-    tests = some_circles(circles, scheme)
+    motions = {name: axis.motion for name, axis in subject.axes.items()}
+    tests = [test.of_effort(motions) for test in some_circles(circles, scheme)]
     advance(0, total=steps_of_tuning(tests))
     with one_blas_thread():  # products of small matrices between compiled replays
         found = refit(subject, tests, advance, loop=loop)

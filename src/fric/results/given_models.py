@@ -54,7 +54,7 @@ def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None,
         found = kind.model_validate(as_filed(given.document))  # as its file would say: digits hang on no way
     else:
         found = given if isinstance(given, kind) else read_document(path_of(wanted, given), kind)
-    if of is not None and (found.axis, found.motion) != of:
+    if of is not None and not found.belongs(*of):
         raise FricError(
             f"is the {kind.type} of the {found.motion} axis {found.axis}, and the {to} is of the {of[1]} axis {of[0]}",
             where=where_of(given),

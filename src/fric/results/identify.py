@@ -30,6 +30,7 @@ from fric.identify.replay.replay_fit import ReplayFit, fitted_model, identify_by
 from fric.identify.static_map.identify import StaticFit
 from fric.identify.static_map.identify import identify_static as fit_static
 from fric.identify.static_map.points import ShapeFactor
+from fric.input import regular
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.plausibility import Finding, of_amplitudes, of_friction, of_level, of_logs, of_shares, of_strokes, settled
@@ -256,6 +257,7 @@ def identify_controller(
     axis: AxisName = "x",
     scheme: SchemeName | None = None,
     position_gain: Annotated[Quantity | None, "rate"] = None,
+    motion: Annotated[Motion, Kind(metavar="linear|rotary[/UNIT]")] = "linear",
 ) -> GainsResult:
     """Identify the gains of an axis' controller from a circle, or a log in closed loop.
 
@@ -265,11 +267,17 @@ def identify_controller(
     records: A circle test without compensation of friction, or log files; or an auto-tuning result of SINUMERIK, whose
         gains are read.
     position_gain: K_v of an auto-tuning result, which holds the speed loop alone.
+    motion: Motion of the axis of a circle; linear/A/A takes its force, in A, for the drive's input.
     Raises FricError: When a channel is missing, or no cascade reproduces the recorded voltage.
     """
     if len(records) == 1 and isinstance(records[0], str | Path) and Path(records[0]).suffix.lower() == ".xml":
-        from fric.io.readers.optimize import cascade_of
+        from fric.io.readers import HEAD
+        from fric.io.readers.optimize import cascade_of, recognises
 
+        with regular(Path(records[0])).open("rb") as file:
+            if not recognises(Path(records[0]), file.read(HEAD)):
+                raise FricError("is no auto-tuning result of SINUMERIK", where=str(records[0]),
+                                hint="Read a log with `fric ingest` first, and give what it writes.")  # fmt: skip
         tuned = cascade_of(Path(records[0]), quantity(position_gain, "rate"))
         gains = ControllerPart.of(tuned[2], tuned[1])
         return GainsResult(FoundController(tuned[2], gains, None, str(records[0])), *tuned[:2])
@@ -277,13 +285,13 @@ def identify_controller(
     for given in records:
         (logs if _is_log(given) else circles).append(given)
     if tests := circles_of(circles, scheme):
-        return GainsResult(controller_of(tests[0], axis), axis)
+        return GainsResult(controller_of(tests[0], axis, motion), axis, motion)
     if not logs:
         raise FricError("there is no circle test", hint="Record one with reference, position and voltage.")
     of_axis = [log for log in logs_of(logs) if log.axis == axis]
     if not of_axis:
         raise FricError(f"no log is of axis {axis}", hint="Say which axis it is of (`axis=`).")
-    return GainsResult(controller_of_logs(of_axis), axis)
+    return GainsResult(controller_of_logs(of_axis), axis, of_axis[0].motion)
 
 
 def _is_log(given: Any) -> bool:

@@ -13,7 +13,7 @@ from zlib import crc32
 
 import numpy as np
 
-from fric.drive.plant import Plant
+from fric.drive.plant import Plant, hold_delay
 from fric.errors import FricError
 from fric.estimate import NORMAL_97_5, Covariance, Estimate, as_filed
 from fric.friction import FrictionModel, Parameter, models
@@ -284,9 +284,11 @@ def draw_machine(
     for name, axis in machine.axes.items():
         known = (intervals or {}).get(name, {}), (covariances or {}).get(name, ()), (discrepancies or {}).get(name, {})
         draws = _Draws(seed, index, axis, spreads, *known)
+        plant = _plant(axis.plant, draws)
+        hold = hold_delay(axis.cascade.sampling) if intervals else 0.0
         axes[name] = replace(
             axis,
-            plant=_plant(axis.plant, draws),
+            plant=replace(plant, T_d=max(plant.T_d, min(hold, axis.plant.T_d))),  # it holds the half sample
             nominal=axis.nominal or axis.plant,
             friction=_friction(axis.friction, draws),
             load=draws.value("offset", axis.load, float("-inf"), "load"),

@@ -187,3 +187,10 @@ def test_what_cannot_be_read_ends_in_a_sentence(tmp_path, text, says):
     with pytest.raises(FricError, match=says) as caught:
         list(tables(path))
     assert "a.xml" in str(caught.value)
+
+
+def test_another_xml_is_no_auto_tuning_result(tmp_path):
+    path = tmp_path / "trace.xml"
+    path.write_text("<measurement><sample t='0'/></measurement>")
+    with pytest.raises(FricError, match="no auto-tuning result"):
+        identify_controller(path)

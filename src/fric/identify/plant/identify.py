@@ -11,7 +11,7 @@ from scipy.special import stdtrit
 
 from fric.arrays import Complex, Mask, Real
 from fric.choice import simplest
-from fric.drive.plant import hold_delay
+from fric.drive.plant import CURRENT_LOOP, hold_delay
 from fric.drive.resonance import Encoder, Resonance
 from fric.errors import FricError
 from fric.estimate import Estimate
@@ -30,6 +30,7 @@ from fric.flaws.response import (
 from fric.identify.plant.frequency_response import MeasuredResponse, driven_alike, measure_response
 from fric.identify.plant.response_fit import (
     UNDETERMINED,
+    ForceScale,
     FrictionInfluence,
     Lines,
     PlantFit,
@@ -52,7 +53,7 @@ from fric.records.prepared import Drive, Prepared, prepared
 from fric.records.recognition import kind_of
 from fric.statistics import DIFFERENT, Between, between_records, hac_covariance, robust_deviation
 from fric.threads import one_blas_thread
-from fric.units import Motion, readable, rotates, si_unit
+from fric.units import Motion, is_effort, readable, rotates, si_unit
 
 GAINS_APART = 0.05  # Share by which the friction's gain must differ between records to compare their amplitudes
 SURE = 0.99  # Probability below which two responses count as different
@@ -491,13 +492,20 @@ def identify_motion(
     )
     rates = [even_sampling(log) for log in logs]
     settings = [Conditioning.of(rate, cutoff, decimation, border) for rate in rates]
-    scale = slope_of_force(logs, force_constant, motion)
+    effort = is_effort(motion)
+    if effort:  # it acts when it is logged, and is late behind what the controller asks for
+        late = 0.5 / (np.pi * CURRENT_LOOP) + hold_delay(HELD) if delay is None else delay
+        unity = Estimate(1.0, si_unit("force per input", motion), fixed=True)
+        scale = ForceScale(unity, Estimate(late, si_unit("time", motion), assumed=True))
+    else:
+        scale = slope_of_force(logs, force_constant, motion)
     scaled = force_constant is not None
     served = [
         replace(log, force=None) if channel == "input" or (scaled and log.input is not None) else log for log in logs
     ]
     settings = [replace(s, cutoff=0.0) if cutoff is None and s.cutoff < 5 * BANDWIDTH else s for s in settings]
-    records = prepared(served, drive=Drive(force_constant or 1.0, delay or 0.0, scale.shift), filters=settings)
+    timing = (0.0, 0.0) if effort else (delay or 0.0, scale.shift)
+    records = prepared(served, drive=Drive(force_constant or 1.0, *timing), filters=settings)
     shown = [_in_motion(record, s) for record, s in zip(records, settings, strict=True)]
     settings = [
         s if record.used[s.border :].all() else replace(s, decimation=1)
@@ -521,6 +529,11 @@ def identify_motion(
     lengths = [len(force) for force in forces]
     covariance = hac_covariance(X, residual, lengths)
     quantile = float(stdtrit(len(y) - len(values), 0.975))
+    rates_of = [
+        thinned((record.done.timing * np.gradient(record.drive, record.log.time))[record.used], s.decimation)
+        for record, s in zip(shown, settings, strict=True)
+    ]
+    covariance = covariance + _of_timing(X, np.concatenate(rates_of), residual, lengths)
     ends = np.cumsum(lengths)[:-1]
     between = between_records(np.split(X, ends), np.split(residual, ends), quantile)
     if between is not None:
@@ -535,20 +548,37 @@ def identify_motion(
 
     K_f = scale.K_f
     plant = scale.estimates() | _plant(
-        np.asarray(values, float), covariance, quantile, direction, channel, K_f, delay, max(rates), motion
-    )
+        np.asarray(values, float), covariance, quantile, direction, channel, K_f, delay,
+        float(scale.lag) if effort and scale.lag is not None else hold_delay(max(rates)), motion,
+    )  # fmt: skip
     lag = float(residual[1:] @ residual[:-1] / (residual @ residual))
     return MotionFit(
         logs[0].axis, motion, channel, estimates, dict(zip(names, map(float, deviation), strict=True)), plant,
         float(np.linalg.norm(residual) / np.linalg.norm(y)), float(np.linalg.cond(X)), lag, rates[0], settings[0],
         time, y, X @ values,
         (*_varies(between, estimates), *_directions(X, y, lengths, estimates),
-         *_warnings(records, settings[0].border, estimates, K_f, delay),
+         *_warnings(records, settings[0].border, estimates, K_f, assumed=delay is None),
          *scale.warnings, *against_mass(plant, mass, motion), *chain(*clocks), *flaws),
     )  # fmt: skip
 
 
+HELD = 4000.0  # Rate of the hold that is assumed beside a current loop [Hz], as of controllers that fric designs
 _EACH = ("F_v_positive", "F_c_positive", "F_v_negative", "F_c_negative")
+
+
+def _of_timing(X: Real, late: Real, residual: Real, lengths: Sequence[int]) -> Real:
+    """Return the increase of the covariance (p, p) due to the alignment of force and position within a sample.
+
+    As `fric.identify.replay.replay_fit.of_timing`, by a force that is late by one standard deviation (n,).
+    """
+    joint = np.column_stack([late, X])
+    if not late.any() or np.linalg.cond(joint / np.linalg.norm(joint, axis=0)) > CONDITION:
+        return np.zeros((X.shape[1], X.shape[1]))
+    moved = np.linalg.lstsq(X, late, rcond=None)[0]
+    found = np.linalg.lstsq(joint, residual, rcond=None)[0]
+    variance = float(hac_covariance(joint, residual - joint @ found, lengths)[0, 0])
+    moment = variance / (1.0 + variance) + (float(found[0]) / (1.0 + variance)) ** 2
+    return np.asarray(moment * np.outer(moved, moved))
 
 
 def _in_motion(record: Prepared, settings: Conditioning) -> Prepared:
@@ -594,7 +624,7 @@ def _unit(name: str, channel: str, motion: Motion) -> str:
 
 def _plant(  # noqa: PLR0913 - what a motion tells and what is given besides
     values: Real, covariance: Real, quantile: float, direction: str, channel: str,
-    K_f: Estimate | None, delay: float | None, sampling: float, motion: Motion,
+    K_f: Estimate | None, delay: float | None, assumed: float, motion: Motion,
 ) -> dict[str, Estimate]:  # fmt: skip
     """Return A = F_v/M, B = K_f/M, and their intervals by the delta method."""
     M, viscous = values[0], np.zeros(len(values))  # the mean of the directions
@@ -604,6 +634,8 @@ def _plant(  # noqa: PLR0913 - what a motion tells and what is given besides
     gradient[0] = -A / M
     half = quantile * float(np.sqrt(gradient @ covariance @ gradient))
     found = {"A": Estimate.around(A, si_unit("rate", motion), half)}
+    if is_effort(motion):  # behind an effort a drive has no damping: what is viscous is friction
+        found["A"] = Estimate(0.0, si_unit("rate", motion), fixed=True)
     k = 1.0 if channel == "input" else None if K_f is None else float(K_f)
     if k is not None:
         B = float(k / M)
@@ -612,9 +644,7 @@ def _plant(  # noqa: PLR0913 - what a motion tells and what is given besides
             relative = float(np.hypot(relative, K_f.half_width / k))
         found["B"] = Estimate.around(B, si_unit("acceleration per input", motion), B * relative)
     unit = si_unit("time", motion)
-    found["T_d"] = (
-        Estimate(hold_delay(sampling), unit, assumed=True) if delay is None else Estimate(delay, unit, fixed=True)
-    )
+    found["T_d"] = Estimate(assumed, unit, assumed=True) if delay is None else Estimate(delay, unit, fixed=True)
     if K_f is not None:
         found["K_f"] = K_f
     return found
@@ -648,7 +678,7 @@ def _varies(between: Between | None, estimates: Mapping[str, Estimate]) -> Itera
 
 
 def _warnings(
-    records: Sequence[Prepared], border: int, estimates: dict[str, Estimate], K_f: Estimate | None, delay: float | None
+    records: Sequence[Prepared], border: int, estimates: dict[str, Estimate], K_f: Estimate | None, *, assumed: bool
 ) -> Iterator[Notice]:
     hidden = [float(np.mean(~record.used[border:])) for record in records]
     if any(hidden):
@@ -656,8 +686,9 @@ def _warnings(
     for name, estimate in estimates.items():
         if (name == "M" or name.startswith(("F_v", "F_c"))) and float(estimate) <= 0:
             yield NOT_PHYSICAL.found(name=name, value=estimate)
-    yield A_HOLDS_VISCOUS.found()
-    if delay is None:
-        yield T_D_ASSUMED.found()
+    if not is_effort(motion := records[0].log.motion):
+        yield A_HOLDS_VISCOUS.found()
+    if assumed:
+        yield T_D_ASSUMED.found(effort=is_effort(motion))
     if K_f is None:
         yield K_F_MISSING.found()

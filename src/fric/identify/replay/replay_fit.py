@@ -238,6 +238,10 @@ class Solved:
                     low, high = np.exp(low), np.exp(high)
             low, high = np.maximum(low, p.lower), np.minimum(high, p.upper)
             limits[key] = tuple((float(a), float(b)) for a, b in zip(low, high, strict=True))
+        for section, fall in {key[0]: found[0][0] for key, found in limits.items() if key[1] == "v_s"}.items():
+            if fall == 0.0 and {(section, "F_c"), (section, "F_s")} <= limits.keys():
+                # friction that falls at any lower speed may fall from any level
+                limits[section, "F_s"] = ((limits[section, "F_c"][0][0], limits[section, "F_s"][0][1]),)
         return limits
 
     def _within_search(self, key: Key, centre: Real, low: Real, high: Real) -> tuple[Real, Real]:

@@ -1,0 +1,134 @@
+"""Logs with one effort alone, as nearly every drive logs it: the drive's input, with a force constant of 1."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fric
+from fric.automatic.run import gains_of
+from fric.automatic.sources import find_sources
+from fric.automatic.steps import Session, identify_axes
+from fric.circles.measured import AxisTrace, MeasuredCircle
+from fric.documents.friction import FrictionDocument
+from fric.documents.plant import PlantDocument
+from fric.documents.yaml import read_document
+from fric.errors import FricError
+from fric.friction.stribeck import StaticMap
+from fric.io.hdf5 import write_logs
+from fric.log import Log
+from fric.results.given_models import friction_of
+from fric.units import MOTIONS, SI_UNITS, factor, is_effort, of_effort, of_force, si_unit
+
+M, F_v, F_c = 2.5, 9.0, 1.8  # [A·s²/m], [A·s/m], [A]
+
+
+def motion(unit: str = "linear/A", **more) -> Log:
+    t = np.arange(0.0, 8.0, 1e-3)
+    w = 2 * np.pi * np.array([0.5, 1.3, 2.9])[:, None]
+    a = np.array([20e-3, 8e-3, 4e-3])[:, None]
+    z, v, acceleration = ((a * d).sum(0) for d in (np.sin(w * t), w * np.cos(w * t), -(w**2) * np.sin(w * t)))
+    force = M * acceleration + F_v * v + F_c * np.sign(v) + np.random.default_rng(1).normal(0, 0.02, len(t))
+    return Log(t, position=z, force=force, kind="motion", motion=unit, **more)
+
+
+def test_the_input_has_the_unit_of_the_force():
+    for name in filter(is_effort, MOTIONS):
+        assert si_unit("input", name) == si_unit("force", name)
+        assert si_unit("force per input", name) == "1"
+        assert of_effort(name) == of_effort(of_force(name)) == name
+        assert all(factor(si_unit(dimension, name), dimension, name) == 1.0 for dimension in SI_UNITS)
+    assert si_unit("velocity gain", "linear/A/A") == "A*s/m"
+    assert not any(map(is_effort, MOTIONS[: MOTIONS.index("linear/N/N")]))
+
+
+def test_a_plant_from_the_effort_alone_has_a_force_constant_of_1():
+    log = motion("linear/A/A")
+    assert log.input is log.force
+    found = fric.identify_plant(log, method="motion")
+    assert (float(found.K_f), found.K_f.unit, found.K_f.fixed) == (1.0, "1", True)
+    assert float(found.B) == pytest.approx(1 / M, rel=0.01)
+    assert (float(found.A), found.A.fixed) == (0.0, True)  # what is viscous is friction
+    assert float(found.F_v) == pytest.approx(F_v, rel=0.02)
+    assert found.T_d.assumed
+    assert "a current loop of 500 Hz is assumed" in " ".join(map(str, found.warnings))
+    volts = Log(log.time, position=log.position, input=log.force, motion="linear/V/V", kind="motion")
+    assert float(fric.identify_plant(volts, method="motion").B) == pytest.approx(float(found.B), rel=1e-9)
+
+
+def test_auto_designs_for_the_effort_where_no_log_holds_another(tmp_path: Path):
+    def made(step):
+        if step.command not in {"ingest", "identify plant", "design controller"}:
+            raise FricError("not here: it takes long")
+        return step.make()
+
+    def found(folder: str, **channels) -> fric.automatic.steps.AxisOutcome:
+        (tmp_path / folder).mkdir()
+        log = motion()
+        write_logs(
+            tmp_path / folder / "log.h5", [Log(**{**log.channels(), **channels}, kind="motion", motion=log.motion)]
+        )
+        session = Session(tmp_path / f"{folder}-out", made, lambda _: None)
+        return identify_axes(session, find_sources([tmp_path / folder]), lambda _: None)["x"]
+
+    outcome = found("one")
+    assert {"plant", "controller"} <= {*outcome.done}
+    assert outcome.motion == "linear/A/A"
+    assert pytest.approx(M, rel=0.01) == read_document(outcome.files["plant"], PlantDocument).plant("linear/A/A").M
+    assert read_document(outcome.files["controller"], fric.documents.controller.ControllerDocument).K_p.unit == "A*s/m"
+    both = found("both", input=motion().force / 3.0)
+    assert both.motion == "linear/A"  # its drive takes volts
+
+
+def test_gains_are_in_the_unit_of_the_effort():
+    tree = gains_of("K_v=40 1/s, K_p=500 A*s/m, K_i=15000 A/m", "x", "linear/A/A")
+    assert (tree["K_p"]["unit"], tree["K_i"]["unit"]) == ("A*s/m", "A/m")
+    with pytest.raises(FricError, match="no unit of it") as refused:
+        gains_of("K_v=40 1/s, K_p=500 V*s/m, K_i=15000 V/m", "x", "linear/A/A")
+    assert "K_p=131 A*s/m" in refused.value.hint
+
+
+def test_friction_of_one_unit_serves_an_axis_of_volts_and_gains_do_not():
+    document = friction_of(StaticMap(F_c=2.0, F_s=2.5, v_s=1e-3), "x", "linear/N/N")
+    assert isinstance(document, FrictionDocument)
+    assert document.belongs("x", "linear")
+    assert not document.belongs("x", "linear/A")
+    plant = PlantDocument.model_validate(
+        {"fric": "plant/1", "axis": "x", "motion": "linear/A/A", "A": {"value": 1, "unit": "1/s"},
+         "T_d": {"value": 1e-3, "unit": "s"}}
+    )  # fmt: skip
+    assert plant.belongs("x", "linear/A/A")
+    assert not plant.belongs("x", "linear/A")
+
+
+def test_the_current_of_a_circle_is_its_input_where_it_is_the_drives():
+    t = np.linspace(0.0, 4.0, 4001)
+    axes = {
+        name: AxisTrace(t, 0.03 * f(np.pi * t), 0.03 * f(np.pi * t), force=f(np.pi * t))
+        for name, f in (("x", np.cos), ("y", np.sin))
+    }
+    test = MeasuredCircle(0.03, 0.03 * np.pi, 1, axes)
+    of = test.of_effort({"x": "linear/A/A", "y": "linear"}).axes
+    assert of["x"].input is of["x"].force
+    assert of["y"].input is None
+
+
+def test_a_plant_that_is_wrong_is_left_out_and_friction_goes_on(tmp_path: Path):
+    """A of 6628 1/s from a sine before sliding was shown, and friction was identified beside it."""
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    write_logs(folder / "log.h5", [motion()])
+    tried = []
+
+    def made(step):
+        tried.append((step.command, {*step.options}))
+        raise FricError("a mass that is not seen" if step.command == "identify plant" else "not here")
+
+    session = Session(tmp_path / "out", lambda step: step.make() if step.command == "ingest" else made(step), print)
+    outcome = identify_axes(session, find_sources([folder]), lambda _: None)["x"]
+    assert [(name, "plant" in options) for name, options in tried] == [
+        ("identify plant", False),
+        ("identify lugre", False),
+    ]
+    assert "x: plant" in session.failed
+    assert not outcome.whole
