@@ -31,7 +31,7 @@ def __getattr__(name: str) -> Any:
     if isinstance(found, type):
         from fric.verb import explained
 
-        found = explained(found)
+        found = explained(found, before=hasattr(found, "report"))  # a result takes anything
     globals()[name] = found
     return found
 

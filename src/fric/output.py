@@ -184,18 +184,26 @@ def alone(path: Path) -> Iterator[None]:
         os.close(lock)
 
 
+def folder_made(folder: Path | str) -> Path:
+    """Return a folder, made where it is not there, as those above it.
+
+    Raises FricError: When something else has its name, or the disk does not take it.
+    """
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise _refused(Path(folder), error) from None
+    return Path(folder)
+
+
 def write_folder(folder: Path, files: Mapping[str, str | bytes], *, force: bool = False) -> None:
     """Write files into a folder, made where it is not there, as those in it; all or none.
 
     Raises FricError: When a file exists and ``force`` is not set, or the folder or the disk does not take them.
     """
     folder = Path(folder)
-    try:
-        folder.mkdir(exist_ok=True)
-        for name in files:
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise _refused(folder, error) from None
+    for name in files:
+        folder_made((folder / name).parent)
     refuse_existing(*(folder / name for name in files), force=force)
     with together(*(folder / name for name in files)) as made, ExitStack() as drafts:
         for name, content in files.items():

@@ -41,7 +41,8 @@ def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Moti
         if given is None and getattr(type(holder), name, holder) is None:
             continue
         try:
-            values = np.empty(()) if np.iscomplexobj(given) else np.asarray(given, dtype=np.float64)
+            with np.errstate(over="ignore"):  # of a wider float, which is then no number
+                values = np.empty(()) if np.iscomplexobj(given) else np.asarray(given, dtype=np.float64)
         except (TypeError, ValueError):
             values = np.empty(())
         if values.ndim != 1:

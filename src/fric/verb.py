@@ -170,10 +170,11 @@ def _unbound(function: Callable[..., Any], called: str, args: Sequence[Any], kwa
     return FricError(f"{called} was not given {', '.join(lacks)}", hint=has)
 
 
-def explained(kind: type[T]) -> type[T]:
+def explained(kind: type[T], *, before: bool = False) -> type[T]:
     """Return a class whose constructor raises a `FricError` that names the argument, instead of a `TypeError`.
 
-    Arguments are looked at once the constructor has failed: it is as fast as before. Its docstring gets its sections.
+    Arguments are looked at once the constructor has failed, which makes it as fast as before; or ``before``. Its
+    docstring gets its sections.
     """
     found: Any = kind
     kind.__doc__ = documented(cleandoc(kind.__doc__ or ""), signature(kind).parameters, {})
@@ -183,9 +184,11 @@ def explained(kind: type[T]) -> type[T]:
 
     @wraps(made, assigned=("__module__", "__qualname__", "__doc__"))
     def explaining(self: Any, *args: Any, **kwargs: Any) -> None:
+        if before:
+            _check(made, kind.__name__, self, *args, **kwargs)
         try:
             made(self, *args, **kwargs)
-        except (TypeError, AttributeError):
+        except (TypeError, AttributeError, ValueError):
             _check(made, kind.__name__, self, *args, **kwargs)
             raise
 
@@ -227,8 +230,8 @@ def require_numbers(holder: Any, names: Iterable[str], several: Container[str] =
 def _range(text: str) -> tuple[float, float, str]:
     low, high = map(float, text[1:-1].split(","))
     least = f"{'at least' if text[0] == '[' else 'above'} {low:g}" if isfinite(low) else ""
-    most = f"{'at most' if text[-1] == ']' else 'below'} {high:g}" if isfinite(high) else ""
-    return low, high, " and ".join(filter(None, (least, most))) or "that is finite"
+    most = f"{'at most' if text[-1] == ']' else 'below'} {high:g}" if isfinite(high) else "finite" * (text[-1] == ")")
+    return low, high, " and ".join(filter(None, (least, most)))
 
 
 def require_within(holder: Any, of: str, where: str = "", **ranges: str) -> None:

@@ -426,7 +426,7 @@ def test_a_step_that_fails_is_told_and_the_rest_goes_on(first, folder, tmp_path,
         (["--machine", str(ROOT / "data/circle.h5")], "a machine file is asked for"),
         (["--map", "no.yaml"], "no.yaml: there is no such file"),
         (["--controller", "Kv=100 1/s, Kp=131, Ki=4090"], "of axis x lacks K_v and K_p and K_i"),
-        (["--tolerance", "5 kg"], "the tolerance: length cannot be in 'kg'"),
+        (["--tolerance", "5 kg"], "`tolerance=`: length cannot be in 'kg'"),
     ],
 )
 def test_a_wrong_option_is_refused_before_the_steps(tmp_path, options, told):
@@ -614,3 +614,9 @@ def test_results_never_lie_among_the_logs(tmp_path):
             fric.auto(DATA, output=output)
         assert str(DATA.parent / "found") in refused.value.hint
     assert not (DATA / "found").exists()
+
+
+def test_a_file_in_the_place_of_a_folder_is_named(tmp_path):
+    (tmp_path / "x").write_text("")
+    with pytest.raises(FricError, match=r"x: cannot be written: File exists"):
+        Session(tmp_path, lambda step: None, str).write({"fric": "controller/1"}, tmp_path / "x" / "gains.yaml")

@@ -314,5 +314,7 @@ def test_results_take_the_place_of_their_files(gms, tmp_path):
     run = fric.circle(machine, "a")
     assert fric.diagnose(run, machine=machine).brief() == fric.diagnose(run, machine="xy-table").brief()
     assert fric.make_report(run, machine).inputs.machine == "machine.yaml"
+    nameless = object.__new__(fric.TuneResult)
+    object.__setattr__(nameless, "source", "")
     with pytest.raises(fric.FricError, match="has no file"):
-        fric.TuneResult(None, "").save(tmp_path / "tuned")
+        nameless.save(tmp_path / "tuned")

@@ -27,7 +27,7 @@ from fric.errors import FricError, clean
 from fric.estimate import Estimate
 from fric.flaws.files import CIRCLE_FAILED, NO_LOG, UNIT_FAILED
 from fric.notice import Notice
-from fric.output import staged, together
+from fric.output import folder_made, staged, together
 from fric.report.collect import Change, Item, document_changes, limits_of
 from fric.report.view import environment
 from fric.results.base import Piece, Result, Table
@@ -334,8 +334,7 @@ def fleet(
     scheduler: Address of a Dask cluster.
     Raises FricError: When the cluster does not answer, or a process was killed.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    study = FleetStudy(tuple(units), folder.resolve(), mapping, run)
+    study = FleetStudy(tuple(units), folder_made(folder).resolve(), mapping, run)
     advance(0, total=len(units))
     found = run_all(study, len(units), workers=workers, scheduler=scheduler, advance=advance)
     made = FleetResult(folder, found, drifts(found))

@@ -34,7 +34,7 @@ from fric.io.recognise import HDF5_SIGNATURE, recognise
 from fric.io.words import axis_of_file
 from fric.log import Log, Record
 from fric.notice import Notice
-from fric.output import staged
+from fric.output import folder_made, staged
 from fric.records.flaws import two_encoders
 from fric.records.holding import holds, is_holding_map
 from fric.records.inspection import Inspection, TableInspection, excites, inspect, is_at_rest
@@ -213,8 +213,7 @@ def _guessed(
             return
         sure = replace(guess, found=wanted)
         if file is None:
-            file = places[-1] / "mapping.yaml"
-            file.parent.mkdir(parents=True, exist_ok=True)
+            file = folder_made(places[-1]) / "mapping.yaml"
             with staged(file, force=True) as whole:
                 whole.write_text(sure.text(), encoding="utf-8")
         found.description += sure.notices(str(file))

@@ -18,7 +18,7 @@ from fric.documents.yaml import dump, plain, read_document, read_tree, write_doc
 from fric.errors import FricError
 from fric.flaws.files import FILE_UNUSED, STEP_FAILED
 from fric.io.ingest import keep_freed_memory
-from fric.output import together, write_folder
+from fric.output import folder_made, together, write_folder
 from fric.progress import tried as say_step
 from fric.records.inspection import SPEEDS
 from fric.report.summary import make_report
@@ -217,7 +217,7 @@ class Session:
         self.steps, self.last = self.steps + 1, None
         text, begun = shlex.join(["fric", *step.words]), monotonic()
         for path in step.leaves:
-            path.parent.mkdir(parents=True, exist_ok=True)
+            folder_made(path.parent)
         results: list[Result | None] = []
         say_step(step.name)
         settings = {"words": list(step.words)}
@@ -252,7 +252,7 @@ class Session:
         """Write a document, and the lines of the script that write it."""
         known = plain(read_tree(path)) if path.exists() else {}
         if any(known.get(key) != plain(tree[key]) for key in tree.keys() - {"provenance"}):
-            path.parent.mkdir(parents=True, exist_ok=True)
+            folder_made(path.parent)
             write_document(path, tree, force=True)
         self.script += [f"cat > {shlex.quote(str(path))} <<'END'", dump(tree).rstrip(), "END"]
 

@@ -14,9 +14,8 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import MachineDocument, read_machine_document
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import write_document
-from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.output import refuse_existing
+from fric.output import folder_made, refuse_existing
 from fric.units import si_unit
 
 if TYPE_CHECKING:
@@ -223,11 +222,7 @@ def write_tuned(
 
     An axis that was not improved stays as it was. ``done`` gets each file that is there.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FricError(f"cannot be made: {error.strerror or error}", where=str(folder)) from None
-    files = tuned_files(found, folder)
+    files = tuned_files(found, folder_made(folder))
     refuse_existing(*files, force=force)
     done = [] if done is None else done
     tree, trees = read_machine_document(machine).tree(), list[dict[str, Any]]()

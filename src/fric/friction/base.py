@@ -76,6 +76,8 @@ class FrictionModel(ABC):
 
     def __post_init__(self) -> None:
         require_numbers(self, *_names(type(self)))
+        for name in _names(type(self))[1]:  # given as an array, say, whose truth is not that of a tuple
+            object.__setattr__(self, name, tuple(getattr(self, name)))
 
     @classmethod
     def declared(cls) -> dict[str, tuple[Parameter, ...]]:

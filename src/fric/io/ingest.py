@@ -10,7 +10,7 @@ from functools import partial
 from itertools import chain, pairwise
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,9 @@ from fric.io.readers.joined import Joined, SharedClock
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
 from fric.units import Motion, drive_unit, words_of
+
+if TYPE_CHECKING:
+    from fric.circles.measured import MeasuredCircle
 
 
 def digest_of(path: Path) -> str:
@@ -524,6 +527,16 @@ def keep_freed_memory() -> None:
         return
     mallopt(_M_MMAP_THRESHOLD, 32 << 20)  # the most that it takes
     mallopt(_M_TRIM_THRESHOLD, 64 << 20)
+
+
+@dataclass(frozen=True)
+class IngestedCircles:
+    """What was read: the tests, the file they are in, and warnings."""
+
+    output: str
+    tests: tuple["MeasuredCircle", ...]
+    samples: int
+    warnings: tuple[Notice, ...]
 
 
 @dataclass(frozen=True)

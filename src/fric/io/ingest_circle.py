@@ -23,7 +23,7 @@ from fric.flaws.files import COLUMNS_BY_CONTENT, NO_REFERENCE, RADIUS_ASSUMED, T
 from fric.io.channels import ColumnPlan, Origin, origin_of
 from fric.io.circle import FORMAT, read_circles, write_circles
 from fric.io.hdf5 import read_logs
-from fric.io.ingest import ClockCheck, Progress, WholeRows, digest_of, ingest
+from fric.io.ingest import ClockCheck, IngestedCircles, Progress, WholeRows, digest_of, ingest
 from fric.io.readers import tables
 from fric.io.readers.base import Column, ForeignTable
 from fric.io.words import says_something, spoken
@@ -175,16 +175,6 @@ class StatedCircle:
     sampling: float | None = None  # Samples a second of a trace without time [Hz]
     instrument: Instrument = ""  # What measured the position
     scheme: str = ""  # Name of the compensation that was on; empty where it is not known
-
-
-@dataclass(frozen=True)
-class IngestedCircles:
-    """What was read: the tests, the file they are in, and warnings."""
-
-    output: str
-    tests: tuple[MeasuredCircle, ...]
-    samples: int
-    warnings: tuple[Notice, ...]
 
 
 def ingest_circles(

@@ -19,7 +19,7 @@ from fric.io.readers.joined import Joined, SharedClock
 from fric.io.roles import follows
 from fric.io.words import spoken
 from fric.notice import Notice
-from fric.output import staged
+from fric.output import folder_made, staged
 
 TOGETHER, PERHAPS = 0.45, 0.2
 """How much of a force goes with sign(v) and acceleration of a position: above the first they are of one record."""
@@ -110,7 +110,7 @@ def _span(table: ForeignTable, time: int) -> Real:
 def _write(path: Path, table: ForeignTable) -> None:
     """Write a table as datasets, with their units."""
     blocks = [block.columns for block in table.read(range(len(table.columns)))]
-    path.parent.mkdir(parents=True, exist_ok=True)
+    folder_made(path.parent)
     with staged(path, force=True) as draft, h5py.File(draft, "w", locking=False) as file:
         for column, *values in zip(table.columns, *blocks, strict=True):
             data = file.create_dataset(column.name.replace("/", "∕"), data=np.concatenate(values))

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import fric
-from fric.errors import FricError
-from fric.output import staged
+from fric.output import folder_made, staged
 
 LEDGER = ".steps.json"
 
@@ -25,11 +24,7 @@ class StepCache:
     """
 
     def __init__(self, folder: Path) -> None:
-        self.folder = Path(folder)
-        try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise FricError(f"the folder cannot be made: {error.strerror}", where=str(folder)) from None
+        self.folder = folder_made(folder)
         ledger = self.folder / LEDGER
         try:
             found = json.loads(ledger.read_text(encoding="utf-8")) if ledger.exists() else {}

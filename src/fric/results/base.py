@@ -462,7 +462,7 @@ def bounded(name: str, given: str | float, motion: Motion = "linear") -> float:
     try:
         value = positive(given, dimension, motion)
     except FricError as error:
-        raise error.at(BOUNDS[name].what) from None
+        raise error if error.where else error.at(BOUNDS[name].what) from None
     settled([Finding(name, value, motion)], f"Is '{likely(f'{value:g}', dimension, motion)}' meant? Write the unit")
     return value
 

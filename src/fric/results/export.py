@@ -26,7 +26,7 @@ from fric.export.base import ExportedPart, Files, Target, compensation_of, machi
 from fric.flaws.prediction import NOTHING_SIMULATED, SCHEME_SATURATES
 from fric.io.circle import read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.notice import Notice, once
-from fric.output import write_folder
+from fric.output import folder_made, write_folder
 from fric.results.base import Advance, Piece, Result, Table, path_of, silent
 from fric.results.circles import diagnose
 from fric.results.given_models import schemes_of
@@ -226,8 +226,7 @@ def export_axis(
         if not force:
             require_trust(made, against, distrust, made_from)
         bench = _linuxcnc_bench()
-        Path(trial).mkdir(parents=True, exist_ok=True)
-        arcs = bench.try_in_linuxcnc(subject, wanted, Path(trial), advance=advance)
+        arcs = bench.try_in_linuxcnc(subject, wanted, folder_made(trial), advance=advance)
     return ExportResult(chosen, made, files, notices, against, distrust, made_from, arcs)
 
 

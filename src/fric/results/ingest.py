@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import fric
 from fric.columns import CIRCLE
@@ -17,7 +17,7 @@ from fric.documents.yaml import read_document, read_text
 from fric.errors import FricError
 from fric.flaws.files import COLUMNS_LEFT_OUT, MAPPING_BESIDE, MAPPING_PROPOSED, THERE_ALREADY
 from fric.input import other_kind
-from fric.io.ingest import Ingested, sizes
+from fric.io.ingest import Ingested, IngestedCircles, sizes
 from fric.io.ingest import ingest as read_foreign
 from fric.io.propose import first_of, guessed, proposal
 from fric.io.questions import Ask, Review, answered, beside
@@ -29,9 +29,6 @@ from fric.results.base import Advance, DataFrame, Figure, Piece, Result, in_si, 
 from fric.results.kinds import MappingLike, Quantity, RecordKind, SchemeName
 from fric.units import Motion, readable, words_of
 from fric.verb import Kind, verb
-
-if TYPE_CHECKING:
-    from fric.io.ingest_circle import IngestedCircles
 
 
 @dataclass(frozen=True, eq=False, repr=False)

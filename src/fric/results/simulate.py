@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -118,7 +119,8 @@ class CircleResult(Result, schema=CircleResultDocument):
         rows, best = [], many.distributions()
         for run, candidate in zip(self.runs, candidates_of(self.runs, many, self.prediction), strict=True):
             left = [
-                f"{1e6 * value:.{1 if value >= 1e-6 else 2}f}" for value in (candidate.middle, candidate.stays_under)
+                f"{1e6 * value:.{1 if value >= 1e-6 else 2}f}" if isfinite(value) else "–"  # it ran on none
+                for value in (candidate.middle, candidate.stays_under)
             ]
             share = f"{best[run.scheme.name].best:.0%}"
             rows.append([_named(run), run.chance().text(), *left, share, *self._paper(run)])

@@ -14,12 +14,12 @@ from zlib import crc32
 import numpy as np
 
 from fric.drive.plant import Plant, hold_delay
-from fric.errors import FricError
+from fric.errors import FricError, require_known
 from fric.estimate import NORMAL_97_5, Covariance, Estimate, as_filed
 from fric.friction import FrictionModel, Parameter, models
 from fric.friction.directed import Directed
 from fric.simulate.machine import Axis, Machine
-from fric.verb import refused
+from fric.verb import refused, require_within
 
 Intervals = Mapping[str, tuple[float, float]]
 """95 % intervals by parameter; ``negative.F_c`` is of the negative direction, ``k_2`` of the second block."""
@@ -138,15 +138,10 @@ class Spread:
     source: str = ""
 
     def __post_init__(self) -> None:
-        if not 0 < self.low <= self.high < float("inf"):
-            raise FricError(
-                f"a factor from {self.low:g} to {self.high:g} is no spread",
-                hint="Give two positive factors, the lower first, as in [0.7, 1.3].",
-            )
-        if self.distribution not in get_args(Distribution):
-            raise FricError(
-                f"'{self.distribution}' is no distribution", hint=f"Known are {', '.join(get_args(Distribution))}."
-            )
+        require_within(self, "the spread", low="(0, inf)", high="(0, inf)")
+        if self.low > self.high:
+            raise FricError(f"the spread from {self.low:g} to {self.high:g} falls", hint="Give the lower factor first.")
+        require_known(self.distribution, get_args(Distribution), "there is no distribution")
 
     def factor(self, generator: np.random.Generator) -> float:
         """Draw a factor; a value of a normal distribution that is not positive is drawn again."""
