@@ -99,16 +99,8 @@ class HalvesResult(Result, schema=HalvesDocument, of="halves"):
         rows = []
         for halved in self.halves.found:
             ((_, first, width, unit), (_, second, other, _)) = estimate_rows({"a": halved.first, "b": halved.second})
-            rows.append(
-                (
-                    halved.by,
-                    halved.parameter,
-                    f"{first} ({width})",
-                    f"{second} ({other})",
-                    unit,
-                    f"{halved.half_widths:.2f}",
-                )
-            )
+            both = f"{first} ({width})", f"{second} ({other})"
+            rows.append((halved.by, halved.parameter, *both, unit, f"{halved.half_widths:.2f}"))
         columns = ("halved by", "", "first half", "second half", "unit", "half-widths apart")
         untold = [f"{by}: {why}" for by, why in self.halves.untold.items()]
         return [Table(columns, rows), self.halves.conclusion, *untold]

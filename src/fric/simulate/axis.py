@@ -221,9 +221,7 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
     loop = SampledLoop(axis.plant, axis.cascade, inside, controller, setting)
     largest = float(abs(loop.poles()[0]))
     if largest < EDGE:
-        for block in blocks:
-            if not block.repeats:
-                continue
+        for block in (one for one in blocks if one.repeats):
             share, frequency = learned_share(block, loop, setting)
             if share >= 1.0:
                 raise FricError(
