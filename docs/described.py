@@ -34,6 +34,8 @@ class Described(Extension):
         """Make the sections of a class of the lines that describe its fields, its bases' among them."""
         if cls.docstring:
             names = [name for one in (cls, *cls.mro()) for name in one.attributes]
+            made = (cls.members.get(name) for name in ("__init__", "__new__"))
+            names += [one.name for function in made if isinstance(function, Function) for one in function.parameters]
             cls.docstring.value = documented(cleandoc(cls.docstring.value), names, {})
 
     def on_attribute_instance(self, *, attr: Attribute, **_: Any) -> None:
