@@ -75,7 +75,7 @@ class Estimate:
 
     def __float__(self) -> float:
         if isinstance(self.value, tuple):
-            raise TypeError(f"{len(self.value)} values in {self.unit} are not one number")
+            raise FricError(f"{len(self.value)} values where one is expected", hint="Give one number with its unit.")
         return float(self.value)
 
     @classmethod

@@ -122,3 +122,10 @@ def test_forces_are_predicted_at_velocities():
 def test_a_name_that_is_not_there_is_answered_with_the_like_one():
     with pytest.raises(AttributeError, match="Is it identify_static"):
         fric.idenfity_static  # noqa: B018
+
+
+def test_a_list_where_a_document_has_one_number_is_named(tmp_path):
+    file = tmp_path / "schemes.yaml"
+    file.write_text("fric: schemes/1\nschemes:\n  a:\n    lead: {value: [1, 2], unit: ms}\n")
+    with pytest.raises(FricError, match=r"schemes\.yaml.*schemes\.a: 2 values where one is expected"):
+        fric.read_schemes(file)

@@ -1,5 +1,6 @@
 """Files written by the libraries of other formats, read and held to what was written."""
 
+import re
 import subprocess
 import sys
 
@@ -248,3 +249,16 @@ def test_what_a_library_logs_of_a_file_is_a_warning_of_the_file_and_nothing_on_s
     with pytest.raises(FricError):
         read(tmp_path / "bad.mf4")
     assert capfd.readouterr().err == ""
+
+
+def test_a_channel_of_mf4_beyond_its_records_is_refused(tmp_path):
+    """The library copies it in compiled code, which ended with signal 11."""
+    mf4(tmp_path / "log.mf4")
+    content = bytearray((tmp_path / "log.mf4").read_bytes())
+    for block in (found.start() for found in re.finditer(b"##CN", bytes(content))):
+        data = block + 24 + 8 * int.from_bytes(content[block + 16 : block + 24], "little")
+        if any(content[data + 4 : data + 8]):
+            content[data + 4 : data + 8] = (2**31 - 1).to_bytes(4, "little")
+    (tmp_path / "log.mf4").write_bytes(content)
+    with pytest.raises(FricError, match="begins beyond its records"):
+        read(tmp_path / "log.mf4")

@@ -35,8 +35,13 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
             raise FricError("is no whole measurement", where=str(path), hint="Export it again.")
         # the library copies an unfinished measurement, and finishes the copy
         with _opened(asammdf, path if head.startswith(b"UnFin") else file) as measurement:
-            sizes = (group.channel_group for group in measurement.groups)
+            sizes = [group.channel_group for group in measurement.groups]
             refuse_declared(path, sum(size.cycles_nr * (size.samples_byte_nr + 8) for size in sizes))
+            for group, size in zip(measurement.groups, sizes, strict=True):  # compiled code reads there without a look
+                for channel in group.channels:
+                    if 8 * channel.byte_offset + channel.bit_offset + channel.bit_count > 8 * size.samples_byte_nr:
+                        what = f"is damaged: channel '{channel.name}' begins beyond its records"
+                        raise FricError(what, where=str(path), hint="Export it again.")
             yield _table(path, measurement, notices)
 
 
