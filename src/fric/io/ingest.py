@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fric.arrays import Mask, Real
 from fric.columns import CHANNELS, FORCE_VELOCITY, Kind
+from fric.documents.listings import IngestedPart
 from fric.documents.mapping import FileMapping, MappingDocument, filled
 from fric.errors import FricError
 from fric.flaws.files import CELLS_DROPPED, COLUMNS_LEFT_OUT, SAMPLES_MISSING
@@ -294,20 +295,6 @@ Progress = Callable[[int], None]
 
 
 @dataclass(frozen=True)
-class IngestedRecord:
-    """One record that was added."""
-
-    name: str
-    source: str
-    sha256: str
-    kind: Kind | None
-    samples: int
-    dropped: int
-    channels: dict[str, str]  # Each channel and the column it was read from
-    left_out: tuple[str, ...]  # Columns that were not read
-
-
-@dataclass(frozen=True)
 class StatedLog:
     """What the user states about foreign logs, in addition to their headers."""
 
@@ -330,7 +317,7 @@ class IngestSession:
         self._about, self._progress, self._signs, self._beside = stated, progress, Signs(), beside
         self._stated: set[str] = set()
         self.known: dict[str, str] = {}
-        self.records: list[IngestedRecord] = []
+        self.records: list[IngestedPart] = []
         self.skipped: list[tuple[str, str]] = []
         self.warnings: list[Notice] = []
 
@@ -469,7 +456,7 @@ class IngestSession:
 
     def _add(
         self, table: ForeignTable, chosen: ColumnPlan, writer: LogWriter, source: str, sha256_of: Callable[[], str]
-    ) -> IngestedRecord:
+    ) -> IngestedPart:
         mapping, fields = self._of(table)
         name = table.said.get("name") or filled(mapping.record if mapping else "{stem}", fields, str(table.path))
         kind = KIND_OF_FORM.get(chosen.form, self._kind(table, mapping))
@@ -495,8 +482,11 @@ class IngestSession:
         record.close(sha256=sha256, dropped=total or None, labels="\n".join(table.labels) or None)
         if dropped:
             self.warnings.append(CELLS_DROPPED.found(str(table.path), dropped=dropped, samples=samples + dropped))
-        left_out = tuple(column.name for n, column in enumerate(table.columns) if n not in chosen.wanted)
-        return IngestedRecord(record.name, source, sha256, kind, samples, total, chosen.description(), left_out)
+        return IngestedPart(
+            name=record.name, source=source, sha256=sha256, kind=kind, samples=samples, dropped=total,
+            channels=chosen.description(),
+            left_out=[column.name for n, column in enumerate(table.columns) if n not in chosen.wanted],
+        )  # fmt: skip
 
     def _inside(self, channels: dict[str, Real]) -> dict[str, Real]:
         """Return the samples whose time is inside the window."""
@@ -546,7 +536,7 @@ class Ingested:
     output: str  # The log file
     axis: str  # axis, motion: of the log file
     motion: Motion
-    records: tuple[IngestedRecord, ...]  # Records that were added, in order
+    records: tuple[IngestedPart, ...]  # Records that were added, in order
     # Files (or records of a log file) that were there already, with the name of the record they are
     skipped: tuple[tuple[str, str], ...]
     warnings: tuple[Notice, ...]  # Warnings
