@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import fric
+from fric import FricError
 from fric.drive.plant import Plant
 from fric.flaws.channel import SAMPLES_LOST
 from fric.friction.stribeck import StaticMap
@@ -63,15 +64,51 @@ def test_strokes_of_a_spectrum_of_elements_have_no_doubt(seeds: range) -> None:
     assert len(doubted) <= most(len(seeds), 0.01), doubted
 
 
-@pytest.mark.long(2)
-def test_the_lag_is_found_though_the_misfit_has_two_minima() -> None:
-    """From C = 10 kN/s the search ended at 156 (124…196) N/s; the truth is 777."""
-    axis, rng = axis_and_records(0)
-    plant = Plant(axis.truth["A"], axis.B, axis.T_d, axis.K_f)
-    static = StaticMap(axis.F_c, axis.F_s, axis.v_s, 1.0, 0.0)
-    logs = [*plain_session.sines(axis, rng), plain_session.sliding(axis, rng)]
-    low, high = fric.identify_gms(*logs, static=static, plant=plant).C.ci95
-    assert 0.7 * axis.C < low < axis.C < high < 1.4 * axis.C
+SEEDS = range(1), range(1, 30)
+
+
+@pytest.mark.parametrize(
+    ("cogging", "seeds"),
+    [pytest.param(by, seeds, marks=pytest.mark.long(4 * len(seeds))) for by in (0.0, 0.05) for seeds in SEEDS],
+)
+def test_the_lag_is_found_though_the_misfit_has_two_minima_and_the_motor_cogs(cogging: float, seeds: range) -> None:
+    """From C = 10 kN/s the search ended at 156 (124…196) N/s, with cogging at 8 (2…32); the truth is 777.
+
+    With 5 % of cogging 9 of 15 were below a twentieth of the truth. A contact that yields over 6.8 mm is refused.
+    """
+    held = []
+    for seed in seeds:
+        axis, rng = axis_and_records(seed)
+        pitch = 8.0 * axis.v_s / 10.0 ** rng.uniform(-0.5, 0.7)  # the sine in sliding travels 8 v_s
+        axis = replace(axis, cogging=cogging * axis.F_c, pitch=float(pitch))
+        plant = Plant(axis.A, axis.B, axis.truth["T_d"], axis.K_f)
+        logs = [*plain_session.sines(axis, rng), plain_session.sliding(axis, rng)]
+        try:
+            fit = fric.identify_gms(*logs, static=StaticMap(axis.F_c, axis.F_s, axis.v_s, 1.0, axis.sigma), plant=plant)
+        except FricError:
+            continue
+        low, high = fit.C.ci95
+        assert 0.3 * axis.C < low < high < 2.5 * axis.C
+        held.append(low < axis.C < high)
+    assert len(held) >= len(seeds) - 1
+    assert sum(held) >= fewest(len(held))
+
+
+def test_a_force_over_position_is_a_term_of_a_sine_in_sliding_and_its_lag_is_not() -> None:
+    """A wave of six cycles leaves a twentieth; what changes with the speed is left but for a hundredth."""
+    w, t = 2 * np.pi * 4.0, np.arange(0.0, 4.0, 1e-3)
+    v = 2e-3 * (1 - 0.6 * np.cos(w * t))
+    z = 2e-3 * (t - 0.6 * np.sin(w * t) / w)
+    force = 5.0 * np.sin(2 * np.pi * z / 3e-3) + 50.0 + 0.1 * np.random.default_rng(0).standard_normal(len(t))
+    (record,) = prepared([Log(t, z, force=force, kind="sliding-sine", name="sine")])
+    record = record.in_sliding()
+    lag, used = np.exp(-v / 1e-3) * np.sin(w * t), record.used
+
+    def left(force: np.ndarray, terms: np.ndarray) -> float:
+        return float(np.std(force[used] - terms[used] @ np.linalg.lstsq(terms[used], force[used], rcond=None)[0]))
+
+    assert left(force, record.own) < 0.2  # of 3.5, and 0.1 of noise
+    assert left(lag, record.own) > 0.99 * left(lag, record.own[:, :3])
 
 
 def test_noise_makes_neither_a_play_nor_friction_that_differs() -> None:

@@ -114,10 +114,16 @@ class Prepared:
 
     @cached_property
     def own(self) -> Real:
-        """Fitted terms of this record, a column each, shape (n, m)."""
-        m = self.motion
+        """Fitted terms of this record, a column each, shape (n, m).
+
+        Behind those of `Preparation.own` a record in sliding has a force over position, in waves longer than the travel
+        of two cycles: so it is slower than what the cycles show.
+        """
+        m, at = self.motion, self.reversals
         columns = {"offset": np.ones_like(m.time), "damping": m.velocity, "mass": m.acceleration}
-        return np.column_stack([columns[name] for name in self.done.own])
+        waves = np.pi * np.arange(1, len(at) // 2 + 1 if self.slides else 1)
+        along = (m.position - m.position[at[:1]]) / np.diff(m.position[at[[0, -1]]]) if self.slides else m.position
+        return np.column_stack([*(columns[name] for name in self.done.own), *np.cos(np.multiply.outer(waves, along))])
 
     def replay(self, model: FrictionModel) -> Real:
         """Return the force of a model along the motion [N], shape (n,)."""

@@ -209,11 +209,14 @@ def with_all_errors(curve: VirginCurve, model: Real) -> VirginCurve:
 
     That is the blur of the encoder, the step where one record continues another, and how far the curve is from that of
     the model that was refined by replay: while the controller hunts between two counts, the contact goes through minor
-    cycles that the smoothed motion does not have, and the mean force is below the virgin curve.
+    cycles that the smoothed motion does not have, and the mean force is below the virgin curve. Where the curve ends in
+    a plateau, its slope there may be a force over position, which adds as much to the curve from the origin on.
 
     model: The refined model's force at its displacements [N], shape (n,).
     """
-    parts = (np.nan_to_num(curve.band), 1.96 * curve.blur, np.full_like(model, curve.mismatch), curve.force - model)
+    z, outer = curve.displacement, curve.displacement > 0.5 * curve.displacement[-1]
+    place = np.polyfit(z[outer], curve.force[outer], 1)[0] * z if curve.saturates and outer.sum() > 1 else 0.0 * z
+    parts = np.nan_to_num(curve.band), 1.96 * curve.blur, curve.mismatch + 0.0 * z, curve.force - model, place
     return replace(curve, band=np.sqrt(sum(part**2 for part in parts)))
 
 

@@ -375,25 +375,45 @@ def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *
     return (FORCE_LATE if sure else FORCE_LATE_OPEN).found(late=parts)
 
 
-def of_timing(search: Search, best: Point, slopes: Real, quantile: float) -> Real:
-    """Return the increase of the covariance (p, p) due to the alignment of force and position within a sample.
+def of_supposed(search: Search, best: Point, slopes: Real, quantile: float) -> Real:
+    """Return the increase of the covariance (p, p) due to the alignment of force and position, and to levels.
 
     The channels of a log are aligned to ±dt/2: all records are late by c standard deviations of that, c ~ N(0, 1), and
     parameters move by m·c, to first order. Where blocks separate a lag from stiffness, the records show c as ĉ ± s: its
     second moment about 0, the lag of the fit, is ``s²/(1 + s²) + (ĉ/(1 + s²))²`` by Bayes' rule; elsewhere it is 1.
+    So is the level of friction at the place of a record in sliding, in the standard deviation of its force over
+    position: in one direction that is a force, or friction, which then differs from that at other places as much.
 
     slopes: Derivatives of the residual by what is seen, shape (n, p).
     """
-    records = search.records
-    rates = _rates(search.coordinates.build(best.x), records)
-    late = search.projected([record.done.timing * rate for record, rate in zip(records, rates, strict=True)])
-    moved, moment = np.linalg.lstsq(slopes, late, rcond=None)[0], 1.0
-    if _cycled(search) and late.any():
-        joint = np.column_stack([late, slopes])
-        found = -np.linalg.lstsq(joint, best.residual, rcond=None)[0][0]
-        variance = replay_covariance(joint, best.residual, records, quantile)[0, 0]
-        moment = variance / (1.0 + variance) + (found / (1.0 + variance)) ** 2
-    return np.asarray(moment * np.outer(moved, moved))
+    records, model, cycled = search.records, search.coordinates.build(best.x), bool(_cycled(search))
+    late = [record.done.timing * rate for record, rate in zip(records, _rates(model, records), strict=True)]
+    levels = [[of_level(model, one) * (one is record) for one in records] for record in records if record.slides]
+    found = np.zeros((slopes.shape[1],) * 2)
+    for forces, shown in [(late, cycled), *((level, True) for level in levels)]:
+        by = search.projected(forces)
+        moved, moment = np.linalg.lstsq(slopes, by, rcond=None)[0], 1.0
+        if shown and by.any():
+            joint = np.column_stack([by, slopes])
+            c = np.linalg.lstsq(joint, best.residual, rcond=None)[0][0]
+            variance = replay_covariance(joint, best.residual, records, quantile)[0, 0]
+            moment = variance / (1.0 + variance) + (c / (1.0 + variance)) ** 2
+        found += moment * np.outer(moved, moved)
+    return found
+
+
+def of_level(model: FrictionModel, record: Prepared) -> Real:
+    """Return how the force of a record changes with the level, by the share that varies over its places [N], (n,)."""
+    one, replayed = model.model if isinstance(model, Directed) else model, record.replay(model)
+    waves = record.record_part(record.force - replayed)[len(record.done.own) :]
+    by = min(float(np.sqrt(0.5 * waves @ waves) / np.abs(replayed[record.used]).mean()), 0.5)
+    if not isinstance(one, GMS):
+        return by * replayed
+
+    def at(level: float) -> Real:
+        return side_by_side(model, level * np.array([one.alpha]), np.array([one.k]), one.C / level, record).sum((1, 2))
+
+    return np.asarray(0.5 * (at(1.0 + by) - at(1.0 - by)))
 
 
 SHAPE_STEP = 1e-2  # Step of the difference quotient over a supposed shape factor, in its standard deviation
@@ -646,7 +666,7 @@ class ReplayFit:
         """Terms of each record, by name, with units."""
         return [
             {name: Estimate(value, si_unit(DIMENSIONS[name], self.motion)) for name, value in
-             zip(record.done.own, values, strict=True)}
+             zip(record.done.own, values, strict=False)}
             for record, values in zip(self.records, self.own, strict=True)
         ]  # fmt: skip
 
@@ -913,10 +933,10 @@ def _quantile(point: Point, count: int) -> float:
 
 
 def _covariance(search: Search, point: Point, basis: Real, quantile: float, beyond: Beyond | None) -> Real:
-    """Return the covariance of a solution in some directions (p, s): of residuals, of timing, and beyond both."""
+    """Return the covariance of a solution in some directions (p, s): of residuals, of what is supposed, and beyond."""
     shown = point.gradient @ basis
     found = replay_covariance(shown, point.residual, search.records, quantile)
-    found = found + of_timing(search, point, shown, quantile)
+    found = found + of_supposed(search, point, shown, quantile)
     return found if beyond is None else np.asarray(found + beyond(search, point.x, basis))
 
 
