@@ -43,6 +43,8 @@ class MixedModel(NamedTuple):
 
     deviations: Real
     """Standard deviation of the effects of each kind, shape (kinds,)."""
+    measured: Real
+    """The same of the effects as they are measured, errors included: of those Student's t holds."""
     predicted: Real
     """Each effect, best linear unbiased, shape (q,)."""
     errors: Real
@@ -104,9 +106,12 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
     covariance = np.diag(tau**2) - np.outer(tau**2, tau**2) * P[1:, 1:]
     values, vectors = np.linalg.eigh(covariance)
     deviations = np.sqrt((variances * units)[1:])
-    return MixedModel(
-        deviations, tau**2 * P[1:, 0], vectors * np.sqrt(np.maximum(values, 0.0)), max(without - likelihood, 0.0)
-    )
+    # contrasts of n effects, which hold no mean, of variance D and error v: as measured they have D²/(D - v)
+    each = [covariance[end - n : end, end - n : end] for n, end in zip(counts, np.cumsum(counts), strict=True)]
+    v = np.array([(np.trace(some) - len(some) * some.mean()) / max(len(some) - 1, 1) for some in each])
+    measured = deviations / np.sqrt(np.maximum(1.0 - v / np.maximum(deviations**2, 1e-300), 1e-9))
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    return MixedModel(deviations, measured, tau**2 * P[1:, 0], root, max(without - likelihood, 0.0))
 
 
 def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | None = None, most: float = 12.0) -> Real:

@@ -94,6 +94,7 @@ def test_effects_are_those_of_a_balanced_analysis_of_variance() -> None:
     within = float(np.sum((y.reshape(groups, n) - means[:, np.newaxis]) ** 2)) / (groups * (n - 1))
     between = float(np.var(means, ddof=1)) - within / n
     assert float(found.deviations[0]) == pytest.approx(between**0.5, rel=1e-3)
+    assert float(found.measured[0]) == pytest.approx(np.std(means, ddof=1), rel=1e-3)
     shrunk = between / (between + within / n) * (means - means.mean())
     np.testing.assert_allclose(found.predicted, shrunk, rtol=2e-3)
     assert found.likelier > 20.0

@@ -76,7 +76,8 @@ def between_records(strokes: Strokes) -> Correction | None:
     points = [point.less(by) for point, by in zip(strokes.points, effects @ found.predicted, strict=True)]
     together = float(stdtrit(len(names) - 1, 0.975)) * (effects @ found.errors).T
     vary, offset = found.deviations[: len(levels)], (*found.deviations, 0.0)[len(levels)]
-    scatter = {"level": Estimate(float(vary.max()), "1"), "offset": strokes.asked.of(offset, "force")}
+    level, bias = found.measured[: len(levels)].max(), (*found.measured, 0.0)[len(levels)]
+    scatter = {"level": Estimate(float(level), "1"), "offset": strokes.asked.of(bias, "force")}
     notices = []
     if chance < DIFFERENT:
         by = [f"{name} by {size:.1%}" for name, size in zip(levels, vary, strict=True)]
