@@ -43,7 +43,7 @@ LOAD = ("load", "last", "auslastung", "carico", "charge", "carga")
 ACCELERATION = ("acceleration", "accel", "acc", "beschleunigung", "accelerazione", "accélération", "aceleración",
                 "aceleracion", "jerk", "ruck")  # fmt: skip
 BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "température", "bus", "dc", "supply",
-                 "zwischenkreis", "power", "leistung", "pressure", "druck", "status", "state", "zustand", "mode(?!l)",
+                 "zwischenkreis", "pressure", "druck", "status", "state", "zustand", "mode(?!l)",
                  "modus", "flag", "id", "i d", "ud", "u d", "vd", "v d", "stato", "estado", "état", "vibration", "batt",
                  "[uv]bus", "[uv]dc",
                  "battery", "hours", "fault")  # fmt: skip

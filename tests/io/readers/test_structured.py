@@ -9,6 +9,7 @@ import pytest
 from fric.automatic.sources import find_sources
 from fric.errors import FricError
 from fric.io.readers import tables
+from fric.io.readers.structured import recognises
 
 RNG = np.random.default_rng(2)
 T = np.round(np.arange(400) * 2e-3, 4)
@@ -101,3 +102,10 @@ def test_what_is_damaged_ends_in_a_sentence(tmp_path, name, text, says):
     with pytest.raises(FricError, match=says) as caught:
         list(tables(path))
     assert name in str(caught.value)
+
+
+def test_a_heading_in_brackets_is_no_json():
+    """A text of an oscilloscope with [HEADER] was refused as damaged JSON."""
+    rows = b"1.5;2.5;0.1;1.5;2.5;0.1;7;8\n" * 4
+    assert recognises(Path("osci.dat"), b"[HEADER]\nSampleTime=0.003\n[DATA]\n" + rows) == 0.0
+    assert recognises(Path("rows.json"), b"[[1.5, 2.5, 0.1, 1.5, 2.5, 0.1, 7, 8], [1, 2]]") > 0.0

@@ -37,7 +37,7 @@ def recognises(path: Path, head: bytes) -> float:
     if head.startswith(b"<?xml") and path.suffix.lower() == ".xml":
         tags = re.findall(rb"<(\w+)", head)
         return 0.6 * (found or any(tags.count(tag) >= LEAST for tag in {*tags}))
-    if head[:1] in {b"[", b"{"}:
+    if re.match(rb"""\{|\[\s*[\[{"\d+-]""", head):  # no [HEADER] of a text
         return 0.6 * (found or bool(_FIELD.search(head) and _NEXT.search(head)))
     rows = [len(_PAIR.findall(line)) for line in head.decode("utf-8", "replace").splitlines()[-LINES:-1]]
     return 0.6 * (len(rows) > LEAST and min(rows) > 1 and len({*rows}) == 1)
