@@ -66,7 +66,7 @@ def refused(place: str = "") -> Iterator[None]:
 def largest(given: Any) -> float:
     """Return the largest magnitude of the numbers in values, lists and keys; parts look at theirs themselves."""
     held = given.values() if isinstance(given, Mapping) else given if isinstance(given, list | tuple) else ()
-    return abs(given) if isinstance(given, float | int) else max(map(largest, held), default=0.0)
+    return float(min(abs(given), 1e300)) if isinstance(given, float | int) else max(map(largest, held), default=0.0)
 
 
 class Part(BaseModel):

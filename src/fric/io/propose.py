@@ -293,7 +293,7 @@ def _part(guess: Guess, assume: bool) -> list[str]:
         lines.append(f"# not read: {', '.join(left)}")
     if guess.table.constants:
         said = ", ".join(f"{k} = {v}" for k, v in guess.table.constants.items())
-        lines.append(f"# the file says, for use as {{fields}}: {said}")
+        lines.append(f"# the file says, for use as {{fields}}: {printable(said, 600)}")
     return lines
 
 
