@@ -65,8 +65,11 @@ def run(command: str, folder: Path, environ: dict[str, str] | None = None) -> tu
 
 
 def plain(text: str) -> str:
-    """Return text without trailing blanks."""
-    return "\n".join(line.rstrip() for line in text.strip("\n").splitlines())
+    """Return text without trailing blanks, and without the lines of progress that a slow machine prints."""
+    return "\n".join(line.rstrip() for line in text.strip("\n").splitlines() if not PROGRESS.fullmatch(line))
+
+
+PROGRESS = re.compile(r"[\w ]+: (?:\d+ %, )?\d+ s")
 
 
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")

@@ -66,11 +66,16 @@ def warm(request: pytest.FixtureRequest) -> Iterator[dict[str, str]]:
 
 @pytest.fixture(scope="session", autouse=True)
 def alone() -> Iterator[None]:
-    """Give a study one process where a test asks for no more: the tests have the cores, and another starts cold."""
+    """Give a study one process where a test asks for no more: the tests have the cores, and another starts cold.
+
+    No command says how far it is, however long it takes on a busy machine.
+    """
+    from fric.cli import console
     from fric.simulate import processes
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(processes, "default_workers", lambda: 1)
+        patch.setattr(console, "EVERY", float("inf"))
         yield
 
 

@@ -133,11 +133,13 @@ def main() -> None:
     import numba
 
     from fric import units
+    from fric.cli import console
     from fric.simulate import processes
     from tests.figures.drawn import undrawn
     from tests.nudge import nudge
 
     processes.default_workers = lambda: 1  # as in the tests' own processes (`alone` in tests/conftest.py)
+    console.EVERY = float("inf")
     nudge()
     units._registry()
     numba.njit("float64(float64)")(lambda x: x)  # what Numba prepares once, before it compiles
