@@ -435,6 +435,10 @@ def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], mac
         name, plot = f"{circle.stem}: diagnosis", folder / f"{circle.stem}-diagnosis.png"
         session.take(step(name, "diagnose", [circle], {"machine": machine}, [circle, *reads], plot=plot))
     shared = set(test.names) & set(machine_of(machine).axes) if found.circles else set()
+    motions = {name: axes[name].motion for name in shared if name in axes}
+    traces = test.of_effort(motions).axes if motions else {}
+    if any(is_effort(motions[name]) and traces[name].input is None for name in motions if name in traces):
+        return  # its circle has no current, which tuning needs
     if shared and (len(found.circles) > 1 or len(shared) == len(test.names)):  # one circle of one axis tells little
         target, given_files = folder / "tuned", [machine, *found.circles]
         leaves = [target / "machine.yaml"]
