@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.special import chdtrc, expit, stdtrit
+from scipy.special import expit, fdtrc, stdtrit
 
 from fric.arrays import Complex, Indices, Real
 
@@ -270,6 +270,8 @@ def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: 
     With δ_r the estimate of record r less the joint estimate and S_r its covariance, ``T = Σ(δ_r - δ̄)(δ_r - δ̄)ᵀ/(R -
     1) - mean S_r``, as far as it is positive (DerSimonian and Laird 1986, in several variables). The joint estimate is
     ``Σ W_r·θ_r``, ``W_r = (XᵀX)⁻¹X_rᵀX_r``, and gains ``Σ W_r·T·W_rᵀ``, with Student's t of R - 1 for its quantile.
+    The chance is that of Fisher's F of the parameter that scatters most, times their number: the variances of records
+    have the freedom by which they scatter themselves (Satterthwaite 1946), too little to invert each S_r.
 
     parts, residuals: The observations X_r (n, p) of each record, and the residuals of the joint fit (n,).
     quantile: By which the covariance is multiplied for an interval.
@@ -279,10 +281,10 @@ def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: 
         return None
     off = np.array([np.linalg.lstsq(X, e, rcond=None)[0] for X, e in zip(parts, residuals, strict=True)])
     covariances = np.array([hac_covariance(X, e - X @ d) for X, e, d in zip(parts, residuals, off, strict=True)])
-    weights = np.linalg.inv(covariances)
-    middle = np.linalg.solve(weights.sum(axis=0), np.einsum("rij,rj->i", weights, off))
-    distance = float(np.einsum("ri,rij,rj", off - middle, weights, off - middle))
-    chance = float(chdtrc(size * (count - 1), distance))
+    each = np.einsum("rii->ri", covariances)
+    known = 2.0 * count * each.mean(axis=0) ** 2 / np.maximum(each.var(axis=0, ddof=1), 1e-300)
+    squares = off.var(axis=0, ddof=1) / each.mean(axis=0)
+    chance = min(size * float(fdtrc(count - 1, np.maximum(known, 1.0), squares).min()), 1.0)
     if count == 2 and chance > OF_TWO:
         return None
     within = covariances.mean(axis=0)
