@@ -2,7 +2,7 @@
 
 import shlex
 import stat
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -37,6 +37,13 @@ def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a fil
             hint="Name the right file.",
         )  # fmt: skip
     return Path(path)
+
+
+def files_of(paths: Iterable[Path | str] | Path | str) -> list[Path]:
+    """Return files that are given alone or several; raise a `FricError` where there is none."""
+    if not (found := list(map(Path, [paths] if isinstance(paths, str | Path) else paths))):
+        raise FricError("there is no file to read", hint="Name one.")
+    return found
 
 
 def refuse_declared(where: Path | str, declared: int, stored: int | None = None) -> None:

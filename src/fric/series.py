@@ -40,6 +40,8 @@ def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Moti
         given = getattr(holder, name)
         if given is None and getattr(type(holder), name, holder) is None:
             continue
+        if given is None:
+            raise FricError(f"there is no {name}", where=where, hint="Log it, or map its column.")
         try:
             with np.errstate(over="ignore"):  # of a wider float, which is then no number
                 values = np.empty(()) if np.iscomplexobj(given) else np.asarray(given, dtype=np.float64)

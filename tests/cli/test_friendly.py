@@ -248,3 +248,13 @@ def test_a_pipe_gets_lines_of_progress(monkeypatch, capsys):
         advance(total=4)
     lines = capsys.readouterr().err.splitlines()
     assert [line.partition(", 0 s")[0] for line in lines] == ["fitting: 0 s", "fitting: 25 %"]
+
+
+def test_a_working_folder_that_is_gone_is_said(tmp_path, monkeypatch, capsys):
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    monkeypatch.setattr("sys.argv", ["fric", "inspect", "nowhere.h5"])
+    with pytest.raises(SystemExit):
+        main.main()
+    assert "is not there any more" in capsys.readouterr().err

@@ -5,7 +5,7 @@ import pytest
 
 from fric import FricError
 from fric.documents.mapping import MappingDocument
-from fric.documents.yaml import read_document
+from fric.documents.yaml import read_document, read_text
 from fric.io.hdf5 import read_logs, read_records
 from fric.io.ingest import ingest
 
@@ -175,3 +175,9 @@ def test_rpm_and_its_german_spellings(tmp_path):
         ingest(tmp_path / "log.csv", tmp_path / "log.h5", motion="rotary", force=True)
         (log,) = read_logs(tmp_path / "log.h5")
         np.testing.assert_allclose(log.velocity, 2 * np.pi)
+
+
+def test_a_mapping_that_is_proposed_and_does_not_fit_is_an_error_with_its_place():
+    text = "fric: mapping/1\nmotion: linear\ncolumns:\n  position: {column: s, unit: deg}\n"
+    with pytest.raises(FricError, match=r"the mapping proposed.*position cannot be in 'deg'"):
+        read_text(text, MappingDocument)

@@ -89,6 +89,8 @@ def main() -> None:
     except FricError as error:
         _fail(str(error), 1)
     except OSError as error:
+        if error.filename is None and error.errno == errno.ENOENT:
+            _fail("the folder that this was started in is not there any more\nChange to another.", 1)
         if error.filename is not None and error.errno in _NAMES:
             _fail(f"{printable(str(error.filename))}: {error.strerror}", 1)
         if error.filename is not None or error.errno not in _FULL:

@@ -65,8 +65,11 @@ def read_document(path: Path | str, model: type[D]) -> D:
 
 
 def read_text(text: str, model: type[D]) -> D:
-    """Return the document of a text that fric made."""
-    return model.model_validate(plain(_tree(text)))
+    """Return the document of a text that fric made; a `FricError` says what of it does not fit, as of a file."""
+    try:
+        return model.model_validate(plain(_tree(text)))
+    except ValidationError as error:
+        raise _described(error, _tree(text), Path(f"the {model.type} proposed"), model) from None
 
 
 @lru_cache(maxsize=64)

@@ -25,6 +25,7 @@ from fric.columns import (
     channel_dimension,
 )
 from fric.errors import FricError, clean, printable
+from fric.input import files_of
 from fric.io.safe_hdf5 import check_type, open_file, staged_hdf5, text
 from fric.io.safe_hdf5 import column as safe_column
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record, axis_name, refuse_several_axes
@@ -277,7 +278,7 @@ def read_records(path: Path) -> list[Record]:
 
 def read_logs(paths: Iterable[Path] | Path) -> list[Log]:
     """Read the records in time of one or more log files of one axis."""
-    paths = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
+    paths = files_of(paths)
     logs = [record for path in paths for record in read_records(path) if isinstance(record, Log)]
     if not logs:
         raise FricError("holds no record in time", where=", ".join(map(str, paths)))
@@ -303,12 +304,8 @@ def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -
         raise FricError(f"record '{name}' is of unknown kind '{kind}'", where=str(path))
     if kind == FORCE_VELOCITY:
         found = {key: column(key, dimension) for key, dimension in FORCE_VELOCITY_DIMENSIONS.items()}
-        if found["velocity"] is None or found["force"] is None:
-            raise FricError(f"record '{name}' has no velocity or no force", where=str(path))
         return ForceVelocity(**cast("Any", found), **attributes)
     channels = {channel: column(channel, channel_dimension(channel)) for channel in CHANNELS}
-    if channels["time"] is None:
-        raise FricError(f"record '{name}' has no time", where=str(path))
     words = text(group.attrs, "dropped", "0")
     dropped = int(words) if words.isdigit() else 0
     labels = tuple(filter(None, text(group.attrs, "labels").split("\n")))

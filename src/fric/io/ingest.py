@@ -21,7 +21,7 @@ from fric.documents.listings import IngestedPart
 from fric.documents.mapping import FileMapping, MappingDocument, filled
 from fric.errors import FricError
 from fric.flaws.files import CELLS_DROPPED, COLUMNS_LEFT_OUT, SAMPLES_MISSING
-from fric.input import regular
+from fric.input import files_of, regular
 from fric.io.channels import ColumnPlan, Form, Origin, plan
 from fric.io.hdf5 import LogWriter, header_of, log_writer
 from fric.io.readers import tables
@@ -572,12 +572,9 @@ def ingest(
     Raises FricError: When a file, its mapping or its data do not allow it: with file, line and column, and nothing is
         written. Of several such files each is named.
     """
-    sources = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
-    output = Path(output)
+    sources, output = files_of(paths), Path(output)
     refuse_ending(output, "HDF5")
     refuse_existing(None if append else output, force=force)
-    if not sources:
-        raise FricError("there is no file to ingest")
     stated = StatedLog(**said)
     mapping, join = stated.mapping, stated.join
     held = header_of(output) if append and output.exists() else None

@@ -20,6 +20,7 @@ from fric.documents.mapping import ColumnMapping, MappingDocument
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.files import COLUMNS_BY_CONTENT, NO_REFERENCE, RADIUS_ASSUMED, THERE_ALREADY
+from fric.input import files_of
 from fric.io.channels import ColumnPlan, Origin, origin_of
 from fric.io.circle import FORMAT, read_circles, write_circles
 from fric.io.hdf5 import read_logs
@@ -198,12 +199,9 @@ def ingest_circles(
     bad_cells, force, progress: As in `fric.io.ingest.ingest`.
     Raises FricError: When a file does not read, or there is no whole circle in it.
     """
-    stated, output = stated or StatedCircle(), Path(output)
-    sources = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
+    stated, output, sources = stated or StatedCircle(), Path(output), files_of(paths)
     refuse_ending(output, "HDF5")
     refuse_existing(None if append else output, force=force)
-    if not sources:
-        raise FricError("there is no file to ingest")
     held = read_circles(output) if append and output.exists() else []
     known = {test.sha256 for test in held}
     found: list[MeasuredCircle] = []

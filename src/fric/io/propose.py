@@ -16,6 +16,7 @@ from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_text
 from fric.errors import FricError, printable
 from fric.flaws.files import MAPPING_ASSUMED, MAPPING_OPEN, MAPPING_PROPOSED
+from fric.input import files_of
 from fric.io.channels import plan
 from fric.io.readers import tables
 from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, plain_name
@@ -211,10 +212,8 @@ def proposal(paths: Sequence[Path], *, join: bool = False, assume: bool = False)
     assume: Take the likeliest of what is not sure.
     Raises FricError: When a file does not read.
     """
-    if not paths:
-        raise FricError("there is no file to make a mapping for")
     with ExitStack() as files:  # a table is read as long as its file is open
-        return mapping_text(guesses(paths, files, join=join), assume=assume)
+        return mapping_text(guesses(files_of(paths), files, join=join), assume=assume)
 
 
 def mapping_text(found: Sequence[Guess], *, assume: bool = False) -> str:
