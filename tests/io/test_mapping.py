@@ -43,7 +43,7 @@ columns:
     np.testing.assert_allclose(log.position, -np.deg2rad([0, 2, 4, 6]))
     np.testing.assert_allclose(log.force, -2e-3)
     assert (log.axis, log.motion, log.kind, log.name) == ("z", "rotary", "motion", "log")
-    assert done.records[0].left_out == ("rest",)
+    assert done.records[0].left_out == ["rest"]
     assert done.records[0].channels == {"time": "Zeit", "position": "Weg", "force": "Kraft"}
 
 
