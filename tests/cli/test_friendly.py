@@ -258,3 +258,11 @@ def test_a_working_folder_that_is_gone_is_said(tmp_path, monkeypatch, capsys):
     with pytest.raises(SystemExit):
         main.main()
     assert "is not there any more" in capsys.readouterr().err
+
+
+def test_a_backend_that_is_none_does_no_harm(monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "nonsense")
+    monkeypatch.setattr("sys.argv", ["fric", "schema", "friction"])
+    with pytest.raises(SystemExit):
+        main.main()
+    assert "MPLBACKEND" not in os.environ

@@ -70,6 +70,7 @@ def main() -> None:
     """Run the command line; a `FricError` is told on standard error and ends with exit status 1, Ctrl-C with 130."""
     gc.set_threshold(OBJECTS)
     prepare_streams()
+    os.environ.pop("MPLBACKEND", None)  # figures are saved, not shown, and a name that is none ends Matplotlib
     if not sys.warnoptions:
         warnings.simplefilter("ignore")  # what libraries say of their own code; of data fric warns itself
     for number in (signal.SIGINT, signal.SIGTERM):
