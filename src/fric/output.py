@@ -202,8 +202,8 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes], *, force: bool 
     Raises FricError: When a file exists and ``force`` is not set, or the folder or the disk does not take them.
     """
     folder = Path(folder)
-    for name in files:
-        folder_made((folder / name).parent)
+    for place in (folder, *((folder / name).parent for name in files)):
+        folder_made(place)
     refuse_existing(*(folder / name for name in files), force=force)
     with together(*(folder / name for name in files)) as made, ExitStack() as drafts:
         for name, content in files.items():

@@ -38,7 +38,7 @@ def test_the_spread_file_is_what_is_spread_where_none_is_given():
     ("text", "told"),
     [
         ("levels: {factor: {value: [0.7, 1.3], unit: '1'}}", "line 3: spreads.levels: 'levels' is nothing"),
-        ("level: {factor: {value: [1.3, 0.7], unit: '1'}}", "line 3: spreads.level: a factor from 1.3 to 0.7"),
+        ("level: {factor: {value: [1.3, 0.7], unit: '1'}}", "line 3: spreads.level: the spread from 1.3 to 0.7 falls"),
         ("level: {factor: {value: 0.3, unit: '1'}}", "a lower and an upper factor"),
         ("level: {factor: {value: [0.7, 1.3], unit: N}}", "ratio cannot be in 'N'"),
         ("level: {distribution: triangular, factor: {value: [0.7, 1.3], unit: '1'}}", "uniform"),

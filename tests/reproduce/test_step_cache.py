@@ -62,7 +62,7 @@ def test_a_step_that_failed_is_made_again(tmp_path):
 
 def test_a_folder_that_cannot_be_is_an_error(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(FricError, match="cannot be made"):
+    with pytest.raises(FricError, match="cannot be written: Not a directory"):
         StepCache(Path(tmp_path / "file" / "folder"))
 
 

@@ -221,5 +221,5 @@ def test_what_no_axis_can_have_is_told() -> None:
         )
     with pytest.raises(FricError, match="all that moves"):
         run_axis(replace(IDEAL, second_mass=SecondMass(100.0, 1e7)), strokes(0.01, 0.01, 4000))
-    with pytest.raises(FricError, match="on the 'gear'"):
+    with pytest.raises(FricError, match="encoder of second_mass is 'gear'"):
         SecondMass(10.0, 1e7, encoder="gear")

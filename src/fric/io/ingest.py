@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fric.arrays import Mask, Real
-from fric.columns import CHANNELS, FORCE_VELOCITY, Kind
+from fric.columns import CHANNELS, FORCE_VELOCITY, KINDS, Kind
 from fric.documents.listings import IngestedPart
 from fric.documents.mapping import FileMapping, MappingDocument, filled
 from fric.errors import FricError
@@ -387,7 +387,9 @@ class IngestSession:
         return mapping, mapping.fields(fields, str(path)) if mapping else fields
 
     def _kind(self, table: ForeignTable, mapping: FileMapping | None) -> Kind | None:
-        return self._about.kind or cast("Kind | None", (mapping and mapping.kind) or table.said.get("kind"))
+        said = table.said.get("kind")  # by the file, which may say anything
+        found = (mapping and mapping.kind) or (said if said in KINDS else None)
+        return self._about.kind or cast("Kind | None", found)
 
     def _plan(self, table: ForeignTable, motion: Motion | None) -> ColumnPlan:
         mapping, fields = self._of(table)
