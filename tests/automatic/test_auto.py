@@ -383,7 +383,9 @@ def test_what_is_next_names_files_that_are_there(tmp_path):
         bare = [replace(log, **{without: None}) for log in read_logs(DATA / f"{name}.h5")]
         write_logs(tmp_path / "logs" / f"{name}.h5", bare)
     with undrawn():
-        found = fric.auto(tmp_path / "logs", output=tmp_path / "out")
+        counted = []
+        found = fric.auto(tmp_path / "logs", output=tmp_path / "out", advance=lambda n=1, **of: counted.append((n, of)))
+    assert 0 < sum(n for n, _ in counted) <= counted[0][1]["total"]
     assert any(text.startswith("K_f") for text in found.axes["x"].missing)
     assert "MACHINE.yaml" not in str(found)
     assert "next: fric plan" in str(found)

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from fric.automatic.fleet import FleetResult, find_fleet, fleet
 from fric.automatic.sources import NO_FORCE, Source, Sources, find_sources
-from fric.automatic.steps import AxisOutcome, Session, Step, identify_axes, step, trace_step
+from fric.automatic.steps import AxisOutcome, Session, Step, identify_axes, ingest_steps, step, trace_step
 from fric.circles.gains import GAINS, USUAL
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.base import provenance
@@ -323,7 +323,8 @@ def auto(
         raise _none_found(found, logs)
     if encoder == "load" and not any(log.loaded for log in found.logs):
         raise FricError("no log has the position of the load", hint="Name its column load_position in a mapping.")
-    advance(0, total=len(found.traces) + 5 * len({log.axis for log in found.logs}) + 2 + 2 * len(found.circles))
+    files = len(found.traces) + len(list(ingest_steps(found.logs, folder)))
+    advance(0, total=files + 6 * len({log.axis for log in found.logs}) + 2 + 2 * len(found.circles))
     session = Session(folder, run, say, advance)
     for trace, meaning in found.traces.items():
         one = trace_step(trace, folder, meaning)
