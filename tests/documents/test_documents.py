@@ -7,6 +7,7 @@ import os
 import platform
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -248,3 +249,22 @@ def test_no_document_holds_what_is_no_number(tmp_path, value):
     with pytest.raises(FricError, match="B"):
         read_document(path, PlantDocument)
     assert readable(value, "m") == significant(value) == "–"
+
+
+@pytest.mark.parametrize("frequency", ["{value: [1.0, 2.0], unit: Hz}", "null"])
+def test_a_limit_of_an_observer_is_a_number_or_none(tmp_path, frequency):
+    """A list, or no cutoff, ended `fric report` in a traceback."""
+    file = tmp_path / "observer.yaml"
+    limits = f"{{robust: {{cutoff: null, frequency: {frequency}, Delta: {{value: 1.5, unit: '1'}}}}}}"
+    file.write_text(f"fric: observer/1\naxis: x\ncutoff: 40 Hz\nlimits: {limits}\n")
+    if frequency == "null":
+        assert "cutoff" in render_report(collect([file]))
+    else:
+        with pytest.raises(FricError, match="frequency: 2 values where one is expected"):
+            collect([file])
+
+
+def test_a_record_without_terms_of_its_own_has_none():
+    (record,) = prepared([fric.Log(np.arange(9.0), np.arange(9.0), force=np.sin(np.arange(9.0)))])
+    bare = replace(record, done=replace(record.done, own=()))
+    assert bare.own.shape == (9, 0)

@@ -88,6 +88,11 @@ class LimitPart(Part):
     Delta: Quantity | None = Field(None, description="size of the perturbation there")
     peak_sensitivity: Quantity | None = None
 
+    @model_validator(mode="after")
+    def _of_one_number(self) -> Self:
+        single({name: given for name, given in self if given is not None})
+        return self
+
 
 class ObserverDocument(AxisDocument, ObserverPart, type="observer"):
     """An observer file: the filter Q of one axis, and the limit and margins it was designed for."""

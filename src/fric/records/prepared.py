@@ -123,7 +123,8 @@ class Prepared:
         columns = {"offset": np.ones_like(m.time), "damping": m.velocity, "mass": m.acceleration}
         waves = np.pi * np.arange(1, len(at) // 2 + 1 if self.slides else 1)
         along = (m.position - m.position[at[:1]]) / np.diff(m.position[at[[0, -1]]]) if self.slides else m.position
-        return np.column_stack([*(columns[name] for name in self.done.own), *np.cos(np.multiply.outer(waves, along))])
+        parts = [*(columns[name] for name in self.done.own), *np.cos(np.multiply.outer(waves, along))]
+        return np.column_stack([np.empty((len(m.time), 0)), *parts])
 
     def replay(self, model: FrictionModel) -> Real:
         """Return the force of a model along the motion [N], shape (n,)."""

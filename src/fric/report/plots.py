@@ -505,10 +505,11 @@ def q_filter(item: Item, Delta: Perturbation | None) -> PageFigure:
     sections = item.sections()["observer"]
     name, cutoff = str(item.tree.get("filter", "binomial2")), float(sections["cutoff"])
     limits = item.tree.get("limits", {})
-    known = {key: limit["cutoff"]["value"] for key, limit in limits.items() if "cutoff" in limit}
+    known = {key: limit["cutoff"]["value"] for key, limit in limits.items() if limit.get("cutoff")}
     largest = {key: QFilter(name, value) for key, value in known.items() if abs(value / cutoff - 1) > 1e-3}
     top = max([8 * cutoff if Delta is None else float(Delta.frequency[-1]), *(3 * item for item in known.values())])
-    touches = [(limit["frequency"]["value"], limit["Delta"]["value"]) for limit in limits.values() if "Delta" in limit]
+    binding = [(limit.get("frequency"), limit.get("Delta")) for limit in limits.values()]
+    touches = [(at["value"], size["value"]) for at, size in binding if at and size]
     if Delta is not None:
         every = slice(None, None, max(1, len(Delta.frequency) // POINTS))
         arrays = ("frequency", "Delta", "radius", "ratio")
