@@ -1,5 +1,6 @@
 """Logs with one effort alone, as nearly every drive logs it: the drive's input, with a force constant of 1."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,18 +9,20 @@ import pytest
 import fric
 from fric.automatic.run import gains_of
 from fric.automatic.sources import find_sources
-from fric.automatic.steps import Session, identify_axes
+from fric.automatic.steps import Session, identify_axes, take_efforts
 from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
-from fric.io.hdf5 import write_logs
+from fric.io.circle import read_circles, write_circles
+from fric.io.hdf5 import read_logs, write_logs
 from fric.log import Log
 from fric.results.given_models import friction_of
 from fric.units import MOTIONS, SI_UNITS, factor, is_effort, of_effort, of_force, si_unit
 
+DATA = Path(__file__).parents[2] / "data"
 M, F_v, F_c = 2.5, 9.0, 1.8  # [A·s²/m], [A·s/m], [A]
 
 
@@ -69,7 +72,8 @@ def test_auto_designs_for_the_effort_where_no_log_holds_another(tmp_path: Path):
             tmp_path / folder / "log.h5", [Log(**{**log.channels(), **channels}, kind="motion", motion=log.motion)]
         )
         session = Session(tmp_path / f"{folder}-out", made, lambda _: None)
-        return identify_axes(session, find_sources([tmp_path / folder]), lambda _: None)["x"]
+        take_efforts(sources := find_sources([tmp_path / folder]))
+        return identify_axes(session, sources, lambda _: None)["x"]
 
     outcome = found("one")
     assert {"plant", "controller"} <= {*outcome.done}
@@ -125,10 +129,45 @@ def test_a_plant_that_is_wrong_is_left_out_and_friction_goes_on(tmp_path: Path):
         raise FricError("a mass that is not seen" if step.command == "identify plant" else "not here")
 
     session = Session(tmp_path / "out", lambda step: step.make() if step.command == "ingest" else made(step), print)
-    outcome = identify_axes(session, find_sources([folder]), lambda _: None)["x"]
+    take_efforts(sources := find_sources([folder]))
+    outcome = identify_axes(session, sources, lambda _: None)["x"]
     assert [(name, "plant" in options) for name, options in tried] == [
         ("identify plant", False),
         ("identify lugre", False),
     ]
     assert "x: plant" in session.failed
     assert not outcome.whole
+
+
+@pytest.mark.long(30)
+def test_the_effort_alone_decides_as_effort_and_voltage_do(tmp_path: Path):
+    """The example as a drive logs it that knows its force alone: the circle is predicted, and (c) leaves as much."""
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    K_f = 150.0
+    fric.circle("virtual-rig", "a", velocity=0.15, axis="x").save(tmp_path / "fast.h5")
+    trace = read_circles(tmp_path / "fast.h5")[0].axes["x"]
+    move = Log(trace.time, trace.position, input=trace.input, reference=trace.reference, kind="motion", name="move")
+    for name in ("constant-velocity", "presliding-sine", "sliding-sine", "move"):
+        logs = [move] if name == "move" else read_logs(DATA / f"{name}.h5")
+        write_logs(folder / f"{name}.h5", [replace(log, force=K_f * log.input, input=None) for log in logs])
+    (test,) = read_circles(DATA / "circle.h5")
+    axes = {name: replace(trace, force=K_f * trace.input, input=None) for name, trace in test.axes.items()}
+    write_circles(folder / "circle.h5", [replace(test, axes=axes)])
+    counted = []
+    found = fric.auto(
+        folder, output=tmp_path / "out", workers=1, advance=lambda n=1, **of: counted.append((n, of.get("total")))
+    )
+    assert found.steps <= sum(n for n, _ in counted) <= counted[0][1]
+    assert found.axes["x"].motion == "linear/N/N"
+    predicted, measured = found.verdict.compared
+    assert predicted == pytest.approx(measured, rel=0.05)
+    gains = fric.read_machine(tmp_path / "out/machine.yaml").axis("x").cascade
+    true = fric.read_machine("virtual-rig").axis("x").cascade
+    assert gains.K_v == pytest.approx(true.K_v, rel=0.05)
+    assert gains.K_p == pytest.approx(K_f * true.K_p, rel=0.05)
+    friction = read_document(tmp_path / "out/x/friction.yaml", FrictionDocument)
+    left = fric.circle(fric.read_machine("virtual-rig"), "a", axis="x").runs[0].circularity.glitch
+    assert measured == pytest.approx(left, rel=0.05)
+    assert friction.section("gms")
+    assert found.verdict.choice.scheme.name == "c"

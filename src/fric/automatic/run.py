@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from fric.automatic.fleet import FleetResult, find_fleet, fleet
 from fric.automatic.sources import NO_FORCE, Source, Sources, find_sources
-from fric.automatic.steps import AxisOutcome, Session, Step, identify_axes, ingest_steps, step, trace_step
+from fric.automatic.steps import AxisOutcome, Session, Step, identify_axes, ingest_steps, step, take_efforts, trace_step
 from fric.circles.gains import GAINS, USUAL
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.base import provenance
@@ -323,6 +323,8 @@ def auto(
         raise _none_found(found, logs)
     if encoder == "load" and not any(log.loaded for log in found.logs):
         raise FricError("no log has the position of the load", hint="Name its column load_position in a mapping.")
+    if given is None:  # else its plant says what its input is
+        take_efforts(found)
     files = len(found.traces) + len(list(ingest_steps(found.logs, folder)))
     advance(0, total=files + 6 * len({log.axis for log in found.logs}) + 2 + 2 * len(found.circles))
     session = Session(folder, run, say, advance)
@@ -334,7 +336,7 @@ def auto(
         whole = is_effort(of_axis[0].motion) or any("frequency-response" in log.kinds for log in of_axis)
         return find_gains(session, found, of_axis, stated, ask, needed=whole and machine is None)
 
-    axes = identify_axes(session, found, gains, encoder, machine=given is not None)
+    axes = identify_axes(session, found, gains, encoder)
     subject = _machine(session, axes, given)
     _circles(session, found, axes, subject, given is not None)
     pages = [path for axis in axes.values() for path in axis.there]

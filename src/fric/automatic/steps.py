@@ -270,19 +270,14 @@ def identify_axes(
     found: Sources,
     gains: Callable[[Sequence[Source]], Path | None] | None = None,
     encoder: EncoderName = "motor",
-    *,
-    machine: bool = False,
 ) -> dict[str, AxisOutcome]:
     """Ingest and identify; return the results for each axis.
 
-    machine: Whether a machine is given, whose plant says what its input is.
     gains: Returns the file of the controller's gains of an axis from its logs; None where they are to be designed.
         Without it only friction and plant are identified: no figures, no controller, no observer.
     encoder: Of axes with two encoders, the one whose position friction is identified on.
     """
     lean = gains is None
-    if not lean and not machine:
-        _take_efforts(found)
     logs = [log for log in found.logs if log.mapping is None]
     for step, left in ingest_steps(found.logs, session.folder):
         if session.take(step):
@@ -315,7 +310,7 @@ def identify_axes(
     return axes
 
 
-def _take_efforts(found: Sources) -> None:
+def take_efforts(found: Sources) -> None:
     """Take the force of linear axes as the input of their drives, where no log of them holds another effort."""
     for axis in sorted({log.axis for log in found.logs if not rotates(log.motion)}):
         of_axis = [log for log in found.logs if log.axis == axis]
