@@ -282,6 +282,24 @@ def test_parameters_are_attributes_and_a_map_predicts():
     assert static.predict(0.02)[0][0] == pytest.approx(level, rel=0.02)
 
 
+def test_a_model_predicts_the_force_over_a_motion(static, gms):
+    """A GMS result had the force of its map at a velocity nowhere, nor the cycle that it was identified from."""
+    speeds = [-0.02, 1e-3, 0.02]
+    np.testing.assert_allclose(gms.predict(speeds)[0], static.predict(speeds)[0], rtol=1e-3)
+    assert np.all(gms.predict("1 mm/s")[1] > 0)
+    (log,) = (log for log in fric.read(SINES) if log.name.endswith("02"))
+    force, half = gms.predict(time=log.time, position=log.position)
+    slid = slice(len(log) // 4, None)  # the record does not start relaxed
+    assert np.sqrt(np.mean((force - log.force)[slid] ** 2)) < 0.05 * np.abs(log.force).max()
+    assert 0.0 < np.median(half) < 5.0
+    velocity = np.gradient(log.position, log.time)
+    along = gms.predict(velocity, time=log.time)[0]
+    assert np.sqrt(np.mean((along - force) ** 2)) < 1.0
+    for wrong in ({}, {"position": log.position}, {"time": [0.0, 2.0, 1.0], "position": [0.0, 1.0, 2.0]}):
+        with pytest.raises(fric.FricError, match="no motion"):
+            gms.predict(**wrong)
+
+
 def test_a_frame_is_a_record_and_a_run_is_a_circle():
     (log, *_) = fric.read(STROKES)
     frame = pd.DataFrame({"time [ms]": 1e3 * log.time, "position": 1e6 * log.position, "force [N]": log.force, "x": 0})

@@ -186,6 +186,7 @@ CORNERS = (0.02, 0.05, 0.12, 0.25)  # Corners of the velocity filter over the sa
 EXPLAINED, EXPLAINED_OF_LOG = 0.9, 0.98
 """Least share of the voltage beyond feedforward that gains must explain to be accepted. A log does not say that
 compensation was off; a compensation is no sum of these gains."""
+ALIKE = 1.05  # Least ratio of squared residuals by which a record tells one order of gains from the other
 WIDEST = 0.25  # Largest relative half-width of gains that a log determines
 USUAL = Cascade(1.0, 1.0, 1.0, velocity_filter=500.0, sampling=4000.0)
 """Velocity filter and sampling that are assumed where a log is too slow to show them: those of `design controller`."""
@@ -203,6 +204,7 @@ class FoundController:
     # Share of the voltage beyond what is fed forward that it explains [1]; None of gains that a file holds
     explained: float | None
     where: str = ""  # The circle or record
+    swapped: bool = False  # Whether K_v and K_i/K_p in each other's place explain it as well
 
 
 def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") -> FoundController:
@@ -211,7 +213,8 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
     ``u = K_p·e + K_i·∫e`` with ``e = K_v·(r - z) - ż`` of the filtered velocity, beside what is fed forward: any sum of
     the reference, its velocity, its acceleration and a constant, which is fitted and subtracted. Position gain and
     integral time can be exchanged without a change of this sum; the order is chosen whose integral of the reference
-    velocity, if that is fed forward, agrees with the record.
+    velocity, if that is fed forward, agrees with the record. Where both do, K_v is the larger rate, as usual, and the
+    intervals hold both orders: the loop is the same.
 
     test, name, motion: The circle, without compensation of friction; name and motion of the axis.
     Raises FricError: When reference or voltage were not recorded, compensation was on, or no cascade gives this
@@ -222,13 +225,14 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
         raise FricError("the controller's gains take a circle without compensation", where=where)
     _, r, z, u, rate = test.of_effort({name: motion}).driven(name, "identifying gains")
     fit = _Fit(r, z, u, rate)
-    found, covariance = fit.best()
+    found, covariance, swap = fit.best()
     if (explained := fit.explained(found)) < EXPLAINED:
         raise FricError(
             f"no cascade gives the recorded voltage: the best explains {explained:.0%} of it", where=where,
             hint="Give the controller's gains.",
         )  # fmt: skip
-    return _controller(found, 1.96 * np.sqrt(np.diag(covariance)), explained, rate, test.where, motion)
+    half = np.hypot(1.96 * np.sqrt(np.diag(covariance)), swap)
+    return _controller(found, half, explained, rate, test.where, motion, bool(swap.any()))
 
 
 def controller_of_logs(logs: Iterable[Log]) -> FoundController:
@@ -272,20 +276,21 @@ def _of_log(log: Log) -> FoundController | None:
         fits = [_Fit(r, z, u, rate, lag=lag), _Fit(r[::2], z[::2], u[::2], rate / 2, lag=lag)]
         fits += [_Fit(r, z, u, rate, lag=0.0)] if slow else []
         try:
-            (found, covariance), *others = (fit.best() for fit in fits)
+            (found, covariance, swap), *others = (fit.best() for fit in fits)
         except (np.linalg.LinAlgError, ValueError):
             continue
-        apart = [np.abs(other - found)[: len(covariance)] for other, _ in others]
+        apart = [np.abs(other - found)[: len(covariance)] for other, *_ in others]
         half = np.linalg.norm([1.96 * np.sqrt(np.diag(covariance)), *apart], axis=0)
         explained = fits[0].explained(found)
         if explained > most and (half[:3] < WIDEST).all():
-            best = _controller(found, half, explained, None if slow else rate, log.where, log.motion)
+            half = np.hypot(half, swap[: len(half)])
+            best = _controller(found, half, explained, None if slow else rate, log.where, log.motion, bool(swap.any()))
             most = explained
     return best
 
 
 def _controller(
-    found: Real, half: Real, explained: float, rate: float | None, where: str, motion: Motion
+    found: Real, half: Real, explained: float, rate: float | None, where: str, motion: Motion, swapped: bool
 ) -> FoundController:
     """Return the controller for logarithms of its gains and the half-widths of their intervals [1]."""
     values = dict(zip(GAINS, np.exp(found).tolist(), strict=True))
@@ -294,7 +299,9 @@ def _controller(
     if rate is None:
         estimates["velocity_filter"] = Estimate(USUAL.velocity_filter, "Hz", assumed=True)
         estimates["sampling"] = Estimate(USUAL.sampling, "Hz", assumed=True)
-    return FoundController(Cascade(**values, sampling=rate or USUAL.sampling), estimates, explained, where)
+    return FoundController(
+        Cascade(**values, sampling=rate or USUAL.sampling), estimates, explained, where, bool(swapped)
+    )
 
 
 class _Fit:
@@ -343,8 +350,8 @@ class _Fit:
         """Return the residual of the recorded voltage [V] with a cascade and feedforward."""
         return self.without - self._off(self.volts(log_values))
 
-    def best(self) -> tuple[Real, Real]:
-        """Return the logarithms of the gains, and their covariance."""
+    def best(self) -> tuple[Real, Real, Real]:
+        """Return the logarithms of the gains, their covariance, and the change to the other order if that fits too."""
         from scipy.optimize import least_squares
 
         filters = [float(np.log(USUAL.velocity_filter))] if self.lag is not None else []
@@ -361,9 +368,12 @@ class _Fit:
         found = np.append(best.x, filters)
         other = found.copy()
         other[[0, 2]] = found[2] - found[1], found[0] + found[1]  # K_v and K_i/K_p in each other's place
-        found = min((found, other), key=self._apart)
+        first, second = sorted((found, other), key=self._apart)
+        alike = self._apart(second) < ALIKE * self._apart(first)
+        found, other = (max(first, second, key=lambda order: order[0]) if alike else first), first + second
         rest, jacobian = self.rest(found), np.asarray(best.jac, float)
-        return found, np.linalg.pinv(jacobian.T @ jacobian) * float(np.mean(rest**2)) * _alike(rest)
+        covariance = np.linalg.pinv(jacobian.T @ jacobian) * float(np.mean(rest**2)) * _alike(rest)
+        return found, covariance, alike * np.abs(other - 2 * found)[: len(covariance)]
 
     def _linear(self, corner: float) -> Real:
         """Return start values of the logarithms of K_v, K_p and K_i, by a fit that is linear in sums of gains."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 from pydantic import Field, model_validator
@@ -11,7 +12,7 @@ from fric.documents.base import FOOT, HEAD, CovarianceBlock, FilePart, OfAxis, P
 from fric.documents.plant import PlantPart, plant_part
 from fric.drive.plant import Plant
 from fric.errors import FricError
-from fric.estimate import Estimate
+from fric.estimate import Covariance, Estimate
 from fric.friction import FrictionModel, model_type, models
 from fric.friction.directed import directed
 from fric.friction.stribeck import StaticMap
@@ -162,6 +163,15 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
             return self.fit.negative
         of_map = section in {"static", "static_negative", "at_speed"} and not hasattr(self, f"{section}_fit")
         return getattr(self, "fit" if of_map else f"{section}_fit", None) or Fit.model_validate({})
+
+    def covariances(self) -> Iterator[Covariance]:
+        """Yield the covariance of the parameters of each section, with the names by which they are drawn."""
+        for section in self.sections():
+            block = self.fit_of(section).covariance if section != "at_speed" else None
+            if block is not None:
+                found = block.covariance()
+                prefix = "negative." if section == "static_negative" else ""
+                yield replace(found, names=tuple(prefix + name for name in found.names))
 
     def model_names(self) -> list[str]:
         """Return the models beside the static map, in the order of the file."""

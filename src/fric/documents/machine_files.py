@@ -720,7 +720,7 @@ def read_identified(
             warnings.append(NOT_DRAWN.found(f"axis {name}", names=undrawn))
         if found:
             intervals[name] = found
-            covariances[name] = [*_together(own or part.friction)]
+            covariances[name] = [*(own or part.friction).covariances()]
             if isinstance(of_plant, PlantDocument) and of_plant.fit is not None and of_plant.fit.covariance is not None:
                 covariances[name] = [*covariances[name], of_plant.fit.covariance.covariance()]
             beyond[name], widened[name] = discrepancies(own or part.friction, of_plant, undrawn)
@@ -747,13 +747,3 @@ def machine_to_predict(path: Path) -> tuple[Machine, IdentifiedMachine | None]:
             raise
         return read_machine(path), None
     return found.machine, found
-
-
-def _together(friction: FrictionDocument) -> Iterator[Covariance]:
-    """Yield the covariance of the parameters of each section, with the names by which they are drawn."""
-    for section in friction.sections():
-        block = friction.fit_of(section).covariance if section != "at_speed" else None
-        if block is not None:
-            found = block.covariance()
-            prefix = "negative." if section == "static_negative" else ""
-            yield replace(found, names=tuple(prefix + name for name in found.names))

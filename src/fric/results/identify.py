@@ -19,7 +19,7 @@ from fric.documents.machine_files import nominal_models
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.drive.plant import Plant
 from fric.errors import FricError, require_known
-from fric.estimate import estimate_rows
+from fric.estimate import NORMAL_97_5, estimate_rows
 from fric.friction import FrictionModel, models
 from fric.identify.gms.fit import GMSFit, Replay
 from fric.identify.gms.identify import identify_gms as fit_gms
@@ -64,6 +64,7 @@ from fric.results.kinds import (
     SchemeName,
     Seed,
 )
+from fric.simulate.spread import closed_intervals, draw_friction, friction_intervals
 from fric.units import Motion, parse, readable, si_unit
 from fric.verb import Kind, verb
 
@@ -87,6 +88,69 @@ class IdentifiedFriction(Identified):
         """Return the parameters by section of the friction file and by name."""
         wanted = {"static", "static_negative", "at_speed", *models()}
         return {name: self.document[name] for name in self.document if name in wanted}
+
+
+DRAWS = 64  # Models drawn for a band of 95 %: its half-width is then sure to 9 %
+
+
+class IdentifiedModel(IdentifiedFriction):
+    """The common part of models with memory: the force over a motion."""
+
+    def predict(
+        self,
+        velocity: ArrayLike | str | None = None,
+        *,
+        time: ArrayLike | None = None,
+        position: ArrayLike | None = None,
+    ) -> tuple[Real, Real]:
+        """Return the friction force [N] including the offset, and the half-width of its 95 % band, each of shape (n,).
+
+        Of velocities alone it is the force after a long time at each; along a motion the model starts relaxed. The band
+        is of models that are drawn from the intervals of the parameters and their covariance.
+
+        velocity: Velocities [m/s], shape (n,), or a text as "1 mm/s, 10 mm/s"; of a motion with time.
+        time: Times of the motion [s], shape (n,), rising.
+        position: Positions of the motion [m], shape (n,), in place of its velocity or with it.
+
+        Raises
+        ------
+        FricError
+            When there is neither a velocity nor a motion.
+        """
+        v = None if velocity is None else _numbers(velocity, "velocities", self.fit.motion)
+        t, z = (None if x is None else _numbers(x, name) for x, name in ((time, "times"), (position, "positions")))
+        if (v is None and z is None) or (t is None and z is not None):
+            raise FricError("there is no motion", hint="Give `time` and `position` or `velocity`, or velocities alone.")
+        if t is not None:
+            if len(t) < 3 or (np.diff(t) <= 0).any() or any(x is not None and len(x) != len(t) for x in (v, z)):
+                raise FricError("time, position and velocity are no motion", hint="Give as many of each, times rising.")
+            if z is None and v is not None:
+                z = np.append(0.0, np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t)))
+        document = FrictionDocument.model_validate(self.document)
+        model, load = document.found_with(self.fit.model.name)
+        sections = {name: document.estimates(name) for name in document.sections()}
+        intervals, _ = friction_intervals(model, sections)
+        if "offset" in sections.get("static", {}):
+            intervals |= closed_intervals("offset", sections["static"]["offset"])[0]
+        drawn = [draw_friction(model, load, n, intervals, [*document.covariances()]) for n in range(DRAWS)]
+        force, *others = (
+            offset + np.asarray(one.steady_state(v) if t is None else one.replay(t, z, v))  # type: ignore[arg-type]
+            for one, offset in ((model, load), *drawn)
+        )
+        return force, NORMAL_97_5 * np.sqrt(np.mean((np.array(others) - force) ** 2, axis=0))
+
+
+def _numbers(given: ArrayLike | str, what: str, motion: Motion = "linear") -> Real:
+    """Return finite numbers; of velocities also those of a text."""
+    found = several(given, "velocity", motion) if isinstance(given, str) else given
+    try:
+        numbers = np.atleast_1d(np.asarray(found, float))
+    except (TypeError, ValueError):
+        numbers = np.array([np.nan])
+    if not np.isfinite(numbers).all():
+        text = " [m/s], or a text as '1 mm/s, 10 mm/s'" if what == "velocities" else ""
+        raise FricError(f"{given!s} are no {what}", hint=f"Give numbers{text}.")
+    return numbers
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -247,6 +311,7 @@ class GainsResult(Identified):
     def report(self) -> list[Piece]:
         """Return the gains, and how much of the voltage they explain."""
         how = "as it says" if self.found.explained is None else f"{self.found.explained:.2%} of the voltage explained"
+        how += "; K_v and K_i/K_p may be exchanged: the loop is the same" * self.found.swapped
         where = f"{self.found.where}: {how}"
         return [parameters(self.sections()["controller"]), where]
 
@@ -328,14 +393,7 @@ class StaticResult(IdentifiedFriction):
         FricError
             When only one speed was logged.
         """
-        fit = self.fit
-        given = several(velocity, "velocity", fit.motion) if isinstance(velocity, str) else velocity
-        try:
-            v = np.atleast_1d(np.asarray(given, float))
-        except (TypeError, ValueError):
-            v = np.array([np.nan])
-        if not np.isfinite(v).all():
-            raise FricError(f"{given} are no velocities", hint="Give numbers [m/s], or a text as '1 mm/s, 10 mm/s'.")
+        fit, v = self.fit, _numbers(velocity, "velocities", self.fit.motion)
         if fit.static is None:
             raise FricError("only one speed was logged, which gives no map", hint="Log strokes at ten speeds.")
         force, half = fit.static.predict(v)
@@ -419,7 +477,7 @@ def _shape_factor(given: float | str) -> ShapeFactor:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GMSResult(IdentifiedFriction):
+class GMSResult(IdentifiedModel):
     """An identified GMS model."""
 
     fit: GMSFit  # The fit: parameters, virgin curve, replayed records
@@ -549,7 +607,7 @@ CLIPPED = 0.1  # Share of a record whose force may be clipped: those samples are
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ModelResult(IdentifiedFriction):
+class ModelResult(IdentifiedModel):
     """Any friction model, identified by replay."""
 
     fit: ReplayFit  # What was found

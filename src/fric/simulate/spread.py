@@ -189,7 +189,7 @@ class _Draws:
 
     seed: int
     index: int
-    axis: Axis
+    axis: str  # Its name
     spreads: Mapping[str, Spread]
     intervals: Intervals
     covariances: Sequence[Covariance] = ()
@@ -198,7 +198,7 @@ class _Draws:
     drawn: dict[str, float] = field(default_factory=dict)
 
     def generator(self, name: str) -> np.random.Generator:
-        key = (self.index, crc32(self.axis.name.encode()), crc32(name.encode()))
+        key = (self.index, crc32(self.axis.encode()), crc32(name.encode()))
         return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=key))
 
     def normal(self, name: str) -> float:
@@ -215,7 +215,7 @@ class _Draws:
         key = element or name
         if key not in self.factors:
             self.factors[key] = as_filed(self.spreads[name].factor(self.generator(key)))
-            self.drawn[f"{self.axis.name}.{key}"] = self.factors[key]
+            self.drawn[f"{self.axis}.{key}"] = self.factors[key]
         return self.factors[key]
 
     def value(self, name: str, value: float, lower: float, *spreads: str) -> float:
@@ -228,7 +228,7 @@ class _Draws:
             return by * value
         normal = self.joint[name] if name in self.joint else self.normal(name)
         found = as_filed(draw_within(by * value, (by * interval[0], by * interval[1]), lower, normal))
-        self.drawn[f"{self.axis.name}.{name}"] = found
+        self.drawn[f"{self.axis}.{name}"] = found
         return found
 
     def discrepancy(self, name: str, spreads: Sequence[str]) -> float:
@@ -238,7 +238,7 @@ class _Draws:
             if (spread := self.beyond.get(key)) is None:
                 continue
             own = key if key in GROUPS else name
-            drawn = f"{self.axis.name}.beyond {own}"
+            drawn = f"{self.axis}.beyond {own}"
             if drawn not in self.drawn:
                 self.drawn[drawn] = as_filed(spread.factor(self.generator(f"beyond {own}")))
             total *= self.drawn[drawn]
@@ -278,7 +278,7 @@ def draw_machine(
     drawn: dict[str, float] = {}
     for name, axis in machine.axes.items():
         known = (intervals or {}).get(name, {}), (covariances or {}).get(name, ()), (discrepancies or {}).get(name, {})
-        draws = _Draws(seed, index, axis, spreads, *known)
+        draws = _Draws(seed, index, axis.name, spreads, *known)
         plant = _plant(axis.plant, draws)
         hold = hold_delay(axis.cascade.sampling) if intervals else 0.0
         axes[name] = replace(
@@ -290,6 +290,14 @@ def draw_machine(
         ).placed(float(draws.generator("place").random()))
         drawn |= draws.drawn
     return replace(machine, axes=axes), drawn
+
+
+def draw_friction(
+    model: FrictionModel, load: float, index: int, intervals: Intervals, covariances: Sequence[Covariance]
+) -> tuple[FrictionModel, float]:
+    """Return friction number ``index`` of those drawn from intervals, and the load ``offset``, as in `draw_machine`."""
+    draws = _Draws(0, index, "", {}, intervals, covariances)
+    return _friction(model, draws), draws.value("offset", load, -inf)
 
 
 def _plant(plant: Plant, draws: _Draws) -> Plant:
