@@ -12,14 +12,14 @@ from fric.records.prepared import prepared
 M, F_V, F_C = 4.0, 6.6, 3.3
 
 
-def moves(rate: float, ramp: float, seed: int = 1) -> Log:
-    """Return moves to and fro at four speeds, with ramps of a duration [s] and rests that hold some force."""
+def moves(rate: float, ramp: float, seed: int = 1, rest: int = 450) -> Log:
+    """Return moves to and fro at four speeds, with ramps of a duration [s] and rests [ms] that hold some force."""
     r = np.random.default_rng(seed)
     dt = 1e-3
     v, held = [np.zeros(300)], [np.zeros(300)]
     for k in range(24):
         top, n, m = r.choice([0.02, 0.05, 0.1, 0.2]) * (-1) ** k, round(ramp / dt), int(r.integers(1500, 2500))
-        v += [np.concatenate([np.linspace(0, top, n), np.full(m, top), np.linspace(top, 0, n), np.zeros(450)])]
+        v += [np.concatenate([np.linspace(0, top, n), np.full(m, top), np.linspace(top, 0, n), np.zeros(rest)])]
         held += [np.full(len(v[-1]), np.sign(top) * r.uniform(0.2, 0.9) * F_C)]
     velocity = np.concatenate(v)
     position, acceleration = np.cumsum(velocity) * dt, np.gradient(velocity, dt)
@@ -46,3 +46,13 @@ def test_the_mass_of_a_slow_log_is_not_that_of_a_filter(rate: float) -> None:
     found = identify_motion([moves(rate, 0.3)]).estimates
     assert float(found["M"]) == pytest.approx(M, rel=0.01)
     assert float(found["F_c"]) == pytest.approx(F_C, rel=0.01)
+
+
+@pytest.mark.parametrize("rate", [200.0, 1000.0])
+def test_friction_of_an_axis_that_rests_most_of_the_time_is_not_drawn_towards_zero(rate: float) -> None:
+    """At rest it holds any force up to F_c: in 69 % of the samples, and F_c was said to be too small by that."""
+    log = moves(rate, 0.3, rest=5800)
+    assert np.mean(np.diff(log.position) == 0.0) == pytest.approx(0.69, abs=0.02)
+    found = identify_motion([log]).estimates
+    assert float(found["F_c"]) == pytest.approx(F_C, rel=0.01)
+    assert found["F_c"].ci95[0] < F_C < found["F_c"].ci95[1]

@@ -7,9 +7,8 @@ simulated in closed loop, with other offsets of the encoder: the intervals must 
 records, whose truth is known.
 
 The log does not show the controller. So the records are simulated once with a soft and once with a stiff cascade, both
-with usual margins for this plant. If their residuals exceed those of the measured records, which then hunt less, their
-error is scaled down by the ratio. Without a known plant, a usual plant with a heavy mass is simulated, and the error is
-scaled up as well.
+with usual margins for this plant. If the measured records hunt less (`hunting_share`), their error is scaled down.
+Without a known plant, a usual plant with a heavy mass is simulated, and the error is scaled up as well.
 """
 
 from collections.abc import Sequence
@@ -115,8 +114,7 @@ class Hunting:
         covariance = replay_covariance(gradient, residual, made.records, quantile, most=1.0)
         distance = float(step @ np.linalg.pinv(covariance, hermitian=True) @ step)
         sure = max(1.0 - len(step) / distance, 0.0) if distance > 0.0 else 0.0
-        left = [_left_over(model, records) for records in (hunting, again)]
-        hunts = left[0] / max(left[1], 1e-300)
+        hunts = hunting_share(_left_over(model, hunting), _left_over(model, again), whole)
         return np.asarray(sure * (min(hunts, 1.0) if self.plant else hunts) * step)
 
     def _made_again(
@@ -149,7 +147,24 @@ def _counts(record: Prepared) -> bool:
     return not record.slides and record.motion.step > 0 and len(record.reversals) > 2
 
 
-def _left_over(model: FrictionModel, records: Sequence[Prepared]) -> float:
-    """Return the residual force of records, root mean square [N]."""
+MEMORY = 8  # Lags at which residuals are compared [samples]
+
+
+def hunting_share(measured: Real, simulated: Real, count: int) -> float:
+    """Return how much records may hunt, over what simulated ones do, by the autocovariances of residuals [N²].
+
+    Noise of the force adds to lag 0 alone: the squared share is the least-squares ratio at the other lags, and two of
+    its standard errors for white residuals, ``γ_0/√n``; it is at most the ratio at lag 0.
+
+    count: Number n of measured samples.
+    """
+    whole, size = measured[0] / max(simulated[0], 1e-300), max(float(np.linalg.norm(simulated[1:])), 1e-300)
+    share = (measured[1:] @ simulated[1:] / size + 2.0 * measured[0] / np.sqrt(count)) / size
+    return float(np.sqrt(np.clip(share, 0.0, whole)))
+
+
+def _left_over(model: FrictionModel, records: Sequence[Prepared]) -> Real:
+    """Return the autocovariance of the residual force of records at lags from 0 to `MEMORY` [N²]."""
     rest = [(record.force - record.fitted(model))[record.used] for record in records]
-    return float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
+    sums = [sum(float(r[lag:] @ r[: len(r) - lag]) for r in rest) for lag in range(MEMORY + 1)]
+    return np.array(sums) / sum(map(len, rest))
