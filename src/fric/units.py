@@ -335,6 +335,11 @@ def readable(value: float, unit: str, digits: int = 3) -> str:
     return f"{significant(value * scale, digits)} {shown}".rstrip()
 
 
+def microns(length: float | None, digits: int = 1, sign: str = "") -> str:
+    """Return a length [m] in µm: ``microns(9.13e-6) == "9.1"``; a dash for a glitch of a scheme that could not run."""
+    return "–" if length is None or not isfinite(length) else f"{length * 1e6:{sign}.{digits}f}"
+
+
 def significant(value: float, digits: int = 3) -> str:
     """Return a number with a given count of significant digits, without an exponent where that reads better."""
     if not isfinite(value):

@@ -74,7 +74,7 @@ class Candidate:
     @property
     def middle(self) -> float:
         """The median over the machines that were drawn [m]; the glitch of the given machine if none was."""
-        return float(np.quantile(self._ran, 0.5)) if self.drawn else self.glitch
+        return self._quantile(0.5) if self.drawn else self.glitch
 
     @property
     def interval(self) -> tuple[float, float] | None:
@@ -86,14 +86,13 @@ class Candidate:
             return self.chance.low, self.chance.high
         if self.predicted is not None and np.isfinite(self.predicted.ci95).all():
             return self.predicted.ci95[0], self.stays_under
-        if not np.isfinite(self._ran).any():
-            return None
-        return float(np.quantile(self._ran, 0.025)), self.stays_under
+        low = self._quantile(0.025)
+        return (low, self.stays_under) if np.isfinite(low) else None
 
-    @property
-    def _ran(self) -> Real:
-        drawn = np.array(self.drawn, float)
-        return drawn[np.isfinite(drawn)] if np.isfinite(drawn).any() else np.array([np.inf])
+    def _quantile(self, share: float) -> float:
+        """Return a quantile of the glitch on the machines that it ran on [m]; inf where it ran on none."""
+        ran = [glitch for glitch in self.drawn if np.isfinite(glitch)]
+        return float(np.quantile(ran, share)) if ran else np.inf
 
     @property
     def demand(self) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from math import inf
 
 from fric.report.view import embedded, environment, micrometres, minus
 
@@ -20,6 +21,7 @@ def test_a_page_that_extends_the_base_loads_nothing() -> None:
 def test_numbers_of_a_page_carry_a_true_minus_and_one_decimal() -> None:
     assert micrometres(-9.13e-6) == "−9.1"
     assert micrometres(21.94e-6, sign=True) == "+21.9"
+    assert micrometres(inf) == micrometres(None) == "–"  # no limit, where a scheme cannot run on every machine
     assert minus("-46 … -3") == "−46 … −3"
     assert minus("-x") == "−x"
     assert minus("low-pass, 3-2") == "low-pass, 3-2"

@@ -16,6 +16,8 @@ from fric.documents.contours import MonteCarloPart
 from fric.documents.machine_files import read_machine
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
+from fric.results.base import Table
+from fric.results.simulate import CircleResult
 from fric.simulate import processes
 from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.processes import MonteCarlo, Outcome, Study, monte_carlo, outcomes
@@ -127,6 +129,10 @@ def test_a_scheme_that_cannot_run_is_never_the_best_and_is_told():
     assert (told["a"]["best"], told["b"]["best"], told["b"]["failed"]) == (1.0, 0.0, 2)
     assert told["b"]["median"] is None
     assert told["b"]["ci95"] == [None, None]
+    runs = [run_circle(MACHINE, scheme, SMALL) for scheme in PAPER[:2]]
+    table = CircleResult(MACHINE, runs, many=found).report()[0]
+    assert isinstance(table, Table)
+    assert [row[2:4] for row in table.rows] == [["2500000.0", "3000000.0"], ["–", "–"]]
     assert [(one.code, one.where, one.values["failed"]) for one in found.warnings()] == [
         ("scheme-failed", "scheme b", 2)
     ]

@@ -45,7 +45,7 @@ from fric.report.collect import (
 )
 from fric.results.base import Table, plain_names
 from fric.results.design import perturbation_of
-from fric.units import readable, rotates, significant
+from fric.units import microns, readable, rotates, significant
 from fric.verdict import EARNED, Candidate, Evidence, Verdict, bare, decide, machine_name
 
 TITLES = {
@@ -517,9 +517,9 @@ def _shown(value: Any) -> Any:
     return clean(as_options(value)) if isinstance(value, str) else value
 
 
-def micrometres(length: float, *, sign: bool = False) -> str:
+def micrometres(length: float | None, *, sign: bool = False) -> str:
     """Return a length [m] in µm with one decimal: ``micrometres(-9.13e-6) == "−9.1"``."""
-    return minus(f"{length * 1e6:{'+' if sign else ''}.1f}")
+    return minus(microns(length, sign="+" * sign))
 
 
 def percent(share: float) -> str:

@@ -4,7 +4,6 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -50,7 +49,7 @@ from fric.simulate.contour_run import (
 )
 from fric.simulate.machine import Machine
 from fric.simulate.processes import MonteCarlo, Study, run_all
-from fric.units import readable
+from fric.units import microns, readable
 from fric.verb import Kind, verb
 from fric.verdict import Verdict, bare, candidates_of, decide, evidence_of, facts
 
@@ -106,8 +105,8 @@ class CircleResult(Result, schema=CircleResultDocument):
 
     def _row(self, run: CircleRun) -> list[str]:
         less = reduction(run, self.runs)
-        microns = [*run.glitches, run.chance(), run.chance("rms"), run.chance("range")]
-        row = [_named(run), *(chance.text() for chance in microns), "" if less is None else f"{less:.0%}"]
+        sizes = [*run.glitches, run.chance(), run.chance("rms"), run.chance("range")]
+        row = [_named(run), *(chance.text() for chance in sizes), "" if less is None else f"{less:.0%}"]
         return row + self._paper(run)
 
     def _paper(self, run: CircleRun) -> list[str]:
@@ -118,10 +117,7 @@ class CircleResult(Result, schema=CircleResultDocument):
         """Return what each scheme is expected to leave, and what it leaves at most on 95 % of the machines."""
         rows, best = [], many.distributions()
         for run, candidate in zip(self.runs, candidates_of(self.runs, many, self.prediction), strict=True):
-            left = [
-                f"{1e6 * value:.{1 if value >= 1e-6 else 2}f}" if isfinite(value) else "–"  # it ran on none
-                for value in (candidate.middle, candidate.stays_under)
-            ]
+            left = [microns(value, 2 - (value >= 1e-6)) for value in (candidate.middle, candidate.stays_under)]
             share = f"{best[run.scheme.name].best:.0%}"
             rows.append([_named(run), run.chance().text(), *left, share, *self._paper(run)])
         centre = "at the estimates" if self.identified else "nominal"
@@ -280,7 +276,7 @@ class CircleMapResult(Result, schema=CircleMapDocument, of="found"):
         columns = ["radius", "feed", *(f"({scheme.name}) {scheme.title}" for scheme in grid.schemes)]
         rows = [
             [readable(cell.circle.radius, "m"), readable(cell.circle.feed, "m/s"),
-             *("–" if np.isnan(glitch) else f"{glitch * 1e6:.2f}" for glitch in cell.glitches)]
+             *(microns(glitch, 2) for glitch in cell.glitches)]
             for cell in self.found.cells
         ]  # fmt: skip
         table = Table(columns, rows, f"{grid.machine.name}: glitch in µm")
@@ -390,8 +386,8 @@ class PathResult(Result, schema=PathResultDocument):
 
     def _row(self, run: PathRun) -> list[str]:
         less = reduction(run, self.runs)
-        microns = [chance.text() for chance in (run.chance(), run.chance("rms"), run.chance("range"))]
-        return [f"({run.scheme.name}) {run.scheme.title}", *microns, "" if less is None else f"{less:.0%}"]
+        sizes = [chance.text() for chance in (run.chance(), run.chance("rms"), run.chance("range"))]
+        return [f"({run.scheme.name}) {run.scheme.title}", *sizes, "" if less is None else f"{less:.0%}"]
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write traces and metrics to a run file."""
