@@ -16,7 +16,7 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
-from fric.io.propose import guessed, propose
+from fric.io.propose import guessed, guesses, mapping_text, propose
 from fric.io.readers import tables
 from fric.io.readers.base import Column, named
 from fric.io.roles import SURE, AxisColumns, axes_of
@@ -470,3 +470,18 @@ def test_turns_of_pole_pairs_have_no_unit_and_a_supplys_current_is_no_effort(tmp
         assert guess.table.columns[guess.axis.roles["force"].column].name == "current_motor"
         assert not guess.whole
         assert any("counts turns of pole pairs" in text for text in guess.questions)
+    path = write(tmp_path / "supply.csv", "ms;current_in;rpm", columns[0], columns[1], columns[3])
+    with ExitStack() as opened:
+        (guess, *_) = guessed([path], opened, assume=True).found
+        assert guess.axis.roles.get("force") is None  # F_c of such a log was 72 % too low
+
+
+def test_what_a_file_says_at_length_is_a_line_that_a_mapping_cuts(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    said = {f"note{n}": "n" * 60 for n in range(60)}
+    signals = {name: a[name] for name in ("t", "position", "current")}
+    savemat(tmp_path / "log.mat", signals | said)
+    with ExitStack() as opened:
+        text = mapping_text(guesses([tmp_path / "log.mat"], opened))
+    (line,) = [line for line in text.splitlines() if "note0" in line]
+    assert len(line) < 700

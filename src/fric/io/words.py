@@ -46,7 +46,7 @@ BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "températu
                  "zwischenkreis", "pressure", "druck", "status", "state", "zustand", "mode(?!l)",
                  "modus", "flag", "id", "i d", "ud", "u d", "vd", "v d", "stato", "estado", "état", "vibration", "batt",
                  "[uv]bus", "[uv]dc",
-                 "battery", "hours", "fault")  # fmt: skip
+                 "battery", "hours", "fault", "current in(?:put)?", "in(?:put)? current")  # fmt: skip
 """What drives log beside a motion."""
 MODE = ("mode(?!l)", "modus", "enabled?", "freigabe", "control ?word", "servo on", "state", "zustand", "stato",
         "estado", "état", "status")  # fmt: skip
@@ -223,7 +223,6 @@ def spoken(column: Column) -> Spoken:
     if by_name == "force" and _has(name, INPUT):  # a feedforward (ff) in volts
         by_name, commanded = "input", commanded or _has(name, ("ff",))
     told = by_name or ""
-    commanded |= told == "current" and not {"in", "input"}.isdisjoint(name.split())  # of the supply
     by_name = {"current": "force", "load": "force", "duty": "input"}.get(told, by_name)
     if name.split()[-1:] == ["seq"] or name in ROWS:
         by_name = "row"
