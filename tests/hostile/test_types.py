@@ -143,6 +143,11 @@ def test_an_infinite_attribute_is_damage_of_the_file(tmp_path: Path) -> None:
         int(np.inf)
 
 
+def test_an_exception_without_words_is_damage_alone(tmp_path: Path) -> None:
+    with pytest.raises(FricError, match="bag: is damaged\nMake"), foreign(tmp_path / "a.bag"):
+        exec("raise AssertionError")  # as a library raises it
+
+
 def test_an_axis_that_stands_still_on_a_circle_is_refused() -> None:
     with pytest.raises(FricError, match="axis x moves by 0 µm on a circle of 1e\\+03 mm"):
         circle(position=np.zeros(N))

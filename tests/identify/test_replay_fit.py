@@ -104,6 +104,12 @@ def test_what_cannot_be_fitted_is_refused(arguments, told):
         identify_by_replay(records=prepared(logs_of(models()["dahl"].typical(), 1)), **arguments)
 
 
+def test_records_of_which_no_sample_is_compared_are_refused():
+    none = [replace(record, used=record.used & False) for record in prepared(logs_of(models()["dahl"].typical(), 1))]
+    with pytest.raises(FricError, match="too few samples to compare"):
+        identify_by_replay("dahl", none)
+
+
 def test_coulomb_friction_of_a_motion_without_a_plant_is_found_under_its_inertia():
     """Inertia rises as a spring does, and a fall beyond all speeds is viscous friction: F_c was ten times, or half."""
     lugre = LuGre.typical()

@@ -399,7 +399,7 @@ def logs_of(given: Iterable[Any], encoder: Encoder = "motor") -> list[Log]:
     return logs
 
 
-def _flat(given: Iterable[Any]) -> Iterable[Record]:
+def _flat(given: Iterable[Any], depth: int = 3) -> Iterable[Record]:
     for record in given:
         if isinstance(record, Log | FrequencyResponse | ForceVelocity):
             yield record
@@ -407,8 +407,8 @@ def _flat(given: Iterable[Any]) -> Iterable[Record]:
             from fric.io.hdf5 import read_records  # with HDF5, which simulations need not
 
             yield from read_records(Path(record))
-        elif isinstance(record, Iterable) and not isinstance(record, bytes | dict):
-            yield from _flat(record)
+        elif depth and isinstance(record, Iterable) and not isinstance(record, bytes | dict):
+            yield from _flat(record, depth - 1)  # a list may hold itself
         else:
             raise UnfitError("log files, or records that fric.read returns", record)
 

@@ -704,7 +704,9 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
     Raises FricError: When there is no such model, or no such parameter, or no sample to compare.
     """
     model = fitted_model(name)
-    records = [record.trimmed() for record in records if record.used.any()]
+    few = FricError("there are too few samples to compare", where=records[0].log.where, hint="Log for longer.")
+    if not (records := [record.trimmed() for record in records if record.used.any()]):
+        raise few
     if static is not None:  # a lag in sliding is seen beside a known map
         of_lag = [kind_of(r.log) == "sliding-sine" and not r.slides and not len(r.reversals) for r in records]
         records = [record.in_sliding() if lag else record for record, lag in zip(records, of_lag, strict=True)]
@@ -718,7 +720,7 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
         model, search_ranges(records), blocks=blocks, held=held, level=with_level, negative=negative
     )
     if sum(int(r.used.sum()) for r in records) <= 2 * len(coordinates.free):
-        raise FricError("there are too few samples to compare", where=records[0].log.where, hint="Log for longer.")
+        raise few
     search = Search(coordinates, records)
     x = search.coarse(seed) if start is None else coordinates_of(coordinates, start)
     in_blocks = model is GMS and blocks > 1
