@@ -317,7 +317,7 @@ def prefixed(value: float, unit: str) -> tuple[float, str]:
     """Return the factor and the unit in which people read a value: ``prefixed(2.2e-5, "m") == (1e6, "µm")``."""
     shown = unit.replace("*", "·").replace("^2", "²")
     if unit not in _PREFIXED or not value or not isfinite(value):
-        return 1.0, "" if unit == "1" else shown
+        return 1.0, shown if isfinite(value) and unit != "1" else ""
     if unit == "N/m":  # contacts are given in N/µm
         return 1e-6, "N/µm"
     if unit == "m":  # machine tools are drawn in mm and µm
@@ -329,8 +329,6 @@ def prefixed(value: float, unit: str) -> tuple[float, str]:
 
 def readable(value: float, unit: str, digits: int = 3) -> str:
     """Return a value for people: ``readable(2.2e-5, "m") == "22 µm"``; a dash for a value that is no number."""
-    if not isfinite(value):
-        return "–"
     scale, shown = prefixed(float(f"{value:.{digits}g}"), unit)
     return f"{significant(value * scale, digits)} {shown}".rstrip()
 
