@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -14,7 +15,10 @@ from typer.testing import CliRunner
 import fric
 from fric import units
 from fric.cli import console, main
+from fric.cli.command import Command
+from fric.cli.commands import COMMANDS, IDENTIFY
 from fric.cli.main import app
+from fric.control.scheme import choose_schemes
 from fric.documents import bundled
 from fric.documents.yaml import read_document
 from fric.errors import FricError
@@ -266,3 +270,54 @@ def test_a_backend_that_is_none_does_no_harm(monkeypatch):
     with pytest.raises(SystemExit):
         main.main()
     assert "MPLBACKEND" not in os.environ
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--monte-carlo", "many"], "'--monte-carlo': it should be a valid integer: Run"),
+        (["--gain", "high"], "'--gain': it should be a valid number: Gain"),
+        (["--monte-carlo", "0"], "it should be greater than or equal to 1"),
+        (["--scheme", "a", "b"], "written with commas, as 'a,b'"),
+    ],
+)
+def test_a_value_that_does_not_fit_is_refused_in_words_of_the_user(words, said, capfd, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["fric", "simulate", "circle", "xy-table", *words])
+    with pytest.raises(SystemExit):
+        main.main()
+    printed = " ".join(capfd.readouterr().err.split())
+    assert said in printed, printed
+    assert "Input" not in printed
+
+
+def test_a_comma_behind_the_last_scheme_is_no_scheme():
+    assert [scheme.name for scheme in choose_schemes("c, ")] == ["c"]
+    assert [scheme.name for scheme in choose_schemes("a,c,")] == ["a", "c"]
+
+
+def test_each_command_says_in_its_bar_what_it_does():
+    """An empty text left a bar without a word, as that of export."""
+
+    def commands(homes, of=""):
+        for name, home in homes.items():
+            if isinstance(home, Command):
+                yield f"{of}{name}", home
+
+    made = {**dict(commands(COMMANDS)), **dict(commands(IDENTIFY, "identify "))}
+    quick = {
+        "example",
+        "inspect",
+        "schema",
+        "help",
+        "auto",
+        "export",
+        "ingest",
+        "report",
+    }  # auto and export say theirs elsewhere
+    assert not [name for name, command in made.items() if not command.doing and name not in quick]
+
+
+def test_no_option_asks_for_the_name_of_a_type(warm):
+    shown = run("simulate", "circle", "-h", stdout=subprocess.PIPE, env=warm).stdout
+    assert "--seed N" in shown
+    assert not re.search(r"<(int|float|str)", shown)

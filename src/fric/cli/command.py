@@ -222,6 +222,7 @@ METAVARS = {
     "force per input": "K_F", "rate": "GAIN", "velocity gain": "GAIN", "position gain": "GAIN",
 }  # fmt: skip
 """Placeholder of a quantity in a help text, by its dimension."""
+PLACEHOLDERS: Mapping[Any, str] = {int: "N", float: "X", str: "TEXT"}  # The same of other values, by their type
 
 
 def option(help: str, *names: str, **settings: Any) -> Any:
@@ -259,7 +260,7 @@ def parameter_of(given: Argument, flags: str = "", *, place: bool = False) -> Pa
         made: Any = argument(given.help, **settings)
     else:
         names = flags.split() or ([f"--{given.name.replace('_', '-')}"] if read is not bool or not default else [])
-        made = option(given.help, *names, metavar=metavar, **settings)
+        made = option(given.help, *names, metavar=metavar or PLACEHOLDERS.get(read), **settings)
     if many:
         read, default = list[read], None if default == () else default  # type: ignore[valid-type]
     if given.several and default is Parameter.empty:

@@ -79,7 +79,10 @@ def main() -> None:
         try:
             sys.exit(app(standalone_mode=False))
         except _UsageError as error:  # which tells the words of the line as they are
-            message = error.message.removeprefix("Value error, ")
+            message = error.message.removeprefix("Value error, ").partition(", unable to parse")[0]
+            message = message.replace("Input should", "it should")
+            if message.startswith("Got unexpected extra"):
+                message += ". Several values of an option are written with commas, as 'a,b'"
             use = "" if " is not one of " in message else getattr(getattr(error, "param", None), "help", None)
             error.message = clean(": ".join(filter(None, (message, use))))
             error.show()

@@ -118,7 +118,8 @@ class IngestResult(Result, schema=IngestDocument, of="done"):
 
     def brief(self) -> str:
         """Return how many records and samples there are."""
-        return f"{len(self.done.records)} records, {self.done.samples} samples"
+        count = len(self.done.records)
+        return f"{count} record{'s' * (count != 1)}, {self.done.samples} samples"
 
     def report(self) -> list[Piece]:
         """Return the number of records and samples."""
