@@ -622,3 +622,13 @@ def test_a_file_in_the_place_of_a_folder_is_named(tmp_path):
     (tmp_path / "x").write_text("")
     with pytest.raises(FricError, match=r"x: cannot be written: File exists"):
         Session(tmp_path, lambda step: None, str).write({"fric": "controller/1"}, tmp_path / "x" / "gains.yaml")
+
+
+def test_a_file_in_the_place_of_the_folder_is_refused_before_logs_are_read(tmp_path, monkeypatch):
+    """It was after half a minute of reading."""
+    (tmp_path / "report.html").write_text("")
+    monkeypatch.setattr("fric.automatic.run.find_sources", lambda *_, **__: pytest.fail("logs were read"))
+    with pytest.raises(FricError, match=r"report.html: is a file, and a folder is written"):
+        fric.auto(DATA, output=tmp_path / "report.html")
+    with pytest.raises(FricError, match="no-such"):
+        fric.auto(DATA, output=tmp_path / "out", machine=tmp_path / "no-such.yaml")

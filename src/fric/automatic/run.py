@@ -302,20 +302,22 @@ def auto(
         return fleet(units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance)
     _refuse_among(folder, list(map(Path, logs)))
     allowed = None if tolerance is None else bounded("tolerance", tolerance)
+    if folder.is_file():
+        raise FricError("is a file, and a folder is written", where=str(folder), hint="Name another folder.")
+    given = located(Path(machine), "machine") if machine else None
+    if given is not None:
+        machine_of(given)  # refused before logs are read, as is a mapping that is not there
+    if mapping is not None:
+        located(Path(mapping), "mapping")
+    stated = Stated.of(controllers)
     say_step("reading logs")
     found = find_sources(map(Path, logs), mapping, folder / "mappings", assume=assume, ask=ask)
     tests = find_sources(map(Path, circles))
     if circles and not (tests.circles or tests.traces):
         hint = "Make a circle of its log with `fric ingest LOG.csv --kind circle -o circle.h5`."
         raise FricError("there is no measured circle in it", where=str(circles[0]), hint=hint)
-    given = located(Path(machine), "machine") if machine else None
-    if given is not None:
-        machine_of(given)  # refused before all steps, as is a mapping that is not there
-    if mapping is not None:
-        located(Path(mapping), "mapping")
     found.circles, found.traces = [*found.circles, *tests.circles], found.traces | tests.traces
     found.description += tests.description
-    stated = Stated.of(controllers)
     nothing = not (found.logs or found.circles or found.traces)
     if nothing and found.open.found:
         raise found.open.error()
