@@ -1,8 +1,9 @@
 """Learn
 
-`fric learn` on machines of `configs/spread.yaml`, a circle of 30 mm round after round: at 100 mm/s whole rounds, over
-200 Hz; at 10 mm/s halves of rounds, over 100 Hz; twenty rounds of each show that nothing grows again. What was
-learned is carried over by the angle to half the feed, and to two thirds of the radius: at 100 mm/s it does not
+`fric learn` repeats a circle of 30 mm on machines of `configs/spread.yaml`. At 100 mm/s it learns whole rounds up to
+200 Hz, at 10 mm/s halves of rounds up to 100 Hz. Twenty rounds show that nothing grows again.
+
+What was learned is also tried by angle at half the feed, and on two thirds of the radius. At 100 mm/s it does not
 transfer.
 """
 

@@ -1,10 +1,14 @@
 """Tune: machines with flaws (`configs/reality/`)
 
-As they are, their controllers believe the machine without its flaw; *drawn* has level, stiffness, C, K_f and T_d by
-`configs/spread.yaml` besides. Circles are recorded as the drive's trace keeps them, with the flaws of its clock and
-its encoder. What is refused leaves the belief as it was. Differences below 0.05 µm, a fifth of the encoder's step,
-are none. `drift` and `force-constant` change while the circles run; a warning says that friction drifts, and the next
-circle is judged by its upper end, since a warm machine does not show what a cold one has.
+The controller believes the machine without its flaw. Rows with *drawn* also differ in level, stiffness, C, K_f and T_d
+(`configs/spread.yaml`). Circles are recorded as the drive's trace keeps them, with the flaws of its clock and its
+encoder.
+
+- A row shows the glitch of scheme (f) before → after, at 100 mm/s, then at 10 mm/s, and the warnings that were given.
+- What is refused leaves the belief as it was.
+- Differences below 0.05 µm, a fifth of the encoder's step, do not count.
+- `drift` and `force-constant` change while the circles run. A warning says that friction drifts, and the next circle is
+  judged by its upper end: a warm machine does not show what a cold one has.
 """
 
 from __future__ import annotations

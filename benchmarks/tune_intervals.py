@@ -1,8 +1,9 @@
 """Tune: intervals where the shape was kept, and where it was fitted
 
-Machines of `configs/spread-shape.yaml` whose shape (shares, stiffnesses, F_s/F_c, v_s, delta, sigma) differs in turns
-by as much as there, by a third, a tenth and a thirtieth of that in the logarithm. Where little is left `tune` keeps the
-shape and fits four parameters; intervals are those of the whole shape there too.
+The machines of `configs/spread-shape.yaml` differ in shape (shares, stiffnesses, F_s/F_c, v_s, delta, sigma). Here they
+differ in turns by as much as there, by a third, a tenth and a thirtieth of it (in the logarithm).
+
+Where the shape differs little, `tune` keeps it and fits four parameters. The intervals still hold the whole shape.
 """
 
 from __future__ import annotations

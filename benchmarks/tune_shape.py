@@ -1,8 +1,10 @@
 """Tune: the shape differs too (`configs/spread-shape.yaml`)
 
-Each alpha, each k, F_s/F_c, v_s, delta, sigma, A, mass and load by 20 to 30 %. Where the loop does not hold falling
-friction, the largest of what drawn machines show counts: what may be worse than the recorded circle is refused. Blocks
-whose slip displacements are within a factor of 1.65 have intervals as wide as they are unknown.
+Each alpha, each k, F_s/F_c, v_s, delta, sigma, A, mass and load differ by 20 to 30 %.
+
+Where the loop does not hold falling friction, the largest glitch of drawn machines counts: what may be worse than the
+recorded circle is refused. Blocks whose slip displacements are within a factor of 1.65 cannot be separated, and have
+wide intervals.
 """
 
 from __future__ import annotations
