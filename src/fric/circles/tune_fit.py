@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.optimize import OptimizeResult, least_squares
+from scipy.optimize import OptimizeResult, brentq, least_squares
 from scipy.sparse import csr_array
-from scipy.special import stdtrit
+from scipy.special import ndtr, ndtri, stdtrit
 
 from fric.arrays import Indices, Mask, Real
 from fric.circles.measured import SLOWEST, AxisTrace, MeasuredCircle, low_pass, smoothed
@@ -813,34 +813,33 @@ def merged(found: FittedBalance) -> FittedBalance | None:
 def tuned_estimates(found: FittedBalance, plant: Plant, motion: Motion) -> TunedEstimates:
     """Return the result with intervals due to noise, correlated in any way, and to the encoder.
 
-    Where the shape was kept, an interval reaches from the value to the far end of that about a fit of the whole shape:
-    a shape that is off by little moves F_c by several half-widths before it shows in the residual.
+    Where the shape was kept, either it or a fit of the whole shape is right, at equal odds: an interval holds 95 % of
+    both. A shape that is off by little moves F_c by several half-widths before it shows in the residual.
     """
     left = recorded_again(found)
-    coordinates = _covariance(found, left)[: len(found.x), : len(found.x)]
+    kept, of_kept = _covariance(found, left), _logarithms(found)[0]
+    coordinates, halves_kept = kept[0][: len(found.x), : len(found.x)], _half_widths(of_kept, *kept)
     found, step = whole(found)
-    covariance = _covariance(found, left)
+    covariance, errors = _covariance(found, left)
     names = found.balance.coordinates.names
-    p = len(names)
-    quantile = float(stdtrit(len(left), 0.975))
+    p, quantile = len(found.x), float(stdtrit(len(left), 0.975))
     slope, labels = _logarithms(found)
-    spread = slope @ covariance @ slope.T
+    spread, halves = slope @ covariance @ slope.T, _half_widths(slope, covariance, errors)
     # blocks that slip together are separable only by where they were found: use the information on each where they do
     # not
-    wide, at_one = spread, merged(found)
-    if at_one is not None:
-        wide = slope @ _covariance(at_one, left) @ slope.T
-    half = quantile * np.sqrt(np.maximum(np.maximum(np.diag(spread), np.diag(wide)), 0.0))
+    if (at_one := merged(found)) is not None:
+        halves = np.maximum(halves, _half_widths(slope, *_covariance(at_one, left)))
     moved = slope @ step
-    halves, moves = (dict(zip(labels, map(float, values), strict=True)) for values in (half, moved))
+    either = dict(zip(labels, zip(halves_kept if step.any() else halves, moved, halves, strict=True), strict=True))
 
     def within(name: str, value: float) -> Interval:
-        if halves[name] + abs(moves[name]) > OPEN:
+        of_kept, moves, half = map(float, either[name])
+        if half + abs(moves) > OPEN:
             return 0.0, np.inf
-        low, high = min(moves[name] - halves[name], 0.0), max(moves[name] + halves[name], 0.0)
+        low, high = (_of_either(of_kept, moves, half, level) for level in (0.025, 0.975))
         return value * float(np.exp(low)), value * float(np.exp(high))
 
-    fitted = {name for name, width in halves.items() if width > 1e-9}
+    fitted = {name for name, (*_, half) in either.items() if half > 1e-9}
     sections: dict[str, Estimate] = {}
     for name, value in parameters(found.balance.coordinates.friction(found.x)).items():
         keys, known = _labels(name, value), not fitted.isdisjoint(_labels(name, value))
@@ -873,6 +872,30 @@ def tuned_estimates(found: FittedBalance, plant: Plant, motion: Motion) -> Tuned
     return TunedEstimates(static, negative, gms, of_plant, joint, coordinates)
 
 
+def _half_widths(along: Real, covariance: Real, errors: Real) -> Real:
+    """Return half-widths of 95 % intervals along directions (rows), for a covariance with the mean square of errors.
+
+    Student's t has the degrees of freedom of Satterthwaite (An approximate distribution of estimates of variance
+    components, 1946): those of the circles recorded again, times the square of the variance over their part of it.
+    """
+    variance = np.maximum(np.sum(along @ covariance * along, axis=1), 0.0)
+    drawn = np.mean((along @ errors.T) ** 2, axis=1)
+    part = np.divide(drawn, variance, out=np.ones_like(drawn), where=variance > 0)
+    return np.asarray(stdtrit(len(errors) / np.clip(part, 1e-3, 1.0) ** 2, 0.975) * np.sqrt(variance))
+
+
+def _of_either(half_kept: float, moved: float, half: float, level: float) -> float:
+    """Return a quantile of an error that is, at equal odds, normal about 0 or about another estimate.
+
+    Half-widths are of 95 %; that about 0 may be 0, as where a parameter was kept.
+    """
+    centres, deviations = np.array([0.0, moved]), np.maximum([half_kept, half], 1e-12) / ndtri(0.975)
+    ends = centres + deviations * ndtri(level)
+    if np.ptp(ends) == 0:
+        return float(ends[0])
+    return float(brentq(lambda x: np.mean(ndtr((x - centres) / deviations)) - level, ends.min(), ends.max()))
+
+
 def _scaled(estimate: Estimate, shift: float, wider: float) -> Estimate:
     """Return an estimate times e to the power of a shift, its interval wider by a share."""
     value, *limits = (float(number) * float(np.exp(shift)) for number in (estimate, *np.ravel(estimate.ci95 or ())))
@@ -880,8 +903,8 @@ def _scaled(estimate: Estimate, shift: float, wider: float) -> Estimate:
     return replace(estimate, value=value, ci95=ci95)
 
 
-def _covariance(about: FittedBalance, left: list[Real]) -> Real:
-    """Return the covariance of coordinates and plant about a point, (p + 2 + circles,) square; `left` of circles again.
+def _covariance(about: FittedBalance, left: list[Real]) -> tuple[Real, Real]:
+    """Return the covariance of coordinates and plant about a point, (p + 2 + circles,) square, and errors by counts.
 
     Samples are thinned to four a period of the filter's corner: samples between them add no information. Scores are
     correlated (autoregressions), and the priors add their variance. Delay, inertia and A, which the whole circle
@@ -918,7 +941,7 @@ def _covariance(about: FittedBalance, left: list[Real]) -> Real:
     errors = _beyond(about, left) * np.array([instruments.error(weights * array) for array in left])
     covariance += errors.T @ errors / len(errors)
     covariance[:p, :p] += np.diag(_of_the_encoder(about))
-    return np.asarray(covariance)
+    return np.asarray(covariance), errors
 
 
 def _beyond(about: FittedBalance, left: list[Real]) -> float:
