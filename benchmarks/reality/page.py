@@ -21,7 +21,7 @@ make reality          # 40 seeds a machine; writes this page, and ends with stat
 ```
 
 It takes an hour of one core, and goes on where it was stopped: `python -m benchmarks.reality --minutes 10` runs ten
-minutes of it. What was run stands in `build/reality/`, one JSON file a machine.
+minutes of it. The results are in `build/reality/`, one JSON file a machine.
 
 Each session logs strokes at 11 speeds, sines in pre-sliding, a sine in sliding and a multisine; `identify plant`,
 `static` and `gms` then run with their defaults, each on what the one before found. The truth that an interval is held
