@@ -60,9 +60,9 @@ TWO_ENCODERS = Flaw("two-encoders", "note",
 DRIVE_OFF = Flaw("drive-off", "note",
     "The drive is off for {share:.0%} of {records} (force exactly 0 at rest): this part is left out.")
 FORCE_COARSE = Flaw("force-coarse", "doubt",
-    "The force comes in steps of {step}: forces are off by up to half a step.", "Log it finer.")
+    "The force comes in steps of {step}: forces are off by up to half a step.", "Log it with a finer resolution.")
 ONE_DIRECTION = Flaw("one-direction", "doubt",
-    "Only one direction was measured: F_c and an offset are not known apart{level:, only their sum, |}{level}.",
+    "Only one direction was measured: F_c and an offset cannot be separated{level:, only their sum, |}{level}.",
     "Log strokes in both directions, or give the offset as the load.")
 FORCE_TURNED = Flaw("force-turned", "wrong", "Forward strokes took less force than backward ones: the sign of the "
     "force is wrong.",

@@ -29,7 +29,7 @@ RECORDS_VARY = Flaw("records-vary", "doubt",
     "Intervals are of the mean over them, and allow for it.{one_speed: Each holds one speed: log several in each, "
     "which separates records from friction over speed.|}")
 FRICTION_DIFFERS = Flaw("friction-differs", "doubt",
-    "Curves of two records differ by {by:2} where they meet: friction changed, or is no sum of blocks.")
+    "Curves of two records differ by {by:2} where they meet: friction changed, or GMS does not fit it.")
 REST_RAISES_FRICTION = Flaw("rest-raises-friction", "wrong",
     "Where records meet, the slower is {by:2} higher: friction grows with rest, or fell meanwhile.",
     "Log both amplitudes at one mean speed, in turn, and the static map down to that speed.")
