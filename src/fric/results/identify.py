@@ -97,12 +97,9 @@ class IdentifiedModel(IdentifiedFriction):
     """The common part of models with memory: the force over a motion."""
 
     def predict(
-        self,
-        velocity: ArrayLike | str | None = None,
-        *,
-        time: ArrayLike | None = None,
-        position: ArrayLike | None = None,
-    ) -> tuple[Real, Real]:
+        self, velocity: ArrayLike | str | None = None, *,
+        time: ArrayLike | None = None, position: ArrayLike | None = None,
+    ) -> tuple[Real, Real]:  # fmt: skip
         """Return the friction force [N] including the offset, and the half-width of its 95 % band, each of shape (n,).
 
         Of velocities alone it is the force after a long time at each; along a motion the model starts relaxed. The band
@@ -111,11 +108,7 @@ class IdentifiedModel(IdentifiedFriction):
         velocity: Velocities [m/s], shape (n,), or a text as "1 mm/s, 10 mm/s"; of a motion with time.
         time: Times of the motion [s], shape (n,), rising.
         position: Positions of the motion [m], shape (n,), in place of its velocity or with it.
-
-        Raises
-        ------
-        FricError
-            When there is neither a velocity nor a motion.
+        Raises FricError: When there is neither a velocity nor a motion.
         """
         v = None if velocity is None else _numbers(velocity, "velocities", self.fit.motion)
         t, z = (None if x is None else _numbers(x, name) for x, name in ((time, "times"), (position, "positions")))
@@ -387,11 +380,7 @@ class StaticResult(IdentifiedFriction):
         """Return the force [N] at velocities [m/s] including the offset, and the half-width of its 95 % band.
 
         velocity: Numbers, or a text as "1 mm/s, 10 mm/s".
-
-        Raises
-        ------
-        FricError
-            When only one speed was logged.
+        Raises FricError: When only one speed was logged.
         """
         fit, v = self.fit, _numbers(velocity, "velocities", self.fit.motion)
         if fit.static is None:
