@@ -140,3 +140,20 @@ def test_a_rig_that_is_alike_everywhere_has_nothing_taken_off_unless_it_is_force
     assert max(abs(p.over_position) for p in forced.points) < 0.3
     low, high = forced.static.estimates["F_c"].ci95
     assert low < 80.0 < high
+
+
+@pytest.mark.parametrize("seeds", [range(2, 4), pytest.param(range(40), marks=pytest.mark.long(20))])
+def test_a_shape_factor_below_what_is_supposed_is_in_the_intervals(seeds):
+    """Of 40 maps with a factor of 0.35 the interval held F_s in 10 and F_c in 15; with 0.5 in 24 and 33.
+
+    With a factor of 1 nothing changes. Chance of failing below 1e-3 where nine in ten hold.
+    """
+    held = []
+    for seed in seeds:
+        rng = np.random.default_rng([seed, 9])
+        v = np.outer([1.0, -1.0], np.geomspace(5e-5, 5e-2, 12)).ravel()
+        force = np.sign(v) * (50.0 + 25.0 * np.exp(-((np.abs(v) / 2e-3) ** 0.35)) + 400.0 * np.abs(v))
+        force *= 1.0 + 0.01 * rng.standard_normal(len(v))
+        found = identify_static([ForceVelocity(v, force, error=np.full(len(v), 0.1), name="a")]).static.estimates
+        held += [found[name].ci95[0] <= true <= found[name].ci95[1] for name, true in (("F_c", 50.0), ("F_s", 75.0))]
+    assert np.mean(held) >= 0.75

@@ -36,11 +36,12 @@ FIRST_BLOCK_UNRESOLVED = Flaw("first-block-unresolved", "doubt",
 STIFFNESS_UNRESOLVED = Flaw("stiffness-unresolved", "wrong",
     "{name} is a lower bound: it yields within {slip}, and motion is seen {resolved} after a reversal.",
     "Log slower, or a finer encoder.", widens={"k": 1.0})
-FORCE_CLIPPED = Flaw("force-clipped", "wrong",
-    "The force is clipped in {samples} samples: larger values are missing.", "Log with a larger range of the trace.",
-    widens={"level": 0.1})
-INPUT_CLIPPED = Flaw("input-clipped", "wrong",
-    "The input is clipped in {samples} samples: what lies beyond is missing.", "Log with a larger range of the trace.")
+FORCE_CLIPPED = Flaw("force-clipped", lambda f: "wrong" if f.sure else "doubt",
+    "The force is clipped in {samples} samples{sure:: larger values are missing|, or varies within a step}.",
+    "Log with a larger range of the trace.", widens={"level": 0.1})
+INPUT_CLIPPED = Flaw("input-clipped", lambda f: "wrong" if f.sure else "doubt",
+    "The input is clipped in {samples} samples{sure:: what lies beyond is missing|, or varies within a step}.",
+    "Log with a larger range of the trace.")
 CLIPPED_UNUSED = Flaw("clipped-unused", "doubt",
     "The force is clipped in {counted}: {left_out:these records are left out|these samples are not compared}.",
     "Log with a larger range of the trace.", widens={"level": 0.1})

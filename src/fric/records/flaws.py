@@ -39,7 +39,7 @@ from fric.notice import Notice
 from fric.records.motion import find_reversals
 from fric.records.over_strokes import OverPlace, over_time
 from fric.records.recognition import fitted_sine, visible_step
-from fric.records.resolution import clipped_among, drive_off, lattice_step
+from fric.records.resolution import CONVERTED, clipped_among, drive_off, fine, lattice_step
 from fric.records.segments import SHORTEST, Segment
 from fric.statistics import jackknife, robust_deviation
 from fric.units import readable, si_unit
@@ -466,8 +466,9 @@ def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     for name, flaw in (("input", INPUT_CLIPPED), ("force", FORCE_CLIPPED)):
         if name == "force" or purpose == "plant":
             had = [log for log in logs if getattr(log, name) is not None]
-            counted = clipped_among([getattr(log, name) for log in had])
-            found += [flaw.found(log.where, samples=count) for log, count in zip(had, counted, strict=True) if count]
+            counted = clipped_among(values := [getattr(log, name) for log in had])
+            sure = any(fine(one, CONVERTED) for one in values)
+            found += [flaw.found(log.where, samples=n, sure=sure) for log, n in zip(had, counted, strict=True) if n]
     off = {log.where: float(drive_off(log).mean()) for log in logs if purpose == "gms"}
     if resting := {where: share for where, share in off.items() if share > 0.0}:
         found.append(DRIVE_OFF.found(share=max(resting.values()), records=list(resting)))

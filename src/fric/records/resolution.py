@@ -137,7 +137,9 @@ def _blocks(values: Real, order: int, length: int) -> Real:
 
 STUCK = 5  # Number of consecutive samples at its extreme from which a force or input counts as clipped
 OFF = 0.05  # Time without motion and with a force of exactly 0 from which the drive counts as off [s]
-LEVELS = 40  # Least number of steps in a channel's range for a flat end to be clipping
+LEVELS, CONVERTED = 40, 200
+"""Least number of steps in a channel's range for a flat end to be clipping, and to be nothing else: a converter of
+eight bits that is clipped shows 256, and friction along a motion varies by half a percent of the range or more."""
 
 
 def counts(values: Real) -> float | None:
@@ -154,7 +156,7 @@ def clipped(values: Real) -> Mask:
     instead of samples.
     """
     found = np.zeros(len(values), bool)
-    if not len(values) or not _fine(values):
+    if not len(values) or not fine(values):
         return found
     step = counts(values)
     lasting = np.diff(np.flatnonzero(np.diff(values)))
@@ -181,7 +183,7 @@ def drive_off(log: Log) -> Mask:
     A coarse force that is mostly 0 at rest is not judged: its other levels are missing.
     """
     found = np.zeros(len(log), bool)
-    if log.force is None or log.position is None or not np.any(log.force == 0.0) or not _fine(log.force):
+    if log.force is None or log.position is None or not np.any(log.force == 0.0) or not fine(log.force):
         return found
     still = np.append(np.diff(log.position) == 0.0, True) & (log.force == 0.0)
     for begin, end in _runs(still):
@@ -202,7 +204,7 @@ def clipped_among(records: Sequence[Real]) -> list[int]:
     exceeds it.
     """
     found = [clipped_samples(record) for record in records]
-    if any(_fine(record) for record in records):
+    if any(fine(record) for record in records):
         ends = (min(float(record.min()) for record in records), max(float(record.max()) for record in records))
         for n, record in enumerate(records):
             flat = int(np.count_nonzero(np.isin(record, ends)))
@@ -211,10 +213,10 @@ def clipped_among(records: Sequence[Real]) -> list[int]:
     return found
 
 
-def _fine(values: Real) -> bool:
-    """Return whether a record shows values finer than its range."""
+def fine(values: Real, levels: int = LEVELS) -> bool:
+    """Return whether the range of a channel has so many steps, or no steps are seen."""
     span, step = float(np.ptp(values)), counts(values)
-    return span > 0.0 and (step is None or span >= LEVELS * step)
+    return span > 0.0 and (step is None or span >= levels * step)
 
 
 def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[Notice]]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import exp
+from math import exp, log
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -29,6 +29,7 @@ from fric.statistics import supposed
 from fric.units import si_unit
 
 CLEARLY = 0.8  # Ratio of errors below which a free shape factor is used: with stick-slip it is correlated with F_s
+LIKELY = 0.2  # Chance by noise below which a free shape factor that fits better is in the intervals of one supposed
 EVEN = 0.5  # Chance that a shape factor is what is supposed, where strokes are predicted no better with another
 LEAST_RISE = 1e-6  # Least rise of F_s with age, as a share of F_s
 DIFFERENT = 1e-3  # Probability of such a gain by chance below which a richer form is used
@@ -407,7 +408,9 @@ def _with_supposed_shape(
 
     It is 1 with a chance `EVEN`; else its logarithm is c·`TWOFOLD`, c ~ N(0, 1), and the map at c is linear from c = 0
     to -1 and to 1, where it is solved again; towards the smaller squares, a parabola has their slope at the fit and
-    meets those of that solution. The second moment of the moves is that at the two values of `supposed`.
+    meets those of that solution. The second moment of the moves is that at the two values of `supposed`, and beside it
+    that of the move to the free factor, where that is better by more than noise likely explains (`LIKELY`, F test): no
+    chance before the data is known for factors that far off.
     """
     problem, solution, sides = fitted.problem, fitted.solution, (-1.0, 1.0)
     given, freed = problem.delta or 1.0, replace(problem, delta=None)
@@ -418,9 +421,14 @@ def _with_supposed_shape(
     toward = solved[int(slope < 0.0)].cost
     values = supposed(-slope / (2.0 * scale), max(toward - solution.cost + abs(slope), 0.0) / scale, EVEN)
     moves = np.array([[side.theta[name] - solution.theta[name] for name in freed.free] for side in solved])
-    moved = np.array([abs(c) * moves[int(c > 0.0)] for c in values])
-    matrix, seen = moved.T @ moved / 2.0, [freed.free.index(name) for name in covariance.names]
-    far = NORMAL_97_5 * TWOFOLD * float(np.sqrt(np.mean(np.square(values))))
+    moved = [abs(c) * moves[int(c > 0.0)] for c in values]
+    moment, free = TWOFOLD**2 * float(np.mean(np.square(values))), freed.solve(start=solution)
+    dof = max(freed.degrees_of_freedom, 1)
+    if fdtrc(1, dof, dof * max(solution.cost / max(free.cost, 1e-300) - 1.0, 0.0)) < LIKELY:
+        moved.append(2**0.5 * np.array([free.theta[name] - solution.theta[name] for name in freed.free]))
+        moment += log(free.theta["delta"] / given) ** 2
+    matrix = np.transpose(moved) @ moved / 2.0
+    seen, far = [freed.free.index(name) for name in covariance.names], NORMAL_97_5 * moment**0.5
     estimates = estimates | {"delta": Estimate(given, "1", (given * exp(-far), given * exp(far)), assumed=True)}
     for name, by in zip(freed.free, NORMAL_97_5 * np.sqrt(np.diag(matrix)), strict=True):
         if name != "delta":
