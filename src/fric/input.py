@@ -4,6 +4,7 @@ import shlex
 import stat
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from io import BufferedReader
 from pathlib import Path
 
 from fric.errors import FricError, near, printable
@@ -13,10 +14,11 @@ MOST_TEXT = 32 << 20  # Bytes of a document or a report that are read at most
 MOST_PACKED, SMALL = 3000, 1 << 20
 """Bytes that a stored byte may declare, and bytes that may be declared however few are stored: DEFLATE reaches 1032."""
 
+_OF_FOLDER = "Name a file in it, or use `fric auto`."
 _OWN = str(Path(__file__).parent)
 
 
-def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a file in it, or use `fric auto`.") -> Path:
+def regular(path: Path, most: int | None = None, *, of_folder: str = _OF_FOLDER) -> Path:
     """Return the path of a regular file of a bounded size [byte].
 
     Raises FricError: When there is no such file, or it is a folder, a device or a pipe, or is larger.
@@ -26,7 +28,7 @@ def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a fil
     except (FileNotFoundError, NotADirectoryError):
         raise missing(Path(path)) from None
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
-        raise FricError(f"cannot be read: {getattr(error, 'strerror', '') or error}", where=str(path)) from None
+        raise _unread(path, error) from None
     if stat.S_ISDIR(found.st_mode):
         raise FricError("is a folder", where=str(path), hint=of_folder)
     if not stat.S_ISREG(found.st_mode):
@@ -37,6 +39,21 @@ def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a fil
             hint="Name the right file.",
         )  # fmt: skip
     return Path(path)
+
+
+@contextmanager
+def reading(path: Path, *, of_folder: str = _OF_FOLDER) -> Iterator[BufferedReader]:
+    """Give a file that is `regular`, open to be read as bytes; raise a `FricError` where the system does not let it."""
+    try:
+        with regular(path, of_folder=of_folder).open("rb") as file:
+            yield file
+    except OSError as error:
+        raise _unread(path, error) from None
+
+
+def _unread(path: Path, error: Exception) -> FricError:
+    why = getattr(error, "strerror", "") or error
+    return FricError(f"cannot be read: {why}", where=str(path), hint="May this user read it, and is it a whole file?")
 
 
 def files_of(paths: Iterable[Path | str] | Path | str) -> list[Path]:

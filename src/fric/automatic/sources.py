@@ -21,7 +21,7 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.flaws.files import COLUMNS_LEFT_OUT as LEFT_OUT
 from fric.flaws.files import FILE_COPIES, FILE_LEFT_OUT, MAPPING_AMBIGUOUS, MAPPING_BESIDE, MAPPING_BUNDLED
-from fric.input import foreign, regular
+from fric.input import foreign, reading, regular
 from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
@@ -294,7 +294,7 @@ def _controllers(given: Iterable[Path]) -> Iterator[Path]:
     """Yield the controller files among what is given."""
     for path in given:
         for one in sorted(path.rglob("*.yaml")) if path.is_dir() else [path] if path.suffix == ".yaml" else []:
-            with regular(one).open("rb") as file:
+            with reading(one) as file:
                 if file.read(80).startswith(f"fric: {ControllerDocument.type_name()}".encode()):
                     yield one
 

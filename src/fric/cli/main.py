@@ -109,7 +109,7 @@ def main() -> None:
 
 _UsageError: Any = typer.BadParameter.__base__
 _NAMES = (errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES, errno.EPERM)
-_FULL = (errno.ENOSPC, errno.EPIPE, errno.EIO, errno.EDQUOT)
+_FULL = (errno.ENOSPC, errno.EFBIG, errno.EPIPE, errno.EIO, errno.EDQUOT)
 
 
 def _fail(error: str, status: int) -> None:

@@ -21,7 +21,7 @@ from fric.documents.listings import IngestedPart
 from fric.documents.mapping import FileMapping, MappingDocument, filled
 from fric.errors import FricError
 from fric.flaws.files import CELLS_DROPPED, COLUMNS_LEFT_OUT, SAMPLES_MISSING
-from fric.input import files_of, regular
+from fric.input import files_of, reading
 from fric.io.channels import ColumnPlan, Form, Origin, plan
 from fric.io.hdf5 import LogWriter, header_of, log_writer
 from fric.io.readers import tables
@@ -37,11 +37,8 @@ if TYPE_CHECKING:
 
 def digest_of(path: Path) -> str:
     """Return the sha256 of a file."""
-    try:
-        with regular(path).open("rb") as file:  # a device has no end
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise FricError(f"cannot be read: {error.strerror}", where=str(path)) from None
+    with reading(path) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 WINDOW = 32  # Samples that a sampling period is taken over

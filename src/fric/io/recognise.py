@@ -8,7 +8,7 @@ from typing import Any
 
 from fric.documents.yaml import read_tree
 from fric.errors import FricError
-from fric.input import MOST_TEXT, regular
+from fric.input import MOST_TEXT, reading, regular
 from fric.io.safe_hdf5 import open_file, text
 from fric.output import staged
 
@@ -44,7 +44,7 @@ HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 def is_hdf5(path: Path) -> bool:
     """Return whether a file is HDF5 from its first byte and says that it is fric's."""
-    with regular(Path(path)).open("rb") as file:
+    with reading(Path(path)) as file:
         if not file.read(8).startswith(HDF5_SIGNATURE):
             return False
     with open_file(Path(path), most=sys.maxsize) as opened:
@@ -56,12 +56,8 @@ def recognise(path: Path) -> str:
 
     Raises FricError: When it cannot be read, or is none of fric's.
     """
-    path = regular(Path(path))
-    try:
-        with path.open("rb") as file:
-            head = file.read(512)
-    except OSError as error:
-        raise FricError(f"cannot be read: {error.strerror or error}", where=str(path)) from None
+    with reading(path := Path(path)) as file:
+        head = file.read(512)
     if head.startswith(HDF5_SIGNATURE):
         with open_file(path) as file:
             found = text(file.attrs, "fric")

@@ -30,7 +30,7 @@ from fric.identify.replay.replay_fit import ReplayFit, fitted_model, identify_by
 from fric.identify.static_map.identify import StaticFit
 from fric.identify.static_map.identify import identify_static as fit_static
 from fric.identify.static_map.points import ShapeFactor
-from fric.input import regular
+from fric.input import reading
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.plausibility import Finding, of_amplitudes, of_friction, of_level, of_logs, of_shares, of_strokes, settled
@@ -332,7 +332,7 @@ def identify_controller(
         from fric.io.readers import HEAD
         from fric.io.readers.optimize import cascade_of, recognises
 
-        with regular(Path(records[0])).open("rb") as file:
+        with reading(Path(records[0])) as file:
             if not recognises(Path(records[0]), file.read(HEAD)):
                 raise FricError("is no auto-tuning result of SINUMERIK", where=str(records[0]),
                                 hint="Read a log with `fric ingest` first, and give what it writes.")  # fmt: skip

@@ -16,7 +16,7 @@ from typing import Any
 
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.input import foreign, regular
+from fric.input import foreign, reading
 from fric.io.readers.base import ForeignTable, Format
 
 HEAD = 4096
@@ -58,11 +58,8 @@ def marked(path: Path) -> bool:
 
 def _surest(path: Path) -> tuple[float, Any]:
     """Return how sure the surest reader of a file is, and the reader."""
-    try:
-        with regular(path, of_folder=f"Name the files in it, as in {path}/*.csv.").open("rb") as file:
-            head = file.read(HEAD)
-    except OSError as error:
-        raise FricError(f"cannot be read: {error.strerror}", where=str(path)) from None
+    with reading(path, of_folder=f"Name the files in it, as in {path}/*.csv.") as file:
+        head = file.read(HEAD)
     if not head.strip():
         raise FricError("the file is empty", where=str(path), hint="Export the log again.")
     return max(((float(reader.recognises(path, head)), reader) for reader in _readers()), key=lambda found: found[0])

@@ -20,7 +20,7 @@ from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.flaws.files import CYCLE_ASSUMED
-from fric.input import regular
+from fric.input import reading, regular
 from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, Format, Memory
 from fric.io.readers.joined import Joined, SharedClock
 from fric.io.readers.text import tables as text_tables
@@ -48,7 +48,7 @@ def recognises(path: Path, head: bytes) -> float:
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a recording: a table for each axis whose position and force, torque, current or load were recorded."""
     whole: ForeignTable
-    with regular(path).open("rb") as file:
+    with reading(path) as file:
         is_json = file.read(64).lstrip(b"\xef\xbb\xbf \r\n\t").startswith(b"{")
     if is_json:
         whole, names, step = _recording(path)
