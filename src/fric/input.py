@@ -14,11 +14,10 @@ MOST_TEXT = 32 << 20  # Bytes of a document or a report that are read at most
 MOST_PACKED, SMALL = 3000, 1 << 20
 """Bytes that a stored byte may declare, and bytes that may be declared however few are stored: DEFLATE reaches 1032."""
 
-_OF_FOLDER = "Name a file in it, or use `fric auto`."
 _OWN = str(Path(__file__).parent)
 
 
-def regular(path: Path, most: int | None = None, *, of_folder: str = _OF_FOLDER) -> Path:
+def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a file in it, or use `fric auto`.") -> Path:
     """Return the path of a regular file of a bounded size [byte].
 
     Raises FricError: When there is no such file, or it is a folder, a device or a pipe, or is larger.
@@ -42,10 +41,10 @@ def regular(path: Path, most: int | None = None, *, of_folder: str = _OF_FOLDER)
 
 
 @contextmanager
-def reading(path: Path, *, of_folder: str = _OF_FOLDER) -> Iterator[BufferedReader]:
+def reading(path: Path, most: int | None = None, **of_folder: str) -> Iterator[BufferedReader]:
     """Give a file that is `regular`, open to be read as bytes; raise a `FricError` where the system does not let it."""
     try:
-        with regular(path, of_folder=of_folder).open("rb") as file:
+        with regular(path, most, **of_folder).open("rb") as file:
             yield file
     except OSError as error:
         raise _unread(path, error) from None

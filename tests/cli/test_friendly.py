@@ -8,6 +8,7 @@ import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
+from resource import RLIMIT_FSIZE, setrlimit
 
 import pytest
 from typer.testing import CliRunner
@@ -93,6 +94,13 @@ def test_a_full_standard_output_is_told_in_a_line(words, warm):
         assert done.returncode == 1
         assert done.stderr == "error: standard output cannot be written: No space left on device\n"
         assert subprocess.run(["fric", *words], stdout=full, stderr=full, env=warm, check=False).returncode == 1
+
+
+def test_a_standard_output_that_may_not_grow_is_told_in_a_line(warm, tmp_path):
+    """As a file beyond `ulimit -f`, or on a file system of small files."""
+    with (tmp_path / "out.json").open("w") as short:
+        done = run("schema", "friction", stdout=short, env=warm, preexec_fn=lambda: setrlimit(RLIMIT_FSIZE, (0, -1)))
+        assert done.stderr == "error: standard output cannot be written: File too large\n"
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Scale
 from fric.figures.style import new_figure, save_figure
-from fric.identify.gms.hunting import _left_over
+from fric.identify.gms.hunting import MEMORY, _left_over
 from fric.identify.static_map.map_fit import aged
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.io import roles
@@ -154,8 +154,9 @@ def test_a_wrong_usage_is_told_without_what_does_not_print(
 
 def test_a_record_that_is_simulated_again_and_then_rests_leaves_a_force() -> None:
     """As a sine on coarse counts whose simulated axis did not reverse."""
-    rest = SimpleNamespace(force=np.full(9, 2.0), fitted=lambda _: np.zeros(9), used=np.ones(9, bool), reversals=[])
-    assert _left_over(cast("Any", None), [cast("Any", rest)]) == 2.0
+    n = 2 * MEMORY
+    rest = SimpleNamespace(force=np.full(n, 2.0), fitted=lambda _: np.zeros(n), used=np.ones(n, bool), reversals=[])
+    assert _left_over(cast("Any", None), [cast("Any", rest)])[0] == 4.0
 
 
 @pytest.mark.parametrize(("column", "row", "value"), [

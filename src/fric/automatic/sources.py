@@ -30,7 +30,7 @@ from fric.io.pairs import with_joined
 from fric.io.propose import Guessed, axes_said, first_of, guessed, says_all
 from fric.io.questions import Ask, answered, beside
 from fric.io.readers import endings, marked, tables
-from fric.io.recognise import HDF5_SIGNATURE, recognise
+from fric.io.recognise import is_hdf5, recognise
 from fric.io.words import axis_of_file
 from fric.log import Log, Record
 from fric.notice import Notice
@@ -301,10 +301,7 @@ def _controllers(given: Iterable[Path]) -> Iterator[Path]:
 
 def _own(path: Path) -> str | None:
     """Return the stated type of a file of fric; None for a foreign file."""
-    with path.open("rb") as file:
-        if not file.read(8).startswith(HDF5_SIGNATURE):
-            return None
-    return _tried(lambda: recognise(path))
+    return _tried(lambda: recognise(path) if is_hdf5(path) else None)
 
 
 def _source(path: Path, records: list[Record], mapping: str | None) -> Source:

@@ -70,7 +70,7 @@ CirclesLike: TypeAlias = Annotated[
 """A measured circle, or several."""
 PathLike: TypeAlias = Annotated["PointPath | RecordedPath | Path | str", Kind(Path, "PATH.csv")]
 """A path, or the file of its points."""
-ResonancesLike: TypeAlias = Annotated["Iterable[str | StructuralMode]", Kind(list[str], "FREQUENCY,DAMPING[,SHARE]")]
+ResonancesLike: TypeAlias = Annotated[Iterable["str | StructuralMode"], Kind(list[str], "FREQUENCY,DAMPING[,SHARE]")]
 """Modes, each also as a text: frequency, damping, share."""
 SpreadsLike: TypeAlias = Annotated["Mapping[str, Spread] | Path | str", Kind(Path, "SPREAD.yaml")]
 """Spreads of parameters by name, or their file."""

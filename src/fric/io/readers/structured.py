@@ -17,7 +17,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.input import regular
+from fric.input import reading
 from fric.io.readers.base import ForeignTable, Format, numbers, read_xml
 from fric.io.readers.matlab import tables_of
 
@@ -45,7 +45,7 @@ def recognises(path: Path, head: bytes) -> float:
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a file: a table, or one a record where structs have the same fields."""
-    with regular(path, MOST_BYTES).open("rb") as file:
+    with reading(path, MOST_BYTES) as file:
         is_xml = file.read(64).lstrip(b"\xef\xbb\xbf \r\n\t").startswith(b"<")
     found = _of_xml(read_xml(path, MOST_BYTES)) if is_xml else _of_text(path)
     yield from tables_of(path, _in_units(found) if isinstance(found, Mapping) else {"log": found})
