@@ -52,7 +52,7 @@ def reading(path: Path, most: int | None = None, **of_folder: str) -> Iterator[B
 
 def _unread(path: Path, error: Exception) -> FricError:
     why = getattr(error, "strerror", "") or error
-    return FricError(f"cannot be read: {why}", where=str(path), hint="May this user read it, and is it a whole file?")
+    return FricError(f"cannot be read: {why}", where=str(path), hint="May you read it, and is it a whole file?")
 
 
 def files_of(paths: Iterable[Path | str] | Path | str) -> list[Path]:

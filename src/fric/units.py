@@ -340,7 +340,5 @@ def microns(length: float | None, digits: int = 1, sign: str = "") -> str:
 
 def significant(value: float, digits: int = 3) -> str:
     """Return a number with a given count of significant digits, without an exponent where that reads better."""
-    if not isfinite(value):
-        return "–"
-    text = f"{value:.{digits}g}"
+    text = f"{value:.{digits}g}" if isfinite(value) else "–"
     return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text

@@ -247,7 +247,7 @@ def test_unreadable_folder(tmp_path, log):
                 folder.chmod(0o755)
         os.seteuid(65534)
     try:
-        with pytest.raises(FricError, match="cannot be read: Permission denied\nMay this user"):
+        with pytest.raises(FricError, match="cannot be read: Permission denied\nMay you"):
             ingest(shut / "log.csv", tmp_path / "new.h5")
         with pytest.raises(FricError, match="cannot be written: Permission denied"):
             ingest(tmp_path / "good.csv", shut / "new.h5")
