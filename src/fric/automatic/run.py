@@ -231,7 +231,7 @@ def _found(name: str, outcome: AxisOutcome) -> Table:
         tree = plain(read_tree(path)) if path.exists() else {}
         sections = [tree.get(section) or {} for section in wanted] if part == "friction" else [tree]
         of_motion |= (tree.get("fit") or {}).get("parameters") or {} if part == "plant" else {}
-        if part == "friction" and of_motion and None in (sections[0].get("F_c") or {}).get("ci95", ()):
+        if part == "friction" and of_motion and (not tree or None in (sections[0].get("F_c") or {}).get("ci95", ())):
             sections = [of_motion]  # a replay that leaves Coulomb friction open says nothing beside the plant's fit
         for section in sections:
             known = {key: value for key, value in section.items() if key in SHOWN and isinstance(value, dict)}
@@ -397,7 +397,7 @@ def _machine(session: Session, axes: dict[str, AxisOutcome], given: Path | None)
     """Return the machine file: the one that is given, or one made of what was identified."""
     if given is not None:
         return given
-    whole = {name: axis.files for name, axis in axes.items() if not rotates(axis.motion) and axis.whole}
+    whole = {name: axis.files for name, axis in axes.items() if axis.whole}
     if not whole:
         return None
     tree: dict[str, Any] = {"fric": MachineDocument.type_name(), "name": "identified machine", "axes": {}}
@@ -411,7 +411,7 @@ def _machine(session: Session, axes: dict[str, AxisOutcome], given: Path | None)
 
 def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], machine: Path | None, given: bool) -> None:
     """Simulate the circle, and compare measured circles with the machine."""
-    if machine is None:
+    if machine is None or all(rotates(axis.motion) for axis in machine_of(machine).axes.values()):
         return
     folder, options = session.folder, dict[str, Any]()
     reads = [machine, *(path for axis in axes.values() for path in axis.there)]

@@ -208,7 +208,7 @@ def _guessed(
         for path in {path for guess in found.open.found for path in guess.files}:
             del asking[path]
         for one in (one for one in guess.found if not one.whole and one.questions):
-            asking |= {path: one.questions[0] for path in one.files if path in asking}
+            asking |= {path: "; ".join(one.questions) for path in one.files if path in asking}
         if not wanted:
             return
         sure = replace(guess, found=wanted)

@@ -311,12 +311,13 @@ def identify_axes(
 
 
 def take_efforts(found: Sources) -> None:
-    """Take the force of linear axes as the input of their drives, where no log of them holds another effort."""
-    for axis in sorted({log.axis for log in found.logs if not rotates(log.motion)}):
+    """Take the force of axes as the input of their drives, where no log of them holds another effort."""
+    for axis in sorted({log.axis for log in found.logs}):
         of_axis = [log for log in found.logs if log.axis == axis]
         efforts = frozenset[str]().union(*(log.efforts for log in of_axis))
         if len(efforts) == 1 and not any("frequency-response" in log.kinds for log in of_axis):
-            motion = of_effort("linear/V" if "input" in efforts else of_axis[0].motion)
+            moves: Motion = "rotary/V" if rotates(of_axis[0].motion) else "linear/V"
+            motion = of_effort(moves if "input" in efforts else of_axis[0].motion)
             taken = [replace(log, mapping=log.mapping or "", driven=True, motion=motion) for log in of_axis]
             found.logs = [*(log for log in found.logs if log not in of_axis), *taken]
 

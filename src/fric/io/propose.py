@@ -27,6 +27,7 @@ from fric.io.words import (
     axis_of,
     axis_of_file,
     bare,
+    in_counts,
     is_electrical,
     looking_like,
     measures,
@@ -76,6 +77,8 @@ class Guess:
                 unit = f"is in {role.unit} ({role.unit_likelihood:.0%}{others})" if role.unit else "has no unit"
                 turning = next((one.name for one in self.table.columns if is_electrical(one)), "")
                 unit += f": '{turning}' counts turns of pole pairs" * bool(turning and not role.unit)
+                if role.column is not None and in_counts(self.table.columns[role.column]) and role.channel != "force":
+                    unit = 'is in counts: say what one is, as in scale: "0.0055 deg"'
                 if role.unit == "count":
                     unit = f"has no unit: friction is in its counts ({role.unit_likelihood:.0%}{others})"
                 found.append(f"{name} ({channel}) {unit}")
@@ -89,7 +92,9 @@ class Guess:
         roles, motion = self.axis.roles, self.axis.motion
         if not {"position", "velocity"} & roles.keys() or not (self.kind or "time" in roles):
             return False
-        return all(role.unit and _fits(role, motion) for role in wanted_roles(self.axis).values())
+        wanted = wanted_roles(self.axis).values()  # what is rather something else is asked, not assumed
+        sure = all(r.unit_likelihood > 0.5 for r in wanted if r.channel in {"time", "position", "velocity"} and r.unit)
+        return sure and all(role.unit and _fits(role, motion) for role in wanted)
 
     @property
     def sure(self) -> bool:

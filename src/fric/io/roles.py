@@ -19,13 +19,14 @@ from fric.columns import LARGEST_TURN
 from fric.errors import FricError
 from fric.io.readers.base import ForeignTable, Memory
 from fric.io.words import (
+    TIME_UNITS,
     TOLERANCE,
     TURNS,
     USUAL,
     Reading,
     Spoken,
     customary_unit,
-    is_counted,
+    in_counts,
     is_electrical,
     motions_in,
     readings,
@@ -219,9 +220,19 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
         if (mode := _mode(data, _first_column(axis))) is not None:
             axis.roles["mode"] = Role("mode", mode, "1", 0.97, 1.0, "by its name")
         for channel, role in axis.roles.items():  # a file that says counts says that it is in no unit
-            if role.column is not None and role.unit in _OF_MOTION and is_counted(data.columns[role.column].unit):
+            if role.column is not None and role.unit in _OF_MOTION and in_counts(data.columns[role.column]):
                 axis.roles[channel] = replace(role, unit_likelihood=0.5 * role.unit_likelihood)
     return axes
+
+
+PITCHES = np.array([2.0, 2.5, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 30.0, 32.0, 40.0])  # Of screws [mm]
+
+
+def _is_on_screw(factor: float, reading: Reading) -> bool:
+    """Return whether a factor is that of a position on a screw of usual pitch, and the speed of its motor in rpm."""
+    size = si_factor(reading.position, "position", reading.motion) / si_factor(reading.time, "time")
+    off = np.log(6e4 * size / factor / PITCHES)
+    return reading.motion == "linear" and bool(np.abs(off).min() < TOLERANCE)
 
 
 _OF_MOTION = {unit for of in USUAL.values() for units in of[:2] for unit in units}
@@ -278,7 +289,9 @@ def _clock(data: Samples) -> Role:
         period = float(stamps[-1] - stamps[0]) / (len(stamps) - 1)
         return Role("time", None, f"{period:.6g} {says.unit}", 0.97, 0.97, "its stamps are rounded, and even")
     sure = 0.99 if says.quantity == "time" else 0.97 if best[0] > 1.05 else 0.9
-    return Role("time", n, says.unit or "", sure, 1.0 if says.unit else 0.0, "it rises evenly")
+    since_1970 = (u for u, size in TIME_UNITS.items() if 1e9 < stamps[0] * size < 2.5e9 and np.ptp(stamps) * size < 1e6)
+    unit = says.unit or next(since_1970, "")
+    return Role("time", n, unit, sure, 1.0 if unit else 0.0, "it rises evenly")
 
 
 def _is_rounded(stamps: Real) -> bool:
@@ -295,7 +308,7 @@ _PERIOD = re.compile(r"(?i)\b(ts|t_s|dt|period|interval|delta x|sampling time|sa
 def _said_clock(constants: Mapping[str, str]) -> Role | None:
     """Return the sampling period in the preamble of a file or as a scalar, in s or Hz where it gives no unit."""
     for name, text in constants.items():
-        plain = re.sub(r"[._]", " ", name) + " "
+        plain = re.sub(r"[._]|(?<=[a-z])(?=[A-Z])", " ", name) + " "
         found = re.match(r"\s*([-+.\deE]+)\s*([a-zA-Zµ]*)", text)
         of_period, of_rate = _PERIOD.search(plain) or _PERIOD.search(name), _RATE.search(plain) or _RATE.search(name)
         if not found or not (of_period or of_rate):
@@ -304,13 +317,14 @@ def _said_clock(constants: Mapping[str, str]) -> Role | None:
         try:
             value = float(found[1])
             rate = converts(unit, "frequency") or (not unit and bool(of_rate) and not of_period)
-            seconds = value * si_factor(unit or ("Hz" if rate else "s"), "frequency" if rate else "time")
+            usual = "Hz" if rate else "s" if value < 0.5 else "ms" if value < 100.0 else "us"
+            seconds = value * si_factor(unit or usual, "frequency" if rate else "time")
         except (ValueError, FricError):
             continue
         seconds = 1.0 / seconds if rate and seconds else seconds
         if 1e-6 < seconds < 10.0:
             why = f"the file says {name} = {text}"
-            return Role("time", None, f"{seconds:.9g} s", 0.97, 0.97 if unit else 0.96, why)
+            return Role("time", None, f"{seconds:.9g} s", 0.97, 0.97 if unit or usual in {"Hz", "s"} else 0.9, why)
     return None
 
 
@@ -737,9 +751,12 @@ def _in_units(
     total = sum(reading.weight for reading in found)
     if factor and not total:  # counts, or a gear between them: the position alone is of one motion
         roles = {channel: role for channel, role in roles.items() if channel != "velocity"}
-        v, second, sizes = None, Spoken(None, moves=second.moves), (sizes[0], None)
+        turns = rotates(max(second.moves, key=lambda m: second.moves[m], default="linear")) or second.unit == "rpm"
+        v, second, sizes = None, Spoken(None, moves={} if turns else second.moves), (sizes[0], None)
         found = weighed(None)
-        total = sum(reading.weight for reading in found) / UNFIT
+        on_screw = [turns and _is_on_screw(factor, reading) for reading in found]
+        found = [one for one, on in zip(found, on_screw, strict=True) if on] or found
+        total = sum(reading.weight for reading in found) / (1.0 if any(on_screw) else UNFIT)
     if not total:
         return None
     other = 0.0 if first.unit or second.unit else UNUSUAL * max(clocks.values())  # counts, a pitch, a gear
@@ -770,7 +787,7 @@ def _in_units(
         units[of] = getattr(best, of), sure if kind is None else min(motion_sure, sure), (first_choice, *others)
     if counted:
         units["position"] = counted[0], 0.97, ()
-    units |= _units_beside(data, roles, said, motion, units["position"])
+    units |= _units_beside(data, movement.roles | roles, said, motion, units["position"])
     whole = {"time": clock} | roles
     for channel, role in whole.items():
         unit, sure, others = units[channel]

@@ -21,7 +21,7 @@ from fric.io.readers.base import Column, ForeignTable, named, plain_name
 from fric.units import PLAIN, Motion, converts, factor, is_unit
 
 TIME = ("time", "zeit", "timestamp", "clock", "tempo", "temps", "tiempo", r"\w*時間", "^ms", "^millis", "^us$",
-        "^micros", "^sec", "^secs", "^seconds")  # fmt: skip
+        "^micros", "^n?secs?", "^seconds")  # fmt: skip
 CLOCKS = {"ms": "ms", "msec": "ms", "millis": "ms", "us": "us", "usec": "us", "micros": "us", "sec": "s", "secs": "s",
           "seconds": "s", "nsec": "ns", "nsecs": "ns", "ns": "ns"}  # fmt: skip
 """Words of a clock that are its unit."""
@@ -57,7 +57,7 @@ AT_LOAD = ("load", "link", "output", "scale", "direct", "second", "abtrieb", "la
 """Where a second encoder is."""
 INPUT = ("input", "voltage", "volt", "volts", "spannung", "tensione", "uq", "u q", "vq", "v q", "control signal",
          r"(?:motor|control|controller) output")  # fmt: skip
-ELECTRICAL = ("erpm", "electrical", "elektrisch")  # What turns once a pair of poles
+ELECTRICAL = ("erpm", "electrical", "elektrisch", "state speed")  # What turns once a pair of poles; the last of VESC
 DUTY = ("pwm", "duty", "throttle", "aussteuerung")
 
 LETTERS = {"t": "time", "z": "position", "x": "position", "q": "position", "v": "velocity", "f": "force", "u": "input"}
@@ -180,7 +180,8 @@ ROTARY = ("angle", "winkel", "angolo", "ángulo", "angulo", "joint", "gelenk", "
           "robot", "roll", "pitch", "yaw", "turn", "turns")  # fmt: skip
 """Words that show that an axis turns."""
 LINEAR = ("linear", "slide", "carriage", "table", "tisch", "schlitten", "stage", "stroke", "hub", "weg", "displacement",
-          "laser", "feed", "vorschub", "tavola", "mesa", "mm", "motor pos fb", "motor pos cmd")  # fmt: skip
+          "laser", "feed", "vorschub", "tavola", "mesa", "mm", "glasmaßstab", "motor pos fb",
+          "motor pos cmd")  # fmt: skip
 """Words that show that an axis moves along a line; a letter of a linear axis shows it less."""
 SUFFIX = {"rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "deg_s": "deg/s", "degps": "deg/s", "mm_s": "mm/s",
           "mmps": "mm/s", "m_s": "m/s", "mps": "m/s", "mm_min": "mm/min", "rpm": "rpm", "nm": "N*m", "deg": "deg",
@@ -206,8 +207,8 @@ class Spoken(NamedTuple):
 
 def spoken(column: Column) -> Spoken:
     """Return what the name and the unit of a column show."""
-    name = _words(bare(column))
-    leaf = _words(bare(column).rpartition("/")[2])  # /joint_states/elbow/position is a position
+    path = re.sub(r"(?i)(header\.stamp|states?|status)(?=[./])", " ", bare(column))  # state.speed is a speed
+    name, leaf = _words(path), _words(path.rpartition("/")[2])  # /joint_states/elbow/position is a position
     shows = leaf in LETTERS or leaf.startswith("f ") or any(_has(leaf, known) for known in QUANTITIES.values())
     name = leaf if shows else name
     by_name = next((quantity for quantity, known in QUANTITIES.items() if _has(name, known)), None)
@@ -237,9 +238,10 @@ def spoken(column: Column) -> Spoken:
     return Spoken(quantity, unit, commanded, measured, moves, _has(name, AT_LOAD), told)
 
 
-CUSTOMS = (("rev", 1e4, re.compile(r"(pos|vel)_estimate")), ("mm", 20.0, re.compile(r"^joint\.\d+\.")),
-           ("rad", 20.0, re.compile(r"joint_?states?\b|\beffort|(\b|_)(d?q|qd|q_?dot)_?\[?\d")))  # fmt: skip
-"""Units of positions by names of programs, with their weights: ODrive, LinuxCNC, joint states of ROS, q of robots."""
+CUSTOMS = (("rev", 1e4, re.compile(r"(pos|vel)_estimate")), ("mm", 20.0, re.compile(r"^joint\.\d+\.")), (
+    "rad", 20.0, re.compile(r"joint_?states?\b|\beffort|(\b|_)((d?q|qd|q_?dot)_?\[?\d|(theta|omega)(\b|_))")
+))  # fmt: skip
+"""Units of positions by names, with their weights: ODrive, LinuxCNC, joint states of ROS, symbols of robots."""
 
 
 def customary_unit(columns: Sequence[Column]) -> tuple[str, float]:
@@ -251,6 +253,11 @@ def customary_unit(columns: Sequence[Column]) -> tuple[str, float]:
 def is_counted(unit: str | None) -> bool:
     """Return whether a unit is counts, or counts/s."""
     return unit is not None and unit.partition("/")[0] in COUNTED
+
+
+def in_counts(column: Column) -> bool:
+    """Return whether a motion is in counts by its unit, or by its name, where it is an object of CiA 402."""
+    return is_counted(column.unit) or bool(re.search(r"(?i)(position|velocity)_actual_(internal_)?value", column.name))
 
 
 def says_mode(column: Column) -> float:
@@ -342,7 +349,9 @@ _PERCENT = re.compile(
 """Shares of a rated value, as ``% of rated``, ``0.1 %`` and ``‰``."""
 
 
-_PER_MILLE = re.compile(r"(?<![0-9a-f])(?:0x)?607[478](?![0-9a-f])|\bpresent_load", re.IGNORECASE)
+_PER_MILLE = re.compile(
+    r"(?<![0-9a-f])(?:0x)?607[478](?![0-9a-f])|\bpresent_load|(torque|current)_actual_value", re.IGNORECASE
+)
 """Torques and currents that CiA 402 and Dynamixel define in a thousandth of a rated value."""
 
 
@@ -471,9 +480,9 @@ def readings(
         weight *= max(first.moves.get(p[0], 1.0), second.moves.get(p[0], 1.0))
         if ratio is not None:
             off = log(abs(ratio) / (p[2] / (second_of * v[2]))) / TOLERANCE
-            if abs(off) > (3.0 if not (first.unit and second.unit and time) else GEARED):
+            if abs(off) > (2.0 if not (first.unit and second.unit and time) else GEARED):
                 continue
-            weight *= exp(-0.5 * max(min(abs(off), 3.0) - 0.5, 0.0) ** 2)
+            weight *= exp(-0.5 * max(min(abs(off), 2.0) - 0.5, 0.0) ** 2)
             weight *= 3.0 if _family(p[1]) == _family(v[1]) else 1.0
         found.append(Reading(p[0], unit, p[1], v[1], weight))
     return found

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from math import inf
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -34,6 +35,7 @@ from fric.input import reading
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.plausibility import Finding, of_amplitudes, of_friction, of_level, of_logs, of_shares, of_strokes, settled
+from fric.records.flaws import evened
 from fric.records.prepared import prepared, without_loaded
 from fric.records.recognition import kind_of
 from fric.records.resolution import without_clipped
@@ -643,7 +645,8 @@ def identify_model(
     taken_off = plant_of(plant, axis, motion)
     doubtful = settled([*of_logs(records, taken_off), *of_amplitudes(records)])
     records, cut = without_clipped(records, CLIPPED)
-    doubtful += cut
+    even = [evened(record) if kind_of(record) == "motion" else (record, []) for record in records]  # for its mass
+    records, doubtful = [record for record, _ in even], [*doubtful, *cut, *chain(*(notices for _, notices in even))]
     if kept is not None:
         doubtful += settled(of_level(records, float(kept.estimates("static")["F_s"])))
     ready, loaded = without_loaded(prepared(records, taken_off))

@@ -386,7 +386,8 @@ def of_supposed(search: Search, best: Point, slopes: Real, quantile: float) -> R
 
     slopes: Derivatives of the residual by what is seen, shape (n, p).
     """
-    records, model, cycled = search.records, search.coordinates.build(best.x), bool(_cycled(search))
+    records, model = search.records, search.coordinates.build(best.x)
+    cycled = bool(_cycled(search)) or any("mass" in record.done.own for record in records)
     late = [record.done.timing * rate for record, rate in zip(records, _rates(model, records), strict=True)]
     levels = [[of_level(model, one) * (one is record) for one in records] for record in records if record.slides]
     found = np.zeros((slopes.shape[1],) * 2)
@@ -458,8 +459,8 @@ def _cycled(search: Search) -> list[int]:
 
 
 def _rates(model: FrictionModel, records: Sequence[Prepared]) -> list[Real]:
-    """Return the rate of the replayed force [N/s], shape (n,), of each record."""
-    return [np.gradient(record.replay(model), record.motion.time) for record in records]
+    """Return the rate of the drive's force [N/s], shape (n,), of each record: friction, inertia and damping."""
+    return [np.gradient(record.fitted(model) + record.taken_off, record.motion.time) for record in records]
 
 
 ROW, MOST_SAMPLES = 160, 40_000  # Number of blocks in the row, and of samples in its replay

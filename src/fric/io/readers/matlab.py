@@ -48,7 +48,9 @@ MOST_UNPACKED, PACKED = 512 << 20, 15
 """Bytes that a MATLAB 5 file, which is read whole, unpacks to at most; type of an element that is packed."""
 MOST_COLUMNS = 200  # Columns that a matrix has at most, where it is longer than wide
 SHORT = 30  # Samples that a record has at least, where lengths part records
-_AXIS = re.compile(r"(?i)(.+\.)?([xyzabcuvw]|(axis|axe|achse|asse|eje|joint)_?\d{1,2})")
+_AXIS = re.compile(
+    r"(?i)(.+\.)?([xyzabcuvw]|(axis|axe|achse|asse|eje|joint)_?([xyzabcuvw]|\d{1,2})|[xyz]_?(axis|achse))"
+)
 """The name of a struct of an axis."""
 _VALUES, _UNIT = ("values", "value", "data", "signal"), ("unit", "units")
 _OF_CELL = re.compile(r"(.+?\(\d+\))\.(.+)")  # A field of an element of a struct array

@@ -37,8 +37,8 @@ def recognises(path: Path, head: bytes) -> float:
     if head.startswith(b"<?xml") and path.suffix.lower() == ".xml":
         tags = re.findall(rb"<(\w+)", head)
         return 0.6 * (found or any(tags.count(tag) >= LEAST for tag in {*tags}))
-    if re.match(rb"""\{|\[\s*[\[{"\d+-]""", head):  # no [HEADER] of a text
-        return 0.6 * (found or bool(_FIELD.search(head) and _NEXT.search(head)))
+    if re.match(rb"""\{|\[\s*[\[{"\d+-]""", head) and (found or (_FIELD.search(head) and _NEXT.search(head))):
+        return 0.6  # no [HEADER] of a text
     rows = [len(_PAIR.findall(line)) for line in head.decode("utf-8", "replace").splitlines()[-LINES:-1]]
     return 0.6 * (len(rows) > LEAST and min(rows) > 1 and len({*rows}) == 1)
 
@@ -62,8 +62,8 @@ def _in_units(found: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def _of_text(path: Path) -> Any:
     text = path.read_text(encoding="utf-8-sig", errors="replace")
-    if text.lstrip()[:1] not in {"[", "{"}:
-        found = [dict(_PAIR.findall(line)) for line in text.splitlines()]
+    found = [dict(_PAIR.findall(line)) for line in (text.splitlines() if text.lstrip()[:1] != "{" else ())]
+    if 2 * sum(len(row) > 1 for row in found) > len(found):
         return _columns([row for row in found if len(row) > 1])
     try:
         return _columns(json.loads(text))

@@ -39,7 +39,7 @@ _SPACED = re.compile(r'"[^"]*"|[^\s\[(]\S*(?:\s*\[[^\]]*\]|\s*\([^)]*\))?|\S+')
 _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _NUMBER_OF = re.compile(r"(?i)(\b|_)(id|joint|motor|axis|node|servo|channel|achse|gelenk)(\b|_|$)")
 """The name of a column that says of which motor a row is."""
-_NUMBERED = re.compile(r"[#%\s]*([A-Za-z][A-Za-z _]*?)[ _]?(\d{1,3})\s*[=:]\s*(\S.*)")
+_NUMBERED = re.compile(r"[#%\s]*((?:[A-Za-z][A-Za-z _]*?)?)[ _]?(\d{1,3})\s*[=:]\s*(\S.*)")
 OF_UNITS = re.compile(r"unit|einheit|unidad", re.IGNORECASE)  # Begins a line above the header that names units
 
 
@@ -155,15 +155,18 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
 
 
 def _listed(lines: Sequence[str], width: int) -> list[str] | None:
-    """Return names that stand on a numbered line each, as in ``# NAME0 = Target Position``; None without."""
+    """Return names that stand on a numbered line each, as in ``# NAME0 = Target Position``, with units; or None."""
     groups: dict[str, list[tuple[int, str]]] = {}
     for line in lines:
         if found := _NUMBERED.fullmatch(line):
             groups.setdefault(found[1], []).append((int(found[2]), found[3].strip()))
-    for names in groups.values():
-        if [n for n, _ in names] in ([*range(width)], [*range(1, width + 1)]):
-            return [name for _, name in names]
-    return None
+    whole = {
+        group: [name for _, name in names] for group, names in groups.items()
+        if [n for n, _ in names] in ([*range(width)], [*range(1, width + 1)])
+    }  # fmt: skip
+    units = next((whole.pop(group) for group in [*whole] if OF_UNITS.search(group)), [])
+    names = next((names for names in whole.values() if any(re.match("[^\\W\\d]", name) for name in names)), None)
+    return [f"{name} [{unit}]" for name, unit in zip(names, units, strict=True)] if names and units else names
 
 
 def _heads(line: str, delimiter: str, width: int) -> list[str]:
