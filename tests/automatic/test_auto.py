@@ -559,6 +559,8 @@ def test_gains_are_taken_as_a_text_or_asked_for(tmp_path):
     asked = []
     assert gains(ask=lambda question: (asked.append(question.text), question.take(""))) is None
     assert "K_v=100 1/s" in asked[0]
+    assert gains(ask=asked.append) is None  # who does not know is asked once
+    session.may_know = True
     assert gain(gains(["y: K_v=1 1/s, K_p=2 V*s/m, K_i=3 V/m"], lambda question: question.take(text))) == 130.9
     assert gain(gains()) == 130.9  # what was answered is kept
     assert gain(gains([f"x: {text.replace('130.9', '120')}"])) == 120.0

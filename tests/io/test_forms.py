@@ -266,6 +266,39 @@ def test_names_on_numbered_lines_head_columns(tmp_path: Path) -> None:
     assert channels(axis) == {"time": None, "reference": 0, "position": 1, "velocity": 2, "force": 3}
     assert axis.roles["time"].unit == "0.001 s"
     assert axis.roles["time"].unit_likelihood >= SURE
+    head = "[HEADER]\nSampleTime=0.001\n[SIGNALS]\n1=s actual Y [mm]\n2=v actual Y [mm/min]\n3=I actual Y [A]\n[DATA]"
+    (axis,) = told(write(tmp_path / "scope.dat", head, a["position"], 60 * a["velocity"], a["current"]))
+    assert [(role.unit, role.unit_likelihood >= SURE) for role in axis.roles.values()] == [
+        ("0.001 s", True), ("mm", True), ("mm/min", True), ("A", True)
+    ]  # fmt: skip
+
+
+def test_a_speed_in_a_state_is_that_of_vesc_and_electrical(tmp_path: Path) -> None:
+    """A state is no position: the velocity was header.stamp.nsecs."""
+    a = axis_of_a_drive()
+    (axis,) = told(write(tmp_path / "core.csv", "Time;state.speed;state.displacement;state.current_motor", a["t"],
+                         10 * a["velocity"], a["position"], a["current"]))  # fmt: skip
+    assert channels(axis) == {"time": 0, "position": 2, "force": 3}
+    assert not axis.roles["position"].unit
+
+
+def test_a_scale_in_mm_and_a_motor_in_rpm_are_on_a_screw(tmp_path: Path) -> None:
+    """They were revolutions, at 43 %."""
+    a = axis_of_a_drive()
+    (axis,) = told(write(tmp_path / "nut.csv", "Time;Position;Drehzahl;Strom", a["t"], 20 * a["position"],
+                         120.0 * a["velocity"], a["current"]))  # fmt: skip
+    assert (axis.motion, axis.roles["position"].unit, axis.roles["time"].unit) == ("linear/A", "mm", "s")
+
+
+def test_counts_of_a_drive_are_not_assumed(tmp_path: Path) -> None:
+    """They were micrometres, at 85 %."""
+    a = axis_of_a_drive()
+    path = write(tmp_path / "pdo.csv", "time_us;position_actual_value;velocity_actual_value;torque_actual_value",
+                 np.round(1e6 * a["t"]), np.round(1e4 * a["position"]), np.round(1e4 * a["velocity"]),
+                 np.round(100 * a["current"]))  # fmt: skip
+    found = find_sources([path], proposals=tmp_path / "maps", assume=True)
+    assert not found.logs
+    assert any("is in counts: say what one is" in why for why in found.refused)
 
 
 def test_structs_of_matrices_are_records(tmp_path: Path) -> None:

@@ -86,8 +86,8 @@ def gains_of(text: str, axis: str, motion: Motion) -> dict[str, Any]:
 
 
 def _example(motion: Motion) -> str:
-    """Return gains in the units of an axis, as an example."""
-    return EXAMPLE.replace("V", drive_unit(motion)) if is_effort(motion) else EXAMPLE
+    """Return gains in the units of an axis: an example, without numbers where they depend on the force's unit."""
+    return re.sub(r"=\d+", "=…", EXAMPLE).replace("V", drive_unit(motion)) if is_effort(motion) else EXAMPLE
 
 
 def find_gains(
@@ -129,12 +129,13 @@ def find_gains(
         return shown
     if typed.exists():
         return typed
-    if needed and ask is not None:
+    if needed and ask is not None and session.may_know and not made.exists():  # designed after an earlier answer
         answer = list[dict[str, Any]]()
         ask(_question(axis, motion, answer))
         if answer:
             session.write(answer[0], typed)
             return typed
+        session.may_know = False
     return None
 
 
@@ -245,7 +246,7 @@ FOUND: Mapping[str, tuple[str, ...]] = {
     "plant": (), "controller": (), "friction": ("static", "static_negative", "gms", "at_speed")
 }  # fmt: skip
 """Sections of each part's file that the table of results shows."""
-SHOWN = ("A", "B", "T_d", "K_f", "K_v", "K_p", "K_i", "F_c", "F_s", "v_s", "delta", "sigma", "offset", "C")
+SHOWN = ("A", "B", "T_d", "K_f", "K_v", "K_p", "K_i", "F_c", "F_s", "v_s", "delta", "sigma", "F_v", "offset", "C")
 """The numbers that it shows."""
 
 
@@ -335,7 +336,8 @@ def auto(
         found.circles += one.leaves if session.take(one) else ()
 
     def gains(of_axis: Sequence[Source]) -> Path | None:
-        whole = is_effort(of_axis[0].motion) or any("frequency-response" in log.kinds for log in of_axis)
+        effort = is_effort(of_axis[0].motion) and not rotates(of_axis[0].motion)  # whose circle depends on them
+        whole = effort or any("frequency-response" in log.kinds for log in of_axis)
         return find_gains(session, found, of_axis, stated, ask, needed=whole and machine is None)
 
     axes = identify_axes(session, found, gains, encoder)

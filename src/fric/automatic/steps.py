@@ -206,6 +206,7 @@ class Session:
         self.steps = self.made = 0
         self.failed: dict[str, Failure] = {}
         self.last: Result | None = None  # What the last step made, where it was run
+        self.may_know = True  # Whether the user was not asked for gains yet, or knew them
 
     def take(self, step: Step, *, tried: bool = False) -> bool:
         """Run a step unless it is up to date; return whether its outputs exist.

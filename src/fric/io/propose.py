@@ -92,9 +92,9 @@ class Guess:
         roles, motion = self.axis.roles, self.axis.motion
         if not {"position", "velocity"} & roles.keys() or not (self.kind or "time" in roles):
             return False
-        wanted = wanted_roles(self.axis).values()  # what is rather something else is asked, not assumed
-        sure = all(r.unit_likelihood > 0.5 for r in wanted if r.channel in {"time", "position", "velocity"} and r.unit)
-        return sure and all(role.unit and _fits(role, motion) for role in wanted)
+        wanted, columns = wanted_roles(self.axis).values(), self.table.columns
+        counts = any(r.column is not None and in_counts(columns[r.column]) and r.unit_likelihood < 0.5 for r in wanted)
+        return not counts and all(role.unit and _fits(role, motion) for role in wanted)
 
     @property
     def sure(self) -> bool:

@@ -49,7 +49,7 @@ MOST_UNPACKED, PACKED = 512 << 20, 15
 MOST_COLUMNS = 200  # Columns that a matrix has at most, where it is longer than wide
 SHORT = 30  # Samples that a record has at least, where lengths part records
 _AXIS = re.compile(
-    r"(?i)(.+\.)?([xyzabcuvw]|(axis|axe|achse|asse|eje|joint)_?([xyzabcuvw]|\d{1,2})|[xyz]_?(axis|achse))"
+    r"(?i)(.+\.)?(?P<name>((axis|axe|achse|asse|eje)_?)?(?P<letter>[xyzabcuvw])|(axis|axe|achse|asse|eje|joint)_?\d+)"
 )
 """The name of a struct of an axis."""
 _VALUES, _UNIT = ("values", "value", "data", "signal"), ("unit", "units")
@@ -202,7 +202,8 @@ def tables_of(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable
             hint="Objects such as timeseries and timetable are not read: save their arrays.",
         )  # fmt: skip
     records = _records(columns)
-    axes = {name: name.rpartition(".")[2].lower() for name in records if _AXIS.fullmatch(name)}
+    found = {name: match for name in records if (match := _AXIS.fullmatch(name))}
+    axes = {name: (match["letter"] or match["name"]).lower() for name, match in found.items()}
     axes = axes if 1 < len({*axes.values()}) == len(records) else {}
     for name, fields in records.items():
         titles = tuple(named(field) if field.endswith("]") else Column(field) for field in fields)
