@@ -387,7 +387,7 @@ def of_supposed(search: Search, best: Point, slopes: Real, quantile: float) -> R
     slopes: Derivatives of the residual by what is seen, shape (n, p).
     """
     records, model = search.records, search.coordinates.build(best.x)
-    cycled = bool(_cycled(search)) or any("mass" in record.done.own for record in records)
+    cycled = bool(_cycled(search)) and not any("mass" in r.done.own for r in records)  # samples may hide reversals
     late = [record.done.timing * rate for record, rate in zip(records, _rates(model, records), strict=True)]
     levels = [[of_level(model, one) * (one is record) for one in records] for record in records if record.slides]
     found = np.zeros((slopes.shape[1],) * 2)
