@@ -1,6 +1,7 @@
 """Text logs: however they are written, the numbers come out the same."""
 
 import gzip
+import tracemalloc
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -171,8 +172,21 @@ def test_cells_behind_those_of_the_header_are_empty_or_told(tmp_path, at, tail, 
     if good:
         assert ingest(path, tmp_path / "log.h5").samples == 60
     else:
-        with pytest.raises(FricError, match="more cells than the 2 of the header"):
+        with pytest.raises(FricError, match=f"line {at + 2}:? has more cells than the 2 of the header"):
             ingest(path, tmp_path / "log.h5")
+
+
+def test_a_row_of_many_empty_cells_takes_no_memory(tmp_path):
+    """30,000 cells of a first row were as many levels of an index: 200,000 took 1.8 GB."""
+    path = tmp_path / "log.csv"
+    path.write_text("time [s],position [m]\n0,1" + "," * 30_000 + "\n" + "1,2\n" * 60)
+    tracemalloc.start()
+    try:
+        with pytest.raises(FricError, match="line 2: has more cells than the 2 of the header"):
+            ingest(path, tmp_path / "log.h5")
+        assert tracemalloc.get_traced_memory()[1] < 50e6
+    finally:
+        tracemalloc.stop()
 
 
 def test_a_state_that_lacks_is_no_word(tmp_path):

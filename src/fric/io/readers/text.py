@@ -482,7 +482,12 @@ class TextTable(ForeignTable):
             "comment": self._comment, "skipinitialspace": shape.spaced, "encoding_errors": "replace",
             "header": None, "low_memory": False,
         }  # fmt: skip
+        mark = None if shape.delimiter == "whitespace" else shape.delimiter.encode()
         try:
+            # of a first row with many empty cells more, each would be a level of an index, which takes gigabytes
+            first = bytes(piece[0][: MOST_LINE >> 5]).partition(b"\n")[0] if piece else b""
+            if mark and first.count(mark) > len(names) + MOST_EMPTY:
+                raise pd.errors.ParserError("too many fields in line")
             if not self._ragged:
                 with suppress(pd.errors.ParserError):
                     frame = read_csv(_Piece(piece), names=names, **options)
@@ -490,7 +495,6 @@ class TextTable(ForeignTable):
                         return frame
                 self._ragged = True
             # columns behind those of the header catch rows that are too long: those with a cell there that is not empty
-            mark = None if shape.delimiter == "whitespace" else shape.delimiter.encode()
             lines = b"".join(piece).splitlines()
             widest = max((line.count(mark) + 1 if mark else len(line.split()) for line in lines), default=0)
             if widest > len(names) + MOST_EMPTY:
@@ -509,7 +513,8 @@ class TextTable(ForeignTable):
         except pd.errors.ParserError as error:
             if "fields in line" in str(error):
                 lines = islice(self._rows(), row, None)
-                long = (number for number, line in lines if any(split(line, self.shape.delimiter)[width:]))
+                more = ((number, split(line, self.shape.delimiter)[width:]) for number, line in lines)
+                long = (number for number, cells in more if any(cells) or len(cells) > MOST_EMPTY)
                 raise FricError(f"has more cells than the {width} of the header",
                                 where=f"{self.path}, line {next(long, '?')}",
                                 hint="Mend or remove the line.") from None  # fmt: skip
