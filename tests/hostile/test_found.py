@@ -415,3 +415,10 @@ def test_a_response_that_is_said_to_be_a_map_of_holding_forces(tmp_path: Path) -
     (tmp_path / "a.csv").write_text("frequency [Hz],magnitude [m/V],phase [deg]\n1,1,0\n2,1,0\n")
     with pytest.raises(FricError, match="such a record has no frequency"):
         ingest(tmp_path / "a.csv", tmp_path / "a.h5", kind="holding-map")
+
+
+def test_a_log_and_a_folder_behind_links_that_lead_to_themselves(tmp_path: Path) -> None:
+    (tmp_path / "a").symlink_to("b")
+    (tmp_path / "b").symlink_to("a")
+    with pytest.raises(FricError, match="Too many levels of symbolic links"):
+        fric.auto(tmp_path / "a/log.csv", output=tmp_path / "out")

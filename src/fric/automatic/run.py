@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
-from os.path import relpath
+from os.path import realpath, relpath
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -385,9 +385,9 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
 
 def _refuse_among(folder: Path, logs: Sequence[Path]) -> None:
     """Refuse an output folder among the logs: the next run would take its files for logs."""
-    out = folder.resolve()
+    out = Path(realpath(folder))
     for path in logs:
-        place = path.resolve() if path.is_dir() else path.resolve().parent
+        place = Path(realpath(path)) if path.is_dir() else Path(realpath(path)).parent  # links may lead to themselves
         if out == place or (path.is_dir() and out.is_relative_to(place)):
             raise FricError(
                 f"the results would lie among the logs in {path if path.is_dir() else path.parent}", where=str(folder),
