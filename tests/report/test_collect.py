@@ -142,3 +142,14 @@ def test_a_picture_is_no_file_of_fric_s(tmp_path: Path) -> None:
     picture.write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
     with pytest.raises(FricError, match="no file of fric's"):
         recognise(picture)
+
+
+@pytest.mark.parametrize("fit", ["null", "{between_strokes: null, rmse: null, r2: null}"])
+def test_what_a_file_leaves_null_is_absent(files: SimpleNamespace, tmp_path: Path, fit: str) -> None:
+    """A scatter of null between strokes ended the page in a traceback."""
+    friction = tmp_path / "friction.yaml"
+    lines = files.march.read_text().splitlines()
+    friction.write_text("\n".join(f"fit: {fit}" if line.startswith("fit:") else line for line in lines))
+    inputs = collect([friction])
+    assert "fit" not in inputs.items[0].tree or "between_strokes" not in inputs.items[0].tree["fit"]
+    assert "Friction of axis x over velocity" in render_report(inputs)
