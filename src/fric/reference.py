@@ -26,11 +26,12 @@ def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
     return np.arange(ceil(duration * sampling) + more) / sampling
 
 
-def refuse_long(duration: float, sampling: float) -> None:
-    """Raise a `FricError` where a motion [s] has more samples, at a sampling rate [Hz], than a simulation takes."""
-    if not duration * sampling < MOST_SAMPLES:
+def refuse_long(duration: float, sampling: float, runs: int = 1) -> None:
+    """Raise a `FricError` where runs along a motion [s], at a sampling rate [Hz], have more samples than are kept."""
+    if not (samples := duration * sampling * runs) < MOST_SAMPLES:
+        each = f" in {runs} runs of an axis" * (runs > 1)
         raise FricError(
-            f"the motion takes {duration:.3g} s, which are {duration * sampling:.3g} samples at {sampling:g} Hz, and "
+            f"the motion takes {duration:.3g} s, which are {samples:.3g} samples at {sampling:g} Hz{each}, and "
             f"{MOST_SAMPLES:.0e} are simulated at most", hint="Move faster, less far, or sample less often.",
         )  # fmt: skip
 

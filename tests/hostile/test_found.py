@@ -336,6 +336,12 @@ def test_a_delay_of_thousands_of_states() -> None:
         design_cascade(LinearPlant(17.0, 2.4, 0.6))
 
 
+def test_the_samples_of_a_circle_are_those_of_all_its_runs() -> None:
+    """Below 30 mm/s five are kept, of two axes: 10 m at 10 mm/s took 7 GB and ended in a traceback."""
+    with pytest.raises(FricError, match="in 10 runs of an axis, and 2e\\+07 are simulated at most"):
+        fric.circle("xy-table", "a", radius=2.0, velocity=0.01)
+
+
 def test_an_argument_of_another_type_that_lacks_an_attribute() -> None:
     with pytest.raises(FricError, match="MeasuredCircle takes axes"):
         fric.MeasuredCircle(0.03, 0.1, 1, axes=cast("Any", "x"))

@@ -169,6 +169,8 @@ class ContourRun(ABC, Generic[Followed, Left]):
         count = max(machine.axes[name].encoder.resolution for name in moved)
         rough = max(accuracy, ACCURACY)
         slow = test.feed < SLOW and count > 0.0 and places > 1
+        sampling = references[0].sampling
+        refuse_long(len(references[0].position) / sampling, sampling, len(moved) * (places if slow else 1))
         first: Self = once(machine, rough if slow else accuracy)
         if places == 1 or not (slow or 0.0 < first.contour.glitch < count):
             return first
