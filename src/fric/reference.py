@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import ceil, pi
 
 import numpy as np
@@ -13,7 +14,8 @@ from fric.errors import FricError
 from fric.kernels.elementary import cos_sin
 from fric.kernels.spline import Ends, spline_slopes
 
-MOST_SAMPLES = 20_000_000  # Largest number of samples of a motion: 80 minutes at 4 kHz, one to two gigabytes of traces
+BYTES, KEPT = 130, 56  # Memory of a sample of an axis while it is simulated, and of its trace afterwards [byte]
+MOST = 1.6e9  # Largest memory of what is simulated together [byte]: 25 minutes of two axes at 4 kHz
 MOST_LEAD = 1.0  # Largest lead [s]: four times the longest delay of a loop
 
 
@@ -26,14 +28,16 @@ def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
     return np.arange(ceil(duration * sampling) + more) / sampling
 
 
-def refuse_long(duration: float, sampling: float, runs: int = 1) -> None:
-    """Raise a `FricError` where runs along a motion [s], at a sampling rate [Hz], have more samples than are kept."""
-    if not (samples := duration * sampling * runs) < MOST_SAMPLES:
-        each = f" in {runs} runs of an axis" * (runs > 1)
+def refuse_long(duration: float, sampling: float, axes: int = 1, schemes: int = 1) -> None:
+    """Raise a `FricError` where the traces along a motion [s], at a sampling rate [Hz], take too much memory."""
+    samples = duration * sampling
+    if not (size := samples * axes * (BYTES + KEPT * (schemes - 1))) < MOST:
+        of = f" of {axes} axes under {schemes} schemes" * (schemes > 1)
         raise FricError(
-            f"the motion takes {duration:.3g} s, which are {samples:.3g} samples at {sampling:g} Hz{each}, and "
-            f"{MOST_SAMPLES:.0e} are simulated at most", hint="Move faster, less far, or sample less often.",
-        )  # fmt: skip
+            f"the motion takes {duration:.3g} s: {samples:.3g} samples at {sampling:g} Hz{of} take "
+            f"{size / 1e9:.3g} GB, and {MOST / 1e9:g} GB are simulated at most",
+            hint=f"Move faster, less far{', with fewer schemes' * (schemes > 1)}, or sample less often.",
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +54,7 @@ class Reference:
     def __len__(self) -> int:
         return len(self.position)
 
-    @property
+    @cached_property
     def time(self) -> Real:
         """Sample instants [s], from 0, shape (n,)."""
         return np.arange(len(self)) / self.sampling

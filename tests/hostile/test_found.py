@@ -17,6 +17,7 @@ from pydantic import ValidationError
 from scipy.io import savemat
 
 import fric
+from fric import reference
 from fric.circles.diagnose import minimum_zone
 from fric.circles.measured import MeasuredCircle
 from fric.cli.main import main
@@ -45,6 +46,8 @@ from fric.log import FrequencyResponse, Log
 from fric.records.flaws import _around_reversals
 from fric.records.recognition import force_rises
 from fric.report.collect import Contour, ContourTest, contour_test
+from fric.simulate import contour_run
+from fric.simulate.contour_run import Circle, run_circle
 from fric.units import parse_gain
 
 
@@ -336,10 +339,22 @@ def test_a_delay_of_thousands_of_states() -> None:
         design_cascade(LinearPlant(17.0, 2.4, 0.6))
 
 
-def test_the_samples_of_a_circle_are_those_of_all_its_runs() -> None:
-    """Below 30 mm/s five are kept, of two axes: 10 m at 10 mm/s took 7 GB and ended in a traceback."""
-    with pytest.raises(FricError, match="in 10 runs of an axis, and 2e\\+07 are simulated at most"):
-        fric.circle("xy-table", "a", radius=2.0, velocity=0.01)
+def test_the_traces_of_a_circle_are_those_of_all_axes_and_schemes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """10 m at 10 mm/s took 7 GB and ended in a traceback, 10 m at 100 mm/s under all schemes 4 GB."""
+    monkeypatch.setattr(reference, "MOST", 1e7)
+    assert fric.circle("xy-table", "a", radius=0.01).runs
+    with pytest.raises(FricError, match=r"samples at 4000 Hz of 2 axes under 6 schemes take .* GB, and 0.01 GB"):
+        fric.circle("xy-table", radius=0.1)
+
+
+def test_the_run_of_the_median_is_the_same_where_the_others_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    machine, test = fric.read_machine("xy-table"), Circle(0.003, 0.02)
+    kept = run_circle(machine, NONE, test, only="x")
+    monkeypatch.setattr(contour_run, "MANY", 0)
+    again = run_circle(machine, NONE, test, only="x")
+    assert again.places == kept.places
+    assert again.contour.glitch == kept.contour.glitch == float(np.median([place.glitch for place in kept.places]))
+    np.testing.assert_array_equal(again.traces["x"].position, kept.traces["x"].position)
 
 
 def test_an_argument_of_another_type_that_lacks_an_attribute() -> None:

@@ -215,7 +215,7 @@ def circle(
     runs = []
     given: dict[str, Any] = {"accuracy": in_si(accuracy, "small length")}
     for wanted in chosen:
-        runs.append(run_circle(subject, wanted, test, only=axis))
+        runs.append(run_circle(subject, wanted, test, only=axis, schemes=len(chosen)))
         advance()
     identified = machine if isinstance(machine, IdentifiedMachine) else None
     if measured and (identified is None or machines is None):
@@ -434,6 +434,6 @@ def path(
     advance(0, total=len(chosen))
     runs = []
     for wanted in chosen:
-        runs.append(run_path(subject, wanted, followed))
+        runs.append(run_path(subject, wanted, followed, schemes=len(chosen)))
         advance()
     return PathResult(subject, runs, name)

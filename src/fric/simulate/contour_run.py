@@ -35,6 +35,7 @@ PLACES = 5
 SLOW = 0.03  # Feed below which every run depends on counts [m/s]
 ACCURACY = 5e-9
 """Largest error of the integration of runs that depend on counts [m]; counts move a position by ten times that."""
+MANY = 500_000  # Samples of all axes from which on the runs at other places are not kept
 WIDTH = 4.2  # Half of the interval over the standard deviation, for `PLACES` values
 
 
@@ -110,6 +111,7 @@ class How(TypedDict, total=False):
     # counts is integrated to `ACCURACY` at best
     accuracy: float
     places: int  # Number of places for a run that depends on counts; 1 for the machine as given
+    schemes: int  # Number of schemes whose traces are kept together
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +143,7 @@ class ContourRun(ABC, Generic[Followed, Left]):
         halvings: int = 0,
         accuracy: float = 0.0,
         places: int = PLACES,
+        schemes: int = 1,
     ) -> Self:
         """Follow a contour with two axes of a machine, x and y of the contour, under one scheme.
 
@@ -169,14 +172,23 @@ class ContourRun(ABC, Generic[Followed, Left]):
         count = max(machine.axes[name].encoder.resolution for name in moved)
         rough = max(accuracy, ACCURACY)
         slow = test.feed < SLOW and count > 0.0 and places > 1
-        sampling = references[0].sampling
-        refuse_long(len(references[0].position) / sampling, sampling, len(moved) * (places if slow else 1))
+        sampling, samples = references[0].sampling, len(references[0].position)
+        refuse_long(samples / sampling, sampling, len(moved), schemes)
         first: Self = once(machine, rough if slow else accuracy)
         if places == 1 or not (slow or 0.0 < first.contour.glitch < count):
             return first
-        runs = [first, *(once(machine.placed(n / places), rough) for n in range(1, places))]
-        middle = sorted(runs, key=lambda run: run.contour.glitch)[places // 2]
-        return replace(middle, places=tuple(figures(run.contour) for run in runs))
+        runs, found = {0: first}, [figures(first.contour)]
+        del first
+        for n in range(1, places):
+            if samples * len(moved) > MANY:  # so many are not kept: that of the median is made once more
+                runs.clear()
+            runs[n] = once(machine.placed(n / places), rough)
+            found.append(figures(runs[n].contour))
+        middle = sorted(range(places), key=lambda n: found[n].glitch)[places // 2]
+        if middle not in runs:
+            runs.clear()
+            runs[middle] = once(machine.placed(middle / places) if middle else machine, rough)
+        return replace(runs[middle], places=tuple(found))
 
     def chance(self, name: Literal["glitch", "rms", "range", "oscillation"] = "glitch") -> Chance:
         """Return one of the figures of the contour with its chance [m]."""
