@@ -299,9 +299,8 @@ def _controller(
     if rate is None:
         estimates["velocity_filter"] = Estimate(USUAL.velocity_filter, "Hz", assumed=True)
         estimates["sampling"] = Estimate(USUAL.sampling, "Hz", assumed=True)
-    return FoundController(
-        Cascade(**values, sampling=rate or USUAL.sampling), estimates, explained, where, bool(swapped)
-    )
+    cascade = Cascade(**values, sampling=rate or USUAL.sampling)
+    return FoundController(cascade, estimates, explained, where, swapped)
 
 
 class _Fit:

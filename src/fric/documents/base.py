@@ -455,9 +455,9 @@ class Document(Part):
         doubts = (notice for notice in self.notices() if notice.severity != "note")
         return tuple(doubt if doubt.carried else doubt.at(of, carried=True) for doubt in doubts)
 
-    def tree(self) -> dict[str, Any]:
+    def tree(self, *, nulls: bool = True) -> dict[str, Any]:
         """Return the content as plain values in the order of a file, ready to be written or printed."""
-        given = self.model_dump(exclude_unset=True, by_alias=True)
+        given = self.model_dump(exclude_unset=True, by_alias=True, exclude_none=not nulls)
         return {key: given[key] for key in sorted(given, key=lambda key: (key in FOOT) - (key in HEAD))}
 
 

@@ -39,13 +39,6 @@ from fric.verdict import Candidate, Verdict, candidates_of, decide, evidence_of,
 KINDS = ("friction", "plant", "controller", "observer")  # The documents that a report shows, in its order
 
 
-def _given(value: Any) -> Any:
-    """Return plain values without the keys that hold nothing (null): a page takes them for absent."""
-    if isinstance(value, Mapping):
-        return {key: _given(held) for key, held in value.items() if held is not None}
-    return [_given(held) for held in value] if isinstance(value, list) else value
-
-
 @dataclass(frozen=True)
 class Item:
     """One document, and where it is from."""
@@ -70,9 +63,8 @@ class Item:
 
     @cached_property
     def tree(self) -> Mapping[str, Any]:
-        """The document as plain values."""
-        given: Mapping[str, Any] = _given(self.document.tree())
-        return given
+        """The document as plain values, without keys that hold nothing (null): a page takes them for absent."""
+        return self.document.tree(nulls=False)
 
     @property
     def provenance(self) -> Mapping[str, Any]:
