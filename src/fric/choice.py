@@ -1,7 +1,5 @@
 """Choices among candidates: what differs by less than its scatter is a tie, and the simplest candidate wins it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from math import hypot, isfinite
 

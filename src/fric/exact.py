@@ -5,8 +5,6 @@ BLAS, LAPACK and NumPy's vectorised functions take other orders and other roundi
 computed here goes through IEEE sums and products in the order that is written, and `fric.kernels.elementary`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from math import frexp
 from typing import Any

@@ -1,7 +1,5 @@
 """Functions of commands that do more than call a verb: by hand, interruptible, or of two verbs."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 from typing import Annotated, Any

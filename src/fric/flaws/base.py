@@ -1,7 +1,5 @@
 """A flaw: one entry of the catalogue, and the notice that it becomes where it is found."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from math import inf

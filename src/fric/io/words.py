@@ -1,7 +1,5 @@
 """What names and units of columns say: the one list of words, in the languages of those who write headers."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass

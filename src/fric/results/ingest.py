@@ -1,7 +1,5 @@
 """Foreign logs, read into a log file."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
