@@ -64,10 +64,21 @@ class Estimate:
         return cls(value, unit, (value / factor, value * factor))
 
     @property
+    def limits(self) -> Interval:
+        """Ends of the 95 % interval of a number; infinite without an interval."""
+        low, high = self.ci95 or (-inf, inf)
+        return float(low), float(high)  # type: ignore[arg-type]
+
+    @property
     def half_width(self) -> float:
         """Half the width of the 95 % interval of a number; 0 without an interval."""
-        low, high = self.ci95 or (0.0, 0.0)
-        return 0.5 * (float(high) - float(low))  # type: ignore[arg-type]
+        low, high = self.limits if self.ci95 else (0.0, 0.0)
+        return 0.5 * (high - low)
+
+    @property
+    def note(self) -> str:
+        """Whether it was fixed or assumed, in words."""
+        return ", ".join(flag for flag in ("fixed", "assumed") if getattr(self, flag))
 
     def __str__(self) -> str:
         rows = [row[1:4] for row in estimate_rows({"": self})]
@@ -81,7 +92,8 @@ class Estimate:
     @classmethod
     def read(cls, entry: Mapping[str, Any]) -> Self:
         """Return the estimate of a mapping made by `as_dict`."""
-        value, limits = _as_tuples(entry["value"]), _as_tuples(entry.get("ci95"))
+        value = tuple(entry["value"]) if isinstance(entry["value"], list) else entry["value"]
+        limits = _closed(entry.get("ci95"))
         return cls(value, entry["unit"], limits, bool(entry.get("fixed")), bool(entry.get("assumed")))
 
     def as_dict(self) -> dict[str, Any]:
@@ -148,8 +160,11 @@ def _is_interval(given: Any) -> bool:
     return isinstance(given, tuple) and len(given) == 2 and all(one is None or is_number(one) for one in given)
 
 
-def _as_tuples(given: Any) -> Any:
-    return tuple(map(_as_tuples, given)) if isinstance(given, list) else given
+def _closed(limits: Any) -> Any:
+    """Return the limits with infinity for null."""
+    if isinstance(limits, list | tuple) and len(limits) == 2 and None in limits:
+        return -inf if limits[0] is None else limits[0], inf if limits[1] is None else limits[1]
+    return tuple(map(_closed, limits)) if isinstance(limits, list | tuple) else limits
 
 
 def _open_ended(limits: Any) -> Any:
@@ -165,35 +180,27 @@ def estimate_rows(section: Mapping[str, Estimate | Mapping[str, Any]]) -> list[t
     Value and interval have the same unit, with the prefix that suits the larger of them, and as many digits as the
     interval justifies. A vector has one row an element, all in one unit.
     """
-    rows, sizes = [], dict[int, float]()
-    entries = {
-        name: estimate.as_dict() if isinstance(estimate, Estimate) else estimate for name, estimate in section.items()
-    }
-    for _, value, interval, entry in elements(entries):
-        sizes[id(entry)] = max(_size(value, interval), sizes.get(id(entry), 0.0))
-    for name, value, interval, entry in elements(entries):
-        scale, unit = prefixed(sizes[id(entry)], str(entry["unit"]))
-        shown, text = in_digits(value, interval, scale)
-        rows.append((name, shown, text or note_of(entry), unit))
+    rows = []
+    for name, entry in section.items():
+        parts = [*elements({name: entry})]
+        size = max((_size(float(one), one.ci95) for _, one in parts), default=0.0)
+        for key, one in parts:
+            scale, unit = prefixed(size, one.unit)
+            shown, text = in_digits(float(one), one.ci95, scale)
+            rows.append((key, shown, text or one.note, unit))
     return rows
 
 
-def elements(
-    section: Mapping[str, Mapping[str, Any]],
-) -> Iterator[tuple[str, float, Sequence[float | None] | None, Mapping[str, Any]]]:
-    """Yield name, value, interval and entry of each parameter of a document's section; of a vector each element's."""
+def elements(section: Mapping[str, Estimate | Mapping[str, Any]]) -> Iterator[tuple[str, Estimate]]:
+    """Yield name and estimate of each parameter, or of a document's section; of a vector each element's."""
     for name, entry in section.items():
-        if not isinstance(entry["value"], list | tuple):
-            yield name, entry["value"], entry.get("ci95"), entry
+        found = entry if isinstance(entry, Estimate) else Estimate.read(entry)
+        if not isinstance(found.value, tuple):
+            yield name, found
             continue
-        intervals = entry.get("ci95") or [None] * len(entry["value"])
-        for n, (value, interval) in enumerate(zip(entry["value"], intervals, strict=True), start=1):
-            yield f"{name}_{n}", value, interval, entry
-
-
-def note_of(entry: Mapping[str, Any]) -> str:
-    """Return whether an entry of a document was fixed or assumed, in words."""
-    return ", ".join(flag for flag in ("fixed", "assumed") if entry.get(flag))
+        intervals: Any = found.ci95 or (None,) * len(found.value)
+        for n, (value, interval) in enumerate(zip(found.value, intervals, strict=True), start=1):
+            yield f"{name}_{n}", replace(found, value=value, ci95=interval)
 
 
 DIGITS = 8  # Largest number of digits of a value
@@ -201,16 +208,14 @@ DIGITS = 8  # Largest number of digits of a value
 
 def _size(value: float, interval: Any) -> float:
     """Return the size that sets the prefix of a value and its interval: the value, or a tenth of a far limit."""
-    limits = [abs(limit) for limit in interval or () if limit is not None and not isinf(limit)]
+    limits = [abs(limit) for limit in interval or () if not isinf(limit)]
     far = max(limits, default=0.0)
     return abs(value) if far < 1e4 * abs(value) else 0.1 * far
 
 
 def in_digits(value: float, interval: Any, scale: float = 1.0) -> tuple[str, str]:
-    """Return a value and its interval as text, to two digits of the interval's width; a limit of None or infinity is
-    open.
-    """
-    limits = [limit for limit in interval or () if limit is not None and not isinf(limit)]
+    """Return a value and its interval as text, to two digits of the interval's width; an infinite limit is open."""
+    limits = [limit for limit in interval or () if not isinf(limit)]
     width = scale * (max(limits) - min(limits)) if len(limits) == 2 else 0.0
     if not width > 0:
         text = " … ".join("open" if limit not in limits else significant(limit * scale, 4) for limit in interval or ())

@@ -396,8 +396,8 @@ def identifiability_warnings(
         warnings.append(circle.SQUARENESS_UNSEEN.found(ellipse=None if both else ellipse))
     elif not both:
         warnings.append(circle.MISMATCH_OR_SQUARENESS.found(ellipse=ellipse, ball_bar=test.is_ball_bar))
-    limits = {name: np.ravel(geometry[f"backlash.{name}"].ci95 or (-inf, inf)) for name in test.names}
-    moved = [name for name, ends in limits.items() if not ends.min() <= 0.0 <= ends.max()]
+    limits = {name: geometry[f"backlash.{name}"].limits for name in test.names}
+    moved = [name for name, (low, high) in limits.items() if not low <= 0.0 <= high]
     if moved:
         warnings.append(circle.LOST_MOTION_CAUSE.found(axes=" and ".join(moved), reference=bool(circles[0].errors)))
     if test.is_ball_bar:

@@ -310,9 +310,8 @@ def _built_upon(
 def _plateau(fit: GMSFit) -> dict[str, Estimate]:
     """Return the default static map: F_c = F_s, without viscous friction."""
     units = {p.name: si_unit(p.dimension, fit.motion) for p in StaticMap.parameters}
-    limits = fit.alpha_sum.ci95
-    level = fit.static.F_s
-    interval = None if limits is None else (float(limits[0]) * level, float(limits[1]) * level)  # type: ignore[arg-type]
+    level, (low, high) = fit.static.F_s, fit.alpha_sum.limits
+    interval = None if fit.alpha_sum.ci95 is None else (low * level, high * level)
     held = {name: getattr(fit.static, name) for name in ("v_s", "delta", "sigma")}
     return {
         "F_c": Estimate(level, units["F_c"], interval, assumed=True),

@@ -75,11 +75,9 @@ class PlantPart(Physical):
     def damping_error(self, motion: Motion) -> float:
         """Return half the 95 % interval of the drive's damping K_f·A/B [N·s/m], of A's interval; 0 without it."""
         known = self.estimates(motion)
-        limits = known["A"].ci95
-        if limits is None or not {"B", "K_f"} <= known.keys():
+        if not {"B", "K_f"} <= known.keys():
             return 0.0
-        low, high = limits
-        return 0.5 * (float(high) - float(low)) * float(known["K_f"]) / float(known["B"])  # type: ignore[arg-type]
+        return known["A"].half_width * float(known["K_f"]) / float(known["B"])
 
 
 METHODS = (

@@ -115,7 +115,7 @@ def _influence(axes: Axes, fit: PlantFit) -> None:
     for n, (gain, seen, half) in enumerate(zip(friction.gains, friction.seen, friction.half, strict=True)):
         axes.errorbar(gain, seen, yerr=half, fmt=MARKERS[n % len(MARKERS)], color=CYCLE[n % len(CYCLE)], capsize=2,
                       markerfacecolor="white")  # fmt: skip
-    low, high = (float(v) for v in fit.estimates["A"].ci95 or (0.0, 0.0))  # type: ignore[arg-type]
+    low, high = fit.estimates["A"].limits
     A = float(fit.estimates["A"])
     axes.errorbar(0, A, yerr=[[A - low], [high - A]], fmt="*", color=BLACK, markersize=9, capsize=2,
                   label="A without friction" if friction.differs else "A of all")  # fmt: skip

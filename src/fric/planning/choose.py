@@ -29,7 +29,7 @@ from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
-from fric.estimate import Covariance, Estimate
+from fric.estimate import Covariance, elements
 from fric.flaws.prediction import PLAN_ACCURACY, PLAN_LEFT_OVER, PLAN_NOT_ENOUGH, PLAN_PLANT_UNSURE, PLAN_TYPICAL
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed
@@ -555,19 +555,11 @@ def half_widths(documents: Sequence[PlantDocument | FrictionDocument]) -> dict[s
         else:
             parts = [document, *([document.second_mass] if document.second_mass is not None else [])]
             sections = [part.estimates(document.motion) for part in parts]
-        for name, value, (low, high), unit in (element for section in sections for element in _elements(section)):
-            found[name] = value, high - value if low == 0 else 0.5 * (high - low), unit  # at its bound it has one side
+        for name, one in (element for section in sections for element in elements(section)):
+            if one.ci95 is not None:
+                value, (low, high) = float(one), one.limits  # at its bound an interval has one side
+                found[name] = value, high - value if low == 0 else one.half_width, one.unit
     return found
-
-
-def _elements(section: Mapping[str, Estimate]) -> Iterator[tuple[str, float, tuple[float, float], str]]:
-    """Yield name, value, interval and unit of each number that has an interval; of a vector each element's."""
-    for name, estimate in section.items():
-        if estimate.ci95 is not None:
-            values, limits = np.ravel(estimate.value).tolist(), np.reshape(estimate.ci95, (-1, 2)).tolist()
-            names = [f"{name}_{n}" for n in range(1, len(values) + 1)] if isinstance(estimate.value, tuple) else [name]
-            for key, value, (low, high) in zip(names, values, limits, strict=True):
-                yield key, value, (low, high), estimate.unit
 
 
 def typical(halves: Sequence[float]) -> float:
@@ -612,9 +604,9 @@ def widening(
         rests = [mapping[section] for mapping in left if section in mapping]
         usual = typical(rests) if rests and rest > max(rests) else 0.0
         most = rest / usual if usual else 1.0
-        for name, _, (low, high), _ in _elements(known.estimates(section)) if most > 1.0 else ():
+        for name, one in elements(known.estimates(section)) if most > 1.0 else ():
             if name in parameters:
-                found[name] = min(max(0.5 * (high - low) / parameters[name].half_width, 1.0), most)
+                found[name] = min(max(one.half_width / parameters[name].half_width, 1.0), most)
     return found
 
 
@@ -644,9 +636,9 @@ def _sureness(document: PlantDocument) -> dict[str, float]:
         for part in parts if part.velocity_rms is not None
     )  # fmt: skip
     return {
-        name: 0.5 * (high - low) * np.sqrt(size)
-        for name, _, (low, high), _ in _elements(document.estimates(document.motion))
-        if size > 0 and np.isfinite(high - low) and high > low
+        name: one.half_width * np.sqrt(size)
+        for name, one in elements(document.estimates(document.motion))
+        if size > 0 and 0 < one.half_width < inf
     }
 
 

@@ -22,7 +22,7 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import NOMINAL_DOCUMENTS
 from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.estimate import Estimate
+from fric.estimate import Estimate, elements
 from fric.flaws import flaw_of
 from fric.input import foreign
 from fric.io.circle import DrawnGlitches, read_drawn, read_prediction, read_run_provenance, read_runs
@@ -538,15 +538,10 @@ def block_counts(before: Item, after: Item) -> tuple[int, int] | None:
 
 
 def _changes(name: str, before: Estimate, after: Estimate) -> Iterator[Change]:
-    if not isinstance(before.value, tuple) or not isinstance(after.value, tuple):
-        if isinstance(before.value, float) and isinstance(after.value, float):
-            yield Change(name, after.unit, before.value, after.value, limits_of(before.ci95), limits_of(after.ci95))
-        return
-    if len(before.value) != len(after.value):
-        return
-    intervals = [estimate.ci95 or (None,) * len(before.value) for estimate in (before, after)]
-    for n, (one, other, low, high) in enumerate(zip(before.value, after.value, *intervals, strict=True), 1):
-        yield Change(f"{name}_{n}", after.unit, one, other, limits_of(low), limits_of(high))
+    earlier, later = (dict(elements({name: estimate})) for estimate in (before, after))
+    for key, one in later.items() if earlier.keys() == later.keys() else ():
+        ends = limits_of(earlier[key].ci95), limits_of(one.ci95)
+        yield Change(key, one.unit, float(earlier[key]), float(one), *ends)
 
 
 def limits_of(given: Any) -> tuple[float, float] | None:

@@ -30,7 +30,7 @@ from fric.documents.friction import Fit, FrictionDocument
 from fric.documents.plant import PlantDocument, PlantPart
 from fric.drive.plant import Plant
 from fric.errors import FricError
-from fric.estimate import Covariance, Estimate
+from fric.estimate import Covariance, Estimate, elements
 from fric.figures.circle import (
     RelativeChange,
     SchemeContour,
@@ -287,10 +287,9 @@ def map_band(static: Mapping[str, Estimate], speed: Real, covariance: Covariance
 def _quantile(static: Mapping[str, Estimate], covariance: Covariance) -> float:
     """Return half an interval in standard deviations, of the offset or of F_c: about 2 with many strokes."""
     name = "offset" if "offset" in covariance.names else "F_c"
-    low, high = static[name].ci95 or (-inf, inf)
+    low, high = static[name].limits
     deviation = covariance.matrix[covariance.names.index(name)][covariance.names.index(name)] ** 0.5
-    width = high - low if isinstance(low, float) and isinstance(high, float) else inf
-    return float(np.clip(0.5 * width / deviation, 1.96, 4.0)) if deviation > 0 else 1.96
+    return float(np.clip(0.5 * (high - low) / deviation, 1.96, 4.0)) if deviation > 0 else 1.96
 
 
 def virgin_band(sections: Mapping[str, Mapping[str, Estimate]], longest: float) -> Band:
@@ -298,20 +297,15 @@ def virgin_band(sections: Mapping[str, Mapping[str, Estimate]], longest: float) 
     model = GMS.from_sections(sections)
     knots = model.slip_displacements
     z = np.unique(np.concatenate([np.geomspace(0.02 * knots.min(), longest, 300), knots[knots <= longest]]))
-    alpha, k, F_s = sections["gms"]["alpha"], sections["gms"]["k"], sections["static"]["F_s"]
-    single: dict[str, Estimate] = {"F_s": F_s}
-    for name, vector, given in (("alpha", alpha, model.alpha), ("k", k, model.k)):
-        intervals = vector.ci95 or (None,) * len(given)
-        for n, (value, interval) in enumerate(zip(given, intervals, strict=True)):
-            single[f"{name}_{n}"] = replace(vector, value=value, ci95=interval)  # type: ignore[arg-type]
+    single = {"F_s": sections["static"]["F_s"]} | {name: sections["gms"][name] for name in ("alpha", "k")}
 
     def force(changed: Mapping[str, float]) -> Real:
-        limit = np.array([changed.get(f"alpha_{n}", a) for n, a in enumerate(model.alpha)])
+        limit = np.array([changed.get(f"alpha_{n}", a) for n, a in enumerate(model.alpha, 1)])
         limit = limit / limit.sum() * changed.get("F_s", model.static.F_s)
-        stiffness = np.array([changed.get(f"k_{n}", value) for n, value in enumerate(model.k)])
+        stiffness = np.array([changed.get(f"k_{n}", value) for n, value in enumerate(model.k, 1)])
         return np.asarray(np.minimum(stiffness * z[:, np.newaxis], limit).sum(axis=1))
 
-    return Band(z, *_in_quadrature(force, single))
+    return Band(z, *_in_quadrature(force, dict(elements(single))))
 
 
 def _in_quadrature(

@@ -22,7 +22,7 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import AxisPart, MachineDocument, read_machine, read_machine_document
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document, write_document
-from fric.estimate import Estimate, in_digits
+from fric.estimate import Estimate, elements, in_digits
 from fric.figures.circle import polar_figure
 from fric.figures.style import save_figure
 from fric.friction.gms import GMS
@@ -226,11 +226,8 @@ def gms_rows(part: AxisPart, found: FrictionDocument) -> list[ComparedRow]:
         replace(C, interval="assumed", reason="No sliding record was given.") if estimates["C"].assumed else C,
     ]
     if few == many:
-        for name in ("alpha", "k"):
-            rows += [
-                _row(f"{name}_{n}", one, other)
-                for n, (one, other) in enumerate(zip(_split(given[name]), _split(estimates[name]), strict=True), 1)
-            ]
+        vectors = ({name: part[name] for name in ("alpha", "k")} for part in (given, estimates))
+        rows += [_row(name, one, other) for (name, one), (_, other) in zip(*map(elements, vectors), strict=True)]
     return rows
 
 
@@ -252,15 +249,6 @@ def _row(name: str, given: Estimate, found: Estimate) -> ComparedRow:
     return ComparedRow(
         name, f"{size * scale:.4g}", description, interval or ("fixed" if found.fixed else ""), unit, difference
     )
-
-
-def _split(vector: Estimate) -> list[Estimate]:
-    assert isinstance(vector.value, tuple)
-    intervals = vector.ci95 or (None,) * len(vector.value)
-    return [
-        Estimate(value, vector.unit, interval if isinstance(interval, tuple) else None)
-        for value, interval in zip(vector.value, intervals, strict=True)
-    ]
 
 
 def write_page(

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from html import escape
 from io import StringIO
-from math import inf, nan
+from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 
 from fric.errors import FricError, names, printable
-from fric.estimate import Estimate, elements, estimate_rows, note_of
+from fric.estimate import Estimate, elements, estimate_rows
 from fric.flaws import flaw_of
 from fric.flaws.unit import BOUNDS
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_several_axes
@@ -338,10 +338,8 @@ class Identified(Result):
 
 
 def _rows(section: str, entries: dict[str, dict[str, Any]]) -> Iterator[tuple[Any, ...]]:
-    for name, value, interval, entry in elements(entries):
-        low, high = (nan, nan) if interval is None else interval
-        ends = (-inf if low is None else low, inf if high is None else high)
-        yield section, name, value, *ends, entry["unit"], note_of(entry)
+    for name, one in elements(entries):
+        yield section, name, one.value, *(one.ci95 or (nan, nan)), one.unit, one.note
 
 
 class Advance(Protocol):

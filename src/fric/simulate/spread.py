@@ -15,7 +15,7 @@ import numpy as np
 
 from fric.drive.plant import Plant, hold_delay
 from fric.errors import FricError, require_known
-from fric.estimate import NORMAL_97_5, Covariance, Estimate, as_filed
+from fric.estimate import NORMAL_97_5, Covariance, Estimate, as_filed, elements
 from fric.friction import FrictionModel, Parameter, models
 from fric.friction.directed import Directed
 from fric.simulate.machine import Axis, Machine
@@ -102,13 +102,10 @@ def closed_intervals(name: str, estimate: Estimate) -> tuple[dict[str, tuple[flo
     """
     if estimate.ci95 is None:
         return {}, []
-    vector = isinstance(estimate.value, tuple)
-    values: Any = estimate.value if vector else (estimate.value,)
-    limits: Any = estimate.ci95 if vector else (estimate.ci95,)
-    found, refused = {}, []
-    for n, (value, (low, high)) in enumerate(zip(values, limits, strict=True), 1):
-        label = f"{name}_{n}" if vector else name
-        if -inf < low <= value <= high < inf:
+    found, refused = dict[str, tuple[float, float]](), []
+    for label, one in elements({name: estimate}):
+        low, high = one.limits
+        if -inf < low <= float(one) <= high < inf:
             found[label] = (low, high)
         else:
             refused.append(label)
