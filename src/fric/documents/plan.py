@@ -94,7 +94,7 @@ class PlanDocument(OfAxis, type="plan"):
 
 
 def plan_tree(
-    plan: Plan, *, prior: str, blocks: int | None, notices: Iterable[Notice], narrowing: Narrowing | None = None
+    plan: Plan, blocks: int | None, prior: str, notices: Iterable[Notice], narrowing: Narrowing | None = None
 ) -> dict[str, Any]:
     """Return a plan, with the assumed axis and what one more record would do, ready to be written or printed."""
     axis, motion = plan.axis.name, plan.axis.motion

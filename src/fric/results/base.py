@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property
 from html import escape
 from io import StringIO
@@ -206,17 +206,27 @@ class Result(ABC):
     """A result: it prints a report, draws a figure, and is saved to the file that its command writes."""
 
     _schema: ClassVar[tuple[type[Document], str] | None] = None
+    _tree: ClassVar[Callable[..., dict[str, Any]] | None] = None
 
-    def __init_subclass__(cls, schema: type[Document] | None = None, of: str = "") -> None:
-        """Keep the schema of the document, and the object that fills it: a field, or the result itself."""
+    def __init_subclass__(
+        cls, schema: type[Document] | None = None, of: str = "", tree: Callable[..., dict[str, Any]] | None = None
+    ) -> None:
+        """Keep the schema of the document, and the object that fills it: a field, or the result itself.
+
+        tree: In place of a schema, what makes the document of all fields in their order.
+        """
         if schema is not None:
             cls._schema = schema, of
+        if tree is not None:
+            cls._tree = staticmethod(tree)
         if "save" in vars(cls):
             cls.save = verb(cls.save)  # type: ignore[method-assign]
 
     @cached_property
     def document(self) -> dict[str, Any]:
         """What ``--json`` prints: the document that is saved, or the values found."""
+        if self._tree is not None:
+            return self._tree(*(getattr(self, field.name) for field in fields(self)))  # type: ignore[arg-type]
         if self._schema is None:
             raise NotImplementedError(f"{type(self).__name__} states neither a schema nor a document")
         schema, of = self._schema

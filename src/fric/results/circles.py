@@ -17,16 +17,9 @@ from fric.circles.next_circle import LEARNED, LeftOver, distrusts, measured_glit
 from fric.circles.prediction import Prediction, predicted
 from fric.circles.tune import Tuned, steps_of_tuning
 from fric.circles.tune import tune as refit
+from fric.documents import circle_findings
 from fric.documents.base import provenance
 from fric.documents.bundled import located
-from fric.documents.circle_findings import (
-    DiagnosisDocument,
-    LearnedFeedforwardDocument,
-    LearningDocument,
-    TuningDocument,
-    tuned_files,
-    write_tuned,
-)
 from fric.documents.machine_files import IdentifiedMachine, machine_to_predict, read_machine
 from fric.errors import FricError
 from fric.estimate import Estimate, estimate_rows, in_digits
@@ -58,7 +51,7 @@ from fric.verb import Kind, verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DiagnosisResult(Result, schema=DiagnosisDocument):
+class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
     """A measured circle: geometry, control loops, backlash, friction glitches, and the figures of ISO 230-4."""
 
     found: Diagnosis  # The diagnosis
@@ -282,7 +275,7 @@ def _reported(path: Path, names: Sequence[str]) -> dict[str, Estimate]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TuneResult(Result, schema=TuningDocument):
+class TuneResult(Result, schema=circle_findings.TuningDocument):
     """A machine with nominal parameters from recorded circles."""
 
     found: Tuned  # The result of the fit
@@ -354,9 +347,9 @@ class TuneResult(Result, schema=TuningDocument):
         folder = Path(path)
         figures = {folder / f"{name}.png": axis for name, axis in self.found.axes.items()}
         if folder.is_dir():
-            refuse_existing(*tuned_files(self.found, folder), *figures, force=force)
-        with together(*tuned_files(self.found, folder), *figures) as made:
-            written = write_tuned(self.found, Path(self.source), folder, force=force, done=made)
+            refuse_existing(*circle_findings.tuned_files(self.found, folder), *figures, force=force)
+        with together(*circle_findings.tuned_files(self.found, folder), *figures) as made:
+            written = circle_findings.write_tuned(self.found, Path(self.source), folder, force=force, done=made)
             for place, figure in figures.items():
                 save_figure(draw_tuned(figure), place, force=force)
                 made.append(place)
@@ -389,7 +382,7 @@ def tune(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LearnResult(Result, schema=LearningDocument, of="found"):
+class LearnResult(Result, schema=circle_findings.LearningDocument, of="found"):
     """A circle that was learned in simulation."""
 
     found: Learned  # The rounds
@@ -425,7 +418,7 @@ class LearnResult(Result, schema=LearningDocument, of="found"):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LearnedTable(Result, schema=LearnedFeedforwardDocument, of="table"):
+class LearnedTable(Result, schema=circle_findings.LearnedFeedforwardDocument, of="table"):
     """The feedforward of the next round, from a measured circle."""
 
     table: LearnedFeedforward  # The feedforward

@@ -149,7 +149,7 @@ def _numbers(given: ArrayLike | str, what: str, motion: Motion = "linear") -> Re
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlantResult(Identified):
+class PlantResult(Identified, tree=plant_tree):
     """An identified plant, eq. (1)."""
 
     fit: PlantFit | MotionFit  # The fit, to frequency responses or to motions
@@ -164,11 +164,6 @@ class PlantResult(Identified):
     def belief(self) -> Plant:
         """The plant in SI; raises a `FricError` where B or K_f is not known."""
         return PlantDocument.model_validate(self.document).plant(self.fit.motion)
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The plant file."""
-        return plant_tree(self.fit, self.records)
 
     def sections(self) -> dict[str, dict[str, dict[str, Any]]]:
         """Return A, B, T_d and K_f, and the further parameters of a motion."""
@@ -367,16 +362,11 @@ def _is_log(given: Any) -> bool:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StaticResult(IdentifiedFriction):
+class StaticResult(IdentifiedFriction, tree=static_tree):
     """An identified static map, eq. (2)."""
 
     fit: StaticFit  # The fit: points, map, intervals
     logs: Sequence[Log | ForceVelocity]  # The records that it was identified from
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The friction file."""
-        return static_tree(self.fit, self.logs)
 
     def predict(self, velocity: ArrayLike | str) -> tuple[Real, Real]:
         """Return the force [N] at velocities [m/s] including the offset, and the half-width of its 95 % band.
@@ -468,17 +458,12 @@ def _shape_factor(given: float | str) -> ShapeFactor:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GMSResult(IdentifiedModel):
+class GMSResult(IdentifiedModel, tree=gms_tree):
     """An identified GMS model."""
 
     fit: GMSFit  # The fit: parameters, virgin curve, replayed records
     logs: Sequence[Log]  # The records that it was identified from
     given: FrictionDocument | None = None  # The file of the static map that it builds upon, which is carried over
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The friction file, the static map carried over."""
-        return gms_tree(self.fit, self.logs, self.given)
 
     def brief(self) -> str:
         """Return the number of blocks, and C."""
@@ -598,16 +583,11 @@ CLIPPED = 0.1  # Share of a record whose force may be clipped: those samples are
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ModelResult(IdentifiedModel):
+class ModelResult(IdentifiedModel, tree=replay_tree):
     """Any friction model, identified by replay."""
 
     fit: ReplayFit  # What was found
     kept: FrictionDocument | None = None  # The friction file whose static map was kept
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The friction file."""
-        return replay_tree(self.fit, self.kept)
 
     def report(self) -> list[Piece]:
         """Return the parameters, and the residuals of a replay."""

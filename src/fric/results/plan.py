@@ -35,7 +35,7 @@ GOOD_TO = "expected half-widths are those of simulated records, and good to ± 2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlanResult(Result):
+class PlanResult(Result, tree=plan_tree):
     """Records to take of an axis."""
 
     plan: Plan  # The records to take, and their expected results
@@ -43,13 +43,6 @@ class PlanResult(Result):
     prior: str  # The axis that was assumed, in words
     notices: Sequence[Notice]  # Substitutes for unknown properties, and what cannot be expected
     narrowing: Narrowing | None = None  # Effect of a further record after a first result
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """The plan file."""
-        return plan_tree(
-            self.plan, prior=self.prior, blocks=self.blocks, notices=self.notices, narrowing=self.narrowing
-        )
 
     def report(self) -> list[Piece]:
         """Return the experiments, and the expected half-widths."""

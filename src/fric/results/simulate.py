@@ -34,19 +34,7 @@ from fric.results.kinds import (
     SpreadsLike,
     Workers,
 )
-from fric.simulate.contour_run import (
-    Circle,
-    CircleGrid,
-    CircleMap,
-    CircleRun,
-    PathRun,
-    PointPath,
-    RecordedPath,
-    pair,
-    reduction,
-    run_circle,
-    run_path,
-)
+from fric.simulate import contour_run
 from fric.simulate.machine import Machine
 from fric.simulate.processes import MonteCarlo, Study, run_all
 from fric.units import microns, readable
@@ -59,7 +47,7 @@ class CircleResult(Result, schema=CircleResultDocument):
     """The errors that schemes leave on a circle."""
 
     machine: Machine  # The machine
-    runs: Sequence[CircleRun]  # A run for each scheme
+    runs: Sequence[contour_run.CircleRun]  # A run for each scheme
     only: str | None = None  # Name of the axis, where a single axis was simulated
     many: MonteCarlo | None = None  # What they leave on many machines, where that was requested
     identified: IdentifiedMachine | None = None
@@ -103,13 +91,13 @@ class CircleResult(Result, schema=CircleResultDocument):
         columns = ["scheme", *QUADRANTS, "glitch", "rms", "range", "reduction", *(["paper"] if self.published else [])]
         return [Table(columns, [self._row(run) for run in self.runs], f"{self.machine.name}: {where}")]
 
-    def _row(self, run: CircleRun) -> list[str]:
-        less = reduction(run, self.runs)
+    def _row(self, run: contour_run.CircleRun) -> list[str]:
+        less = contour_run.reduction(run, self.runs)
         sizes = [*run.glitches, run.chance(), run.chance("rms"), run.chance("range")]
         row = [_named(run), *(chance.text() for chance in sizes), "" if less is None else f"{less:.0%}"]
         return row + self._paper(run)
 
-    def _paper(self, run: CircleRun) -> list[str]:
+    def _paper(self, run: contour_run.CircleRun) -> list[str]:
         known = self.published.get(run.scheme.name)
         return [] if not self.published else ["" if known is None else f"{known * 1e6:.0f}"]
 
@@ -164,7 +152,7 @@ class CircleResult(Result, schema=CircleResultDocument):
         return rows
 
 
-def _named(run: CircleRun) -> str:
+def _named(run: contour_run.CircleRun) -> str:
     return f"({run.scheme.name}) {run.scheme.title}"
 
 
@@ -208,14 +196,14 @@ def circle(
     """
     subject = machine_of(machine)
     sense = -1 if clockwise else 1
-    test = Circle(bounded("radius", radius), bounded("speed", velocity), revolutions, sense)
+    test = contour_run.Circle(bounded("radius", radius), bounded("speed", velocity), revolutions, sense)
     chosen = schemes_of(schemes, known)
     spreads = read_spreads(Path(spread)) if isinstance(spread, str | Path) else spread
     advance(0, total=len(chosen) + (machines or 0))
     runs = []
     given: dict[str, Any] = {"accuracy": in_si(accuracy, "small length")}
     for wanted in chosen:
-        runs.append(run_circle(subject, wanted, test, only=axis, schemes=len(chosen)))
+        runs.append(contour_run.run_circle(subject, wanted, test, only=axis, schemes=len(chosen)))
         advance()
     identified = machine if isinstance(machine, IdentifiedMachine) else None
     if measured and (identified is None or machines is None):
@@ -248,7 +236,7 @@ POINTS = 6  # Number of feeds, and of radii, in a range
 class CircleMapResult(Result, schema=CircleMapDocument, of="found"):
     """The glitches that schemes leave on circles of many feeds and radii."""
 
-    found: CircleMap  # The glitches
+    found: contour_run.CircleMap  # The glitches
     done: int  # Circles that were run: the first ones, where it was interrupted
 
     @property
@@ -339,19 +327,19 @@ def circle_map(
     Raises FricError: When the machine does not have two axes for a circle, or no circle was completed.
     """
     subject = machine_of(machine)
-    pair(subject)
+    contour_run.pair(subject)
     chosen = tuple(schemes_of(schemes, known))
     over = values_of(feeds, "velocity", points), values_of(radii, "position", points)
     for name, values in zip(("speed", "radius"), over, strict=True):
         bounded(name, max(values))
-    grid = CircleGrid(subject, chosen, *over, in_si(accuracy, "small length"))
+    grid = contour_run.CircleGrid(subject, chosen, *over, in_si(accuracy, "small length"))
     advance(0, total=len(grid))
     cells = run_all(grid, len(grid), workers=workers, scheduler=scheduler, advance=advance, interrupted=interrupted)
     if not cells:
         raise FricError("no circle was done", hint="Nothing was written.")
     done = len(cells)
     cells += [grid.not_run(n) for n in range(done, len(grid))]
-    return CircleMapResult(CircleMap(grid, cells), done)
+    return CircleMapResult(contour_run.CircleMap(grid, cells), done)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -359,7 +347,7 @@ class PathResult(Result, schema=PathResultDocument):
     """The errors that schemes leave on a path."""
 
     machine: Machine  # The machine
-    runs: Sequence[PathRun]  # A run for each scheme
+    runs: Sequence[contour_run.PathRun]  # A run for each scheme
     name: str  # Description of the path
 
     @property
@@ -375,7 +363,7 @@ class PathResult(Result, schema=PathResultDocument):
             Table(["scheme", "glitch", "rms", "range", "reduction"], [self._row(run) for run in self.runs], title)
         ]
         worst = max(self.runs, key=lambda run: run.contour.glitch)
-        names = pair(self.machine)
+        names = contour_run.pair(self.machine)
         rows = [
             [f"{names[reversal.axis]} turns at {reversal.x * 1e3:z.1f}, {reversal.y * 1e3:z.1f} mm"]
             + [run.glitches[n].text() for run in self.runs]
@@ -384,8 +372,8 @@ class PathResult(Result, schema=PathResultDocument):
         columns = ["reversal", *(f"({run.scheme.name})" for run in self.runs)]
         return [*text, Table(columns, rows, "glitch at each reversal in µm")] if rows else text
 
-    def _row(self, run: PathRun) -> list[str]:
-        less = reduction(run, self.runs)
+    def _row(self, run: contour_run.PathRun) -> list[str]:
+        less = contour_run.reduction(run, self.runs)
         sizes = [chance.text() for chance in (run.chance(), run.chance("rms"), run.chance("range"))]
         return [f"({run.scheme.name}) {run.scheme.title}", *sizes, "" if less is None else f"{less:.0%}"]
 
@@ -423,7 +411,7 @@ def path(
     Raises FricError: When the path has a corner, or the machine cannot follow it.
     """
     subject = machine_of(machine)
-    if isinstance(points, PointPath | RecordedPath):
+    if isinstance(points, contour_run.PointPath | contour_run.RecordedPath):
         name, followed = "path", points
     else:
         from fric.io.circle import read_path  # with HDF5, which a table needs not
@@ -434,6 +422,6 @@ def path(
     advance(0, total=len(chosen))
     runs = []
     for wanted in chosen:
-        runs.append(run_path(subject, wanted, followed, schemes=len(chosen)))
+        runs.append(contour_run.run_path(subject, wanted, followed, schemes=len(chosen)))
         advance()
     return PathResult(subject, runs, name)
