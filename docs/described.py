@@ -23,12 +23,13 @@ class Described(Extension):
     """Complete the docstrings of verbs and of the fields of dataclasses, as they stand in the source."""
 
     def on_function_instance(self, *, func: Function, **_: Any) -> None:
-        """Describe the shared arguments of a verb, as `fric.verb.verb` does at run time, and show plain types."""
+        """Make the sections of its docstring, of a verb with shared arguments, and show plain types."""
         for one in func.parameters:
             one.annotation = shown(one.annotation)
-        if func.docstring and any(str(one.value) == "verb" for one in func.decorators):
+        if func.docstring:
+            shared = SHARED if any(str(one.value) == "verb" for one in func.decorators) else {}
             names = [one.name for one in func.parameters]
-            func.docstring.value = documented(cleandoc(func.docstring.value), names, SHARED)
+            func.docstring.value = documented(cleandoc(func.docstring.value), names, shared)
 
     def on_class_members(self, *, cls: Class, **_: Any) -> None:
         """Make the sections of a class of the lines that describe its fields, its bases' among them."""

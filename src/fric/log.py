@@ -132,19 +132,10 @@ class Log(_FromFile):
     ) -> Self:  # fmt: skip
         """Return a record of the columns of a data frame that are channels: ``position [um]``, or ``position``.
 
-        Parameters
-        ----------
-        frame
-            A `pandas.DataFrame`, or a mapping of columns.
-        units
-            Unit by channel, where a column's name does not include it; SI else.
-        name, kind, axis, motion
-            As of the record.
-
-        Raises
-        ------
-        FricError
-            When there is no time, a unit does not fit, or a column holds no numbers.
+        frame: A `pandas.DataFrame`, or a mapping of columns.
+        units: Unit by channel, where a column's name does not include it; SI else.
+        name, kind, axis, motion: As of the record.
+        Raises FricError: When there is no time, a unit does not fit, or a column holds no numbers.
         """
         if not hasattr(frame, "keys"):
             raise refused("Log.from_frame", "a data frame, or columns by name", frame)

@@ -11,7 +11,7 @@ from inspect import CO_VARARGS, BoundArguments, Parameter, cleandoc, signature, 
 from math import isfinite
 from numbers import Integral, Real
 from pathlib import Path
-from types import NoneType, UnionType
+from types import FunctionType, NoneType, UnionType
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
 from fric.errors import FricError, Typed, near
@@ -178,6 +178,10 @@ def explained(kind: type[T], *, before: bool = False) -> type[T]:
     """
     found: Any = kind
     kind.__doc__ = documented(cleandoc(kind.__doc__ or ""), signature(kind).parameters, {})
+    for member in vars(kind).values():
+        method = getattr(member, "__func__", member)
+        if isinstance(method, FunctionType) and method.__doc__:
+            method.__doc__ = documented(cleandoc(method.__doc__), signature(method).parameters, {})
     made = vars(kind).get("__init__")
     if made is None or made.__name__ == "explaining":
         return kind

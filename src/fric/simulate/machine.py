@@ -164,12 +164,8 @@ class Machine:
     def is_nominal(self, models: Iterable[str | None], axes: Iterable[str]) -> bool:
         """Return whether controllers know the axes exactly: the plant, and friction but for its gain.
 
-        Parameters
-        ----------
-        models
-            Friction models that are fed forward, by name; None for none.
-        axes
-            Names of the axes.
+        models: Friction models that are fed forward, by name; None for none.
+        axes: Names of the axes.
         """
         wanted = [name for name in models if name is not None]
 
@@ -189,16 +185,9 @@ class Machine:
     def with_belief(self, **beliefs: Belief | Sequence[Belief]) -> Machine:
         """Return the machine with other models in its controllers; its true axes do not change.
 
-        Parameters
-        ----------
-        beliefs
-            By axis: a friction model (or several by name) to feed forward, a nominal plant, a cascade, a disturbance
-            observer, or a result with one of these; several in a list.
-
-        Raises
-        ------
-        FricError
-            When there is no such axis, a result is of another axis, or it is none of these.
+        beliefs: By axis: a friction model (or several by name) to feed forward, a nominal plant, a cascade, a
+            disturbance observer, or a result with one of these; several in a list.
+        Raises FricError: When there is no such axis, a result is of another axis, or it is none of these.
         """
         axes = dict(self.axes)
         for name, given in beliefs.items():
