@@ -18,9 +18,9 @@ from fric.identify.static_map.map_fit import fit_map
 from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
 from fric.log import ForceVelocity
 from fric.records.prepared import prepared
-from fric.statistics import DIFFERENT, between_records, mixed_model
+from fric.statistics import DIFFERENT, between_records, mixed_model, reach
 from tests.chance import fewest, most
-from tests.identify.presliding import APART, PAPER, identify_gms, record
+from tests.identify.presliding import APART, PAPER, identify_gms, pair, record
 from tests.identify.test_rigid_body import M, motion
 
 TRUTH = {"F_c": 50.0, "F_s": 80.0, "sigma": 100.0, "offset": 0.0}
@@ -96,9 +96,57 @@ def test_effects_are_those_of_a_balanced_analysis_of_variance() -> None:
     between = float(np.var(means, ddof=1)) - within / n
     assert float(found.deviations[0]) == pytest.approx(between**0.5, rel=1e-3)
     assert float(found.measured[0]) == pytest.approx(np.std(means, ddof=1), rel=1e-3)
+    assert float(found.error[0]) == pytest.approx((within / n) ** 0.5, rel=1e-2)
     shrunk = between / (between + within / n) * (means - means.mean())
     np.testing.assert_allclose(found.predicted, shrunk, rtol=2e-3)
     assert found.likelier > 20.0
+
+
+def test_effects_are_measured_where_none_is_left_beyond_chance() -> None:
+    """Levels that agree better than their errors were of no deviation: 15 % of next records of as much were missed."""
+    rng = np.random.default_rng(2)
+    noise = rng.standard_normal((3, 8))
+    y = noise - noise.mean(axis=1, keepdims=True) + np.array([[0.1], [-0.1], [0.0]])
+    found = mixed_model(y.ravel(), np.ones((24, 1)), np.zeros(24), [np.kron(np.eye(3), np.ones((8, 1)))])
+    assert found.deviations == [0.0]
+    assert float(found.measured[0]) == pytest.approx(0.1, rel=1e-6)
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.05])
+def test_two_records_tell_their_scatter_by_one_difference_and_what_is_common(scatter: float) -> None:
+    """Two levels of 5 % each are held in 92 to 98 %, their next one too, and of two alike most are not widened."""
+    rng, error, count = np.random.default_rng(5), 1e-3, 400
+    mean, following, widened = 0, 0, 0
+    levels = scatter * rng.standard_normal((count, 3))
+    for first, second, after in levels:
+        seen = np.array([first, second]) + error * rng.standard_normal(2)
+        half = reach(float(np.std(seen, ddof=1)), error, 2)
+        own = np.hypot(half, 1.96 * error) / 2**0.5
+        mean += abs(seen.mean()) <= own
+        following += abs(seen.mean() - after) <= np.hypot(own, half)
+        widened += half > 0.0
+    assert fewest(count, 0.92) <= mean
+    assert fewest(count, 0.92) <= following
+    assert max(mean, following) <= most(count, 0.985) if scatter else widened < 0.5 * count
+
+
+@pytest.mark.parametrize("count", [1, pytest.param(40, marks=pytest.mark.long(150))])
+def test_two_sines_of_other_amplitudes_that_differ_in_level_are_held_and_said(count: int) -> None:
+    """With 5 % each alpha and k were held in 57 %: two were compared of one motion alone, and gms did not say it."""
+    held, told = [], 0
+    for seed in range(count):
+        levels = 1.0 + 0.05 * np.random.default_rng([seed, 77]).standard_normal(2)
+        sines = pair(APART, cycles=3, dt=2e-2, step=0.0, seed=seed)
+        logs = [replace(log, force=log.force * by) for log, by in zip(sines, levels, strict=True)]
+        fit = identify_gms(logs, static=PAPER, blocks=4)
+        held += [
+            low <= true <= high
+            for found, trues in ((fit.alpha, APART.alpha), (fit.k, APART.k))
+            for true, (low, high) in zip(trues, found.ci95, strict=True)
+        ]
+        told += any(one.code == "records-vary" for one in fit.warnings)
+    assert sum(held) >= 0.93 * len(held)
+    assert told >= count - 1
 
 
 DAHL = Dahl(F_c=50.0, sigma_0=5e6, n=1.0, sigma=40.0)
@@ -195,7 +243,7 @@ def test_records_that_are_alike_are_not_said_to_differ(records: int) -> None:
     assert told <= most(20, 0.005)
 
 
-@pytest.mark.parametrize("count", [4, pytest.param(40, marks=pytest.mark.long(30))])
+@pytest.mark.parametrize("count", [2, pytest.param(40, marks=pytest.mark.long(30))])
 def test_a_mass_that_varies_between_records_is_held_and_said(count: int) -> None:
     """Five motions, each with another load on the table. Fails in under one of a thousand (`tests/chance.py`).
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
-from scipy.special import stdtrit
 
 from fric.control import block_type
 from fric.documents.base import (
@@ -51,6 +50,7 @@ from fric.records.preparation import WINDOWS
 from fric.simulate.machine import Axis, Machine, NominalFriction, Published
 from fric.simulate.reality.flaws import NONE, Reality, SecondMass
 from fric.simulate.spread import Distribution, Intervals, Spread, check_spreads, closed_intervals, friction_intervals
+from fric.statistics import reach
 from fric.units import Motion, parse
 from fric.verb import Kind, verb
 
@@ -610,7 +610,7 @@ def _of_friction(friction: FrictionDocument) -> Found:
 def level_of_next_record(friction: FrictionDocument) -> float:
     """Return half the 95 % interval of the level of the next record [1], beyond the error of the mean.
 
-    It is the deviation of the levels by Student's t of their number less one; a single record has four windows.
+    It is the `reach` of the deviation of their levels; a single record has four windows.
     """
     made = friction.provenance.model_dump() if friction.provenance else {}
     strokes = len({log.get("record") for log in (made.get("static") or made).get("logs", ())})
@@ -619,7 +619,7 @@ def level_of_next_record(friction: FrictionDocument) -> float:
         fit = friction.fit_of(name)
         count = len(fit.records) if fit.records else strokes
         deviation = _number((fit.between_records or {}).get("level"))
-        found.append(float(stdtrit(count - 1 if count > 1 else WINDOWS - 1, 0.975)) * deviation)
+        found.append(reach(deviation, 0.0, count if count > 1 else WINDOWS) if deviation else 0.0)
     return max(found)
 
 

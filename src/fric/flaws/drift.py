@@ -27,7 +27,8 @@ ENERGY_IN_ONE_SEGMENT = Flaw("energy-in-one-segment", "doubt",
 RECORDS_VARY = Flaw("records-vary", "doubt",
     "{within:Quarters of the record|Records} differ: {by} (standard deviation). In their order: {order}.",
     "Intervals are of the mean over them, and allow for it.{one_speed: Each holds one speed: log several in each, "
-    "which separates records from friction over speed.|}")
+    "which separates records from friction over speed.|}{motions: Their motions differ, too: log each twice, "
+    "which shows whether friction changed or the model misses a motion.|}")
 FRICTION_DIFFERS = Flaw("friction-differs", "doubt",
     "Curves of two records differ by {by:2} where they meet: friction changed, or GMS does not fit it.")
 REST_RAISES_FRICTION = Flaw("rest-raises-friction", "wrong",

@@ -14,6 +14,7 @@ from fric.columns import PRESLIDING
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
+from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.files import RECORD_LEFT_OUT
 from fric.friction import FrictionModel
 from fric.friction.directed import directed, mean_map
@@ -115,9 +116,9 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
             raise
         (result, lateness), one = without
         unsuited.append(RECORD_LEFT_OUT.found(one.log.where, why=error.what))
-    warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
-    amiss = record_flaws([*presliding, *sliding], "gms")
-    return replace(result, warnings=(*lateness, *warnings, *amiss, *doubtful, *left_out, *kicked, *unsuited))
+    found = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
+    warnings, amiss = (*result.warnings, *lateness, *found), record_flaws([*presliding, *sliding], "gms")
+    return replace(result, warnings=(*warnings, *amiss, *doubtful, *left_out, *kicked, *unsuited))
 
 
 def _suited(
@@ -205,12 +206,14 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     together: Covariance | None = None
     late: Mapping[str, Estimate] = {}
     varies: Mapping[str, Estimate] = {}
+    vary: tuple[Notice, ...] = ()
     if refined:
         given = static or base, negative
         fit = _refined(records, given, begin, hunting, with_level=curve.saturates, with_C=bool(slides))
         alpha, k, C = (fit.estimates["gms"][name] for name in ("alpha", "k", "C"))
         level, model, together = fit.level, fit.model, fit.covariance
         late, varies = fit.late, fit.between_records
+        vary = tuple(one for one in fit.warnings if one.code == RECORDS_VARY.code)
         if C.fixed:
             C = replace(C, fixed=False, assumed=True)
     else:
@@ -228,7 +231,7 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     curve = with_all_errors(curve, blocks_found(curve.displacement))
     result = GMSFit(
         log.axis, motion, base, static is not None, alpha, k, C, level, curve, tuple(hysteresis), found, choice,
-        blocks, knots is not None, refined, tuple(replays), together, varies, (),
+        blocks, knots is not None, refined, tuple(replays), together, varies, vary,
     )  # fmt: skip
     return result, late
 

@@ -673,8 +673,8 @@ def _varies(between: Between | None, estimates: Mapping[str, Estimate]) -> Itera
             f"{name} by {readable(float(size), unit, 2)}"
             for name, size, unit in zip(estimates, between.deviations, units, strict=True) if size > 0.0
         ]  # fmt: skip
-        masses = [readable(float(estimates["M"]) + float(off), units[0], 4) for off in between.off[:, 0]]
-        yield RECORDS_VARY.found(by=by, order=[f"M {mass}" for mass in masses], one_speed=False, within=False)
+        order = [f"M {readable(float(estimates['M']) + float(off), units[0], 4)}" for off in between.off[:, 0]]
+        yield RECORDS_VARY.found(by=by, order=order, one_speed=False, within=False, motions=False)
 
 
 def _warnings(

@@ -57,7 +57,7 @@ from fric.records.inspection import CONDITION, RESOLVED, energy_changes, identif
 from fric.records.preparation import DIMENSIONS, Own
 from fric.records.prepared import Prepared
 from fric.records.recognition import kind_of
-from fric.statistics import DIFFERENT, OF_TWO, hac_covariance, jackknife, sandwich, supposed, widened
+from fric.statistics import DIFFERENT, OF_TWO, hac_covariance, jackknife, reach, sandwich, supposed, widened
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
 
@@ -120,23 +120,25 @@ class Levels(NamedTuple):
     deviation: float  # Standard deviation of the records' levels [1]
     each: Real  # Level of each record less the mean [1], shape (R,)
     chance: float  # Probability with which records of one level scatter so
+    sure: bool  # Whether they scatter beyond chance, where two alone show it
+    alike: bool  # Whether they have one motion
     gained: Real  # What the covariance of the joint parameters gains by it, shape (s, s)
+    left: Real  # The residuals less what levels explain, shape (n,)
 
 
 def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Levels | None:
     """Return the variation of the level of friction between records; None if they do not show it.
 
     Record r shows ``(1 + u_r)·F``. The contrasts of u are estimated beside all parameters, by one Gauss-Newton step,
-    with the covariance V of `replay_covariance`; by moments ``τ² = (Σu² - tr V)/(R - 1)`` (Hedges 1983). The parameters
-    gain ``H·τ²·Hᵀ``, H being how they move with each u, with Student's t of R - 1. Two records are only compared if
-    they have the same motion: the error of a model along another motion would look like a level.
+    with the covariance V of `replay_covariance`: ``s² = Σu²/(R - 1)``, with the error ``v = tr V/(R - 1)`` in it. With
+    H, how parameters move with each u, they gain ``H·Hᵀ·(t²·s²/z² - v)``, as far as it is positive: their covariance
+    holds v. So the interval holds Student's t and the error alone. Of two records it is the `reach`.
 
     shown: Derivatives of the residual by what is seen, shape (n, s).
     """
     records, model = search.records, search.coordinates.build(best.x)
     spans = [float(np.ptp(record.motion.position[record.used])) for record in records if not record.slides]
-    count = len(spans)
-    if count < 2 or (count == 2 and max(spans) > SPANS_ALIKE * min(spans)):
+    if (count := len(spans)) < 2:
         return None
     member = np.eye(len(records))[:, [not record.slides for record in records]]
     replayed = [np.outer(record.replay(model), row) for record, row in zip(records, member, strict=True)]
@@ -148,14 +150,15 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
         return None
     found = np.linalg.lstsq(X, best.residual, rcond=None)[0]
     V = replay_covariance(X, best.residual - X @ found, records, quantile)[: count - 1, : count - 1]
-    u = found[: count - 1]
-    chance = float(chdtrc(count - 1, float(u @ np.linalg.solve(V, u))))
-    variance = max(float(u @ u - np.trace(V)) / (count - 1), 0.0)
-    if variance == 0.0 or chance > OF_TWO:
+    u, error = found[: count - 1], float(np.trace(V)) / (count - 1)
+    deviation = float(np.sqrt(u @ u / (count - 1)))
+    beyond = reach(deviation, error**0.5, count) ** 2 / quantile**2 - (count > 2) * error
+    if beyond <= 0.0:
         return None
+    chance = float(chdtrc(count - 1, float(u @ np.linalg.solve(V, u))))
     H = np.linalg.lstsq(shown, columns, rcond=None)[0]
-    wider = float(stdtrit(count - 1, 0.975)) / quantile
-    return Levels(variance**0.5, contrasts @ u, chance, wider**2 * variance * H @ H.T)
+    alike, left = max(spans) < SPANS_ALIKE * min(spans), best.residual - columns @ contrasts @ u
+    return Levels(deviation, contrasts @ u, chance, count > 2 or chance < OF_TWO, alike, beyond * H @ H.T, left)
 
 
 class Slopes(NamedTuple):
@@ -833,7 +836,8 @@ def _described(
     if seen.any():
         basis = np.eye(len(x))[:, seen]
         levels = levels_of(search, best, best.gradient @ basis, quantile)
-        covariance[np.ix_(seen, seen)] = _covariance(search, best, basis, quantile, beyond)
+        alike = best if levels is None else replace(best, residual=levels.left)
+        covariance[np.ix_(seen, seen)] = _covariance(search, alike, basis, quantile, beyond)
         covariance[np.ix_(seen, seen)] += sum(by[np.ix_(seen, seen)] for by in wider)
         covariance[np.ix_(seen, seen)] += 0.0 if levels is None else levels.gained
     if placement is not None and len(placement.places) and seen.all():
@@ -875,7 +879,7 @@ def _described(
         others = [f"the {name} by {readable(float(by), by.unit, 2)}" for name, by in between.items() if name != "level"]
         each = [f"{1.0 + item:.3f} of the friction" for item in levels.each]
         by = [f"friction by {levels.deviation:.1%}", *others]
-        warnings.append(RECORDS_VARY.found(by=by, order=each, one_speed=False, within=False))
+        warnings.append(RECORDS_VARY.found(by=by, order=each, one_speed=False, within=False, motions=not levels.alike))
     return ReplayFit(
         model, records[0].log.axis, motion, estimates, records, level, own, rmse, r2, independent, coordinates, x,
         solved.joint(), lateness(search, best, quantile), tuple(warnings), between,
@@ -886,7 +890,7 @@ def _scatter(
     records: Sequence[Prepared], variance: Sequence[Sequence[float]], levels: Levels | None
 ) -> dict[str, Estimate]:
     """Return the standard deviation of the differences between records, in level and fitted terms."""
-    found = {} if levels is None else {"level": Estimate(levels.deviation, "1")}
+    found = {} if levels is None or not levels.sure else {"level": Estimate(levels.deviation, "1")}
     for n, name in enumerate(records[0].done.own):
         values = [one[n] for one, record in zip(variance, records, strict=True) if record.done.own[n:][:1] == (name,)]
         if len(values) == len(records) > 2 and name != "damping":

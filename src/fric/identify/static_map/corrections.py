@@ -33,7 +33,7 @@ from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log
 from fric.records.over_strokes import PLACES, along_axis, over_place
 from fric.records.preparation import WINDOWS
-from fric.statistics import DIFFERENT, OF_TWO, mixed_model, sandwich
+from fric.statistics import DIFFERENT, OF_TWO, mixed_model, reach, sandwich
 
 RECORDS = 8  # Least number of records of a single speed each whose levels are separable from the map
 _LEVELS = ("F_c", "F_s")
@@ -70,14 +70,23 @@ def between_records(strokes: Strokes) -> Correction | None:
         kinds.append(member)
     found = mixed_model(problem.F - problem.model(solution.theta), columns, fitted.own, kinds)
     chance = float(chdtrc(len(kinds), found.likelier))
-    if not found.deviations.any() or chance > (DIFFERENT if within else OF_TWO if len(names) == 2 else 1.0):
+    count, friction = len(names), float(np.mean(np.abs(np.sum(list(levels.values()), axis=0))))
+    sizes = np.array([1.0] * len(levels) + [friction] * problem.with_offset)
+    reaches = sizes * [reach(*of, count) for of in zip(found.measured / sizes, found.error / sizes, strict=True)]
+    # the map's error holds that of the effects as far as chance alone: of more than two Student's t holds both
+    beyond = np.maximum(reaches**2 - (count > 2) * (1.96 * found.error) ** 2, 0.0)
+    if not beyond.any() or (within and chance > DIFFERENT):
         return None
     effects = np.hstack(kinds)
     points = [point.less(by) for point, by in zip(strokes.points, effects @ found.predicted, strict=True)]
-    together = float(stdtrit(len(names) - 1, 0.975)) * (effects @ found.errors).T
+    t = reaches / np.maximum(found.measured if count > 2 else found.deviations, 1e-300) * (found.deviations > 0.0)
+    apart = np.sqrt(np.maximum(beyond - (t * found.deviations) ** 2, 0.0) / count)
+    mean = np.column_stack([by * kind.sum(axis=1) for by, kind in zip(apart, kinds, strict=True)])
+    together = np.hstack([np.repeat(t, count) * effects @ found.errors, mean]).T
     vary, offset = found.deviations[: len(levels)], (*found.deviations, 0.0)[len(levels)]
     level, bias = found.measured[: len(levels)].max(), (*found.measured, 0.0)[len(levels)]
     scatter = {"level": Estimate(float(level), "1"), "offset": strokes.asked.of(bias, "force")}
+    scatter = scatter if count > 2 or chance < OF_TWO else {}
     notices = []
     if chance < DIFFERENT:
         by = [f"{name} by {size:.1%}" for name, size in zip(levels, vary, strict=True)]
@@ -85,7 +94,7 @@ def between_records(strokes: Strokes) -> Correction | None:
         most = int(vary.argmax())
         shares = found.predicted[most * len(names) : (most + 1) * len(names)]
         order = [f"{1.0 + share:.3f} of {'the ' * (not within)}{list(levels)[most]}" for share in shares]
-        notices.append(RECORDS_VARY.found(by=by, order=order, one_speed=one_speed, within=within))
+        notices.append(RECORDS_VARY.found(by=by, order=order, one_speed=one_speed, within=within, motions=False))
     return Correction(points=points, together=together, notices=notices, between_records=scatter)
 
 
