@@ -124,7 +124,7 @@ e with chances of a sixth. Public logs have 1 % (two records of a positioning ax
 
 
 def reach(deviation: float, error: float, count: int) -> float:
-    """Return half the 95 % interval of an effect, of which a number are seen: normal, their mean known.
+    """Return half the 95 % interval of an effect as measured, of which a number are seen: normal, their mean known.
 
     It is Student's t of one less times the deviation. Two tell it by one difference, so a prior enters: with equal
     chances they are alike or scatter by τ, ``log(τ/COMMON)`` being N(0, 1). The interval is the posterior mixture's.
@@ -135,12 +135,14 @@ def reach(deviation: float, error: float, count: int) -> float:
         return float(stdtrit(count - 1, 0.975)) * deviation
     x = np.linspace(-2.5, 2.5, 41)
     prior = np.append(1.0, np.exp(-0.5 * x**2) / np.sum(np.exp(-0.5 * x**2)))
-    tau = np.append(1e-9, COMMON * np.exp(x))
-    variance = tau**2 + error**2
+    variance = np.append(1e-18, (COMMON * np.exp(x)) ** 2) + error**2
     logs = np.log(prior) - 0.5 * (np.log(variance) + deviation**2 / variance)
-    weight, halves = np.exp(logs - logs.max()), np.geomspace(1e-5, 3.0, 400)
-    outside = 2.0 * ndtr(-halves[:, np.newaxis] / tau) @ (weight / weight.sum())
-    return float(halves[np.argmax(outside <= 0.05)]) * float(outside[0] > 0.05)
+    weight, halves = (
+        np.exp(logs - logs.max()),
+        np.geomspace(1.95 * np.sqrt(variance[0]), 2.0 * np.sqrt(variance[-1]), 400),
+    )
+    outside = 2.0 * ndtr(-halves[:, np.newaxis] / np.sqrt(variance)) @ (weight / weight.sum())
+    return float(halves[np.argmax(outside <= 0.05)])
 
 
 def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | None = None, most: float = 12.0) -> Real:

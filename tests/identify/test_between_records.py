@@ -121,10 +121,9 @@ def test_two_records_tell_their_scatter_by_one_difference_and_what_is_common(sca
     for first, second, after in levels:
         seen = np.array([first, second]) + error * rng.standard_normal(2)
         half = reach(float(np.std(seen, ddof=1)), error, 2)
-        own = np.hypot(half, 1.96 * error) / 2**0.5
-        mean += abs(seen.mean()) <= own
-        following += abs(seen.mean() - after) <= np.hypot(own, half)
-        widened += half > 0.0
+        mean += abs(seen.mean()) <= half / 2**0.5
+        following += abs(seen.mean() - after) <= np.hypot(half / 2**0.5, half)
+        widened += half > 2.2 * error
     assert fewest(count, 0.92) <= mean
     assert fewest(count, 0.92) <= following
     assert max(mean, following) <= most(count, 0.985) if scatter else widened < 0.5 * count

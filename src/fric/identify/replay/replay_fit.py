@@ -132,7 +132,7 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
     Record r shows ``(1 + u_r)·F``. The contrasts of u are estimated beside all parameters, by one Gauss-Newton step,
     with the covariance V of `replay_covariance`: ``s² = Σu²/(R - 1)``, with the error ``v = tr V/(R - 1)`` in it. With
     H, how parameters move with each u, they gain ``H·Hᵀ·(t²·s²/z² - v)``, as far as it is positive: their covariance
-    holds v. So the interval holds Student's t and the error alone. Of two records it is the `reach`.
+    holds v. So the interval holds Student's t and the error alone; two records have the `reach` for t·s.
 
     shown: Derivatives of the residual by what is seen, shape (n, s).
     """
@@ -152,7 +152,7 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
     V = replay_covariance(X, best.residual - X @ found, records, quantile)[: count - 1, : count - 1]
     u, error = found[: count - 1], float(np.trace(V)) / (count - 1)
     deviation = float(np.sqrt(u @ u / (count - 1)))
-    beyond = reach(deviation, error**0.5, count) ** 2 / quantile**2 - (count > 2) * error
+    beyond = reach(deviation, error**0.5, count) ** 2 / quantile**2 - error
     if beyond <= 0.0:
         return None
     chance = float(chdtrc(count - 1, float(u @ np.linalg.solve(V, u))))

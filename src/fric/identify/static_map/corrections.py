@@ -73,13 +73,13 @@ def between_records(strokes: Strokes) -> Correction | None:
     count, friction = len(names), float(np.mean(np.abs(np.sum(list(levels.values()), axis=0))))
     sizes = np.array([1.0] * len(levels) + [friction] * problem.with_offset)
     reaches = sizes * [reach(*of, count) for of in zip(found.measured / sizes, found.error / sizes, strict=True)]
-    # the map's error holds that of the effects as far as chance alone: of more than two Student's t holds both
-    beyond = np.maximum(reaches**2 - (count > 2) * (1.96 * found.error) ** 2, 0.0)
+    beyond = np.maximum(reaches**2 - (1.96 * found.error) ** 2, 0.0)  # what the map's error does not hold
     if not beyond.any() or (within and chance > DIFFERENT):
         return None
     effects = np.hstack(kinds)
     points = [point.less(by) for point, by in zip(strokes.points, effects @ found.predicted, strict=True)]
-    t = reaches / np.maximum(found.measured if count > 2 else found.deviations, 1e-300) * (found.deviations > 0.0)
+    t = reaches / found.measured if count > 2 else np.sqrt(beyond) / np.maximum(found.deviations, 1e-300)
+    t = t * (found.deviations > 0.0)
     apart = np.sqrt(np.maximum(beyond - (t * found.deviations) ** 2, 0.0) / count)
     mean = np.column_stack([by * kind.sum(axis=1) for by, kind in zip(apart, kinds, strict=True)])
     together = np.hstack([np.repeat(t, count) * effects @ found.errors, mean]).T
