@@ -7,7 +7,7 @@ from functools import partial
 from os import environ
 from pathlib import Path
 from time import monotonic
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from fric.automatic.sources import MOTION, Source, Sources
 from fric.columns import FORCE_VELOCITY, PRESLIDING
@@ -290,14 +290,16 @@ def identify_axes(
         of_axis = [log for log in logs if log.axis == name]
         folder = session.folder / name
         controller = gains(of_axis) if gains else None
-        plan = axis_steps(of_axis, folder, lean=lean, controller=controller, encoder=encoder)
-        begun = [step for step in plan.steps[:1] if step.command == "identify plant"]
-        if begun and not session.take(begun[0]):
-            plan = axis_steps(of_axis, folder, lean=lean, controller=controller, encoder=encoder, shaken=False)
+        given = partial(axis_steps, of_axis, folder, lean=lean, controller=controller, encoder=encoder)
+        plans = {plan.shaken: plan for plan in map(given, ("any", "strokes")) if plan.shaken}
+        tries = list(plans.values())
+        took = (plan for plan in tries if session.take(plan.steps[0], tried=plan is not tries[-1]))
+        plan = next(took, None) or given("none" if tries else "any")
         read = {path for step in plan.steps for path in step.reads}
         for unused in (log for log in of_axis if log.path not in read and log.kinds != {"holding-map"}):
             found.description.append(FILE_UNUSED.found(str(unused.path), kinds=sorted(unused.kinds), axis=name))
-        done = [step.name.partition(": ")[2] for step in plan.steps if step in begun or session.take(step)]
+        done = ["plant"] * bool(plan.shaken)
+        done += [step.name.partition(": ")[2] for step in plan.steps[len(done) :] if session.take(step)]
         failed = [session.failed[step.name] for step in plan.steps if step.name in session.failed]
         broken = [f"{failure.step.name.partition(': ')[2]}: {failure}" for failure in failed]
         files = {part: folder / f"{part}.yaml" for part in PARTS}
@@ -373,22 +375,27 @@ class AxisSteps(NamedTuple):
     steps: list[Step]
     missing: list[str]
 
+    @property
+    def shaken(self) -> tuple[Path, ...]:
+        """The records that give the plant, of the first step."""
+        return self.steps[0].given if self.steps and self.steps[0].command == "identify plant" else ()
+
 
 def axis_steps(
     logs: Sequence[Source],
     folder: Path,
+    shaken: Literal["any", "strokes", "none"] = "any",
     *,
     lean: bool = False,
     controller: Path | None = None,
     encoder: EncoderName = "motor",
-    shaken: bool = True,
 ) -> AxisSteps:
     """Return the steps of one axis: plant, static map, GMS, controller, observer.
 
+    shaken: Records that give the plant: responses or a motion, of motions strokes alone, or none.
     lean: Only identify: no figures, controller or observer; the static map has one form, so that dates compare.
     controller: The file of the controller's gains; designed where there is none.
     encoder: Of two encoders, the one whose position friction is identified on.
-    shaken: Whether records of a response or a motion give the plant.
     """
     axis = logs[0].axis
     which = {"encoder": encoder} if encoder != "motor" and any(log.loaded for log in logs) else {}
@@ -414,15 +421,16 @@ def axis_steps(
     enough = enough_in(mapped)
     effort = is_effort(logs[0].motion)
     fast = [log for log in logs if MOTION in log.uses and not (log.kinds & PRESLIDING and "gms" in log.uses)]
+    fast = [log for log in fast if shaken != "strokes" or "constant-velocity" in log.kinds]
     other = [log for log in fast if "constant-velocity" not in log.kinds] if enough else fast
-    moving = of("motion") or [log.path for log in other or (fast if effort else [])]
-    responses, shaking = (responses, responses or moving) if shaken else ([], [])
+    moving = (shaken != "strokes" and of("motion")) or [log.path for log in other or (fast if effort else [])]
+    responses, shaking = (responses, responses or moving) if shaken != "none" else ([], [])
     if shaking:
         scaled = any(log.both for log in logs if log.path in shaking)
         steady = [log.path for log in logs if log.kinds == {"constant-velocity"} and log.both and not scaled]
         beside = steady if responses else []  # K_f, which no response determines
         identify("plant", [*shaking, *beside], plant, (), {} if responses else {"method": "motion"})
-    elif shaken:
+    elif shaken == "any":
         missing.append("plant: a frequency response, or an ordinary motion with position and voltage or force")
     driven = shaking and all(log.driven for log in logs if log.path in shaking)
     whole = bool(responses) or (driven and not effort)  # it has B and damping that is no friction
