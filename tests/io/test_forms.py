@@ -290,10 +290,13 @@ def test_a_scale_in_mm_and_a_motor_in_rpm_are_on_a_screw(tmp_path: Path) -> None
     assert (axis.motion, axis.roles["position"].unit, axis.roles["time"].unit) == ("linear/A", "mm", "s")
 
 
-def test_counts_of_a_drive_are_not_assumed(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "head", ["position_actual_value;velocity_actual_value;torque_actual_value", "pos_counts;vel_counts;current"]
+)
+def test_counts_of_a_drive_are_not_assumed(tmp_path: Path, head: str) -> None:
     """They were micrometres, at 85 %."""
     a = axis_of_a_drive()
-    path = write(tmp_path / "pdo.csv", "time_us;position_actual_value;velocity_actual_value;torque_actual_value",
+    path = write(tmp_path / "pdo.csv", f"time_us;{head}",
                  np.round(1e6 * a["t"]), np.round(1e4 * a["position"]), np.round(1e4 * a["velocity"]),
                  np.round(100 * a["current"]))  # fmt: skip
     found = find_sources([path], proposals=tmp_path / "maps", assume=True)

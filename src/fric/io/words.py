@@ -254,8 +254,13 @@ def is_counted(unit: str | None) -> bool:
 
 
 def in_counts(column: Column) -> bool:
-    """Return whether a motion is in counts by its unit, or by its name, where it is an object of CiA 402."""
-    return is_counted(column.unit) or bool(re.search(r"(?i)(position|velocity)_actual_(internal_)?value", column.name))
+    """Return whether a motion is in counts by its unit, or by its name, as that of an object of CiA 402."""
+    return is_counted(column.unit) or bool(_COUNTED.search(column.name))
+
+
+_COUNTED = re.compile(
+    r"(?i)(position|velocity)_actual_(internal_)?value|[_ ](counts|cts|incs?|increments|pulses|ticks)$"
+)
 
 
 def says_mode(column: Column) -> float:
