@@ -50,6 +50,11 @@ class Notice(str):
         return made
 
     @property
+    def head(self) -> str:
+        """The word before it on a screen."""
+        return "note:" if self.severity == "note" else "warning:"
+
+    @property
     def says(self) -> str:
         """The sentence without its place."""
         return str(self)[len(self.where) + 2 :] if self.where else str(self)

@@ -287,21 +287,22 @@ def likely(number: float | str, dimension: str, motion: Motion = "linear") -> st
 
 @names
 def parse_gain(text: str | float, above: float = 0.0) -> float:
-    """Parse a ratio of amplitudes, ``"6 dB"`` or ``"2"``.
+    """Return a ratio of amplitudes: of a text in decibels, as ``"6 dB"``, or a number, which is the ratio.
 
     Raises FricError: When it is neither, or not above ``above``.
     """
-    number, _, unit = str(text).strip().partition(" ")
-    if not unit and number[-2:].lower() == "db":
-        number, unit = number[:-2], "dB"
+    words = str(text).strip()
+    number = words[:-2] if words[-2:].lower() == "db" else words
     try:
         value = float(number)
-        ratio = 10 ** (value / 20) if unit.strip().lower() == "db" else value
+        ratio = value if number == words else 10 ** (value / 20)
     except (ValueError, OverflowError):
         ratio = 0.0
-    if unit.strip().lower() not in {"", "db"} or not above < ratio < inf:
+    if ratio and isinstance(text, str) and number == words:
+        raise FricError(f"'{text}' has no unit", hint=f"Write decibels, as in '{words} dB'.")
+    if not above < ratio < inf:
         what = f"'{text}' is not a gain" + (f" above {above:g}" if above else "")
-        raise FricError(what, hint="Write a ratio or decibels, as in '2' or '6 dB'.")
+        raise FricError(what, hint="Write decibels, as in '6 dB'.")
     return ratio
 
 

@@ -456,8 +456,9 @@ def _asks(other: Candidate, how: str) -> str:
 
 
 def _between(low: float, high: float) -> str:
-    same = readable(low, "m", 2) == readable(high, "m", 2)
-    return readable(high, "m", 2) if same else f"{readable(low, 'm', 2)} to {readable(high, 'm', 2)}"
+    (least, _, unit), most = readable(low, "m", 2).partition(" "), readable(high, "m", 2)
+    least = least if most.endswith(f" {unit}") else f"{least} {unit}"
+    return most if most == f"{least} {unit}" else f"{least} to {most}"
 
 
 def headline(chosen: Candidate, without: Candidate | None, evidence: Evidence, *, kept: bool | None) -> str:

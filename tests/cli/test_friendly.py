@@ -283,9 +283,9 @@ def test_a_backend_that_is_none_does_no_harm(monkeypatch):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--monte-carlo", "many"], "'--monte-carlo': it should be a valid integer: Run"),
-        (["--gain", "high"], "'--gain': it should be a valid number: Gain"),
-        (["--monte-carlo", "0"], "it should be greater than or equal to 1"),
+        (["--monte-carlo", "many"], "'--monte-carlo': give a whole number: Run"),
+        (["--gain", "high"], "'--gain': give a number: Gain"),
+        (["--monte-carlo", "0"], "give at least 1: Run"),
         (["--scheme", "a", "b"], "written with commas, as 'a,b'"),
     ],
 )

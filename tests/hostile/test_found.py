@@ -1,6 +1,7 @@
 """What a fuzzer found that knows only the documentation: a sentence each, or what can be believed."""
 
 import io
+import math
 import re
 import sys
 import warnings
@@ -209,8 +210,8 @@ def test_heaps_are_found_at_and_across_the_ends_of_blocks() -> None:
     assert list(_heaps(io.BytesIO(bytes(data)))) == places
 
 
-@pytest.mark.parametrize("given", ["0 dB", "1", "0.5", "-6 dB", "inf", "nan dB"])
-def test_a_peak_sensitivity_is_above_one(given: str) -> None:
+@pytest.mark.parametrize("given", ["0 dB", 1.0, 0.5, "-6 dB", math.inf, "nan dB"])
+def test_a_peak_sensitivity_is_above_one(given: str | float) -> None:
     assert parse_gain("6 dB", above=1.0) > 1.9
     with pytest.raises(FricError, match="is not a gain above 1"):
         parse_gain(given, above=1.0)

@@ -19,9 +19,10 @@ from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.io.circle import read_runs
 from fric.io.hdf5 import read_logs
-from fric.report.collect import collect
+from fric.notice import Notice
+from fric.report.collect import ReportInput, collect
 from fric.report.plots import _measured
-from fric.report.view import render_report
+from fric.report.view import render_report, summary_of
 from fric.verdict import Verdict
 
 from .conftest import LOGS
@@ -153,3 +154,13 @@ def test_a_page_of_a_run_alone_and_of_a_document_alone(files: SimpleNamespace) -
     alone = render_report(collect([files.static]))
     assert "fric identify gms" in alone
     assert 'id="contours"' not in alone
+
+
+def test_notes_are_no_doubts() -> None:
+    """The page of a clean machine counted five doubts, of which each was a note."""
+    notes = [("circle", Notice(f"{n}.", "", "note")) for n in "ab"]
+    inputs = ReportInput()
+    found = summary_of(inputs, [], notes)
+    assert (found["further"], found["doubts"]) == ({"notes": 2}, "Notes")
+    found = summary_of(inputs, [], [("plant", Notice("c.", "", "doubt")), *notes])
+    assert (found["further"], found["doubts"]) == ({"doubts": 1, "notes": 2}, "Doubts and notes")

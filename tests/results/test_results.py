@@ -51,7 +51,7 @@ def said(*words: object) -> str:
 
 
 def without_warnings(result: fric.Result) -> str:
-    return "\n".join(line for line in repr(result).splitlines() if not line.startswith("warning: "))
+    return "\n".join(line for line in repr(result).splitlines() if not line.startswith(("warning: ", "note: ")))
 
 
 def test_the_command_prints_the_very_same(plant, static, tmp_path):

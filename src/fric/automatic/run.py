@@ -270,8 +270,8 @@ def auto(
 ) -> AutoResult | FleetResult:
     """Do all steps: recognise, ingest, identify, design, simulate, compare with the measured circle, report.
 
-    Each step is an ordinary command, printed as it runs and kept in DIR/steps.sh. A step that cannot be done says which
-    record is missing. Steps whose inputs have not changed are not run again.
+    Each step is an ordinary command, kept in DIR/steps.sh. A step that cannot be done says which record is missing.
+    Steps whose inputs have not changed are not run again.
 
     A folder of many machines (DIR/machine/date/…) is a fleet: each axis is identified at each date, on all cores or a
     Dask cluster, and DIR/fleet.html shows which changed beyond their intervals.

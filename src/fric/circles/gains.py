@@ -70,13 +70,17 @@ class StatedVoltage(NamedTuple):
 
 
 def stated_voltage(
-    cascade: Cascade, plant: LinearPlant, reference: Real, measured: Real, rate: float, *, ahead: bool
+    cascade: Cascade, plant: LinearPlant, reference: Real, measured: Real, rate: float, *, ahead: bool | None = None
 ) -> StatedVoltage:
     """Return the output of a controller along a recorded motion.
 
     reference, measured: Reference, and position as the encoder measures it [m], shape (n,).
-    ahead: Whether velocity and inverse model of the reference are fed forward.
+    ahead: Whether velocity and inverse model of the reference are fed forward; by default as the motion agrees with: of
+        the other the controller would integrate the lag.
     """
+    if ahead is None:
+        both = [stated_voltage(cascade, plant, reference, measured, rate, ahead=fed) for fed in (True, False)]
+        return min(both, key=lambda stated: float(np.std(stated.integral)))
     sampled = replace(cascade, sampling=rate)
     velocity = np.gradient(reference, 1 / rate) if ahead else np.zeros(len(reference))
     acceleration = np.gradient(velocity, 1 / rate)

@@ -120,7 +120,7 @@ def _with_voltage(test: MeasuredCircle, axis: Axis) -> MeasuredCircle:
         return test
     rate = (len(trace.time) - 1) / float(trace.time[-1] - trace.time[0])
     plant = axis.nominal or axis.plant
-    given = stated_voltage(axis.cascade, plant, trace.reference, trace.position, rate, ahead=True).given
+    given = stated_voltage(axis.cascade, plant, trace.reference, trace.position, rate).given
     return replace(test, axes={**test.axes, axis.name: replace(trace, input=given)})
 
 
@@ -484,7 +484,7 @@ def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
         return
     t, reference, measured, voltage = record.raw
     rate = 1 / record.sampled
-    stated = stated_voltage(axis.cascade, axis.nominal or axis.plant, reference, measured, rate, ahead=True)
+    stated = stated_voltage(axis.cascade, axis.nominal or axis.plant, reference, measured, rate)
     held = against_stated(axis.cascade, stated, voltage, rate)
     if held.as_stated:
         return

@@ -146,7 +146,7 @@ def finish(
         if written:
             OUT.print(f"wrote {' and '.join(map(str, written))}", markup=False)
     for warning in told_alone(result.warnings):
-        ERR.say(printable(worded(warning), MOST_CHARACTERS), "warning:")
+        ERR.say(printable(worded(warning), MOST_CHARACTERS), warning.head)
     return result
 
 

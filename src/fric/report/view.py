@@ -2,6 +2,7 @@
 
 import re
 from base64 import b64encode
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from functools import cache
@@ -153,9 +154,12 @@ def summary_of(
     wrong = [(source, str(notice)) for source, notice in warnings if notice.severity == "wrong" and not verdicts]
     results = [verdict.result for verdict in verdicts] or [decide(Evidence(tolerance=inputs.tolerance)).result]
     stamp, meaning = min(results, key=lambda pair: ORDER.index(pair[0]))
-    further = sum(str(notice) not in reasons for _, notice in warnings) - len(wrong)
+    kinds = [("notes" if notice.severity == "note" else "doubts", notice) for _, notice in warnings]
+    above = {text for _, text in wrong} | reasons
+    further = Counter(kind for kind, notice in kinds if str(notice) not in above)
     return {
         "facts": facts, "stamp": stamp, "meaning": meaning, "wrong": wrong, "further": further,
+        "doubts": " and ".join(dict(kinds)).capitalize(),
         "next_step": _next_step(inputs), "failed": inputs.failed,
     }  # fmt: skip
 

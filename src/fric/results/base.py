@@ -154,14 +154,14 @@ def parameters(
     return replace(made, rows=rows)
 
 
-def told_alone(notices: Iterable[Notice]) -> list[str]:
+def told_alone(notices: Iterable[Notice]) -> list[Notice]:
     """Return the warnings that are not words in a table; those that a file stated first are only counted."""
     known = list(map(Notice.of, notices))
-    found: list[str] = [notice for notice in known if not notice.carried and not any(flaw_of(notice).word)]
+    found = [notice for notice in known if not notice.carried and not any(flaw_of(notice).word)]
     before = [notice for notice in known if notice.carried and notice.severity != "note"]
     if before:
         codes = ", ".join(dict.fromkeys(notice.code for notice in before))
-        found.append(f"{len(before)} doubt{'s' * (len(before) > 1)} carried over: {codes}")
+        found.append(Notice.of(f"{len(before)} doubt{'s' * (len(before) > 1)} carried over: {codes}"))
     return found
 
 
@@ -300,7 +300,7 @@ class Result(ABC):
         write_document(Path(path), self.document, force=force)
 
     def __repr__(self) -> str:
-        return plain([*self.report(), *(f"warning: {text}" for text in told_alone(self.warnings))])
+        return plain([*self.report(), *(f"{text.head} {text}" for text in told_alone(self.warnings))])
 
     def _repr_html_(self) -> str:
         return html(self.report(), told_alone(self.warnings))
