@@ -17,5 +17,5 @@ def test_anything_else_is_refused(text: str) -> None:
 
 def test_a_gain_without_a_unit_is_refused() -> None:
     """`--gain-margin 13.8` was a ratio of 22.8 dB, in silence."""
-    with pytest.raises(FricError, match="(?s)'13.8' has no unit.*Write decibels, as in '13.8 dB'"):
+    with pytest.raises(FricError, match=r"(?s)'13.8' has no unit.*Write decibels, as in '13.8 dB'"):
         parse_gain("13.8")

@@ -488,7 +488,8 @@ def nothing(evidence: Evidence) -> str:
     if evidence.rotary:
         return "No scheme is recommended: schemes are compared on a circle, which needs a linear axis."
     if evidence.missing:
-        return f"No scheme is recommended yet: {len(evidence.missing)} things are missing to simulate a circle."
+        names = dict.fromkeys(re.split("[:,]", text)[0] for text in evidence.missing)
+        return f"No scheme is recommended yet. Missing for a circle: {', '.join(names)}."
     if not evidence.candidates:
         return "No scheme is recommended: nothing was simulated."
     return "No scheme is recommended: each scheme that was run has a reason against it."

@@ -471,6 +471,7 @@ def test_the_first_run_ends_in_trust(session):
     assert f"measured {1e6 * measured:.1f} µm: trusted." in str(found)
     assert verdict.checked in (out / "report.html").read_text(encoding="utf-8")
     assert "designed" not in verdict.headline
+    assert (out / "circle-diagnosis.png").exists()
     true = fric.circle("virtual-rig", "a", axis="x").runs[0].circularity.glitch
     assert measured == pytest.approx(true, rel=0.05)
     believed = fric.read_machine("virtual-rig", nominal_files=[f"x={out / 'x/friction.yaml'}"])

@@ -71,6 +71,7 @@ def test_a_lead_is_a_text_with_its_unit_too():
     (["--lead", "1 h"], "lead of the feedforward is 3600 s"),
     (["--gain", "nan"], "gain of the feedforward is nan"),
     (["--gain", "-1"], "gain of the feedforward is -1"),
+    (["--gain", "20"], "gain of the feedforward is 20"),
 ])  # fmt: skip
 def test_a_feedforward_that_is_none_ends_in_a_sentence(words, told):
     """A negative lead ended in a traceback, and a gain that is no number in the error of a circle."""

@@ -130,7 +130,7 @@ def test_a_machine_believes_models_plants_and_designs(plant):
     ("call", "said_so"),
     [
         (lambda r: fric.identify_gms("x.yaml"), "there is no such file"),
-        (lambda r: fric.identify_gms(ROOT / "configs/xy-table.yaml"), "is no log file of fric's"),
+        (lambda r: fric.identify_gms(ROOT / "configs/xy-table.yaml"), "is a machine file, and a log file is asked for"),
         (lambda r: fric.identify_gms(42), "identify_gms takes log files, or records that fric.read returns.*an int"),
         (lambda r: fric.identify_gms(None), "was given None"),
         (lambda r: fric.identify_gms(), "no record was given"),

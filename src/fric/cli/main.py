@@ -110,7 +110,8 @@ def main() -> None:
 
 _NUMBERS = {
     "Input should be a valid integer": "give a whole number", "Input should be a valid number": "give a number",
-    "Input should be greater than or equal to": "give at least", "Input should be less than or equal to": "give at most",
+    "Input should be greater than or equal to": "give at least",
+    "Input should be less than or equal to": "give at most",
     "Input should": "it should",
 }  # fmt: skip
 """What pydantic says of a number, and what a user reads."""

@@ -15,7 +15,7 @@ from fric.verb import typed
 
 Lead = float | Literal["auto"]
 """Lead of the feedforward ahead of the reference [s]; ``auto`` for the delay T_d of the nominal plant."""
-LARGEST_GAIN = 100.0  # Of a feedforward: no share of a friction that is believed
+LARGEST_GAIN = 5.0  # Of a feedforward: more is no share of a friction that is believed
 
 
 def require_feedforward(gain: float | None, lead: Lead | None) -> None:

@@ -175,7 +175,7 @@ def open_file(
     except Exception:  # any exception of h5py on a damaged file
         if what.startswith("is no whole HDF5") and path.suffix.lower() not in {".h5", ".hdf5"}:
             with path.open("rb") as head:
-                kind = re.match(rb"fric: (\w+)/", head.read(80))
+                kind = re.search(rb"(?m)^fric: (\w+)/", head.read(4096))
             if kind and kind[1].decode() in TAKEN:
                 raise other_kind(path, kind[1].decode(), "log") from None
             what, hint = (

@@ -102,7 +102,7 @@ class IdentifiedModel(IdentifiedFriction):
         self, velocity: ArrayLike | str | None = None, *,
         time: ArrayLike | None = None, position: ArrayLike | None = None,
     ) -> tuple[Real, Real]:  # fmt: skip
-        """Return the friction force [N] including the offset, and the half-width of its 95 % band, each of shape (n,).
+        """Return the friction force [N, A, …] with the offset, and the half-width of its 95 % band, each of shape (n,).
 
         Of velocities alone it is the force after a long time at each; along a motion the model starts relaxed. The band
         is of models that are drawn from the intervals of the parameters and their covariance.
@@ -369,7 +369,7 @@ class StaticResult(IdentifiedFriction, tree=static_tree):
     logs: Sequence[Log | ForceVelocity]  # The records that it was identified from
 
     def predict(self, velocity: ArrayLike | str) -> tuple[Real, Real]:
-        """Return the force [N] at velocities [m/s] including the offset, and the half-width of its 95 % band.
+        """Return the force [N, A, …] at velocities [m/s] including the offset, and the half-width of its 95 % band.
 
         velocity: Numbers, or a text as "1 mm/s, 10 mm/s".
         Raises FricError: When only one speed was logged.
