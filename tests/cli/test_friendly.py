@@ -256,10 +256,10 @@ def test_a_pipe_gets_no_trailing_blanks():
 def test_a_pipe_gets_lines_of_progress(monkeypatch, capsys):
     monkeypatch.setattr(console, "EVERY", 0.0)
     with console.progress("fitting") as advance:
-        tried()
+        tried("x: plant")
         advance(total=4)
     lines = capsys.readouterr().err.splitlines()
-    assert [line.partition(", 0 s")[0] for line in lines] == ["fitting: 0 s", "fitting: 25 %"]
+    assert [line.partition(", 0 s")[0] for line in lines] == ["fitting: 0 s (x: plant)", "fitting: 25 %"]
 
 
 def test_a_working_folder_that_is_gone_is_said(tmp_path, monkeypatch, capsys):

@@ -116,7 +116,7 @@ def test_a_second_run_makes_nothing_and_the_page_is_whole(paper):
     assert not re.search(r"""(?:src|href)=["']https?:""", shown)
     assert shown.count("data:image/png;base64,") == 2 + 2 * 4
     decision, circles = page.index('id="advice"'), page.index('id="feed-1"')
-    assert decision < page.index("At the reversal of axis x") < circles
+    assert circles < decision < page.index("At the reversal of axis x")
     assert page.lower().count("use (f) gms") >= 2
     assert '--velocity "10 mm/s"' in html.unescape(page)
     for name in TABLE_2:

@@ -168,18 +168,21 @@ def print_json(document: Mapping[str, Any]) -> None:
 def progress(description: str) -> Iterator[Any]:
     """Show a progress bar on standard error, or lines where that is no terminal; gives a function to advance it."""
     if not sys.stderr.isatty():
-        start, said, done, whole = monotonic(), monotonic(), 0, 0
+        start, said, done, whole, step = monotonic(), monotonic(), 0, 0, ""
 
         def tell(steps: int = 1, *, total: int | None = None) -> None:
             nonlocal said, done, whole
             done, whole = done + steps, total or whole
             if (now := monotonic()) - said > EVERY:
-                said = now
-                ERR.print(
-                    f"{description}: {f'{100 * done // whole} %, ' if whole else ''}{now - start:.0f} s", markup=False
-                )
+                said, share = now, f"{100 * done // whole} %, " if whole else ""
+                ERR.print(f"{description}: {share}{now - start:.0f} s{step}", markup=False)
 
-        with heard(lambda _: tell(0)):
+        def begin(name: str) -> None:
+            nonlocal step
+            step = f" ({name})" if name else step
+            tell(0)
+
+        with heard(begin):
             yield tell
         return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
