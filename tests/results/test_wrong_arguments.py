@@ -97,7 +97,7 @@ def test_shared_arguments_are_described_in_each_verb():
         == "Do.\n\nParameters\n----------\nseed\n    Seed of the coarse search."
     )
     assert documented("Do.", ["other"], SHARED) == "Do."
-    assert "\nRaises\n------\nFricError" in str(fric.GMS.from_sections.__doc__)  # of methods, too
+    assert "\nRaises\n------\nFricError" in str(fric.Machine.with_belief.__doc__)  # of methods, too
 
 
 def test_a_plant_is_taken_where_its_file_is():
