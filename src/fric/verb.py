@@ -178,9 +178,9 @@ def explained(kind: type[T], *, before: bool = False) -> type[T]:
     """
     found: Any = kind
     kind.__doc__ = documented(cleandoc(kind.__doc__ or ""), signature(kind).parameters, {})
-    for member in vars(kind).values():
+    for member in (member for one in kind.__mro__ for member in vars(one).values()):
         method = getattr(member, "__func__", member)
-        if isinstance(method, FunctionType) and method.__doc__:
+        if isinstance(method, FunctionType) and method.__doc__ and method.__module__.startswith("fric."):
             method.__doc__ = documented(cleandoc(method.__doc__), signature(method).parameters, {})
     made = vars(kind).get("__init__")
     if made is None or made.__name__ == "explaining":
