@@ -43,7 +43,7 @@ from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import INTERVAL_OPEN, NOT_DRAWN, PREDICTION_WIDENED
 from fric.friction import FrictionModel, model_type
 from fric.friction.directed import Directed
-from fric.friction.stribeck import OnStaticMap, StaticMap
+from fric.friction.stribeck import StaticMap
 from fric.notice import Notice, once
 from fric.plausibility import Finding, of_friction, of_plant, settled
 from fric.records.preparation import WINDOWS
@@ -354,23 +354,28 @@ def _filed(axis: Axis) -> dict[str, Any]:
     )  # fmt: skip
 
 
+def sections_of(model: FrictionModel, motion: Motion) -> dict[str, dict[str, Estimate]]:
+    """Return the parameters of a friction model by the sections of a friction file."""
+    if isinstance(model, Directed):
+        return sections_of(model.model, motion) | {"static_negative": sections_of(model.negative, motion)["static"]}
+    parts = {name: part for name, part in vars(model).items() if isinstance(part, FrictionModel)}
+    return {
+        section: in_units(vars(parts.get(section, model)), {p.name: p.dimension for p in of}, motion)
+        for section, of in type(model).declared().items()
+    }
+
+
 def _sections(given: Iterable[FrictionModel], axis: Axis) -> dict[str, dict[str, Estimate]]:
     """Return friction models of an axis as the sections of one friction file."""
     found: dict[str, dict[str, Estimate]] = {}
     for model in given:
-        parts: list[tuple[str, FrictionModel, type[FrictionModel]]] = []
-        if isinstance(model, Directed):
-            parts, model = [("static_negative", model.negative, StaticMap)], model.model
-        if isinstance(model, OnStaticMap):
-            parts.append(("static", model.static, StaticMap))
-        if model_type(model.name) is not type(model):
+        kind = type(model.model if isinstance(model, Directed) else model)
+        if model_type(model.name) is not kind:
             raise FricError(
-                f"axis {axis.name}: no file holds the friction {type(model).__name__}",
+                f"axis {axis.name}: no file holds the friction {kind.__name__}",
                 hint="Give the axis a model with parameters, as `fric.GMS`, by `dataclasses.replace`.",
             )
-        bases = [one for one in type(model).__mro__ if issubclass(one, FrictionModel) and "name" in vars(one)]
-        for section, part, kind in [*parts, *((one.name, model, one) for one in bases)]:
-            values = in_units(vars(part), {one.name: one.dimension for one in kind.parameters}, axis.motion)
+        for section, values in sections_of(model, axis.motion).items():
             if found.setdefault(section, values) != values:
                 raise FricError(
                     f"axis {axis.name}: its controller knows several '{section}', and a file holds one",

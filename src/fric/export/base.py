@@ -19,6 +19,7 @@ from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.control.scheme import Scheme
 from fric.documents.base import warned
+from fric.documents.machine_files import sections_of
 from fric.errors import FricError, clean
 from fric.export.translate.program import Program
 from fric.export.translate.reader import Entry, read_program
@@ -250,7 +251,7 @@ def axis_values(part: ExportedPart) -> dict[str, dict[str, Any]]:
     if part.role == "machine":
         values |= {"delay": (part.delay, "s"), "load": (part.load, force)}
         values |= {"velocity_filter": (part.velocity_filter, "Hz")}
-    return {name: _quantity(value, unit) for name, (value, unit) in values.items()}
+    return {name: {"value": None if v == float("inf") else v, "unit": unit} for name, (v, unit) in values.items()}
 
 
 def manifest(
@@ -268,7 +269,7 @@ def manifest(
         "part": part.role,
         **{name: getattr(part, name) for name in ("machine", "axis", "motion", "scheme")},
         "parameters": axis_values(part),
-        "friction": friction_values(part.model, part.motion),
+        "friction": {"model": part.model.name} | friction_values(part.model, part.motion),
         "blocks": [{"name": b.title, "kind": b.kind, "parameters": b.parameters.tolist()} for b in part.blocks],
         "files": digests,
         "sources": list(sources),
@@ -283,19 +284,5 @@ def manifest_text(content: Mapping[str, Any]) -> str:
 
 def friction_values(model: FrictionModel, motion: Motion) -> dict[str, Any]:
     """Return the parameters of a model by section and name, each with its unit."""
-    if isinstance(model, Directed):
-        backwards = friction_values(model.negative, motion)["static"]
-        return friction_values(model.model, motion) | {"static_negative": backwards}
-    found: dict[str, Any] = {"model": model.name}
-    parts = {name: value for name, value in vars(model).items() if isinstance(value, FrictionModel)}
-    holders: dict[str, Any] = {model.name: model} | parts
-    for section, parameters in type(model).declared().items():
-        holder = holders.get(section, model)
-        found[section] = {p.name: _quantity(getattr(holder, p.name), si_unit(p.dimension, motion)) for p in parameters}
-    return found
-
-
-def _quantity(value: Any, unit: str) -> dict[str, Any]:
-    if isinstance(value, tuple):
-        return {"value": list(value), "unit": unit}
-    return {"value": None if value == float("inf") else value, "unit": unit}
+    sections = sections_of(model, motion).items()
+    return {section: {name: one.as_dict() for name, one in values.items()} for section, values in sections}

@@ -23,11 +23,11 @@ def parameter_rows(part: ExportedPart) -> list[tuple[str, str, float, str]]:
     """Return section, name, value and unit of each parameter, with a row for each block."""
     known = axis_values(part)
     sections = {section: {name: known[name] for name in names} for section, names in SECTIONS.items()}
-    sections |= {name: of for name, of in friction_values(part.model, part.motion).items() if isinstance(of, dict)}
+    sections |= friction_values(part.model, part.motion)
     rows: list[tuple[str, str, float, str]] = []
     for section, values in sections.items():
         for name, quantity in values.items():
-            many = isinstance(quantity["value"], list)
+            many = isinstance(quantity["value"], tuple)
             for n, value in enumerate(quantity["value"] if many else [quantity["value"]], 1):
                 number = float("inf") if value is None else float(value)
                 rows.append((section, f"{name}_{n}" if many else name, number, quantity["unit"]))
@@ -76,8 +76,8 @@ def mat_files(part: ExportedPart) -> Files:
     for section, name, value, _ in parameter_rows(part):
         sections.setdefault(section, {})[name] = value
     for section, values in friction_values(part.model, part.motion).items():
-        for name, quantity in values.items() if isinstance(values, dict) else ():
-            if isinstance(quantity["value"], list):
+        for name, quantity in values.items():
+            if isinstance(quantity["value"], tuple):
                 sections[section][name] = np.asarray(quantity["value"], float)
     packed = io.BytesIO()
     writable: Any = packed

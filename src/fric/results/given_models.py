@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from fric.control.cascade import Cascade
 from fric.control.scheme import Scheme, choose_schemes
-from fric.documents.base import in_units
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
-from fric.documents.machine_files import IdentifiedMachine, read_machine
+from fric.documents.machine_files import IdentifiedMachine, read_machine, sections_of
 from fric.documents.plant import PlantDocument
 from fric.documents.schemes import read_schemes
 from fric.documents.yaml import read_document
@@ -86,9 +85,8 @@ def cascade_of(given: Any, axis: str, motion: Motion, to: str = "log") -> Cascad
 def friction_of(given: Any, axis: str, motion: Motion) -> FrictionDocument | None:
     """Return the friction that is given as a static map, as its file or as a result; None where none is."""
     if isinstance(given, StaticMap):
-        static = in_units(vars(given), {p.name: p.dimension for p in StaticMap.parameters}, motion)
         head = {"fric": FrictionDocument.type_name(), "axis": axis, "motion": motion}
-        return FrictionDocument.model_validate(head | {"static": static})
+        return FrictionDocument.model_validate(head | sections_of(given, motion))
     return None if given is None else document_of(FrictionDocument, given, (axis, motion))
 
 
