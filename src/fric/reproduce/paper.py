@@ -313,16 +313,11 @@ MOST_SAMPLES = 30_000  # Samples of a trace that a run file keeps: a folder is t
 class Reproduction(Result, schema=ReproductionDocument):
     """What a reproduction left."""
 
-    machine: Machine
-    """The machine that was reproduced."""
-    page: Path
-    """The page that sets it all beside the paper."""
-    runs: Mapping[float, list[CircleRun]]
-    """The six schemes, by feed [m/s]."""
-    steps: int
-    """Steps there are."""
-    made: int
-    """How many of them had to be made."""
+    machine: Machine  # The machine that was reproduced
+    page: Path  # The page that sets it all beside the paper
+    runs: Mapping[float, list[CircleRun]]  # The six schemes, by feed [m/s]
+    steps: int  # Steps there are
+    made: int  # How many of them had to be made
 
     def circles(self) -> list[CircleResult]:
         """Return what each scheme leaves, a circle a feed."""
