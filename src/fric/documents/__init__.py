@@ -1,12 +1,11 @@
 """The YAML documents, one type a file; `fric schema TYPE` prints each as JSON Schema."""
 
 from functools import cache
-from importlib import import_module
-from pkgutil import iter_modules
 from typing import Any
 
 from fric.documents.base import Document, Part, Quantity
 from fric.errors import require_known
+from fric.family import files_of, named
 from fric.verb import verb
 
 __all__ = ["Document", "Part", "Quantity", "document_types"]
@@ -15,16 +14,8 @@ __all__ = ["Document", "Part", "Quantity", "document_types"]
 @cache
 def document_types() -> dict[str, type[Document]]:
     """Return every document type by the value of ``fric:`` in its file, without the version."""
-    for module in iter_modules(__path__):
-        import_module(f"{__name__}.{module.name}")
-    pending: list[type[Document]] = [Document]
-    found: dict[str, type[Document]] = {}
-    while pending:
-        document = pending.pop()
-        pending += document.__subclasses__()
-        if "type" in vars(document):
-            found[document.type] = document
-    return dict(sorted(found.items()))
+    files_of(__name__)
+    return named(Document, "type")
 
 
 @verb

@@ -1,10 +1,9 @@
 """Export of compensation and machines to the languages of controllers, one target a file."""
 
 from functools import cache
-from importlib import import_module
-from pkgutil import iter_modules
 
 from fric.export.base import Target
+from fric.family import files_of
 
 __all__ = ["Target", "targets"]
 
@@ -12,8 +11,5 @@ __all__ = ["Target", "targets"]
 @cache
 def targets() -> dict[str, Target]:
     """Return every target of this package by its name: each `Target` that a module of it makes."""
-    modules = (import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__))
-    found = {
-        target.name: target for module in modules for target in vars(module).values() if isinstance(target, Target)
-    }
-    return dict(sorted(found.items()))
+    found = (item for module in files_of(__name__) for item in vars(module).values() if isinstance(item, Target))
+    return {target.name: target for target in sorted(found, key=lambda target: target.name)}

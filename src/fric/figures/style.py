@@ -10,18 +10,15 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
-from importlib import import_module
 from pathlib import Path
-from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from cycler import cycler
 
-import fric.figures
 from fric.arrays import Real
 from fric.errors import FricError, clean, require_known
+from fric.family import files_of
 from fric.output import staged
 
 if TYPE_CHECKING:
@@ -189,16 +186,9 @@ def view(name: str, of: str, *, usual: bool = False) -> Callable[[Draw], Draw]:
     return entered
 
 
-@cache
-def _imported() -> None:
-    """Import each file of this room, which enters its figures; a file that is there is all that a figure takes."""
-    for module in iter_modules(fric.figures.__path__):
-        import_module(f"fric.figures.{module.name}")
-
-
 def views(of: str | None = None) -> tuple[FigureView, ...]:
     """Return every figure, by type and name; or those of one type."""
-    _imported()
+    files_of("fric.figures")  # each enters its figures; a file that is there is all that a figure takes
     return tuple(view for _, view in sorted(_FOUND.items()) if of in {None, view.of})
 
 
