@@ -155,10 +155,7 @@ def _move(draft: Path, target: Path) -> None:
 
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
-    """Let one process at a time add to a file; others wait for it.
-
-    Raises FricError: When the others take too long.
-    """
+    """Let one process at a time add to a file; others wait for it."""
     target = _target(Path(path))
     try:
         lock = os.open(target.parent, os.O_RDONLY)  # the folder: the file itself is replaced, and its lock with it

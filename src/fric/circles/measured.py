@@ -58,10 +58,7 @@ def low_pass(corner: float, sampling: float) -> Real:
 
 
 def even(time: Real, *channels: Real) -> tuple[Real, list[Real]]:
-    """Return channels at even instants: unchanged, or interpolated where samples are missing or jitter.
-
-    Raises FricError: When most samples are missing.
-    """
+    """Return channels at even instants: unchanged, or interpolated where samples are missing or jitter."""
     period = float(np.median(np.diff(time)))
     samples = round((time[-1] - time[0]) / period) + 1
     if samples > MOST_MISSING * len(time):

@@ -223,10 +223,7 @@ def refined(
 
 
 def _seen(test: MeasuredCircle, t: Real, where: str) -> tuple[Real, Indices, Mask]:
-    """Return angle and revolution at even instants, and at which of them voltages are compared.
-
-    Raises FricError: When these are less than most of a revolution.
-    """
+    """Return angle and revolution at even instants, and at which of them voltages are compared."""
     first, second = test.together()
     x, y = first.asked, second.asked
     a, b, _ = fit_circle(x, y)
@@ -349,10 +346,7 @@ class BalanceCoordinates:
 
 
 def gms_of(friction: FrictionModel) -> GMS:
-    """Return the GMS model of a friction, which may have a map for each direction.
-
-    Raises FricError: When it is no GMS model.
-    """
+    """Return the GMS model of a friction, which may have a map for each direction."""
     model = friction.model if isinstance(friction, Directed) else friction
     if not isinstance(model, GMS):
         raise FricError(f"the nominal friction is {model.name}, and circles tune a GMS model")

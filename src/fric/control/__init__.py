@@ -18,10 +18,7 @@ def blocks() -> dict[str, type[ControlBlock]]:
 
 @cache
 def block_type(name: str) -> type[ControlBlock]:
-    """Return the control block of a name, which its file has too: of the others none is loaded.
-
-    Raises FricError: When there is none: with those there are.
-    """
+    """Return the control block of a name, which its file has too: of the others none is loaded."""
     files_of(__name__, name.replace("-", "_"))
     found: type[ControlBlock] | None = named(ControlBlock).get(name)
     if found is None:

@@ -103,10 +103,7 @@ class GainScheduled(ControlBlock):
         return cls(value, 12.0 * value, 0.85)
 
     def schedule(self, setting: Setting) -> Real:
-        """Return how far from a reversal each share ends, the share, and alpha [m], [1], [1], shape (blocks, 3).
-
-        Raises FricError: When the controller believes in no friction with slip blocks.
-        """
+        """Return how far from a reversal each share ends, the share, and alpha [m], [1], [1], shape (blocks, 3)."""
         model = setting.models.get("gms") or setting.models.get("maxwell_slip")
         if model is None:
             raise FricError(

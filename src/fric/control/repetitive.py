@@ -74,10 +74,7 @@ class Repetitive(ControlBlock):
     cutoff: float
 
     def period(self, setting: Setting) -> float:
-        """Return the period of the motion in samples.
-
-        Raises FricError: When the motion does not repeat, or is too short for the filters.
-        """
+        """Return the period of the motion in samples."""
         period = 0.0 if setting.reference is None else setting.reference.period * setting.sampling
         if period == 0.0:
             raise FricError(

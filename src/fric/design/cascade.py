@@ -78,10 +78,7 @@ class CascadeDesign:
 
 
 def assess_cascade(plant: LinearPlant, cascade: Cascade) -> CascadeDesign:
-    """Return the margins of a cascade; they mean something only for a stable loop.
-
-    Raises FricError: When the velocity loop alone, or the whole loop, is unstable.
-    """
+    """Return the margins of a cascade; they mean something only for a stable loop."""
     loop = SampledLoop(plant, cascade)
     for stable, name in ((loop.velocity_stable, "velocity"), (loop.stable, "position")):
         if not stable:

@@ -79,10 +79,7 @@ def topics() -> dict[str, Path]:
 
 
 def page(name: str) -> str:
-    """Return the text of a page, or the meaning of the code of a warning.
-
-    Raises FricError: When there is none of that name, with a similar name.
-    """
+    """Return the text of a page, or the meaning of the code of a warning."""
     known = topics()
     if name not in known:
         from fric.flaws import CATALOGUE, entry

@@ -193,10 +193,7 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
         return directed(model.from_sections(sections), self.backward())
 
     def maps(self) -> tuple[StaticMap, StaticMap | None]:
-        """Return the static map, and that of the negative direction, where each direction has a map.
-
-        Raises FricError: When it holds none.
-        """
+        """Return the static map, and that of the negative direction, where each direction has a map."""
         if not self.section("static"):
             raise FricError(
                 f"the friction of axis {self.axis} holds no static map",

@@ -29,10 +29,7 @@ FIELD = re.compile(r"\{([^{}]+)\}")
 
 
 def filled(template: str, fields: Mapping[str, str], where: str) -> str:
-    """Put the fields of one file into a template such as ``"{stem}"`` or ``"{speed} mm/s"``.
-
-    Raises FricError: When there is no such field, with those there are.
-    """
+    """Put the fields of one file into a template such as ``"{stem}"`` or ``"{speed} mm/s"``."""
 
     def value(match: re.Match[str]) -> str:
         if match[1] not in fields:
@@ -152,10 +149,7 @@ class FileMapping(Part):
                 raise refusals[0]
 
     def fields(self, constants: Mapping[str, str], where: str) -> dict[str, str]:
-        """Return the fields of one file: those stated, and those that ``file`` reads from its stem.
-
-        Raises FricError: When the stem does not fit ``file``.
-        """
+        """Return the fields of one file: those stated, and those that ``file`` reads from its stem."""
         if self.file is None:
             return dict(constants)
         names = FIELD.findall(self.file)

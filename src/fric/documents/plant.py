@@ -59,10 +59,7 @@ class PlantPart(Physical):
         return values
 
     def plant(self, motion: Motion) -> Plant:
-        """Return the plant in SI.
-
-        Raises FricError: When B or K_f is not given, or a value is not physical.
-        """
+        """Return the plant in SI."""
         values = self._with_B(motion)
         if "K_f" not in values:
             raise FricError(

@@ -135,10 +135,7 @@ def write_document(path: Path, tree: Mapping[str, Any], *, force: bool = False) 
 
 
 def plain(tree: Any) -> Any:
-    """Return a loaded tree as plain dicts, lists and scalars.
-
-    Raises FricError: When it nests too deep, or aliases make too much of it.
-    """
+    """Return a loaded tree as plain dicts, lists and scalars."""
     nodes = 0
 
     def taken(node: Any, depth: int) -> Any:

@@ -189,10 +189,7 @@ class Target:
 
 
 def compensation_of(machine: Machine, name: str, scheme: Scheme) -> ExportedPart:
-    """Return the controller of an axis under a scheme, with its nominal models.
-
-    Raises FricError: When the scheme needs something that the axis does not have, or there is no such axis.
-    """
+    """Return the controller of an axis under a scheme, with its nominal models."""
     axis = machine.axis(name)
     if scheme.joint:
         raise FricError(

@@ -157,10 +157,7 @@ def left_over(axis: Axis, part: ExportedPart, pulse: Pulse | None, feed: float) 
 
 
 def sinumerik_files(part: ExportedPart, *, machine: Machine) -> Files:
-    """Return the machine data as assignments, and a page with the simulated glitches.
-
-    Raises FricError: When the axis is not linear: the circle that is simulated is of two linear axes.
-    """
+    """Return the machine data as assignments, and a page with the simulated glitches."""
     if rotates(part.motion):
         raise FricError("the target sinumerik is for linear axes", hint="Export to c or st.")
     axis = machine.axis(part.axis)

@@ -88,10 +88,7 @@ def mat_files(part: ExportedPart) -> Files:
 
 
 def xlsx_files(part: ExportedPart) -> Files:
-    """Return a workbook with a sheet for each table.
-
-    Raises FricError: When openpyxl is not installed.
-    """
+    """Return a workbook with a sheet for each table."""
     try:
         from openpyxl import Workbook
     except ImportError:

@@ -99,10 +99,7 @@ def new_figure(width: float = 6.3, height: float = 4.0) -> Iterator[Figure]:
 
 
 def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
-    """Write a figure whole or not at all; the name's ending determines the format.
-
-    Raises FricError: When the ending is none that Matplotlib writes.
-    """
+    """Write a figure whole or not at all; the name's ending determines the format."""
     path = Path(path)
     ending = path.suffix.lstrip(".").lower()
     if ending not in {"png", "svg", "pdf"}:

@@ -170,10 +170,7 @@ def _kick(t: Real, reference: Real, rest: Real, begin: int, first: int, end: int
 
 
 def without_kicked(logs: Sequence[Log]) -> tuple[list[Log], list[Notice]]:
-    """Return the records without kicks of a compensation, and the warnings about the others.
-
-    Raises FricError: When no record is left.
-    """
+    """Return the records without kicks of a compensation, and the warnings about the others."""
     kicked = [(log, notice) for log in logs if (notice := foreign_compensation(log)) is not None]
     kept = [log for log in logs if all(log is not one for one, _ in kicked)]
     if kicked and not kept:
@@ -267,10 +264,7 @@ def two_encoders(log: Log) -> Notice | None:
 
 
 def by_encoder(log: Log, encoder: Encoder) -> Log:
-    """Return a record with the position of the motor's encoder, unchanged, or with that of the load's.
-
-    Raises FricError: When the load's is requested, and the record has none.
-    """
+    """Return a record with the position of the motor's encoder, unchanged, or with that of the load's."""
     if encoder == "motor":
         return log
     if log.load_position is None:
@@ -392,10 +386,7 @@ def _power(z: Real, order: int, count: int) -> Real:
 
 
 def even_sampling(log: Log) -> float:
-    """Return the sampling rate [Hz] of an evenly sampled record: its samples over its duration.
-
-    Raises FricError: When the record has fewer than 16 samples, or an interval differs from the mean.
-    """
+    """Return the sampling rate [Hz] of an evenly sampled record: its samples over its duration."""
     if len(log) < 16:
         raise FricError(f"the record has {len(log)} samples", where=log.where, hint="Log a longer motion.")
     period = float(log.time[-1] - log.time[0]) / (len(log) - 1)

@@ -158,10 +158,7 @@ class ColumnsPage(LocalPage):
         super().__init__(_rendered(self._found).encode(), MOST_REQUEST)
 
     def answer(self, word: str, asked: Any) -> dict[str, Any]:
-        """Return the stated mapping and the resulting records; ``save`` accepts it.
-
-        Raises FricError: When a stated name, unit or column is not valid, or an axis has no motion.
-        """
+        """Return the stated mapping and the resulting records; ``save`` accepts it."""
         axes = asked.get("axes") if isinstance(asked, dict) else None
         if not isinstance(axes, list) or len(axes) != len(self._found):
             raise FricError("that is no list of axes")
@@ -184,10 +181,7 @@ def _word(value: Any, what: str) -> str:
 
 
 def _stated(guess: Guess, asked: Mapping[str, Any]) -> Guess:
-    """Return a guess with the statements of the page about its axis.
-
-    Raises FricError: When a channel or a column does not exist, or a rate or a unit is missing.
-    """
+    """Return a guess with the statements of the page about its axis."""
     roles: dict[str, Role] = {}
     for row in asked["roles"] if isinstance(asked.get("roles"), list) else []:
         channel, column = (row.get("channel"), row.get("column")) if isinstance(row, dict) else (None, None)
@@ -305,10 +299,7 @@ class KnotPage(LocalPage):
         self._fit = fit
 
     def answer(self, word: str, asked: Any) -> dict[str, Any]:
-        """Return the answer to a request: ``try`` fits knots [m], ``save`` accepts them.
-
-        Raises FricError: When the knots are not valid, or do not suit the curve.
-        """
+        """Return the answer to a request: ``try`` fits knots [m], ``save`` accepts them."""
         knots = asked.get("knots") if isinstance(asked, dict) else None
         if not (
             isinstance(knots, list)

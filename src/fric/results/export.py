@@ -231,10 +231,7 @@ def export_axis(
 
 
 def _linuxcnc_bench() -> ModuleType:
-    """Return the module of the test bench that runs circles in LinuxCNC.
-
-    Raises FricError: When fric does not run from a checkout of its repository, which holds the bench.
-    """
+    """Return the module of the test bench that runs circles in LinuxCNC."""
     folder = Path(fric.__file__).parents[2] / "tests" / "linuxcnc"
     if not (folder / "trial.py").exists():
         raise FricError(
@@ -295,10 +292,7 @@ def _drawing(
 
 
 def one_target(name: str, part: str, *, single: bool) -> Target:
-    """Return the target that exports such a part with such options.
-
-    Raises FricError: When there is none.
-    """
+    """Return the target that exports such a part with such options."""
     known = targets()
     if name.endswith((".yaml", ".yml")):
         raise FricError(f"'{name}' is no target", hint=f"The target comes first: `fric export linuxcnc {name}`.")

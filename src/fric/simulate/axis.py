@@ -41,10 +41,7 @@ def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:
 
 
 def blocks_of(axis: Axis, scheme: Scheme, setting: Setting) -> list[ControlBlock]:
-    """Return the blocks of a scheme on an axis, the controller first: as its files give them, or else as designed.
-
-    Raises FricError: When the scheme asks for the inverse-model observer, and the axis has none.
-    """
+    """Return the blocks of a scheme on an axis, the controller first: as its files give them, or else as designed."""
     found: list[ControlBlock] = []
     for name in (scheme.controller, *scheme.blocks):
         if name == OBSERVER and axis.observer is None:
@@ -70,10 +67,7 @@ def _block(name: str, values: Mapping[str, float], setting: Setting, scheme: Sch
 
 
 def jointly_designed(axis: Axis, scheme: Scheme, reference: Reference) -> Axis:
-    """Return the axis with the cascade and the block of a scheme that designs them together; else unchanged.
-
-    Raises FricError: When the axis' files give already what is to be designed.
-    """
+    """Return the axis with the cascade and the block of a scheme that designs them together; else unchanged."""
     if not scheme.joint:
         return axis
     (kind,) = scheme.designed

@@ -232,10 +232,7 @@ def pair(machine: Machine, *, both: bool = False) -> tuple[str, str]:
 
 
 def require_voltage(axis: Axis, reference: Reference) -> None:
-    """Refuse a motion that asks for more voltage than the drive has: plant and friction along the reference.
-
-    Raises FricError: When it does.
-    """
+    """Refuse a motion that asks for more voltage than the drive has: plant and friction along the reference."""
     against = (axis.friction.steady_state(reference.velocity) + axis.constant_load) / axis.plant.K_f
     needed = float(np.abs(inverse_model(axis.plant, reference) + against).max())
     if needed > axis.cascade.limit:
