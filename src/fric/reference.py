@@ -75,7 +75,10 @@ class Reference:
         if lead == 0.0:
             return self
         if not lead <= MOST_LEAD:
-            raise FricError(f"a lead of {lead:.3g} s is more than the {MOST_LEAD:g} s that a motion is known ahead")
+            raise FricError(
+                f"a lead of {lead:.3g} s is more than the {MOST_LEAD:g} s that a motion is known ahead",
+                hint="Look at its unit.",
+            )
         whole, s = divmod(lead * self.sampling, 1.0)
         if s > 1.0 - 1e-9:  # the rounding of a whole number of samples
             whole, s = whole + 1.0, 0.0

@@ -55,7 +55,7 @@ def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Moti
     lengths = {name: len(values) for name, values in found.items()}
     if len(set(lengths.values())) > 1:
         text = ", ".join(f"{name} {n}" for name, n in lengths.items())
-        raise FricError(f"the columns differ in length ({text})", where=where)
+        raise FricError(f"the columns differ in length ({text})", where=where, hint="Give each a value a sample.")
     if lengths and (n := min(lengths.values())) < least:
         raise FricError(f"has {n} values of {next(iter(lengths))}", where=where, hint=f"It needs {least} at least.")
     if "time" in found:

@@ -340,6 +340,14 @@ def test_a_delay_of_thousands_of_states() -> None:
         design_cascade(LinearPlant(17.0, 2.4, 0.6))
 
 
+def test_an_input_that_is_infinite_throughout_changes_nothing(tmp_path: Path) -> None:
+    """NumPy warned of an infinity less another; the error of pytest's filter shows it."""
+    rows = "".join(f"{n / 4000},1.0,-inf,{n * n}.0\n" for n in range(50))
+    (tmp_path / "log.csv").write_text("time [s],force [N],input [V],.. [s]\n" + rows)
+    with pytest.raises(FricError, match="no column is position or velocity"):
+        fric.ingest(tmp_path / "log.csv", output=tmp_path / "log.h5")
+
+
 def test_the_traces_of_a_circle_are_those_of_all_axes_and_schemes(monkeypatch: pytest.MonkeyPatch) -> None:
     """10 m at 10 mm/s took 7 GB and ended in a traceback, 10 m at 100 mm/s under all schemes 4 GB."""
     monkeypatch.setattr(reference, "MOST", 1e7)

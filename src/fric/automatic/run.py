@@ -299,7 +299,10 @@ def auto(
     folder = Path(output)
     if units := find_fleet(list(map(Path, logs))):
         if machine or circles or tolerance is not None:
-            raise FricError("a fleet is identified, and takes no machine, circle or tolerance")
+            raise FricError(
+                "a fleet is identified, and takes no machine, circle or tolerance",
+                hint="Leave them out, or give one unit's folder.",
+            )
         return fleet(units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance)
     _refuse_among(folder, list(map(Path, logs)))
     allowed = None if tolerance is None else bounded("tolerance", tolerance)

@@ -226,7 +226,11 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
     """
     where = f"{test.where}, axis {name}"
     if test.scheme not in ("", "a"):
-        raise FricError("the controller's gains take a circle without compensation", where=where)
+        raise FricError(
+            "the controller's gains take a circle without compensation",
+            where=where,
+            hint="Record one without compensation.",
+        )
     _, r, z, u, rate = test.of_effort({name: motion}).driven(name, "identifying gains")
     fit = _Fit(r, z, u, rate)
     found, covariance, swap = fit.best()

@@ -143,7 +143,11 @@ class MeasuredCircle:
         if self.direction not in (1, -1):
             raise FricError(f"the direction is {self.direction}", where=self.where, hint="Say 1 or -1.")
         if self.instrument not in get_args(Instrument):
-            raise FricError(f"'{self.instrument}' is no instrument", where=self.where)
+            raise FricError(
+                f"'{self.instrument}' is no instrument",
+                where=self.where,
+                hint=f"There are {', '.join(get_args(Instrument))}.",
+            )
         if self.deviation is not None and np.abs(self.deviation).max() >= self.radius:
             raise FricError("the deviation of the ball bar reaches the circle's radius", where=self.where,
                             hint="Look at its unit.")  # fmt: skip

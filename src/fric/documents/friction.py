@@ -147,7 +147,10 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
     def estimates(self, section: str) -> dict[str, Estimate]:
         """Return the parameters of one section (``static``, ``gms``, …) in SI."""
         if not (given := self.section(section)):
-            raise FricError(f"there is no '{section}' in the friction of axis {self.axis}")
+            raise FricError(
+                f"there is no '{section}' in the friction of axis {self.axis}",
+                hint=f"Identify it, or take one of {', '.join(self.sections())}.",
+            )
         if section == "at_speed":
             return quantities(given, AT_SPEED, self.motion, section)
         name = section.removesuffix("_negative")

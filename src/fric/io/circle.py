@@ -270,7 +270,7 @@ def _of_circle(path: Path) -> RecordedPath:
     if first is None or second is None or first.reference is None or second.reference is None:
         raise FricError("holds no reference of two axes", hint="Record where the axes were asked to be.")
     if len(first.time) != len(second.time) or not np.allclose(first.time, second.time):
-        raise FricError("has axes that were recorded at different times")
+        raise FricError("has axes that were recorded at different times", hint="Record both axes at the same instants.")
     return RecordedPath(first.time, first.reference, second.reference)
 
 

@@ -446,7 +446,11 @@ class IngestSession:
                         clock.tick(part["time"], taken)
                         part = self._inside(part)
                     elif self._about.window != EVERYTHING:
-                        raise FricError("has no time to take a window of", where=str(table.path))
+                        raise FricError(
+                            "has no time to take a window of",
+                            where=str(table.path),
+                            hint="Leave out --begin and --end.",
+                        )
                     yield part
                 self._progress(block.size)
             self.warnings += [*table.notices, *clock.stop()]

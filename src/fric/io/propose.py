@@ -184,7 +184,7 @@ def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> Axi
     for channel, role in by_name.roles.items():
         if role.column is not None and (
             spoken(table.columns[role.column]).quantity == "other"
-            or (channel == "input" and not np.ptp(next(table.read([role.column])).columns[0]))
+            or (channel == "input" and len(np.unique(next(table.read([role.column])).columns[0])) < 2)
         ):
             continue  # a supply is in V, and no input; nor is what never changes
         if channel == "velocity" or (channel == "position" and "velocity" in axis.roles):

@@ -171,7 +171,7 @@ def open_file(
     try:
         file = h5py.File(path, "r")
     except PermissionError:
-        raise FricError("may not be read", where=str(path)) from None
+        raise FricError("may not be read", where=str(path), hint="Ask its owner for leave to read it.") from None
     except Exception:  # any exception of h5py on a damaged file
         if what.startswith("is no whole HDF5") and path.suffix.lower() not in {".h5", ".hdf5"}:
             with path.open("rb") as head:

@@ -139,7 +139,9 @@ def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
     if len(found) < REST:
         found = np.concatenate(whole or [found])
     if len(found) < REST:
-        raise FricError("the log has no force that tells its noise", where=logs[0].where)
+        raise FricError(
+            "the log has no force that tells its noise", where=logs[0].where, hint="Give one with samples at rest."
+        )
     steps = [step for log in logs if log.position is not None and (step := lattice_step(log.position))]
     axis = replace(axis, force_noise=float(np.sqrt(np.mean(found**2) / 6.0)))
     return replace(axis, encoder=Encoder(float(np.median(steps)))) if steps else axis

@@ -276,9 +276,13 @@ def _drawing(
     runs = [run for run in read_runs(file, traces=False) if run.scheme == scheme or run.scheme.bare]
     of, here = ({**one, "path": ""} for one in (made.get("origin", {}), machine.origin))
     if made.get("machine") != machine.name or of != here:
-        raise FricError(f"the run is not of {machine.name}, or with another friction, gain or lead", where=str(file))
+        raise FricError(
+            f"the run is not of {machine.name}, or with another friction, gain or lead",
+            where=str(file),
+            hint="Simulate it again with this machine.",
+        )
     if axis not in made.get("axes", ()):
-        raise FricError(f"the run is without axis {axis}", where=str(file))
+        raise FricError(f"the run is without axis {axis}", where=str(file), hint="Simulate it again without --axis.")
     if scheme.name not in {run.scheme.name for run in runs if not run.scheme.bare}:
         raise FricError(f"the run is without scheme {scheme.name}", where=str(file),
                         hint=f"Make it by `fric simulate circle --scheme a,{scheme.name}`.")  # fmt: skip
