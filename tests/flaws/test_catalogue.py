@@ -143,10 +143,11 @@ def response(size: float = 0.5, **more: object) -> list[Notice]:
     return list(described([fit], solution, N(**usual | given["friction"]), estimates, 1000.0))
 
 
-def rigid(hidden: float = 0.0, F_c: float = 1.0, **more: object) -> list[Notice]:
+def rigid(hidden: float = 0.0, F_c: float = 1.0, half: float = 0.1, **more: object) -> list[Notice]:
     record = N(used=np.arange(1000) >= round(1000 * hidden), log=N(motion="linear"))
     given = {"K_f": Estimate(1.0, "N/V"), "assumed": False} | more
-    return list(plant_fit._warnings([record], 0, {"F_c": Estimate(F_c, "N")}, **given))
+    estimates = {"M": Estimate.around(1.0, "kg", half), "F_c": Estimate(F_c, "N")}
+    return list(plant_fit._warnings([record], 0, estimates, **given))
 
 
 def hysteresis(**more: object) -> list[Notice]:
@@ -419,6 +420,7 @@ SHOWN: dict[str, Show] = {
     "viscous-by-direction": lambda s: plant_fit.identify_motion([uneven_motion(s * plant_fit.UNEVEN)]).warnings,
     "changes-between": lambda s: rigid(hidden=0.1 * is_so(s)),
     "not-physical": lambda s: rigid(F_c=1.0 - 1.0 * s),
+    "mass-not-shown": lambda s: rigid(half=s),
     "T_d-assumed": lambda s: rigid(assumed=is_so(s)),
     "response-ends": lambda s: perturbation(last=40.0 / s),
     "response-begins": lambda s: perturbation(first=10.0 * s),

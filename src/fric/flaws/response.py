@@ -55,6 +55,8 @@ CHANGES_BETWEEN = Flaw("changes-between", "doubt",
     "The speed changes between samples: {share:.0%} of them, around starts and stops, are left out.",
     "Log at a higher rate, or start and stop slower.")
 NOT_PHYSICAL = Flaw("not-physical", "wrong", "{name} is {value}, which no axis has.", "Check the sign of the force.")
+MASS_NOT_SHOWN = Flaw("mass-not-shown", "wrong", "The motion does not show the mass: {mass}.",
+    "Log starts and stops, at a rate that shows them.")
 RESPONSE_ENDS = Flaw("response-ends", "doubt", "The response ends at {last:.4g} Hz, and Q (bandwidth "
     "{bandwidth:.4g} Hz) passes more: that part is not checked.", "Measure up to a higher frequency.")
 RESPONSE_BEGINS = Flaw("response-begins", "doubt", "The response begins at {first:.4g} Hz, above the bandwidth of Q.",

@@ -23,6 +23,7 @@ from fric.flaws.response import (
     A_HOLDS_VISCOUS,
     A_OPEN,
     CHANGES_BETWEEN,
+    MASS_NOT_SHOWN,
     NOT_PHYSICAL,
     T_D_ASSUMED,
     VISCOUS_BY_DIRECTION,
@@ -686,6 +687,8 @@ def _warnings(
     for name, estimate in estimates.items():
         if (name == "M" or name.startswith(("F_v", "F_c"))) and float(estimate) <= 0:
             yield NOT_PHYSICAL.found(name=name, value=estimate)
+        elif name == "M" and estimate.half_width >= float(estimate):
+            yield MASS_NOT_SHOWN.found(mass=estimate)
     if not is_effort(motion := records[0].log.motion):
         yield A_HOLDS_VISCOUS.found()
     if assumed:
