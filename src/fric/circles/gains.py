@@ -196,6 +196,7 @@ USUAL = Cascade(1.0, 1.0, 1.0, velocity_filter=500.0, sampling=4000.0)
 """Velocity filter and sampling that are assumed where a log is too slow to show them: those of `design controller`."""
 LAG = 0.5 / (pi * USUAL.velocity_filter) + 0.5 / USUAL.sampling
 """Delay of the velocity by both, and by its backward difference [s]."""
+CHANCE = 3.84  # 95 % of χ² of one degree of freedom: twice the difference of log-likelihoods
 LEAST_LOG, MOST_LOGS = 200, 12  # Least number of samples of a log, and largest number of logs to try, the fastest first
 
 
@@ -232,8 +233,7 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
             hint="Record one without compensation.",
         )
     _, r, z, u, rate = test.of_effort({name: motion}).driven(name, "identifying gains")
-    fit = _Fit(r, z, u, rate)
-    found, covariance, swap = fit.best()
+    fit, found, covariance, swap = _fitted(r, z, u, rate)
     if (explained := fit.explained(found)) < EXPLAINED:
         raise FricError(
             f"no cascade gives the recorded voltage: the best explains {explained:.0%} of it", where=where,
@@ -281,15 +281,15 @@ def _of_log(log: Log) -> FoundController | None:
     best, most = None, EXPLAINED_OF_LOG
     for slow in (False, True):
         lag = LAG if slow else None
-        fits = [_Fit(r, z, u, rate, lag=lag), _Fit(r[::2], z[::2], u[::2], rate / 2, lag=lag)]
-        fits += [_Fit(r, z, u, rate, lag=0.0)] if slow else []
         try:
-            (found, covariance, swap), *others = (fit.best() for fit in fits)
+            fit, found, covariance, swap = _fitted(r, z, u, rate, lag=lag)
+            others = [_Fit(fit.r[::2], fit.z[::2], fit.volts_seen[::2], rate / 2, lag=lag)]
+            others += [_Fit(r, z, u, rate, lag=0.0)] if slow else []
+            apart = [np.abs(other.best()[0] - found)[: len(covariance)] for other in others]
         except (np.linalg.LinAlgError, ValueError):
             continue
-        apart = [np.abs(other - found)[: len(covariance)] for other, *_ in others]
         half = np.linalg.norm([1.96 * np.sqrt(np.diag(covariance)), *apart], axis=0)
-        explained = fits[0].explained(found)
+        explained = fit.explained(found)
         if explained > most and (half[:3] < WIDEST).all():
             half = np.hypot(half, swap[: len(half)])
             best = _controller(found, half, explained, None if slow else rate, log.where, log.motion, bool(swap.any()))
@@ -326,7 +326,7 @@ class _Fit:
         size = np.abs(fed).max(axis=0)
         self.sized = fed / np.where(size > 0, size, 1.0)
         self.basis = np.linalg.qr(self.sized)[0]
-        self.fed, self.u = fed, u[self.used]
+        self.fed, self.u, self.volts_seen = fed, u[self.used], u
         self.without = self._off(self.u)
 
     def _off(self, values: Real) -> Real:
@@ -373,6 +373,7 @@ class _Fit:
             tried.append(least_squares(rest_of, start, x_scale=0.1, max_nfev=30))
         best = min(tried, key=lambda solution: solution.cost)
         found = np.append(best.x, filters)
+        found[3] = min(found[3], np.log(self.rate))  # above it a filter is none
         other = found.copy()
         other[[0, 2]] = found[2] - found[1], found[0] + found[1]  # K_v and K_i/K_p in each other's place
         first, second = sorted((found, other), key=self._apart)
@@ -402,6 +403,23 @@ class _Fit:
         others = np.linalg.qr(self.sized[:, [0, 2, 3]])[0]
         rests = [self.u - self.volts(log_values) - share * K_i * self.fed[:, 1] for share in (0.0, 1.0)]
         return min(float(np.sum((rest - others @ (others.T @ rest)) ** 2)) for rest in rests)
+
+
+def _fitted(r: Real, z: Real, u: Real, rate: float, lag: float | None = None) -> tuple[_Fit, Real, Real, Real]:
+    """Return a fit to a voltage of the same instants or a sample later, by what they explain, and what it gives.
+
+    Many controllers give out a sample after they have measured. Where the likelihoods do not tell, the intervals hold
+    both.
+    """
+    fits = [_Fit(r, z, u, rate, lag=lag)] + ([] if lag is not None else [_Fit(r[:-1], z[:-1], u[1:], rate)])
+    made = [(fit, *fit.best()) for fit in fits]
+    rests = [fit.rest(found) for fit, found, *_ in made]
+    (least, rest), *more = sorted(enumerate(rests), key=lambda item: float(np.mean(item[1] ** 2)))
+    fit, found, covariance, swap = made[least]
+    for other, left in more:
+        if len(rest) * np.log(np.mean(left**2) / np.mean(rest**2)) < CHANCE * _alike(rest):
+            swap = np.hypot(swap, np.abs(made[other][1] - found)[: len(swap)])
+    return fit, found, covariance, swap
 
 
 def _alike(rest: Real) -> float:
