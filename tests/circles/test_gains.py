@@ -68,6 +68,9 @@ def test_a_voltage_given_out_a_sample_after_the_measurement(test_circle: tuple[s
         low, high = found.estimates[key].ci95 or (0.0, 0.0)
         assert 0.998 * low <= getattr(true, key) <= 1.002 * high, key
         assert high < 1.1 * low
+    assert found.late == 1 / true.sampling
+    assert not found.swapped
+    assert not controller_of(test, "x").late
 
 
 def test_a_voltage_that_no_cascade_gives_is_refused(test_circle: tuple[str, MeasuredCircle]) -> None:

@@ -209,6 +209,7 @@ class FoundController:
     # Share of the voltage beyond what is fed forward that it explains [1]; None of gains that a file holds
     explained: float | None
     where: str = ""  # The circle or record
+    late: float = 0.0  # Time from the measurement to its voltage [s], which belongs to T_d of the axis
     swapped: bool = False  # Whether K_v and K_i/K_p in each other's place explain it as well
 
 
@@ -240,7 +241,7 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
             hint="Give the controller's gains.",
         )  # fmt: skip
     half = np.hypot(1.96 * np.sqrt(np.diag(covariance)), swap)
-    return _controller(found, half, explained, rate, test.where, motion, bool(swap.any()))
+    return replace(_controller(found, half, explained, rate, test.where, motion), late=fit.late, swapped=fit.swapped)
 
 
 def controller_of_logs(logs: Iterable[Log]) -> FoundController:
@@ -292,13 +293,14 @@ def _of_log(log: Log) -> FoundController | None:
         explained = fit.explained(found)
         if explained > most and (half[:3] < WIDEST).all():
             half = np.hypot(half, swap[: len(half)])
-            best = _controller(found, half, explained, None if slow else rate, log.where, log.motion, bool(swap.any()))
+            best = _controller(found, half, explained, None if slow else rate, log.where, log.motion)
+            best = replace(best, late=fit.late, swapped=fit.swapped)
             most = explained
     return best
 
 
 def _controller(
-    found: Real, half: Real, explained: float, rate: float | None, where: str, motion: Motion, swapped: bool
+    found: Real, half: Real, explained: float, rate: float | None, where: str, motion: Motion
 ) -> FoundController:
     """Return the controller for logarithms of its gains and the half-widths of their intervals [1]."""
     values = dict(zip(GAINS, np.exp(found).tolist(), strict=True))
@@ -308,7 +310,7 @@ def _controller(
         estimates["velocity_filter"] = Estimate(USUAL.velocity_filter, "Hz", assumed=True)
         estimates["sampling"] = Estimate(USUAL.sampling, "Hz", assumed=True)
     cascade = Cascade(**values, sampling=rate or USUAL.sampling)
-    return FoundController(cascade, estimates, explained, where, swapped)
+    return FoundController(cascade, estimates, explained, where)
 
 
 class _Fit:
@@ -318,8 +320,8 @@ class _Fit:
     ``lag`` [s] that is assumed of the controller.
     """
 
-    def __init__(self, r: Real, z: Real, u: Real, rate: float, *, lag: float | None = None) -> None:
-        self.lag = lag
+    def __init__(self, r: Real, z: Real, u: Real, rate: float, *, lag: float | None = None, late: float = 0.0) -> None:
+        self.lag, self.late, self.swapped = lag, late, False
         self.rate, self.r, self.z, self.used = rate, r, z, slice(int(START * len(r)), None)
         velocity = np.gradient(r, 1 / rate)
         fed = np.column_stack([np.ones(len(r)), r, velocity, np.gradient(velocity, 1 / rate)])[self.used]
@@ -377,7 +379,7 @@ class _Fit:
         other = found.copy()
         other[[0, 2]] = found[2] - found[1], found[0] + found[1]  # K_v and K_i/K_p in each other's place
         first, second = sorted((found, other), key=self._apart)
-        alike = self._apart(second) < ALIKE * self._apart(first)
+        self.swapped = alike = self._apart(second) < ALIKE * self._apart(first)
         found, other = (max(first, second, key=lambda order: order[0]) if alike else first), first + second
         rest, jacobian = self.rest(found), np.asarray(best.jac, float)
         covariance = np.linalg.pinv(jacobian.T @ jacobian) * float(np.mean(rest**2)) * _alike(rest)
@@ -411,7 +413,8 @@ def _fitted(r: Real, z: Real, u: Real, rate: float, lag: float | None = None) ->
     Many controllers give out a sample after they have measured. Where the likelihoods do not tell, the intervals hold
     both.
     """
-    fits = [_Fit(r, z, u, rate, lag=lag)] + ([] if lag is not None else [_Fit(r[:-1], z[:-1], u[1:], rate)])
+    fits = [_Fit(r, z, u, rate, lag=lag)]
+    fits += [_Fit(r[:-1], z[:-1], u[1:], rate, late=1 / rate)] if lag is None else []
     made = [(fit, *fit.best()) for fit in fits]
     rests = [fit.rest(found) for fit, found, *_ in made]
     (least, rest), *more = sorted(enumerate(rests), key=lambda item: float(np.mean(item[1] ** 2)))

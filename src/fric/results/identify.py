@@ -302,6 +302,8 @@ class GainsResult(Identified):
         """Return the gains, and how much of the voltage they explain."""
         how = "as it says" if self.found.explained is None else f"{self.found.explained:.2%} of the voltage explained"
         how += "; K_v and K_i/K_p may be exchanged: the loop is the same" * self.found.swapped
+        if self.found.late:
+            how += f"; it answers {readable(self.found.late, 's')} after it measures: add that to T_d"
         where = f"{self.found.where}: {how}"
         return [parameters(self.sections()["controller"]), where]
 
