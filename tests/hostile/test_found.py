@@ -25,6 +25,7 @@ from fric.cli.main import main
 from fric.control.scheme import NONE
 from fric.design.cascade import design_cascade
 from fric.documents.base import CodedWarning, CovarianceBlock, Quantity
+from fric.documents.contours import CircleMapDocument
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.mapping import MappingDocument
@@ -338,6 +339,15 @@ def test_a_delay_of_thousands_of_states() -> None:
     """Eigenvalues of a loop take the cube of the samples of its delay: 0.6 s at 4 kHz took minutes."""
     with pytest.raises(FricError, match="samples at 4000 Hz"):
         design_cascade(LinearPlant(17.0, 2.4, 0.6))
+
+
+def test_a_map_of_circles_whose_rows_do_not_fit_its_radii() -> None:
+    """A page ended in a traceback of its template: a row was missing."""
+    rows = {"a": {"title": "none", "glitch": [[1e-6, 2e-6]]}}
+    about = {"fric": "circle-map/1", "machine": "m", "feeds": [0.1, 0.2], "differences": {}, "schemes": rows}
+    assert CircleMapDocument.model_validate(about | {"radii": [0.03]}).schemes
+    with pytest.raises(ValidationError, match="a row for each of 2 radii, of 2 feeds"):
+        CircleMapDocument.model_validate(about | {"radii": [0.03, 0.1]})
 
 
 def test_an_input_that_is_infinite_throughout_changes_nothing(tmp_path: Path) -> None:

@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from fric.arrays import Real
 from fric.circles.prediction import Predicted, Prediction
@@ -245,6 +245,14 @@ class CircleMapDocument(Document, type="circle-map"):
     differences: dict[str, MapDifference] = of(
         _differences, "advantage of blocks over a static map, and of an observer over a feedforward"
     )
+
+    @model_validator(mode="after")
+    def _shaped(self) -> Self:
+        shape = [len(self.feeds)] * len(self.radii)
+        for rows in [*(e.glitch for e in self.schemes.values()), *(e.less for e in self.differences.values())]:
+            if [*map(len, rows)] != shape:
+                raise ValueError(f"glitches are a row for each of {len(self.radii)} radii, of {len(self.feeds)} feeds")
+        return self
 
     def describe(self) -> list[str]:
         """Return where and how much each pair of schemes differs, a sentence for each pair."""
