@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fric.figures.record import draw_record, thinned
+from fric.figures.record import POINTS, draw_record
+from fric.figures.style import thinned
 from fric.log import Log
 from fric.records.inspection import inspect
 from tests.turns import in_turns
@@ -23,7 +24,7 @@ def labels(figure):
 
 @pytest.mark.parametrize("samples", [8001, 24_841, 99_999])
 def test_thinning_reaches_to_both_ends(samples):
-    x, _ = thinned(np.arange(samples) * 1.0, np.arange(samples) * 1.0)
+    x, _ = thinned(np.arange(samples) * 1.0, np.arange(samples) * 1.0, POINTS)
     assert (x[0], x[-1]) == (0.0, samples - 1.0)
     assert np.all(np.diff(x) >= 0.0)
 
@@ -61,7 +62,7 @@ def test_velocity_logs_and_rotary_axes_are_drawn():
 def test_thinning_keeps_every_peak():
     y = np.zeros(100_000)
     y[[777, 54_321, 99_990]] = 5.0, -3.0, 1.0
-    x, thin = thinned(np.arange(len(y)) * 1.0, y)
+    x, thin = thinned(np.arange(len(y)) * 1.0, y, POINTS)
     assert len(thin) < 10_000
     assert (thin.max(), thin.min()) == (5.0, -3.0)
     assert 777.0 in x

@@ -15,7 +15,7 @@ from fric.documents.contours import MonteCarloPart
 from fric.errors import FricError
 from fric.io.circle import read_runs, write_runs
 from fric.io.recognise import read_report, recognise, write_report
-from fric.report.collect import as_data, collect, contour_test, thinned
+from fric.report.collect import as_data, collect, contour_test
 from fric.report.view import render_report
 from fric.simulate.contour_run import PointPath, run_circle, run_path
 from fric.simulate.processes import Study, monte_carlo
@@ -94,17 +94,6 @@ def test_the_numbers_of_a_run_pass_through_a_report_to_the_last_digit(files: Sim
     assert again.items[0].tree == inputs.items[0].tree
     assert read_report(path)["documents"] == as_data(inputs)["documents"]
     assert contour_test(read_report(path)["tests"][0], "").created == "2026-03-02T08:00:00+00:00"
-
-
-def test_thinning_keeps_every_peak() -> None:
-    angle = np.linspace(0, 2 * np.pi, 75_400)
-    error = np.zeros(angle.size)
-    error[[1234, 40_000, 75_000]] = [22e-6, -9e-6, 5e-6]  # spikes of one sample
-    place, kept = thinned(angle, error, 720)
-    assert len(place) <= 2 * 720 + 2
-    assert np.all(np.diff(place) > 0)
-    assert sorted(kept[kept != 0]) == [-9e-6, 5e-6, 22e-6]
-    assert (place[0], place[-1]) == (angle[0], angle[-1])
 
 
 @pytest.mark.long(2)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fric.arrays import Real
 from fric.circles.validation import Validation
-from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, look, new_figure, view
+from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, look, new_figure, thinned, view
 from fric.friction.directed import Directed
 from fric.identify.replay.compare import Comparison
 from fric.identify.replay.replay_fit import ReplayFit
@@ -47,18 +47,6 @@ def draw_record(records: Sequence[Record], found: Sequence[Inspected]) -> Figure
         return figure
 
 
-def thinned(x: Real, y: Real) -> tuple[Real, Real]:
-    """Return the curve by the least and greatest value in each of `POINTS` columns, where there are many samples."""
-    n = len(y)
-    if n <= 2 * POINTS:
-        return x, y
-    width = -(-n // POINTS)
-    blocks = np.pad(y, (0, -n % width), mode="edge").reshape(-1, width)
-    both = np.sort(np.stack([blocks.argmin(axis=1), blocks.argmax(axis=1)], axis=1), axis=1)
-    index = np.minimum((both + width * np.arange(len(blocks))[:, None]).ravel(), n - 1)
-    return x[index], y[index]
-
-
 def _size(values: Real) -> float:
     return float(np.nanmax(np.abs(values), initial=0.0))
 
@@ -84,7 +72,7 @@ def _draw_log(row: Figure, log: Log, found: Inspection) -> None:
     for axis, (name, values) in zip(axes, panels, strict=True):
         assert values is not None
         factor, unit = prefixed(_size(values), log.unit(name))
-        axis.plot(*thinned(log.time, values * factor), color=BLUE, linewidth=0.9)
+        axis.plot(*thinned(log.time, values * factor, POINTS), color=BLUE, linewidth=0.9)
         axis.set_ylabel(f"{name} [{unit}]")
         for segment in found.stretches:
             axis.axvspan(log.time[segment.start], log.time[segment.stop - 1], color=ORANGE, alpha=0.25, linewidth=0)
@@ -182,7 +170,7 @@ def _overview(pairs: list[tuple[Record, Inspected]]) -> Figure:
         for (log, _), path in zip(logs, paths, strict=True):
             assert path is not None
             share = (log.time - log.time[0]) / max(float(log.time[-1] - log.time[0]), 1e-12)
-            right.plot(*thinned(share, path * factor), color=BLUE, alpha=0.5, linewidth=0.7)
+            right.plot(*thinned(share, path * factor, POINTS), color=BLUE, alpha=0.5, linewidth=0.7)
         right.set(xlabel="time / duration of the record", ylabel=f"{name} [{unit}]")
         right.set_title("all records", fontsize=9, loc="left")
         return figure

@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -49,6 +50,18 @@ STYLE: Any = {
     "savefig.dpi": 160,
     "svg.hashsalt": "fric",
 }
+
+
+def thinned(x: Real, y: Real, bins: int) -> tuple[Real, Real]:
+    """Return the least and the greatest value of each part of a curve, in order, and its two ends."""
+    if len(x) <= 2 * bins:
+        return x, y
+    edges = np.linspace(0, len(x), bins + 1).astype(int)
+    kept = {0, len(x) - 1}
+    for start, stop in pairwise(edges):
+        kept |= {start + int(np.argmin(y[start:stop])), start + int(np.argmax(y[start:stop]))}
+    chosen = np.array(sorted(kept))
+    return x[chosen], y[chosen]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,12 +3,9 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
 from math import hypot, inf, isclose, isfinite, isnan, nan
 from pathlib import Path
 from typing import Any, Literal, TypeVar
-
-import numpy as np
 
 from fric.arrays import Real
 from fric.circles.next_circle import LEARNED, wrong_shape_measured
@@ -23,6 +20,7 @@ from fric.documents.machine_files import NOMINAL_DOCUMENTS
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.estimate import Estimate, elements
+from fric.figures.style import thinned
 from fric.flaws import flaw_of
 from fric.input import foreign
 from fric.io.circle import DrawnGlitches, read_drawn, read_prediction, read_run_provenance, read_runs
@@ -380,7 +378,7 @@ def _contours(runs: Sequence[CircleRun | PathRun]) -> tuple[Contour, ...]:
     made = []
     for run, candidate in zip(runs, candidates_of(runs), strict=True):
         found = run.contour
-        place, error = thinned(found.angle if isinstance(found, Circularity) else found.station, found.error)
+        place, error = thinned(found.angle if isinstance(found, Circularity) else found.station, found.error, BINS)
         made.append(
             Contour(
                 **vars(candidate),
@@ -391,18 +389,6 @@ def _contours(runs: Sequence[CircleRun | PathRun]) -> tuple[Contour, ...]:
             )
         )
     return tuple(made)
-
-
-def thinned(place: Real, error: Real, bins: int = BINS) -> tuple[Real, Real]:
-    """Return the least and the greatest value of each part of a curve, in order, and its two ends."""
-    if len(place) <= 2 * bins:
-        return place, error
-    edges = np.linspace(0, len(place), bins + 1).astype(int)
-    kept = {0, len(place) - 1}
-    for start, stop in pairwise(edges):
-        kept |= {start + int(np.argmin(error[start:stop])), start + int(np.argmax(error[start:stop]))}
-    chosen = np.array(sorted(kept))
-    return place[chosen], error[chosen]
 
 
 def as_data(inputs: ReportInput) -> dict[str, Any]:
