@@ -376,6 +376,17 @@ def test_a_log_that_no_step_reads_is_told(names, unused, tmp_path):
     )
 
 
+def test_a_motion_beside_a_session_is_for_validation_and_of_no_other_machine(tmp_path):
+    """An axis' own validation record was answered with 'Keep logs of another machine in another folder'."""
+    write_logs(tmp_path / "validation.h5", [moving(driven=True)])
+    found = find_sources([DATA / "frequency-response.h5", DATA / "constant-velocity.h5", tmp_path / "validation.h5"])
+    identify_axes(Session(tmp_path, lambda step: step.output.touch(), lambda text: None), found)
+    (unused,) = [one for one in found.description if one.code == "file-unused"]
+    assert "validation.h5" in unused
+    assert "fric validate" in unused
+    assert "machine" not in unused
+
+
 def test_what_is_next_names_files_that_are_there(tmp_path):
     """Voltage and force in different logs: K_f is open, no machine is made, and 'next:' named MACHINE.yaml."""
     (tmp_path / "logs").mkdir()

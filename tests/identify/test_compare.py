@@ -9,6 +9,7 @@ import pytest
 
 import fric
 from fric.errors import FricError
+from fric.estimate import Estimate
 from fric.friction import models
 from fric.identify.replay import compare
 from fric.identify.replay.compare import (
@@ -78,6 +79,24 @@ def test_a_model_that_leaves_no_less_than_coulomb_and_viscous_friction_is_no_win
     assert plain["Coulomb and viscous"].rms < 0.2 * plain["constant force"].rms
     lead, error = comparison.leads["Coulomb and viscous"]
     assert not lead > error
+
+
+@pytest.mark.parametrize("names", [["lugre"], pytest.param(["dahl", "lugre", "gms"], marks=pytest.mark.long(10))])
+def test_of_start_stop_strokes_at_25_hz_no_dynamic_model_is_the_winner(names):
+    """The axis is through pre-sliding between two samples: a dynamic model was named that left more than the map."""
+    rng, rest = np.random.default_rng(0), np.zeros(3000)
+    ramp, speeds = np.linspace(0.0, 1.0, 200), rng.choice([2e-3, 5e-3, 1e-2, 2e-2], 12)
+    one = np.concatenate([rest, ramp, np.ones(4000), ramp[::-1]])
+    v = np.outer(speeds * np.tile([1.0, -1.0], 6), one).ravel()
+    t, z = np.arange(len(v)) / 5000.0, np.cumsum(v) / 5000.0
+    force, some = presliding.APART.replay(t, z, v) + rng.standard_normal(len(v)), slice(None, None, 200)
+    records = prepared([Log(t[some], position=np.rint(z[some] / 1e-6) * 1e-6, force=force[some], kind="motion")])
+    static = {
+        name: Estimate(float(getattr(presliding.PAPER, name)), "") for name in ("F_c", "F_s", "v_s", "delta", "sigma")
+    }
+    found = compare_models(names, records, split_by_folds(records, 2), static=static)
+    assert found.winner is None
+    assert {one.name: one for one in found.baselines}["static map"].rms < 1.1 * found.scores[0].rms
 
 
 def test_a_model_that_leaves_more_than_a_map_near_reversals_is_no_winner(monkeypatch):

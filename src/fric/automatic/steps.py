@@ -297,7 +297,8 @@ def identify_axes(
         plan = next(took, None) or given("none" if tries else "any")
         read = {path for step in plan.steps for path in step.reads}
         for unused in (log for log in of_axis if log.path not in read and log.kinds != {"holding-map"}):
-            found.description.append(FILE_UNUSED.found(str(unused.path), kinds=sorted(unused.kinds), axis=name))
+            what = {"kinds": sorted(unused.kinds), "motion": MOTION in unused.kinds}
+            found.description.append(FILE_UNUSED.found(str(unused.path), axis=name, **what))
         done = ["plant"] * bool(plan.shaken)
         done += [step.name.partition(": ")[2] for step in plan.steps[len(done) :] if session.take(step)]
         failed = [session.failed[step.name] for step in plan.steps if step.name in session.failed]
