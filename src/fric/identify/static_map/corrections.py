@@ -78,8 +78,8 @@ def between_records(strokes: Strokes) -> Correction | None:
         return None
     effects = np.hstack(kinds)
     points = [point.less(by) for point, by in zip(strokes.points, effects @ found.predicted, strict=True)]
-    t = reaches / found.measured if count > 2 else np.sqrt(beyond) / np.maximum(found.deviations, 1e-300)
-    t = t * (found.deviations > 0.0)
+    held = found.measured if count > 2 else found.deviations
+    t = (reaches if count > 2 else np.sqrt(beyond)) / np.maximum(held, 1e-300) * (found.deviations > 0.0)
     apart = np.sqrt(np.maximum(beyond - (t * found.deviations) ** 2, 0.0) / count)
     mean = np.column_stack([by * kind.sum(axis=1) for by, kind in zip(apart, kinds, strict=True)])
     together = np.hstack([np.repeat(t, count) * effects @ found.errors, mean]).T
