@@ -127,12 +127,11 @@ class Levels(NamedTuple):
 
 
 def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Levels | None:
-    """Return the variation of the level of friction between records; None if they do not show it.
+    """Return the variation of the level of friction between records; None if it cannot be told from the parameters.
 
     Record r shows ``(1 + u_r)·F``. The contrasts of u are estimated beside all parameters, by one Gauss-Newton step,
     with the covariance V of `replay_covariance`: ``s² = Σu²/(R - 1)``, with the error ``v = tr V/(R - 1)`` in it. With
-    H, how parameters move with each u, they gain ``H·Hᵀ·(t²·s²/z² - v)``, as far as it is positive: their covariance
-    holds v. So the interval holds Student's t and the error alone; two records have the `reach` for t·s.
+    H, how parameters move with each u, they gain ``H·Hᵀ·(r²/1.96² - v)`` beyond their covariance; r is the `reach`.
 
     shown: Derivatives of the residual by what is seen, shape (n, s).
     """
@@ -152,9 +151,7 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
     V = replay_covariance(X, best.residual - X @ found, records, quantile)[: count - 1, : count - 1]
     u, error = found[: count - 1], float(np.trace(V)) / (count - 1)
     deviation = float(np.sqrt(u @ u / (count - 1)))
-    beyond = reach(deviation, error**0.5, count) ** 2 / quantile**2 - error
-    if beyond <= 0.0:
-        return None
+    beyond = max((reach(deviation, error**0.5, count) / 1.96) ** 2 - error, 0.0)
     chance = float(chdtrc(count - 1, float(u @ np.linalg.solve(V, u))))
     H = np.linalg.lstsq(shown, columns, rcond=None)[0]
     alike, left = max(spans) < SPANS_ALIKE * min(spans), best.residual - columns @ contrasts @ u

@@ -74,12 +74,11 @@ def between_records(strokes: Strokes) -> Correction | None:
     sizes = np.array([1.0] * len(levels) + [friction] * problem.with_offset)
     reaches = sizes * [reach(*of, count) for of in zip(found.measured / sizes, found.error / sizes, strict=True)]
     beyond = np.maximum(reaches**2 - (1.96 * found.error) ** 2, 0.0)  # what the map's error does not hold
-    if not beyond.any() or (within and chance > DIFFERENT):
+    if within and chance > DIFFERENT:
         return None
     effects = np.hstack(kinds)
     points = [point.less(by) for point, by in zip(strokes.points, effects @ found.predicted, strict=True)]
-    held = found.measured if count > 2 else found.deviations
-    t = (reaches if count > 2 else np.sqrt(beyond)) / np.maximum(held, 1e-300) * (found.deviations > 0.0)
+    t = np.sqrt(beyond) / np.maximum(found.deviations, 1e-300) * (found.deviations > 0.0)
     apart = np.sqrt(np.maximum(beyond - (t * found.deviations) ** 2, 0.0) / count)
     mean = np.column_stack([by * kind.sum(axis=1) for by, kind in zip(apart, kinds, strict=True)])
     together = np.hstack([np.repeat(t, count) * effects @ found.errors, mean]).T
