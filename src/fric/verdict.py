@@ -333,7 +333,8 @@ def decide(evidence: Evidence) -> Verdict:
             choice=None, headline=nothing(evidence), why=why, effort=said, next=following, kept=kept, **given
         )
     chosen = _choose(usable, evidence)
-    why += tuple(chosen.predicted.distrust) if chosen.predicted else ()
+    more = chosen.predicted.distrust if chosen.predicted else ()
+    why = tuple({_same(notice): notice for notice in (*why, *more, *why)}.values())  # each once, as first said
     if evidence.tolerance is not None:
         seen = evidence.measured.get(chosen.scheme.name, 0.0)
         kept = max(chosen.stays_under, seen) <= evidence.tolerance

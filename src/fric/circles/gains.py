@@ -191,6 +191,7 @@ EXPLAINED, EXPLAINED_OF_LOG = 0.9, 0.98
 """Least share of the voltage beyond feedforward that gains must explain to be accepted. A log does not say that
 compensation was off; a compensation is no sum of these gains."""
 ALIKE = 1.05  # Least ratio of squared residuals by which a record tells one order of gains from the other
+NO_INTEGRAL = 0.05  # Record over integral time below which a controller has no integral part
 WIDEST = 0.25  # Largest relative half-width of gains that a log determines
 USUAL = Cascade(1.0, 1.0, 1.0, velocity_filter=500.0, sampling=4000.0)
 """Velocity filter and sampling that are assumed where a log is too slow to show them: those of `design controller`."""
@@ -265,7 +266,8 @@ def controller_of_logs(logs: Iterable[Log]) -> FoundController:
         raise FricError("no record in closed loop shows the gains", hint="Give the controller's gains.")
 
     def width(fit: FoundController) -> float:
-        return sum(fit.estimates[name].half_width / float(fit.estimates[name]) for name in ("K_v", "K_p", "K_i"))
+        gains = (fit.estimates[name] for name in ("K_v", "K_p", "K_i"))
+        return sum(gain.half_width / float(gain) for gain in gains if float(gain))
 
     return min(found, key=width)
 
@@ -291,21 +293,25 @@ def _of_log(log: Log) -> FoundController | None:
             continue
         half = np.linalg.norm([1.96 * np.sqrt(np.diag(covariance)), *apart], axis=0)
         explained = fit.explained(found)
-        if explained > most and (half[:3] < WIDEST).all():
+        unused = np.exp(found[2] - found[1]) * len(r) / rate < NO_INTEGRAL
+        if explained > most and (half[: 2 if unused else 3] < WIDEST).all():
             half = np.hypot(half, swap[: len(half)])
-            best = _controller(found, half, explained, None if slow else rate, log.where, log.motion)
+            best = _controller(found, half, explained, None if slow else rate, log.where, log.motion, unused)
             best = replace(best, late=fit.late, swapped=fit.swapped)
             most = explained
     return best
 
 
 def _controller(
-    found: Real, half: Real, explained: float, rate: float | None, where: str, motion: Motion
+    found: Real, half: Real, explained: float, rate: float | None, where: str, motion: Motion, unused: bool = False
 ) -> FoundController:
-    """Return the controller for logarithms of its gains and the half-widths of their intervals [1]."""
+    """Return the controller for logarithms of its gains and half-widths of their intervals [1], K_i as 0 if unused."""
     values = dict(zip(GAINS, np.exp(found).tolist(), strict=True))
     widths = zip(GAINS, half.tolist(), strict=False)
     estimates = {key: Estimate.around_log(values[key], si_unit(GAINS[key], motion), width) for key, width in widths}
+    if unused:
+        most, values["K_i"] = values["K_i"] * (1.0 + float(half[2])), 0.0
+        estimates["K_i"] = Estimate(0.0, si_unit(GAINS["K_i"], motion), (0.0, most))
     if rate is None:
         estimates["velocity_filter"] = Estimate(USUAL.velocity_filter, "Hz", assumed=True)
         estimates["sampling"] = Estimate(USUAL.sampling, "Hz", assumed=True)
