@@ -320,7 +320,9 @@ def decide(evidence: Evidence) -> Verdict:
     It is the scheme of least effort among those as good as the best or, with a tolerance, those that keep it. A scheme
     with a limit cycle is never recommended, and no scheme against a measured circle.
     """
-    why = tuple({_same(notice): notice for notice in distrust(evidence)}.values())
+    reasons = {_same(notice): notice for notice in distrust(evidence)}.values()
+    plain = {notice.says for notice in reasons if not notice.where}  # of a step; a file carries it on with its place
+    why = tuple(notice for notice in reasons if not notice.where or notice.says not in plain)
     refused = [(candidate, text) for candidate in evidence.candidates for text in forbidden(candidate, evidence)]
     usable = [candidate for candidate in evidence.candidates if all(candidate is not other for other, _ in refused)]
     kept = None if evidence.tolerance is None else False
@@ -333,8 +335,7 @@ def decide(evidence: Evidence) -> Verdict:
             choice=None, headline=nothing(evidence), why=why, effort=said, next=following, kept=kept, **given
         )
     chosen = _choose(usable, evidence)
-    more = chosen.predicted.distrust if chosen.predicted else ()
-    why = tuple({_same(notice): notice for notice in (*why, *more, *why)}.values())  # each once, as first said
+    why += tuple(chosen.predicted.distrust) if chosen.predicted else ()
     if evidence.tolerance is not None:
         seen = evidence.measured.get(chosen.scheme.name, 0.0)
         kept = max(chosen.stays_under, seen) <= evidence.tolerance

@@ -46,6 +46,7 @@ from fric.io.readers.ball_bar import figures
 from fric.io.safe_hdf5 import BLOCK, _heaps, open_file
 from fric.log import FrequencyResponse, Log
 from fric.records.flaws import _around_reversals
+from fric.records.motion import thinned
 from fric.records.recognition import force_rises
 from fric.report.collect import Contour, ContourTest, contour_test
 from fric.simulate import contour_run
@@ -339,6 +340,18 @@ def test_a_delay_of_thousands_of_states() -> None:
     """Eigenvalues of a loop take the cube of the samples of its delay: 0.6 s at 4 kHz took minutes."""
     with pytest.raises(FricError, match="samples at 4000 Hz"):
         design_cascade(LinearPlant(17.0, 2.4, 0.6))
+
+
+@pytest.mark.parametrize("verb", [fric.identify_controller, fric.identify_static])
+def test_an_array_of_no_dimension_is_no_log(verb: Any) -> None:
+    with pytest.raises(FricError, match="was given a ndarray"):
+        verb([np.array("x")])
+
+
+def test_a_filter_of_no_samples_is_refused() -> None:
+    """Halves of 299 samples ended in a traceback of SciPy."""
+    with pytest.raises(FricError, match="0 samples are too few for a filter"):
+        thinned(np.zeros(0), 2)
 
 
 def test_a_map_of_circles_whose_rows_do_not_fit_its_radii() -> None:

@@ -36,6 +36,16 @@ def test_coulomb_friction_is_no_worse_than_published(files, tmp_path):
     assert figure.stat().st_size > 10_000
 
 
+def test_the_gains_are_those_of_the_record_s_file(files, tmp_path):
+    """Position P and velocity P, without an integral: kp 160.18, kv 243.45 in the file that was published."""
+    gains = json.loads(fric("identify", "controller", files[0], "-o", tmp_path / "gains.yaml", "--json").stdout)
+    for name, published in {"K_v": 160.18, "K_p": 243.45, "K_i": 0.0}.items():
+        low, high = gains[name]["ci95"]
+        assert low <= published <= 1.001 * high
+        assert high - low < 0.01 * 243.45
+    assert gains["K_i"]["value"] == 0.0
+
+
 def test_friction_of_either_direction_lowers_the_force_error(files, tmp_path):
     """Its F_v was dropped, which made the error 7.0 % of the force for 4.45."""
     log, plant = files

@@ -136,6 +136,9 @@ def test_what_is_wrong_in_the_files_and_a_missing_circle_are_why_not_to_trust():
     assert [why.code for why in found.why] == ["no-measured-circle", "force-lags"]
     assert found.headline.startswith("Leave it as it is")
     assert decide(Evidence()).choice is None
+    carried = [notices[0].at("friction of axis x"), Notice("it slips", "slips", "wrong", where="axis y")]
+    again = decide(replace(evidence(*table, notices=[*notices, *carried]), compared=False))
+    assert [str(why) for why in again.why[1:]] == ["force lags", "axis y: it slips"]
 
 
 def test_a_scheme_that_cannot_run_on_one_machine_in_ten_is_out():

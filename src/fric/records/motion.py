@@ -294,9 +294,14 @@ def kept(n: int, decimation: int) -> slice:
 
 
 def zero_phase(sos: Real, values: Real, order: int) -> Real:
-    """Return the values filtered forwards and backwards, their edges mirrored over three times the order."""
+    """Return the values filtered forwards and backwards, their edges mirrored over three times the order.
+
+    Raises FricError: When there are no more values than that.
+    """
     from scipy import signal
 
+    if len(values) <= 3 * order:
+        raise FricError(f"{len(values)} samples are too few for a filter", hint=f"It takes {3 * order + 1} at least.")
     return np.asarray(signal.sosfiltfilt(sos, values, padlen=3 * order))
 
 

@@ -419,7 +419,12 @@ def _flat(given: Iterable[Any], depth: int = 3) -> Iterable[Record]:
             from fric.io.hdf5 import read_records  # with HDF5, which simulations need not
 
             yield from read_records(Path(record))
-        elif depth and isinstance(record, Iterable) and not isinstance(record, bytes | dict):
+        elif (
+            depth
+            and isinstance(record, Iterable)
+            and getattr(record, "ndim", 1)
+            and not isinstance(record, bytes | dict)
+        ):
             yield from _flat(record, depth - 1)  # a list may hold itself
         else:
             raise UnfitError("log files, or records that fric.read returns", record)

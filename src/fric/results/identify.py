@@ -357,9 +357,10 @@ def _is_log(given: Any) -> bool:
         from fric.io.recognise import recognise  # with HDF5, which records need not
 
         return recognise(Path(given)) == "log/1"
-    first = given
-    while isinstance(first, Iterable) and not isinstance(first, str):
-        first = next(iter(first), None)
+    first: Any = given
+    for _ in range(3):  # a list may hold itself
+        if isinstance(first, Iterable) and getattr(first, "ndim", 1) and not isinstance(first, str):
+            first = next(iter(first), None)
     return isinstance(first, Log)
 
 
