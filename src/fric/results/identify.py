@@ -359,7 +359,7 @@ def _is_log(given: Any) -> bool:
         return recognise(Path(given)) == "log/1"
     first: Any = given
     for _ in range(3):  # a list may hold itself
-        if isinstance(first, Iterable) and getattr(first, "ndim", 1) and not isinstance(first, str):
+        if isinstance(first, Iterable) and getattr(first, "ndim", True) and not isinstance(first, str):
             first = next(iter(first), None)
     return isinstance(first, Log)
 
