@@ -315,6 +315,8 @@ def _controller(
     if rate is None:
         estimates["velocity_filter"] = Estimate(USUAL.velocity_filter, "Hz", assumed=True)
         estimates["sampling"] = Estimate(USUAL.sampling, "Hz", assumed=True)
+    elif values["velocity_filter"] > 0.999 * rate:  # no filter is seen
+        estimates["velocity_filter"] = Estimate(rate, "Hz", assumed=True)
     cascade = Cascade(**values, sampling=rate or USUAL.sampling)
     return FoundController(cascade, estimates, explained, where)
 
