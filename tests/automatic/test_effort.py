@@ -90,9 +90,8 @@ def test_efforts_of_rotary_axes_are_inputs_too():
     assert (found.logs[0].motion, found.logs[0].driven) == ("rotary/A/A", True)
 
 
-@pytest.mark.long(20)
-def test_a_force_late_by_half_a_sample_leaves_the_truth_in_the_interval():
-    """With a mass in its motion the lag was held for that of friction alone: F_v was 6.6 % off under ±2 %."""
+def test_a_motion_tells_the_lag_of_its_force_within_a_sample():
+    """F_v was 6.6 % off under ±2 %, then within ±30 %: the whole force is late, and samples in motion show by what."""
     t, late = np.arange(0.0, 24.0, 8e-3), 4e-3
     w = 2 * np.pi * np.array([0.3, 0.7, 1.3])[:, None]
     a = np.array([40e-3, 15e-3, 6e-3])[:, None]
@@ -100,7 +99,7 @@ def test_a_force_late_by_half_a_sample_leaves_the_truth_in_the_interval():
     force = M * acceleration + F_v * v + F_c * np.sign(v) + np.random.default_rng(1).normal(0, 0.02, len(t))
     log = Log(t, position=(a * np.sin(w * t)).sum(0), force=force, kind="motion", motion="linear/A")
     found = fric.identify_model("lugre", log).fit.estimates["static"]["sigma"]
-    assert found.ci95[0] < F_v < found.ci95[1] < 1.3 * found.value
+    assert found.ci95[0] < F_v < found.ci95[1] < 1.03 * found.value
 
 
 def test_gains_are_in_the_unit_of_the_effort():
@@ -127,7 +126,7 @@ def test_friction_of_one_unit_serves_an_axis_of_volts_and_gains_do_not():
 def test_the_current_of_a_circle_is_its_input_where_it_is_the_drives():
     t = np.linspace(0.0, 4.0, 4001)
     axes = {
-        name: AxisTrace(t, 0.03 * f(np.pi * t), 0.03 * f(np.pi * t), force=f(np.pi * t))
+        name: AxisTrace(t, 0.03 * f(np.pi * t), 0.03 * f(np.pi * t), force=f(np.pi * t), unit="A")
         for name, f in (("x", np.cos), ("y", np.sin))
     }
     test = MeasuredCircle(0.03, 0.03 * np.pi, 1, axes)

@@ -123,3 +123,17 @@ def test_the_plant_takes_the_lag_off_where_friction_is_identified() -> None:
     acting = record.force + plant.M * record.motion.acceleration
     np.testing.assert_allclose(acting[10:-10], force[10:-10], atol=0.01)
     np.testing.assert_array_equal(acting_force(t, force, 0.0), force)
+
+
+def test_a_force_that_is_a_multiple_of_the_input_has_that_factor_and_no_lag() -> None:
+    """The force was differenced as a position is, its input was not: 31.2 (31.0 … 31.4) for 31.5, and 0.3 samples."""
+    t = np.arange(0.0, 10.0, 1e-3)
+    u = (
+        3.0 * np.sin(2.1 * t)
+        + 2.0 * np.sign(np.sin(0.7 * t + 1.0))
+        + np.random.default_rng(1).normal(0.0, 0.01, len(t))
+    )
+    found = force_constant([Log(t, position=np.cos(2.1 * t), input=u, force=31.5 * u, kind="motion")], None, "linear")
+    assert found.K_f is not None
+    assert float(found.K_f) == pytest.approx(31.5, rel=1e-9)
+    assert found.shift == 0.0

@@ -83,6 +83,19 @@ def test_a_stiffness_that_gives_way_between_two_samples_is_a_lower_bound():
     assert codes(fit.warnings)["stiffness-unresolved"] == "wrong"
 
 
+def test_a_motion_whose_damping_outweighs_its_friction_slides_also_between_rests_with_small_reversals():
+    """F_c was open from 2.4 N·m for 7.7: damping rises like a stiffness, and branches of a rest counted as others."""
+    t = np.arange(0.0, 12.0, 2e-3)
+    pause = np.abs((t / 3.0) % 1.0 - 0.5) > 0.35
+    v = np.where(pause, 2e-5 * np.sin(40.0 * t), np.sin(2 * np.pi * t / 6.0))
+    v = np.convolve(v, np.hanning(61) / np.hanning(61).sum(), "same")
+    z = np.cumsum(v) * 2e-3
+    force = GMS(StaticMap(4.0, 4.0, 1.0, sigma=8.0), (1.0,), (4e4,)).replay(t, z) + 0.8 * np.gradient(v, t) + 8.0 * v
+    (record,) = prepared([Log(t, position=z, force=force, kind="motion")])
+    assert record.done.own == ("offset", "mass")
+    assert identifiability_of([record]).slides
+
+
 def test_inspect_refuses_an_axis_of_three_encoder_steps_and_takes_a_motion_for_a_plant():
     small = inspect(record(0.35e-6, step=0.25e-6))  # 2.8 steps a cycle
     assert small.encoder_step == pytest.approx(0.25e-6)

@@ -62,6 +62,20 @@ def test_headers_are_understood(tmp_path, header):
     assert set(test.axes["y"].channels()) == {"time", "reference", "position"}
 
 
+@pytest.mark.parametrize("name", ["Torque x [%]", "Iq x [A]", "x [A]"])
+def test_a_force_in_the_drives_unit_stays_in_it(tmp_path, name):
+    """The current of a foreign circle was dropped in silence, and its axis had no gains."""
+    rows = trace(tmp_path / "a.csv", header=f"time [s],x_ref [mm],x_enc [mm],y_ref [mm],y_enc [mm],{name}")
+    ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5")
+    (test,) = read_circles(tmp_path / "c.h5")
+    unit = name[-2]
+    assert test.axes["x"].unit == unit
+    taken = test.of_effort({"x": f"linear/{unit}/{unit}"}).axes["x"].input
+    np.testing.assert_allclose(taken, rows[-len(taken) :, 5], rtol=1e-8)
+    assert test.of_effort({"x": "linear/N/N"}).axes["x"].input is None
+    assert test.together()[0].unit == unit
+
+
 def test_both_directions_and_more_stand_in_one_file(tmp_path):
     trace(tmp_path / "a.csv")
     trace(tmp_path / "b.csv", way=-1)

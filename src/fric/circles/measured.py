@@ -15,7 +15,7 @@ from fric.contour import beside
 from fric.errors import FricError
 from fric.log import Log, axis_name
 from fric.series import keep
-from fric.units import Motion, drive_unit, is_effort
+from fric.units import Motion, is_effort, si_unit
 from fric.verb import require_within
 
 if TYPE_CHECKING:
@@ -88,8 +88,9 @@ class AxisTrace:
     time: Real  # Sample instants [s], strictly increasing, shape (n,)
     position: Real  # Measured position [m], shape (n,)
     reference: Real | None = None  # Reference position [m], shape (n,)
-    input: Real | None = None  # input, force: voltage as it left the controller [V], motor force [N], shape (n,)
+    input: Real | None = None  # input, force: voltage as it left the controller [V], motor force, shape (n,)
     force: Real | None = None
+    unit: str = "N"  # Unit of the force: N, or that of the drive
 
     @property
     def asked(self) -> Real:
@@ -103,7 +104,7 @@ class AxisTrace:
 
     def part(self, cut: slice) -> AxisTrace:
         """Return a part of the samples."""
-        return AxisTrace(**{name: values[cut] for name, values in self.channels().items()})
+        return AxisTrace(**{name: values[cut] for name, values in self.channels().items()}, unit=self.unit)
 
 
 @dataclass(frozen=True)
@@ -221,8 +222,8 @@ class MeasuredCircle:
         t = first.time
         if np.array_equal(t, second.time):
             return first, second
-        there = {name: np.interp(t, second.time, values) for name, values in second.channels().items()}
-        return first, AxisTrace(**there | {"time": t})
+        there: Any = {name: np.interp(t, second.time, values) for name, values in second.channels().items()}
+        return first, replace(second, **there | {"time": t})
 
     def following(self, *names: str) -> MeasuredCircle:
         """Return the test with axes that follow their reference exactly."""
@@ -243,8 +244,9 @@ class MeasuredCircle:
         """Return the test with the force of axes whose force is the drive's input as the input."""
         of = {name: trace for name, trace in self.axes.items() if is_effort(motions.get(name, ""))}
         for name, trace in of.items():
-            kept = trace.input if trace.force is None and drive_unit(motions[name]) == "V" else trace.force
-            of[name] = replace(trace, input=kept)
+            unit = si_unit("force", motions[name])
+            force = trace.force if trace.unit == unit else None
+            of[name] = replace(trace, input=trace.input if force is None and unit == "V" else force)
         return replace(self, axes={**self.axes, **of})
 
     def stated(self, radius: float | None, feed: float | None) -> MeasuredCircle:

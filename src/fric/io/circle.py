@@ -324,7 +324,8 @@ def _write(group: h5py.Group, test: MeasuredCircle) -> None:
         axis = group.create_group(name)
         axis.attrs["order"] = list(test.axes).index(name)
         for channel, values in trace.channels().items():
-            write_column(axis, channel, values, si_unit(channel_dimension(channel)))
+            unit = trace.unit if channel == "force" else si_unit(channel_dimension(channel))
+            write_column(axis, channel, values, unit)
 
 
 def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
@@ -358,7 +359,10 @@ def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
 def _read(group: h5py.Group, source: str) -> MeasuredCircle:
     words = {key: text(group.attrs, key) for key in OWN if key in group.attrs and key != "source"}
     axes = {
-        name: AxisTrace(**{channel: column(part, channel) for channel in CHANNELS if channel in part})
+        name: AxisTrace(
+            **{channel: column(part, channel) for channel in CHANNELS if channel in part},
+            unit=text(part["force"].attrs, "unit", "N") if "force" in part else "N",
+        )
         for name, part in sorted(
             ((name, part) for name, part in group.items() if isinstance(part, h5py.Group) and "position" in part),
             key=lambda item: (int(item[1].attrs.get("order", 99)), item[0]),

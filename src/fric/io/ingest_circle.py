@@ -16,7 +16,7 @@ from fric.circles.measured import AxisTrace, Instrument, MeasuredCircle
 from fric.circles.revolutions import FoundCircle, find_circles, fit_circle, rounded
 from fric.columns import BALL_BAR, CIRCLE
 from fric.documents.base import provenance
-from fric.documents.mapping import ColumnMapping, MappingDocument
+from fric.documents.mapping import ColumnMapping, MappingDocument, filled
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.files import COLUMNS_BY_CONTENT, NO_REFERENCE, RADIUS_ASSUMED, THERE_ALREADY
@@ -31,7 +31,7 @@ from fric.io.words import says_something, spoken
 from fric.log import Log
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
-from fric.units import converts
+from fric.units import Motion, converts, in_units_of, si_unit
 
 AXES = "xyz"
 SILENT = frozenset({"position", "pos", "axis", "value", "lage", "achse", "wert"})
@@ -55,8 +55,9 @@ def circle_plan(
         channels = _by_header(table)
         if not channels and all(re.fullmatch(r"column \d+", column.name) for column in table.columns):
             return _by_content(table, sampling)
+    motion = _motion_of(table, channels, fields)
     origins = {
-        name: origin_of(table, name if name != "deviation" else "ball-bar.deviation", channel, "linear", fields)
+        name: origin_of(table, name if name != "deviation" else "ball-bar.deviation", channel, motion, fields)
         for name, channel in channels.items()
     }
     if sampling is not None:
@@ -81,9 +82,16 @@ def circle_plan(
             warnings.append(NO_REFERENCE.found(where))
     wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
     stated = frozenset(name for name, channel in channels.items() if channel.sign is not None)
-    return ColumnPlan(
-        "linear", origins, wanted, tuple(column.name for column in table.columns), "time", stated
-    ), warnings
+    return ColumnPlan(motion, origins, wanted, tuple(column.name for column in table.columns), "time", stated), warnings
+
+
+def _motion_of(table: ForeignTable, channels: Mapping[str, ColumnMapping], fields: Mapping[str, str]) -> Motion:
+    """Return the motion of axes whose force is in the unit of the first force: in N, or in the drive's."""
+    forces = (channel for name, channel in channels.items() if name.endswith(".force") and channel.column is not None)
+    if (force := next(forces, None)) is None:
+        return "linear"
+    wanted = filled(force.column, fields, str(table.path)) if isinstance(force.column, str) else force.column or 0
+    return in_units_of("linear", force.scale or force.unit or table.columns[table.find(wanted, "force")].unit)
 
 
 def _by_header(table: ForeignTable) -> dict[str, ColumnMapping]:
@@ -95,7 +103,11 @@ def _by_header(table: ForeignTable) -> dict[str, ColumnMapping]:
         if axis and measures("position"):
             shown = {"reference": says.commanded or "nominal" in name, "position": says.measured or not name}
         elif axis:
-            shown = {of: measures(of) and says.told in {"", of} for of in ("input", "force")}
+            moves = in_units_of("linear", column.unit)
+            of = {"force", "current", *([""] if moves in {"linear", "linear/A"} else [])}  # % may be of anything
+            pushes = says.told in of and not says.commanded
+            shown = {"input": measures("input") and says.told in {"", "input"},
+                     "force": pushes and converts(column.unit, "force", moves)}  # fmt: skip
         else:
             deviates = says.told == "error"
             shown = {"time": says.quantity == "time", "deviation": deviates and measures("position"),
@@ -213,9 +225,9 @@ def ingest_circles(
             warnings.append(THERE_ALREADY.found(str(source), record=""))
             continue
         if mapping and any(part.kind != CIRCLE for part in mapping.parts):
-            channels = _of_axes(source, mapping, bad_cells)
+            channels, motion = _of_axes(source, mapping, bad_cells)
             samples += len(channels["time"])
-            found += _tests(channels, stated, str(source), digest)
+            found += _tests(channels, motion, stated, str(source), digest)
             continue
         for table in tables(source, mapping.format if mapping else None):
             fields = {"stem": source.stem, "name": source.name, **table.constants}
@@ -225,8 +237,7 @@ def ingest_circles(
             channels = _whole(table, chosen, bad_cells == "drop", progress or (lambda _: None))
             warnings += table.notices
             samples += len(next(iter(channels.values())))
-            for test in _tests(channels, stated, str(source), digest):
-                found.append(test)
+            found += _tests(channels, chosen.motion, stated, str(source), digest)
     for test in found:
         if (
             stated.radius is None
@@ -238,8 +249,11 @@ def ingest_circles(
     return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)))
 
 
-def _of_axes(source: Path, mapping: MappingDocument, bad_cells: str) -> dict[str, Real]:
-    """Return the channels of the axes of a file, each of which a part of a mapping reads as a record."""
+def _of_axes(source: Path, mapping: MappingDocument, bad_cells: str) -> tuple[dict[str, Real], Motion]:
+    """Return the channels of the axes of a file, each of which a part of a mapping reads, and the motion of the first.
+
+    A force of another axis in another unit is left out.
+    """
     logs = dict[str, Log]()
     columns = {column.name for table in tables(source, mapping.format) for column in table.columns}
     with TemporaryDirectory() as folder:
@@ -252,9 +266,11 @@ def _of_axes(source: Path, mapping: MappingDocument, bad_cells: str) -> dict[str
             f"the mapping reads {' and '.join(logs) or 'nothing'} in it, and a circle test takes two axes of one clock",
             where=str(source), hint="Give the mapping a part for each axis, or `kind: circle`.",
         )  # fmt: skip
-    return {"time": next(iter(logs.values())).time} | {
+    first = next(iter(logs.values()))
+    return {"time": first.time} | {
         f"{axis}.{name}": values for axis, log in logs.items() for name, values in log.channels().items()
-    }
+        if name != "force" or log.motion == first.motion
+    }, first.motion  # fmt: skip
 
 
 def _whole(table: ForeignTable, chosen: ColumnPlan, drop: bool, progress: Progress) -> dict[str, Real]:
@@ -270,7 +286,9 @@ def _whole(table: ForeignTable, chosen: ColumnPlan, drop: bool, progress: Progre
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def _tests(channels: dict[str, Real], stated: StatedCircle, source: str, digest: str) -> Iterator[MeasuredCircle]:
+def _tests(
+    channels: dict[str, Real], motion: Motion, stated: StatedCircle, source: str, digest: str
+) -> Iterator[MeasuredCircle]:
     if set(BALL_BAR) <= channels.keys():
         yield _ball_bar(channels, stated, source, digest)
         return
@@ -292,6 +310,7 @@ def _tests(channels: dict[str, Real], stated: StatedCircle, source: str, digest:
                     for channel in ("position", "reference", "input", "force")
                     if f"{name}.{channel}" in channels
                 },
+                unit=si_unit("force", motion),
             )
             for name in names
         }

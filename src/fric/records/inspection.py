@@ -34,6 +34,7 @@ RESOLVED = 4.0  # Least distance in encoder steps of a knot from the reversal, a
 SAMPLES = 3  # Least number of samples after a reversal that show a stiffness
 SATURATED = 0.05  # Least slope of a branch, relative to its mean slope, under which it has reached its plateau
 RISES = 0.2  # The same for logged branches, which include viscous friction: above it they surely have no plateau
+SHORT = 0.1  # Share of the longest branch, or of the largest speed, up to which it is a rest
 PIECES, MOVES = 64, 0.6  # Least number of steps that are held against the next, and their correlation in a motion
 FAR = 5.0  # Travel relative to the root of the steps' sum of squares that no noise has
 CONDITION = 1e3  # Condition number up to which a motion separates mass, viscous and Coulomb friction
@@ -57,7 +58,7 @@ def identifiability_of(records: Sequence[Prepared]) -> Identifiability:
         if record.slides or len(reversals) < 2:
             slopes.append(0.0)
             continue
-        z, force = record.motion.position, record.force - _inertia(record)
+        z, force = record.motion.position, record.force - _of_speed(record)
         slopes.append(branch_slope(z, force, reversals))
         peaks.append(0.5 * float(np.median([np.ptp(force[a : b + 1]) for a, b in pairwise(reversals)])))
         resolved.append(max(record.motion.step, resolved_travel(z, reversals)))
@@ -65,19 +66,20 @@ def identifiability_of(records: Sequence[Prepared]) -> Identifiability:
     return Identifiability(slope < RISES, slope, max(peaks, default=0.0), min(resolved, default=0.0))
 
 
-def _inertia(record: Prepared) -> Real | float:
-    """Return the inertia [N], shape (n,), of a record with a fitted mass: it rises like a stiffness.
+def _of_speed(record: Prepared) -> Real | float:
+    """Return inertia and damping [N], shape (n,), of a record with a fitted mass: they rise like a stiffness.
 
-    By least squares of the force on acceleration, sign of the velocity, velocity and an offset. A stiffness would give
-    a negative mass, and is excluded.
+    By least squares of the force on acceleration, sign of the velocity, velocity and an offset, while it moves. A
+    stiffness would give a negative mass, and is excluded.
     """
     m = record.motion
     if "mass" not in record.done.own:
         return 0.0
-    basis = np.column_stack([m.acceleration, np.sign(m.velocity), m.velocity, np.ones_like(m.time)])[record.used]
+    moving = record.used & (np.abs(m.velocity) >= SHORT * np.abs(m.velocity[record.used]).max())
+    basis = np.column_stack([m.acceleration, np.sign(m.velocity), m.velocity, np.ones_like(m.time)])[moving]
     size = np.abs(basis).max(axis=0, initial=1e-300)
-    mass, coulomb, *_ = np.linalg.lstsq(basis / size, record.force[record.used], rcond=None)[0] / size
-    return m.acceleration * mass if mass > 0.0 < coulomb else 0.0
+    mass, coulomb, damping, _ = np.linalg.lstsq(basis / size, record.force[moving], rcond=None)[0] / size
+    return m.acceleration * mass + m.velocity * max(damping, 0.0) if mass > 0.0 < coulomb else 0.0
 
 
 def too_coarse(records: Sequence[Prepared]) -> list[Notice]:
@@ -98,16 +100,17 @@ def too_coarse(records: Sequence[Prepared]) -> list[Notice]:
 def branch_slope(position: Real, force: Real, reversals: Indices) -> float:
     """Return the least slope of the branches between reversals, relative to their mean slope; see `least_slope`.
 
-    The branches are averaged over the share of their travel, in fiftieths. A branch starts with the force at the end of
-    the branch before: its first samples may have risen already.
+    The branches are averaged over the share of their travel, in fiftieths, without those of a rest, which are short. A
+    branch starts with the force at the end of the branch before: its first samples may have risen already.
     """
     grid = (np.arange(50) + 0.5) / 50
     branches, before = [], None
+    shortest = SHORT * float(np.abs(np.diff(position[reversals])).max(initial=0.0))
     for a, b in pairwise(reversals):
         z, F = position[a : b + 1], force[a : b + 1]
         travel = np.maximum.accumulate(np.abs(z - z[0]))
         end = float(np.mean(F[-max(len(F) // 20, 1) :]))
-        if before is not None and end != before and len(z) >= 8 and travel[-1] > 0:
+        if before is not None and end != before and len(z) >= 8 and travel[-1] > shortest:
             branches.append(np.interp(grid, travel / travel[-1], (F - before) / (end - before)))
         before = end
     return least_slope(grid, np.mean(branches, axis=0)) if branches else 0.0

@@ -77,6 +77,7 @@ UNLIKE = 3.0  # Ratio of the difference of the first strokes to any of later one
 LOADED = 0.002  # Least difference of the first strokes, as a share of the range of the force
 PIECES = 10  # Number of pieces of equal length for resampling without cycles
 CREEP = 0.05  # Share of the largest speed below which a record too slow for its starts and stops is not compared
+SLIDES = 0.1  # Share of the largest speed from which on friction is that of sliding
 ONE_WAY = 0.01  # Ratio of the fastest speeds in both directions below which a motion has only one direction
 
 
@@ -173,6 +174,24 @@ class Prepared:
         """Return the record with its acting force, if the force was logged later than the position by a time [s]."""
         force = acting_force(self.motion.time, self.force, -late)
         return replace(self, force=force, done=replace(self.done, delay=self.done.delay - late))
+
+    def moved(self, late: float) -> Prepared:
+        """Return the record with its motion at the instants of the force, which was logged later by a time [s]."""
+        from scipy.interpolate import CubicHermiteSpline  # not at the start
+
+        m, at = self.motion, self.motion.time - late
+        position, velocity = (CubicHermiteSpline(m.time, *of)(at) for of in
+                              ((m.position, m.velocity), (m.velocity, m.acceleration)))  # fmt: skip
+        acceleration = np.interp(at, m.time, m.acceleration)
+        motion = replace(m, position=position, velocity=velocity, acceleration=acceleration)
+        done = replace(self.done, delay=self.done.delay - late)
+        return replace(self, motion=motion, used=self.used & between_reversals(motion), done=done)
+
+    def in_motion(self) -> Prepared:
+        """Return the record with the samples compared that are apart from rests and reversals."""
+        speed = np.abs(self.motion.velocity)
+        rests = speed < SLIDES * speed[self.used].max(initial=0.0)
+        return self.restricted(np.convolve(rests, np.ones(5), "same") < 0.5)
 
     def restricted(self, used: Mask) -> Prepared:
         """Return the record with fewer samples compared; the replay still runs through all of them."""
@@ -288,7 +307,7 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
             reversals = reversals[:0]
         terms: tuple[Own, ...] = ("offset", "mass") if shows_mass(motion, ~hidden) else ("offset",)
         done = replace(done, own=terms if len(reversals) else terms[1:])
-    used = ~hidden
+    used = ~hidden & between_reversals(motion) if "mass" in done.own else ~hidden
     if not done.starts:  # how a rest was come to is not known either
         used &= np.abs(motion.velocity) >= CREEP * np.abs(motion.velocity).max()
     if filters is not None:
@@ -301,6 +320,12 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
     if log.force is not None and source == "force":
         used &= ~(clipped(log.force) | drive_off(log))
     return Prepared(log, motion, np.asarray(force, float), used, reversals, done)
+
+
+def between_reversals(motion: Motion) -> Mask:
+    """Return the samples, shape (n,), that are not the last or first beside a reversal, which is at neither of both."""
+    goes_on = motion.velocity[1:] * motion.velocity[:-1] >= 0.0
+    return np.asarray(np.append(goes_on, True) & np.append(True, goes_on))
 
 
 def strokes_of(record: Prepared) -> Indices:

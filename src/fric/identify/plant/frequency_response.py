@@ -142,14 +142,17 @@ def _swings_in(U: Complex, Z: Complex) -> bool:
     return first > 10 * others
 
 
-def segment_spectra(input: Real, position: Real, driver: Real, segment: int, sampling: float) -> Spectra:
+def segment_spectra(
+    input: Real, position: Real, driver: Real, segment: int, sampling: float, integrates: bool = True
+) -> Spectra:
     """Return the spectra of segments under Hann's window that overlap by half (Welch 1967).
 
     The position is differenced first and the lines are corrected for that: an integrating plant's position wanders, and
-    would leak into every line.
+    would leak into every line. A force leaks as its input does, and is not differenced.
 
     input, position, driver: Control voltage [V], position [m], and their driver: the reference or the input itself,
         each shape (n,).
+    integrates: False for a force in place of the position.
     """
     n = len(input) - 1
     starts = np.arange(0, n - segment + 1, max(segment // 2, 1))
@@ -157,34 +160,38 @@ def segment_spectra(input: Real, position: Real, driver: Real, segment: int, sam
 
     window = signal.windows.hann(segment, sym=False)
     pick = starts[:, None] + np.arange(segment)
-    rows = [signal.detrend(x[pick]) * window for x in (driver[1:], input[1:], np.diff(position))]
+    rows = [
+        signal.detrend(x[pick]) * window
+        for x in (driver[1:], input[1:], np.diff(position) if integrates else position[1:])
+    ]
     R, U, dZ = (fft.rfft(x)[:, 3 : segment // 2] / segment for x in rows)  # the window smears 0 Hz over the first two
     frequency = np.arange(3, segment // 2) * sampling / segment
-    Z = dZ / -np.expm1(-2j * np.pi * frequency / sampling)
+    Z = dZ / -np.expm1(-2j * np.pi * frequency / sampling) if integrates else dZ
     averages = len(starts) / (1 + 2 / 36 * (1 - 1 / len(starts)))
     return Spectra(frequency, R, U, Z, averages, HANN_CORRELATION)
 
 
-def neighbour_spectra(input: Real, position: Real, driver: Real, sampling: float) -> Spectra:
+def neighbour_spectra(input: Real, position: Real, driver: Real, sampling: float, integrates: bool = True) -> Spectra:
     """Return the lines of a whole record, with `NEIGHBOURS` as the rows of a frequency.
 
     This is for a single sweep, which passes each frequency only once, so that single segments would dominate. The
     position is differenced twice, after which an integrating plant is smooth over neighbouring lines, and the result is
     corrected for that. The first and last fortieth of the record are faded in and out.
 
-    input, position, driver: As in `segment_spectra`, each shape (n,).
+    input, position, driver, integrates: As in `segment_spectra`, each shape (n,).
     """
     n = len(input) - 2
     from scipy import signal
 
     fade = signal.windows.tukey(n, 0.05)
-    rows = [signal.detrend(x) * fade for x in (driver[1:-1], input[1:-1], np.diff(position, 2))]
+    moved = np.diff(position, 2) if integrates else position[1:-1]
+    rows = [signal.detrend(x) * fade for x in (driver[1:-1], input[1:-1], moved)]
     count = NEIGHBOURS
     bands = (n // 2 - 3) // count
     R, U, ddZ = (fft.rfft(x)[3 : 3 + bands * count].reshape(bands, count).T / n for x in rows)
     frequency = (3 + (count - 1) / 2 + count * np.arange(bands)) * sampling / n
     shift = np.exp(2j * np.pi * frequency / sampling)  # the second difference is centred
-    return Spectra(frequency, R, U, ddZ / (shift - 2 + 1 / shift), float(count), 1.0)
+    return Spectra(frequency, R, U, ddZ / (shift - 2 + 1 / shift) if integrates else ddZ, float(count), 1.0)
 
 
 def swept(spectra: Spectra) -> bool:
@@ -406,7 +413,7 @@ def measure_response(
         samples = _period(record, u) if period is None else round(period * sampling)
         if samples is not None:
             return _over_periods(record, u, z, samples, sampling, driven)
-    return _over_segments(record, u, z, segment, sampling)
+    return _over_segments(record, u, z, segment, sampling, integrates=output == "position")
 
 
 def _table(record: FrequencyResponse) -> MeasuredResponse:
@@ -473,7 +480,9 @@ def _driven(reference: Real, period: int) -> Mask | None:
     return driven if np.count_nonzero(driven) >= 3 else None
 
 
-def _over_segments(record: Log, u: Real, z: Real, segment: float | None, sampling: float) -> MeasuredResponse:
+def _over_segments(
+    record: Log, u: Real, z: Real, segment: float | None, sampling: float, *, integrates: bool
+) -> MeasuredResponse:
     length = len(u) // SEGMENTS if segment is None else round(segment * sampling)
     if length < 32 or 3 * length > 2 * len(u):
         raise FricError(
@@ -481,16 +490,16 @@ def _over_segments(record: Log, u: Real, z: Real, segment: float | None, samplin
             where=record.where,
             hint="Log a longer excitation, or give another `segment=`.",
         )
-    spectra, driver, text = segment_spectra(u, z, u, length, sampling), u, "the input as driver"
+    spectra, driver, text = segment_spectra(u, z, u, length, sampling, integrates), u, "the input as driver"
     if record.reference is not None and _accelerates(record.reference):
-        joint = segment_spectra(u, z, record.reference, length, sampling)
+        joint = segment_spectra(u, z, record.reference, length, sampling, integrates)
         moved = joint.frequency[coherence_of(joint.driver, joint.input) > COHERENT]
         if moved.size >= 20 and moved.max() > 10 * moved.min():  # more than a slow motion added to the excitation
             spectra, driver = joint, record.reference
             text = "the reference as driver, so that what a closed loop feeds back averages out"
     manner = f"{len(spectra.input)} Welch segments of {length / sampling:.4g} s"
     if segment is None and swept(spectra.at(moved_at(spectra, is_input=driver is u))):
-        spectra = neighbour_spectra(u, z, driver, sampling)
+        spectra = neighbour_spectra(u, z, driver, sampling, integrates)
         manner = f"a single sweep, averaged over {len(spectra.input)} neighbouring lines"
     spectra = spectra.at(moved_at(spectra, is_input=driver is u))
     G, deviation, coherence = estimate(spectra)

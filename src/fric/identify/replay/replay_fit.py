@@ -379,28 +379,66 @@ def of_supposed(search: Search, best: Point, slopes: Real, quantile: float) -> R
     """Return the increase of the covariance (p, p) due to the alignment of force and position, and to levels.
 
     The channels of a log are aligned to ±dt/2: all records are late by c standard deviations of that, c ~ N(0, 1), and
-    parameters move by m·c, to first order. Where blocks separate a lag from stiffness, the records show c as ĉ ± s: its
-    second moment about 0, the lag of the fit, is ``s²/(1 + s²) + (ĉ/(1 + s²))²`` by Bayes' rule; elsewhere it is 1.
+    parameters move by m·c, to first order. Where blocks separate a lag from stiffness, and in motions (`in_motion`),
+    the records show c as ĉ ± s: its second moment about 0, the lag of the fit, is ``s²/(1 + s²) + (ĉ/(1 + s²))²`` by
+    Bayes' rule; elsewhere it is 1.
     So is the level of friction at the place of a record in sliding, in the standard deviation of its force over
     position: in one direction that is a force, or friction, which then differs from that at other places as much.
 
     slopes: Derivatives of the residual by what is seen, shape (n, p).
     """
     records, model = search.records, search.coordinates.build(best.x)
-    cycled = bool(_cycled(search)) and not any("mass" in r.done.own for r in records)  # samples may hide reversals
+    moves = _moves(records)
+    cycled = bool(_cycled(search)) and not any("mass" in r.done.own for r in records)
     late = [record.done.timing * rate for record, rate in zip(records, _rates(model, records), strict=True)]
     levels = [[of_level(model, one) * (one is record) for one in records] for record in records if record.slides]
     found = np.zeros((slopes.shape[1],) * 2)
     for forces, shown in [(late, cycled), *((level, True) for level in levels)]:
         by = search.projected(forces)
-        moved, moment = np.linalg.lstsq(slopes, by, rcond=None)[0], 1.0
-        if shown and by.any():
+        moved, c, variance = np.linalg.lstsq(slopes, by, rcond=None)[0], 1.0, 0.0
+        if forces is late and moves:
+            c, variance = in_motion(search, best, quantile)
+        elif shown and by.any():
             joint = np.column_stack([by, slopes])
             c = np.linalg.lstsq(joint, best.residual, rcond=None)[0][0]
             variance = replay_covariance(joint, best.residual, records, quantile)[0, 0]
-            moment = variance / (1.0 + variance) + (c / (1.0 + variance)) ** 2
+        moment = variance / (1.0 + variance) + (c / (1.0 + variance)) ** 2
         found += moment * np.outer(moved, moved)
     return found
+
+
+def in_motion(search: Search, best: Point, quantile: float) -> tuple[float, float]:
+    """Return by how many of its standard deviations the force of motions is late, and the variance of that.
+
+    Of samples apart from rests and reversals, for between samples a reversal hides: there the force is inertia and
+    damping, whose rate no parameter of friction follows along a motion of several accelerations (Frisch and Waugh,
+    Econometrica 1, 1933).
+    """
+    part = replace(search, records=[record.in_motion() for record in search.records], weights=None)
+    point = part.at(best.x)
+    rates = _rates(search.coordinates.build(best.x), part.records)
+    late = part.projected([-r.done.timing * rate for r, rate in zip(part.records, rates, strict=True)])
+    Q = np.linalg.qr(point.gradient[:, part.seen(point)])[0]
+    late, residual = late - Q @ (Q.T @ late), point.residual - Q @ (Q.T @ point.residual)
+    c = float(late @ residual) / max(float(late @ late), 1e-300)
+    return c, float(replay_covariance(late[:, None], residual - c * late, part.records, quantile)[0, 0])
+
+
+def _moves(records: Sequence[Prepared]) -> bool:
+    """Return whether records are motions that show a mass."""
+    return all("mass" in record.done.own and not record.slides for record in records)
+
+
+def aligned(search: Search, best: Point, quantile: float) -> Search:
+    """Return the search with motions moved to the instants of their force, where they show its lag within a sample."""
+    if not _moves(search.records):
+        return search
+    c, variance = in_motion(search, best, quantile)
+    if abs(c) > UNIFORM + 2.0 * variance**0.5:  # it is not that of samples
+        return search
+    by = c / (1.0 + variance)
+    records = [record.moved(by * record.done.timing) for record in search.records]
+    return replace(search, records=records, weights=None).weighed(best.x)
 
 
 def of_level(model: FrictionModel, record: Prepared) -> Real:
@@ -417,7 +455,9 @@ def of_level(model: FrictionModel, record: Prepared) -> Real:
     return np.asarray(0.5 * (at(1.0 + by) - at(1.0 - by)))
 
 
+UNIFORM = 3.0**0.5  # Half-width of a uniform distribution in its standard deviations
 SHAPE_STEP = 1e-2  # Step of the difference quotient over a supposed shape factor, in its standard deviation
+NEAR = 1e-3  # Distance from the end of its range, as a share of it, below which a factor is at the end
 SHOWN = 2.0  # Standard deviations by which records show another shape factor before it is fitted
 
 
@@ -733,6 +773,9 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
         x = placement.better(x)
         search = search.weighed(x)
     best = search.at(search.fine(x))
+    search = aligned(search, best, _quantile(best, len(best.x)))
+    if search.records is not records:
+        records, best = search.records, search.at(search.fine(best.x))
     warnings: list[Notice] = []
     assumed: set[Key] = set()
     while flat := [
@@ -762,7 +805,10 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
         )  # fmt: skip
         better = 2.0 * fit.independent * log(fit.rmse / freed.rmse) > len(shown) * log(fit.independent)  # Schwarz
         spans = [np.asarray(each[n].ci95, float) for each in freed.estimates.values() for n in shown if n in each]
-        if better and all(span.shape == (2,) and span[1] < 4.0 * span[0] for span in spans):  # than what is supposed
+        places = [(at - c.lower) / (c.upper - c.lower) for c, at in zip(freed.coordinates.free, freed.x, strict=True)
+                  if c.parameter.name in shown]  # fmt: skip
+        inside = all(NEAR < place < 1.0 - NEAR for place in places)  # else another shape explains it
+        if better and inside and all(span.shape == (2,) and span[1] < 4.0 * span[0] for span in spans):
             return freed
     return fit
 
