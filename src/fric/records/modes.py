@@ -11,12 +11,13 @@ from fric.estimate import Estimate
 from fric.flaws.channel import MODES_SWITCH
 from fric.log import Log
 from fric.notice import Notice
-from fric.records.flaws import Tracking, tracking
+from fric.records.flaws import SAMPLES, Tracking, tracking
 from fric.records.motion import find_reversals
-from fric.records.recognition import visible_step
+from fric.records.recognition import kind_of, visible_step
 from fric.records.segments import SHORTEST, travelled
 from fric.units import readable
 
+GAP = 9.5  # Ratio of an interval to the usual one above which samples that lack are a gap
 MOST_PARTS = 64  # Largest number of parts of a record: a state that changes more often is no mode of the control
 STROKES_ALIKE = 0.02  # Largest relative difference in length and speed of strokes of the same motion
 ERRORS_APART = 1.15  # Ratio of errors at reversals of the same motion above which the control has two modes
@@ -53,8 +54,13 @@ def modes_of(log: Log) -> list[ModePart]:
 def parts_of(log: Log) -> list[Log]:
     """Return the parts of a record, each named by its mode, without those in which the drive is off: its force is 0.
 
-    The whole record is returned if no mode switches.
+    The whole record is returned if no mode switches; of a motion with gaps, the parts between these.
     """
+    gaps = np.flatnonzero((steps := np.diff(log.time)) > GAP * np.median(steps)) + 1
+    if 0 < len(gaps) < MOST_PARTS and kind_of(log) == "motion":
+        ends = [cut for cut in pairwise([0, *gaps, len(log)]) if cut[1] - cut[0] >= SAMPLES]
+        pieces = [replace(log.slice(*cut), name=f"{log.name} {n}") for n, cut in enumerate(ends, 1)]
+        return [part for piece in pieces for part in parts_of(piece)] or [log]
     found, count = list[Log](), dict[str, int]()
     for part in modes_of(log):
         if log.force is not None and log.input is None and not log.force[part.start : part.stop].any():

@@ -33,7 +33,7 @@ from fric.records.motion import (
 from fric.records.preparation import Own, Preparation
 from fric.records.recognition import kind_of
 from fric.records.resolution import clipped, drive_off
-from fric.records.segments import travelled
+from fric.records.segments import finer, travelled
 
 if TYPE_CHECKING:
     from fric.friction import FrictionModel
@@ -269,12 +269,12 @@ def prepared(
 
 def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Conditioning | None) -> Prepared:
     given = plant or drive or Drive()
+    log = finer(log) if (kind := kind_of(log)) == "motion" else log
     force, source, lag = drive_force(log, given)
     if not np.ptp(force):
         hint = "Is it the right column? Friction changes its sign."
         raise FricError("the force does not change", where=log.where, hint=hint)
     position = travelled(log)
-    kind = kind_of(log)
     moves = filters is not None or kind in {"motion", "constant-velocity"}
     hidden = between_samples(log.time, position) if moves else np.zeros(len(log), bool)
     if filters is None and kind == "constant-velocity" and hidden.any():  # no mass is seen, and reversals are needed

@@ -13,7 +13,7 @@ Where only the velocity was logged, z is its integral, and the noise to be expla
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,10 +21,11 @@ from fric.arrays import Real
 from fric.columns import PRESLIDING
 from fric.estimate import STAYS
 from fric.log import Log
-from fric.records.resolution import lattice_step, noise_level
+from fric.records.resolution import encoder_step, lattice_step, noise_level
 from fric.statistics import robust_deviation
 from fric.threads import one_blas_thread
 
+COARSE = 0.2  # Step of a position, in travels of a sample at the largest speed, that hides the motion between samples
 RELATIVE = 0.01  # Distance from the chord, as a share of the travel, that still counts as constant velocity
 GRAIN = 2.0**-20  # Share of the resolution that distances are rounded to
 SHORTEST = 16  # Least number of samples, and of encoder counts, in a segment
@@ -75,6 +76,22 @@ def travelled(log: Log) -> Real:
         return log.position
     v = log.require("velocity", "a motion")
     return np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(log.time))])
+
+
+def finer(log: Log) -> Log:
+    """Return the record of a motion without its position, where a velocity of the same motion shows it in finer steps.
+
+    So a position of three digits at 10 Hz hardly changes between samples, of which the velocity has three digits, too.
+    """
+    z, v = log.position, log.velocity
+    if z is None or v is None:
+        return log
+    step, dt = max(encoder_step(z), 4.0 * noise_level(z)), float(np.median(np.diff(log.time)))
+    if step < COARSE * dt * float(np.quantile(np.abs(v), 0.98)):
+        return log
+    alone = replace(log, position=None)
+    left = np.polyfit(log.time, travelled(alone) - z, 1, full=True)[1]
+    return alone if left.size and float(left[0]) < len(z) * step**2 else log
 
 
 def path_of(log: Log) -> Path:

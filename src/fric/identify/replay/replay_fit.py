@@ -424,9 +424,20 @@ def in_motion(search: Search, best: Point, quantile: float) -> tuple[float, floa
     return c, float(replay_covariance(late[:, None], residual - c * late, part.records, quantile)[0, 0])
 
 
+def usual_fall(search: Search, x: Real) -> Real:
+    """Return a point, shape (p,), with friction that falls as it usually does: few samples of a motion are so slow."""
+    at = x.copy()
+    for n, c in enumerate(search.coordinates.free):
+        if c.parameter.name == "v_s":
+            at[n] = c.upper + log(0.05 / 3.0)  # of the fastest, as the range ends at three times that
+        elif c.parameter.name == "F_s":
+            at[n] = log(1.15)
+    return at
+
+
 def _moves(records: Sequence[Prepared]) -> bool:
-    """Return whether records are motions that show a mass."""
-    return all("mass" in record.done.own and not record.slides for record in records)
+    """Return whether records are motions that show a mass, in samples that show how they start and stop."""
+    return all("mass" in record.done.own and record.done.starts and not record.slides for record in records)
 
 
 def aligned(search: Search, best: Point, quantile: float) -> Search:
@@ -772,7 +783,8 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
         placement = placed(search, x)
         x = placement.better(x)
         search = search.weighed(x)
-    best = search.at(search.fine(x))
+    x = search.fine(x)
+    best = search.at(min([x, search.fine(usual_fall(search, x))], key=search.cost) if _moves(records) else x)
     search = aligned(search, best, _quantile(best, len(best.x)))
     if search.records is not records:
         records, best = search.records, search.at(search.fine(best.x))

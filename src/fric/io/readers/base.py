@@ -242,7 +242,7 @@ class Memory(ForeignTable):
 
 _SUFFIX = re.compile(r"(?:.+_(?:ms|us|µs|mm|um|µm|nm|deg|rad|mrad|Nm|mNm|kN|V|mV)|(?:[tT]|[tT]ime|[zZ]eit)_s|\w{2,}_N)")
 """Names that end in their unit; F_N is a normal force, and x_m may be a motor's or a mean."""
-_OF_AXIS = re.compile(r"\d+|[xyzXYZ]\d?")
+_OF_AXIS = re.compile(r"\d+|[xyzXYZ]\d?|(?:[jJ]|(?i:joint|axis|achse) ?)\d+")
 _NAMED = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\))")
 
 

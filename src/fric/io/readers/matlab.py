@@ -54,6 +54,7 @@ _AXIS = re.compile(
 """The name of a struct of an axis."""
 _VALUES, _UNIT = ("values", "value", "data", "signal"), ("unit", "units")
 _OF_CELL = re.compile(r"(.+?\(\d+\))\.(.+)")  # A field of an element of a struct array
+_OF_STRUCT = re.compile(r"(.+)\.([^.()]+\(:,\d+\))")  # A column of a matrix in a struct
 _PARTED = re.compile(r"(?P<struct>.+)\.(?P<field>[^.()]+)|(?P<matrix>.+)\(:,(?P<line>\d+)\)")
 """A name as `_take_apart` makes it: a field of a struct, or a column of a matrix."""
 
@@ -220,7 +221,7 @@ def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """
     cells: dict[str, dict[str, Any]] = {}
     for name, values in columns.items():
-        if found := _OF_CELL.fullmatch(name):
+        if found := _OF_CELL.fullmatch(name) or _OF_STRUCT.fullmatch(name):
             cells.setdefault(found[1], {})[found[2]] = values
     alike = len({frozenset(fields) for fields in cells.values()}) == 1
     even = all(len(fields) > 1 and len({*map(len, fields.values())}) == 1 for fields in cells.values())
