@@ -11,7 +11,10 @@ from fric.estimate import Estimate
 from fric.friction import models
 from fric.friction.gms import GMS
 from fric.friction.lugre import LuGre
+from fric.friction.stribeck import StaticMap
+from fric.identify.replay import replay_search
 from fric.identify.replay.replay_fit import identify_by_replay
+from fric.identify.replay.replay_search import coordinates_of
 from fric.log import Log
 from fric.records.prepared import prepared
 from fric.records.recognition import kind_of
@@ -198,3 +201,27 @@ def test_a_load_that_hides_friction_ends_in_what_to_log():
     position = 0.4 * np.sin(2 * np.pi * 0.1 * t) + 0.3 * np.sin(2 * np.pi * 0.23 * t + 1)
     with pytest.raises(FricError, match="do not determine Coulomb friction"):
         fric.identify_model("dahl", joint(t, position, 30.0 * np.cos(3.0 * position)))
+
+
+@pytest.mark.parametrize("spoiled", ["search", "fall"])
+def test_a_motion_is_fitted_anew_from_a_wrong_basin(spoiled, monkeypatch):
+    """A search that ended early gave F_c 7.5 (0 … open) A for 1.25, and a fall below all speeds 4 % more F_c."""
+    t = np.arange(0.0, 24.0, 8e-3)
+    z = 0.5 * np.sin(0.8 * t) + 0.2 * np.sin(2.1 * t) + 0.1 * np.sin(4.3 * t)
+    lugre = LuGre(StaticMap(F_c=1.8, F_s=2.1, v_s=0.06, sigma=1.1), sigma_0=1800.0, sigma_1=5.0)
+    noise = np.random.default_rng(1).normal(0.0, 0.3, len(t))
+    force = lugre.replay(t, z) + 0.3 * np.gradient(np.gradient(z, t), t) + noise
+    searched = iter([1.0])
+    if spoiled == "search":
+        real = replay_search.minimised
+        monkeypatch.setattr(
+            replay_search, "minimised", lambda *given: given[2] * 0.0 if next(searched, 0.0) else real(*given)
+        )
+    else:
+        monkeypatch.setattr(
+            replay_search.Search, "coarse",
+            lambda search, _: coordinates_of(search.coordinates, replace(lugre, static=StaticMap(1.85, 9.0, 2e-4))),
+        )  # fmt: skip
+    fit = identify_by_replay("lugre", prepared([Log(t, position=z, force=force, kind="motion")]))
+    assert fit.rmse == pytest.approx(0.3, rel=0.05)
+    assert fit.estimates["static"]["F_c"].value == pytest.approx(1.8, rel=0.03)

@@ -66,6 +66,14 @@ def test_a_record_is_split_where_its_mode_switches_and_off_is_held_against_on(lo
     assert float(values["glitches"][0]) < 0.9 * float(values["glitches"][1])
 
 
+def test_a_motion_is_split_at_gaps_and_a_piece_of_few_samples_left_out():
+    """A log of which a piece lacked gave no plant, and stamps that jitter were not made even."""
+    t = np.arange(0.0, 12.0, 2e-3)
+    t = np.delete(t, [*range(2000, 2100), *range(2130, 2200)])
+    log = Log(t, position=0.02 * np.sin(2.0 * t) + 0.01 * np.sin(5.1 * t), force=np.cos(2.0 * t), kind="motion")
+    assert [(part.name, len(part)) for part in parts_of(log)] == [("record 1", 2000), ("record 2", 3800)]
+
+
 def test_states_of_the_motion_are_no_modes():
     log, _, _ = drawn("xy-table", 1)
     v = np.gradient(log.reference, log.time)

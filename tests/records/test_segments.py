@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from fric.errors import FricError
 from fric.log import Log
 from fric.records.motion import find_reversals
-from fric.records.segments import Segment, _leads_into, path_of, steady_segments
+from fric.records.segments import Segment, _leads_into, finer, path_of, steady_segments
 from tests.records.kinematics import encoder, strokes
 
 MASS, COULOMB, NOISE = 121.0, 100.0, 1.0
@@ -231,3 +231,13 @@ def test_an_axis_that_creeps_into_its_place_after_a_pause_makes_no_stroke():
     v += np.where(t >= 3.96, 86e-6, 0.0)
     log = Log(t, encoder(np.cumsum(v) / 2000.0, 1e-7), force=COULOMB * np.sign(v), kind="constant-velocity")
     assert [round(segment.velocity, 3) for segment in steady_segments(log)] == [0.03, -0.03]
+
+
+def test_a_velocity_shows_a_motion_whose_position_has_three_digits():
+    t = np.arange(0.0, 60.0, 0.1)
+    z, v = 0.15 + 0.04 * np.sin(0.9 * t), 0.036 * np.cos(0.9 * t)
+    log = Log(t, position=np.round(z, 3), velocity=v, force=np.sign(v), kind="motion")
+    assert finer(log).position is None
+    assert finer(replace(log, position=z)).position is not None
+    assert finer(replace(log, velocity=0.5 * v)).position is not None  # it is not of this motion
+    assert finer(replace(log, time=0.01 * t, velocity=100.0 * v)).position is not None  # and here perhaps late

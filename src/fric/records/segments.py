@@ -21,11 +21,15 @@ from fric.arrays import Real
 from fric.columns import PRESLIDING
 from fric.estimate import STAYS
 from fric.log import Log
-from fric.records.resolution import encoder_step, lattice_step, noise_level
+from fric.records.resolution import lattice_step, noise_level
 from fric.statistics import robust_deviation
 from fric.threads import one_blas_thread
 
-COARSE = 0.2  # Step of a position, in travels of a sample at the largest speed, that hides the motion between samples
+COARSE = 0.02  # Noise of a position, in travels of a sample at the largest speed, that hides how the speed changes
+SAME = (
+    4.0  # Distance of a velocity's integral from a position, in the noise of that, up to which they are of one motion
+)
+PROMPT = 0.01  # Interval of samples within which a drive logs its velocity [s]
 RELATIVE = 0.01  # Distance from the chord, as a share of the travel, that still counts as constant velocity
 GRAIN = 2.0**-20  # Share of the resolution that distances are rounded to
 SHORTEST = 16  # Least number of samples, and of encoder counts, in a segment
@@ -81,17 +85,19 @@ def travelled(log: Log) -> Real:
 def finer(log: Log) -> Log:
     """Return the record of a motion without its position, where a velocity of the same motion shows it in finer steps.
 
-    So a position of three digits at 10 Hz hardly changes between samples, of which the velocity has three digits, too.
+    At 10 Hz three digits of a position hardly change between samples, while those of the velocity do. At a rate at
+    which a drive's velocity may be late by more than a sample it is not used.
     """
-    z, v = log.position, log.velocity
-    if z is None or v is None:
+    z, v, dt = log.position, log.velocity, float(np.median(np.diff(log.time)))
+    if z is None or v is None or dt < PROMPT:
         return log
-    step, dt = max(encoder_step(z), 4.0 * noise_level(z)), float(np.median(np.diff(log.time)))
-    if step < COARSE * dt * float(np.quantile(np.abs(v), 0.98)):
-        return log
+    noise = max(noise_level(z), (lattice_step(z) or 0.0) / np.sqrt(12.0))
     alone = replace(log, position=None)
-    left = np.polyfit(log.time, travelled(alone) - z, 1, full=True)[1]
-    return alone if left.size and float(left[0]) < len(z) * step**2 else log
+    coarse = noise > COARSE * dt * float(np.quantile(np.abs(v), 0.98))
+    if not coarse:
+        return log
+    drift = np.polynomial.Polynomial.fit(log.time, off := travelled(alone) - z, 1)
+    return alone if np.std(off - drift(log.time)) < SAME * noise else log
 
 
 def path_of(log: Log) -> Path:

@@ -164,3 +164,13 @@ def test_records_of_one_file_are_records(tmp_path, nest):
     assert len({log.name for log in logs}) == 3
     assert all(log.force is not None and log.position is not None for log in logs)
     assert done.done.motion.endswith("/A") or nest == "matrices"
+
+
+def test_structs_of_matrices_are_experiments(tmp_path):
+    """Each matrix of two structs with the same fields passed for a record, of which none has a force."""
+    one = {name: np.random.default_rng(n).normal(size=(300, 3)) for n, name in enumerate(("q", "dq", "tau"))}
+    savemat(tmp_path / "a.mat", {"data": {"identification": one | {"Ts": 0.002}, "validation": one | {"Ts": 0.002}}})
+    found = list(tables(tmp_path / "a.mat"))
+    assert [[column.name for column in table.columns][::3] for table in found] == 2 * [
+        ["q(:,1)", "dq(:,1)", "tau(:,1)"]
+    ]
