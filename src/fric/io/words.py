@@ -43,8 +43,8 @@ ACCELERATION = ("acceleration", "accel", "acc", "beschleunigung", "accelerazione
 BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "température", "bus", "dc", "supply",
                  "zwischenkreis", "pressure", "druck", "status", "state", "zustand", "mode(?!l)",
                  "modus", "flag", "id", "i d", "ud", "u d", "vd", "v d", "stato", "estado", "état", "vibration", "batt",
-                 "[uv]bus", "[uv]dc",
-                 "battery", "hours", "fault", "tcp", "pose", "cartesian", "current in(?:put)?", "in(?:put)? current")  # fmt: skip
+                 "[uv]bus", "[uv]dc", "tcp", "pose", "cartesian",
+                 "battery", "hours", "fault", "current in(?:put)?", "in(?:put)? current")  # fmt: skip
 """What drives log beside a motion."""
 MODE = ("mode(?!l)", "modus", "enabled?", "freigabe", "control ?word", "servo on", "state", "zustand", "stato",
         "estado", "état", "status")  # fmt: skip
