@@ -29,7 +29,7 @@ from fric.estimate import estimate_rows
 from fric.flaws.channel import HOLDING_MAP
 from fric.io.circle import choose_circles
 from fric.io.propose import NO_POSITION, first_of
-from fric.io.questions import Ask, Question
+from fric.io.questions import MOST_QUESTIONS, Ask, Question, Review
 from fric.notice import Notice, once
 from fric.progress import tried as say_step
 from fric.report.summary import Report, make_report
@@ -315,7 +315,15 @@ def auto(
         located(Path(mapping), "mapping")
     stated = Stated.of(controllers)
     say_step("reading logs")
-    found = find_sources(map(Path, logs), mapping, folder / "mappings", assume=assume, ask=ask)
+    questions = list[Question]()
+
+    def put(question: Question) -> None:
+        questions.append(question)
+        assert ask is not None
+        ask(question)
+
+    of_columns = put if ask is not None and not isinstance(ask, Review) else ask
+    found = find_sources(map(Path, logs), mapping, folder / "mappings", assume=assume, ask=of_columns)
     tests = find_sources(map(Path, circles))
     if circles and not (tests.circles or tests.traces):
         hint = "Make a circle of its log with `fric ingest LOG.csv --kind circle -o circle.h5`."
@@ -334,6 +342,7 @@ def auto(
     files = len(found.traces) + len(list(ingest_steps(found.logs, folder)))
     advance(0, total=files + 6 * len({log.axis for log in found.logs}) + 2 + 2 * len(found.circles))
     session = Session(folder, run, say, advance)
+    session.may_know = len(questions) < MOST_QUESTIONS
     for trace, meaning in found.traces.items():
         one = trace_step(trace, folder, meaning)
         found.circles += one.leaves if session.take(one) else ()

@@ -419,8 +419,10 @@ def in_motion(search: Search, best: Point, quantile: float) -> tuple[float, floa
     rates = _rates(search.coordinates.build(best.x), part.records)
     late = part.projected([-r.done.timing * rate for r, rate in zip(part.records, rates, strict=True)])
     Q = np.linalg.qr(point.gradient[:, part.seen(point)])[0]
-    late, residual = late - Q @ (Q.T @ late), point.residual - Q @ (Q.T @ point.residual)
-    c = float(late @ residual) / max(float(late @ late), 1e-300)
+    size, late, residual = late @ late, late - Q @ (Q.T @ late), point.residual - Q @ (Q.T @ point.residual)
+    if len(late) < FEWEST * (len(best.x) + 1) or late @ late <= BLIND * size:
+        return 0.0, UNSEEN
+    c = float(late @ residual / (late @ late))
     return c, float(replay_covariance(late[:, None], residual - c * late, part.records, quantile)[0, 0])
 
 
@@ -466,6 +468,7 @@ def of_level(model: FrictionModel, record: Prepared) -> Real:
     return np.asarray(0.5 * (at(1.0 + by) - at(1.0 - by)))
 
 
+FEWEST, UNSEEN = 10, 1e9  # Samples in motion a parameter that show a lag at least, and the variance where they do not
 UNIFORM = 3.0**0.5  # Half-width of a uniform distribution in its standard deviations
 SHAPE_STEP = 1e-2  # Step of the difference quotient over a supposed shape factor, in its standard deviation
 NEAR = 1e-3  # Distance from the end of its range, as a share of it, below which a factor is at the end
