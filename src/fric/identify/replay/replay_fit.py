@@ -412,13 +412,15 @@ def in_motion(search: Search, best: Point, quantile: float) -> tuple[float, floa
 
     Of samples apart from rests and reversals, for between samples a reversal hides: there the force is inertia and
     damping, whose rate no parameter of friction follows along a motion of several accelerations (Frisch and Waugh,
-    Econometrica 1, 1933).
+    Econometrica 1, 1933), nor damping that the model lacks, nor a load over the position.
     """
     part = replace(search, records=[record.in_motion() for record in search.records], weights=None)
     point = part.at(best.x)
     rates = _rates(search.coordinates.build(best.x), part.records)
     late = part.projected([-r.done.timing * rate for r, rate in zip(part.records, rates, strict=True)])
-    Q = np.linalg.qr(point.gradient[:, part.seen(point)])[0]
+    motions = [record.motion for record in part.records]
+    beside = part.projected([np.column_stack([m.velocity, np.sign(m.velocity), m.position]) for m in motions])
+    Q = np.linalg.qr(np.column_stack([point.gradient[:, part.seen(point)], beside]))[0]
     size, late, residual = late @ late, late - Q @ (Q.T @ late), point.residual - Q @ (Q.T @ point.residual)
     if len(late) < FEWEST * (len(best.x) + 1) or late @ late <= BLIND * size:
         return 0.0, UNSEEN
@@ -806,6 +808,9 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
             value, left = float("nan"), f"that of {p.at_least}"
         elif not low <= value <= high:
             value = float(np.sqrt(low * high)) if c.scale == "log" else low
+        there = np.where(np.arange(len(best.x)) == n, log(max(value, 1e-300)), best.x)
+        if c.scale == "log" and search.cost(there) > WORSE * search.cost(best.x):
+            value = float(np.exp(best.x[n]))  # a contact so stiff that it does not show is left so
         left = left or f"{value:.3g} {si_unit(p.dimension, records[0].log.motion)}"
         search = replace(search, coordinates=search.coordinates.without(n, value))
         best = search.at(search.fine(np.delete(best.x, n)))
