@@ -81,7 +81,9 @@ class Repetitive(ControlBlock):
                 "a repetitive controller needs a motion that repeats", hint="Take it for circles of two revolutions."
             )
         if period < 2 * ROOM:
-            raise FricError(f"the motion repeats after {period:.0f} samples, and the filters are {TAPS} long")
+            raise FricError(
+                f"the motion repeats after {period:.0f} samples, and the filters are {TAPS} long", hint="Move slower."
+            )
         return period
 
     def filters(self, setting: Setting, late: float, lead: float) -> tuple[Real, Real]:

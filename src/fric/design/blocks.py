@@ -141,7 +141,7 @@ def design_jointly(
     import nlopt
 
     if not kind.tuned or kind.kind == "feedforward":
-        raise FricError(f"'{kind.name}' does not feed back: there is nothing to share with the cascade")
+        raise FricError(f"'{kind.name}' does not feed back", hint="Design it alone, not jointly with the cascade.")
     own, Delta = Cascade.designed(setting), perturbation or model_perturbation(setting.plant, setting.sampling / 2)
     tuned = next(parameter for parameter in kind.parameters if parameter.name == kind.tuned)
 

@@ -247,7 +247,7 @@ class Result(ABC):
 
         for draw in views_of([*vars(self).values()], usual=True).values():
             return draw()
-        raise FricError(f"a {type(self).__name__} has no figure of its own")
+        raise FricError("this result has no figure", hint="Draw what it is made from, or leave out the plot.")
 
     def by_row(self) -> dict[str, dict[str, Any]]:
         """Return the values of the report in SI units, by row and column."""
