@@ -189,3 +189,27 @@ def test_the_effort_alone_decides_as_effort_and_voltage_do(tmp_path: Path):
     assert measured == pytest.approx(left, rel=0.05)
     assert friction.section("gms")
     assert found.verdict.choice.scheme.name == "c"
+
+
+def test_strokes_give_the_plant_where_another_motion_gives_none(tmp_path: Path) -> None:
+    """A sine below the Stribeck velocity, whose friction falls with speed, ended a session without a decision."""
+    kinds = {"strokes": "constant-velocity", "sine": "sliding-sine"}
+    for name in kinds:
+        (tmp_path / f"{name}.h5").touch()
+    logs = [
+        Source(tmp_path / f"{name}.h5", "x", "linear/A/A", frozenset({kind}), frozenset({"motion", "static"}),
+               driven=True, strokes=20)
+        for name, kind in kinds.items()
+    ]  # fmt: skip
+
+    def made(step) -> None:
+        if [path.stem for path in step.given] == ["sine"]:
+            raise FricError("F_v is -25 A·s/m, which no axis has")
+        step.output.touch()
+
+    said: list[str] = []
+    session = Session(tmp_path / "out", made, said.append)
+    axis = identify_axes(session, Sources(logs=logs))["x"]
+    assert axis.done[:2] == ["plant", "static"]
+    assert (axis.missing[1:], session.failed) == ([], {})
+    assert "which no axis has" not in "".join(said)

@@ -54,7 +54,8 @@ FRICTION_IN_RESPONSE = Flaw("friction-in-response", "note",
 CHANGES_BETWEEN = Flaw("changes-between", "doubt",
     "The speed changes between samples: {share:.0%} of them, around starts and stops, are left out.",
     "Log at a higher rate, or start and stop slower.")
-NOT_PHYSICAL = Flaw("not-physical", "wrong", "{name} is {value}, which no axis has.", "Check the sign of the force.")
+NOT_PHYSICAL = Flaw("not-physical", "wrong", "{name} is {value}, which no axis has.",
+    "{falls:Log a faster motion: friction falls with speed in this record.|Check the sign of the force.}")
 MASS_NOT_SHOWN = Flaw("mass-not-shown", "wrong", "The motion does not show the mass: {mass}.",
     "Log starts and stops, at a rate that shows them.")
 RESPONSE_ENDS = Flaw("response-ends", "doubt", "The response ends at {last:.4g} Hz, and Q (bandwidth "

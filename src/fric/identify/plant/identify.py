@@ -686,7 +686,8 @@ def _warnings(
         yield CHANGES_BETWEEN.found(share=max(hidden))
     for name, estimate in estimates.items():
         if (name == "M" or name.startswith(("F_v", "F_c"))) and float(estimate) <= 0:
-            yield NOT_PHYSICAL.found(name=name, value=estimate)
+            falls = name.startswith("F_v") and float(estimates["M"]) > 0
+            yield NOT_PHYSICAL.found(name=name, value=estimate, falls=falls)
         elif name == "M" and estimate.half_width >= float(estimate):
             yield MASS_NOT_SHOWN.found(mass=estimate)
     if not is_effort(motion := records[0].log.motion):
