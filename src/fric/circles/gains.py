@@ -15,7 +15,7 @@ from fric.drive.plant import LinearPlant
 from fric.drive.sensing import low_pass_pole
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.flaws.circle import ADDED_VOLTAGE_FOUND, CONTROLLER_DIFFERS, FEEDFORWARD_FOUND
+from fric.flaws.circle import ADDED_VOLTAGE_FOUND, CONTROLLER_DIFFERS, FEEDFORWARD_FOUND, LOOP_LAGS
 from fric.kernels.block import Commands, Sample
 from fric.log import Log
 from fric.notice import Notice
@@ -192,6 +192,7 @@ EXPLAINED, EXPLAINED_OF_LOG = 0.9, 0.98
 compensation was off; a compensation is no sum of these gains."""
 ALIKE = 1.05  # Least ratio of squared residuals by which a record tells one order of gains from the other
 NO_INTEGRAL = 0.05  # Record over integral time below which a controller has no integral part
+LAGS = 0.5  # Least lag of a loop without velocity feedforward, whose lag is 1/K_v [1/K_v]
 WIDEST = 0.25  # Largest relative half-width of gains that a log determines
 USUAL = Cascade(1.0, 1.0, 1.0, velocity_filter=500.0, sampling=4000.0)
 """Velocity filter and sampling that are assumed where a log is too slow to show them: those of `design controller`."""
@@ -212,6 +213,13 @@ class FoundController:
     where: str = ""  # The circle or record
     late: float = 0.0  # Time from the measurement to its voltage [s], which belongs to T_d of the axis
     swapped: bool = False  # Whether K_v and K_i/K_p in each other's place explain it as well
+    lag: float = 0.0  # Of the position behind the reference [s]
+
+    @property
+    def lags(self) -> list[Notice]:
+        """The warning where the lag is that of a loop without velocity feedforward, 1/K_v."""
+        lag = Estimate(self.lag, "s")
+        return [LOOP_LAGS.found(lag=lag)] if self.lag * self.cascade.K_v > LAGS else []
 
 
 def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") -> FoundController:
@@ -242,7 +250,8 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
             hint="Give the controller's gains.",
         )  # fmt: skip
     half = np.hypot(1.96 * np.sqrt(np.diag(covariance)), swap)
-    return replace(_controller(found, half, explained, rate, test.where, motion), late=fit.late, swapped=fit.swapped)
+    made = _controller(found, half, explained, rate, test.where, motion)
+    return replace(made, late=fit.late, swapped=fit.swapped, lag=fit.lag_behind)
 
 
 def controller_of_logs(logs: Iterable[Log]) -> FoundController:
@@ -297,7 +306,7 @@ def _of_log(log: Log) -> FoundController | None:
         if explained > most and (half[: 2 if unused else 3] < WIDEST).all():
             half = np.hypot(half, swap[: len(half)])
             best = _controller(found, half, explained, None if slow else rate, log.where, log.motion, unused)
-            best = replace(best, late=fit.late, swapped=fit.swapped)
+            best = replace(best, late=fit.late, swapped=fit.swapped, lag=fit.lag_behind)
             most = explained
     return best
 
@@ -338,6 +347,7 @@ class _Fit:
         self.basis = np.linalg.qr(self.sized)[0]
         self.fed, self.u, self.volts_seen = fed, u[self.used], u
         self.without = self._off(self.u)
+        self.lag_behind = float(velocity @ (r - z) / max(velocity @ velocity, 1e-300))
 
     def _off(self, values: Real) -> Real:
         """Return values without their part of the feedforward."""

@@ -292,7 +292,7 @@ class GainsResult(Identified):
         """The controller file."""
         content: dict[str, Any] = {"axis": self.axis, "motion": self.motion}
         content |= {**ControllerPart.of(self.found.cascade, self.motion), **self.found.estimates}
-        return ControllerDocument.made(content).tree()
+        return ControllerDocument.made(content, notices=self.found.lags).tree()
 
     def sections(self) -> dict[str, dict[str, dict[str, Any]]]:
         """Return the gains as the file holds them."""
