@@ -22,7 +22,7 @@ from fric.io.hdf5 import read_logs
 from fric.notice import Notice
 from fric.report.collect import ReportInput, collect
 from fric.report.plots import _measured
-from fric.report.view import render_report, summary_of
+from fric.report.view import _warnings, render_report, summary_of
 from fric.verdict import Verdict
 
 from .conftest import LOGS
@@ -164,3 +164,10 @@ def test_notes_are_no_doubts() -> None:
     assert (found["further"], found["doubts"]) == ({"notes": 2}, "Notes")
     found = summary_of(inputs, [], [("plant", Notice("c.", "", "doubt")), *notes])
     assert (found["further"], found["doubts"]) == ({"doubts": 1, "notes": 2}, "Doubts and notes")
+
+
+def test_a_reason_beside_the_decision_is_no_doubt_once_more() -> None:
+    flaws = [Notice("The force is flat.", "", "wrong"), Notice("C is assumed.", "", "doubt")]
+    inputs = SimpleNamespace(items=[SimpleNamespace(kind="plant", axis="x", warnings=flaws)], tests=(), circles=())
+    decided = SimpleNamespace(why=(flaws[0].at("plant of axis x"),), settled=())
+    assert [notice.says for _, notice in _warnings(inputs, [decided])] == ["C is assumed."]

@@ -150,13 +150,11 @@ def summary_of(
     facts += [("date", f"{made:%Y-%m-%d}"), ("files", ", ".join(dict.fromkeys(files)))]
     if inputs.tolerance is not None:
         facts.append(("tolerance", f"glitch within {readable(inputs.tolerance, 'm')}"))
-    reasons = {str(text) for verdict in verdicts for text in verdict.why}  # each verdict shows all that is wrong
     wrong = [(source, str(notice)) for source, notice in warnings if notice.severity == "wrong" and not verdicts]
     results = [verdict.result for verdict in verdicts] or [decide(Evidence(tolerance=inputs.tolerance)).result]
     stamp, meaning = min(results, key=lambda pair: ORDER.index(pair[0]))
     kinds = [("notes" if notice.severity == "note" else "doubts", notice) for _, notice in warnings]
-    above = {text for _, text in wrong} | reasons
-    further = Counter(kind for kind, notice in kinds if str(notice) not in above)
+    further = Counter(kind for kind, notice in kinds if verdicts or notice.severity != "wrong")
     return {
         "facts": facts, "stamp": stamp, "meaning": meaning, "wrong": wrong, "further": further,
         "doubts": " and ".join(dict(kinds)).capitalize(),
@@ -359,7 +357,9 @@ def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[st
         for text in several:
             shown = text.at(SETTLED, severity="note") if text in settled else text
             first.setdefault((text.code, text.says), (source, shown))
-    return sorted(first.values(), key=lambda of: ("wrong", "doubt", "note").index(of[1].severity))
+    told = {notice.says for verdict in verdicts for notice in verdict.why}  # beside the decision
+    rest = (of for of in first.values() if of[1].says not in told)
+    return sorted(rest, key=lambda of: ("wrong", "doubt", "note").index(of[1].severity))
 
 
 def _axis(inputs: ReportInput, axis: str) -> dict[str, Any]:
