@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from fric import verdict
-from fric.circles import diagnose, next_circle, revolutions, tune_fit
+from fric.circles import diagnose, gains, next_circle, revolutions, tune_fit
 from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.design import observer
@@ -393,6 +393,7 @@ SHOWN: dict[str, Show] = {
     "encoder-too-coarse": coarse,
     "dead-zone": dead,
     "mass-differs": mass,
+    "loop-lags": lambda s: gains.FoundController(N(K_v=50.0), {}, 1.0, lag=s * gains.LAGS / 50.0).lags,
     "force-lags": lambda s: response_fit._lag_described(
         Estimate.around(s * response_fit.DESCRIBED / 1e3, "s", 0.0), None, 1e3
     ),

@@ -46,7 +46,7 @@ CONTROLLER_DIFFERS = Flaw("controller-differs", "wrong", "{how}{friction:; no er
 FEEDFORWARD_FOUND = Flaw("feedforward-found", "note",
     "The recorded voltage shows feedforward of velocity and inverse model: both are assumed here.")
 LOOP_LAGS = Flaw("loop-lags", "wrong",
-    "The axis lags its reference by {lag}: its controller feeds no velocity forward, the simulated one does.",
+    "The axis lags its reference by {lag}: its loop lacks the velocity feedforward of the simulation.",
     "Switch velocity feedforward on in the drive, and log again.")
 ADDED_VOLTAGE_FOUND = Flaw("added-voltage-found", "note",
     "The voltage is not the controller's in {share:.1%} of the samples, by up to {most:.3g} V: taken as added.")
