@@ -5,7 +5,6 @@ from math import log
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import eigh
 from scipy.special import expit, fdtrc, ndtr, stdtrit
 
 from fric.arrays import Complex, Indices, Real
@@ -318,6 +317,8 @@ def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: 
     if count == 2 and chance > OF_TWO:
         return None
     within = covariances.mean(axis=0)
+    from scipy.linalg import eigh  # which simulations do without
+
     values, vectors = eigh(np.cov(off.T), within)
     back = within @ vectors
     T = (back * np.maximum(values - 1.0, 0.0)) @ back.T
