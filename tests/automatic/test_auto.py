@@ -122,7 +122,7 @@ def test_foreign_logs_are_recognised_and_copies_left_out(tmp_path):
     strokes = sorted((DATA / "strokes").glob("*.csv"))[:6]
     found = find_sources([DATA / "constant-velocity.h5", *strokes])
     assert [one.path for one in found.logs] == [DATA / "constant-velocity.h5"]
-    assert "other files hold the same samples" in found.description[0]
+    assert "as copies of other files" in found.description[0]
     alone = find_sources(strokes)
     assert all(one.mapping == "" and one.kinds == {"constant-velocity"} and "static" in one.uses for one in alone.logs)
     (tmp_path / "noise.csv").write_text("a,b\n1,2\n2,3\n", encoding="utf-8")
