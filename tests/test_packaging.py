@@ -35,3 +35,10 @@ def test_the_container_has_what_the_wheel_is_made_of() -> None:
     needed = {Path(path).parts[0] for path in build["only-include"]}
     assert needed | {"pyproject.toml", PROJECT["readme"], *PROJECT["license-files"]} <= copied
     assert all((ROOT / name).exists() for name in copied)
+
+
+def test_who_made_it_is_said_alike() -> None:
+    cited = plain(read_tree(ROOT / "CITATION.cff"))
+    assert (cited["authors"], cited["version"], cited["license"]) == (
+        PROJECT["authors"], PROJECT["version"], PROJECT["license"],
+    )  # fmt: skip
