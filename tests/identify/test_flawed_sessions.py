@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 import fric
@@ -60,7 +61,7 @@ def lossy(log: Log, axis: Axis, rng: np.random.Generator) -> Log:
 
 def skewed(log: Log, axis: Axis, rng: np.random.Generator) -> Log:
     """Log the position 0.3 ms late."""
-    return replace(log, position=np.interp(log.time - LATE, log.time, log.position))
+    return replace(log, position=CubicSpline(log.time, log.position)(np.maximum(log.time - LATE, log.time[0])))
 
 
 def interpolated(log: Log, axis: Axis, rng: np.random.Generator) -> Log:
