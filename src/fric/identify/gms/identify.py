@@ -13,7 +13,7 @@ from fric.choice import simplest
 from fric.columns import PRESLIDING
 from fric.drive.plant import Plant
 from fric.errors import FricError
-from fric.estimate import Covariance, Estimate
+from fric.estimate import Estimate
 from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.files import RECORD_LEFT_OUT
 from fric.friction import FrictionModel
@@ -203,17 +203,12 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     begin = _lag_of(slides, _at_level(base, found, ASSUMED_C, curve.saturates), negative)
 
     model: FrictionModel
-    together: Covariance | None = None
-    late: Mapping[str, Estimate] = {}
-    varies: Mapping[str, Estimate] = {}
-    vary: tuple[Notice, ...] = ()
+    fit: ReplayFit | None = None
     if refined:
         given = static or base, negative
         fit = _refined(records, given, begin, hunting, with_level=curve.saturates, with_C=bool(slides))
         alpha, k, C = (fit.estimates["gms"][name] for name in ("alpha", "k", "C"))
-        level, model, together = fit.level, fit.model, fit.covariance
-        late, varies = fit.late, fit.between_records
-        vary = tuple(one for one in fit.warnings if one.code == RECORDS_VARY.code)
+        level, model = fit.level, fit.model
         if C.fixed:
             C = replace(C, fixed=False, assumed=True)
     else:
@@ -231,9 +226,11 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     curve = with_all_errors(curve, blocks_found(curve.displacement))
     result = GMSFit(
         log.axis, motion, base, static is not None, alpha, k, C, level, curve, tuple(hysteresis), found, choice,
-        blocks, knots is not None, refined, tuple(replays), together, varies, vary,
+        blocks, knots is not None, refined, tuple(replays), fit.covariance if fit else None,
+        fit.between_records if fit else {},
+        tuple(one for one in fit.warnings if one.code == RECORDS_VARY.code) if fit else (),
     )  # fmt: skip
-    return result, late
+    return result, fit.late if fit else {}
 
 
 def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:
