@@ -17,7 +17,7 @@ Adaptive friction compensation with partially known dynamic friction model, Int.
 
 from dataclasses import dataclass, replace
 from math import pi
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -68,22 +68,14 @@ class Adaptive(ControlBlock):
     linear = False
     feeds_back = True
     asks = "an observer beside it, the reference a lead ahead, two friction models at once; six states"
-    parameters = (
-        Parameter("rate", "rate", 1e-3, 100.0, doc="how fast it follows", typical=4.0),
-        Parameter("cutoff", "frequency", 1.0, 1000.0, doc="cutoff of the observer beside it", typical=60.0),
-        Parameter("lowest", "ratio", 0.01, 1.0, doc="lowest level", typical=0.5),
-        Parameter("highest", "ratio", 1.0, 10.0, doc="highest level", typical=2.0),
-        Parameter("softest", "ratio", SOFT, 1.0, doc="least stiffness", typical=SOFT),
-        Parameter("stiffest", "ratio", 1.0, STIFF, doc="largest stiffness", typical=STIFF),
-    )
     step = _step
 
-    rate: float
-    cutoff: float
-    lowest: float
-    highest: float
-    softest: float
-    stiffest: float
+    rate: Annotated[float, Parameter("rate", 1e-3, 100.0, "how fast it follows", typical=4.0)]
+    cutoff: Annotated[float, Parameter("frequency", 1.0, 1000.0, "cutoff of the observer beside it", typical=60.0)]
+    lowest: Annotated[float, Parameter("ratio", 0.01, 1.0, "lowest level", typical=0.5)]
+    highest: Annotated[float, Parameter("ratio", 1.0, 10.0, "highest level", typical=2.0)]
+    softest: Annotated[float, Parameter("ratio", SOFT, 1.0, "least stiffness", typical=SOFT)]
+    stiffest: Annotated[float, Parameter("ratio", 1.0, STIFF, "largest stiffness", typical=STIFF)]
 
     @classmethod
     def designed(cls, setting: Setting) -> Self:

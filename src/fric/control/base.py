@@ -1,6 +1,6 @@
 """The control block: parameters with units and bounds, a compiled step, and the data that it is packed for."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal, Protocol, Self
@@ -10,7 +10,8 @@ import numpy as np
 from fric.arrays import Real
 from fric.drive.plant import LinearPlant
 from fric.errors import require_known
-from fric.friction import FrictionModel, Parameter
+from fric.friction import FrictionModel
+from fric.friction.base import Parametrised
 from fric.kernels.block import BlockStep
 from fric.kernels.loop import CONTROLLER, FEEDFORWARD, OBSERVER, Block
 from fric.reference import Reference
@@ -95,16 +96,14 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class ControlBlock(ABC):
+class ControlBlock(Parametrised):
     """A control block. Each is a frozen dataclass, in one file, with its equations, their source and a compiled step.
 
-    A subclass states its `name` (its key in files), its `kind`, its `parameters`, whether it is `linear`, what it
-    `asks` of a controller and its compiled `step` (see `fric.kernels.block`), and how it is packed for the step.
+    A subclass states its `name` (its key in files), its `kind`, the `Parameter` of each field, whether it is `linear`,
+    what it `asks` of a controller, its compiled `step` (see `fric.kernels.block`), and how it is packed for the step.
     """
 
-    name: ClassVar[str]
     kind: ClassVar[Kind]
-    parameters: ClassVar[tuple[Parameter, ...]]
     linear: ClassVar[bool]
     """True where the step is linear in sample and state: then the loop is judged by its poles and margins, which come
     from probing the step. A block that is not linear is not gated by poles."""

@@ -57,18 +57,12 @@ class Cascade(ControlBlock):
     kind = "controller"
     linear = True
     asks = "the position, a velocity from its first difference, four states"
-    parameters = (
-        Parameter("K_v", "rate", doc="position gain"),
-        Parameter("K_p", "velocity gain", doc="proportional velocity gain"),
-        Parameter("K_i", "position gain", doc="integral velocity gain"),
-        Parameter("velocity_filter", "frequency", doc="corner of the low-pass on the velocity"),
-    )
     step = _step
 
-    K_v: Annotated[float, "rate"]
-    K_p: Annotated[float, "velocity gain"]
-    K_i: Annotated[float, "position gain"]
-    velocity_filter: Annotated[float, "frequency"]
+    K_v: Annotated[float, "rate", Parameter("rate", doc="position gain")]
+    K_p: Annotated[float, "velocity gain", Parameter("velocity gain", doc="proportional velocity gain")]
+    K_i: Annotated[float, "position gain", Parameter("position gain", doc="integral velocity gain")]
+    velocity_filter: Annotated[float, "frequency", Parameter("frequency", doc="corner of the low-pass on the velocity")]
     sampling: Annotated[float, "frequency"]
     limit: Annotated[float, "input"] = float("inf")
 

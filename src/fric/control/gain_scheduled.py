@@ -25,7 +25,7 @@ multipliers over a period show whether it is stable (tests/control/test_gain_sch
 """
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -85,17 +85,16 @@ class GainScheduled(ControlBlock):
     kind = "controller"
     linear = False
     asks = "the position, a velocity from its first difference, the reference's reversals; eleven states"
-    parameters = (
-        Parameter("proportional", "ratio", 1e-3, 20.0, doc="what is added to K_p while friction is stiff", typical=0.3),
-        Parameter("integral", "ratio", 0.0, 100.0, doc="what is added to K_i while friction is stiff", typical=5.0),
-        Parameter("carried", "ratio", 0.0, 1.0, doc="what is handed over of the integral", typical=0.85),
-    )
     tuned = "proportional"
     step = _step
 
-    proportional: float
-    integral: float
-    carried: float
+    proportional: Annotated[
+        float, Parameter("ratio", 1e-3, 20.0, "what is added to K_p while friction is stiff", typical=0.3)
+    ]
+    integral: Annotated[
+        float, Parameter("ratio", 0.0, 100.0, "what is added to K_i while friction is stiff", typical=5.0)
+    ]
+    carried: Annotated[float, Parameter("ratio", 0.0, 1.0, "what is handed over of the integral", typical=0.85)]
 
     @classmethod
     def tuned_to(cls, value: float, setting: Setting) -> Self:

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import prod
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 from numba import types
@@ -94,15 +94,11 @@ class DisturbanceObserver(ControlBlock):
     kind = "observer"
     linear = True
     asks = "the position, the voltage as limited less the friction feedforward, five states"
-    parameters = (
-        Parameter("A", "rate", doc="damping of the nominal plant"),
-        Parameter("B", "acceleration per input", doc="gain of the nominal plant"),
-    )
     step = _step
 
     q: QFilter
-    A: float
-    B: float
+    A: Annotated[float, Parameter("rate", doc="damping of the nominal plant")]
+    B: Annotated[float, Parameter("acceleration per input", doc="gain of the nominal plant")]
 
     def __post_init__(self) -> None:
         if not isinstance(self.q, QFilter):

@@ -14,6 +14,7 @@ Proc. ACC 2004.
 
 from dataclasses import dataclass
 from math import pi
+from typing import Annotated
 
 import numpy as np
 
@@ -55,11 +56,10 @@ class Kalman(ControlBlock):
     kind = "observer"
     linear = True
     asks = "position, voltage as limited less the friction feedforward, delay; 3 states and the voltages on their way"
-    parameters = (Parameter("cutoff", "frequency", 1.0, 300.0, doc="cutoff of the estimate", typical=40.0),)
     tuned = "cutoff"
     step = _step
 
-    cutoff: float
+    cutoff: Annotated[float, Parameter("frequency", 1.0, 300.0, "cutoff of the estimate", typical=40.0)]
 
     def sampled(self, setting: Setting) -> tuple[SampledPlant, Real]:
         """Return the sampled plant, and the change of position and velocity in one sample by a disturbance of 1 V."""

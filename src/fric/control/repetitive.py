@@ -15,6 +15,7 @@ feedforward solution based on repetitive control, J. Dyn. Syst. Meas. Control 11
 
 from dataclasses import dataclass
 from math import ceil, pi, sqrt
+from typing import Annotated
 
 import numpy as np
 
@@ -68,10 +69,9 @@ class Repetitive(ControlBlock):
     linear = True
     repeats = True
     asks = "position, voltage as limited less the friction feedforward, period of the contour; two memories of N + 64"
-    parameters = (Parameter("cutoff", "frequency", 60.0, 400.0, doc="what is learned ends here", typical=150.0),)
     step = _step
 
-    cutoff: float
+    cutoff: Annotated[float, Parameter("frequency", 60.0, 400.0, "what is learned ends here", typical=150.0)]
 
     def period(self, setting: Setting) -> float:
         """Return the period of the motion in samples."""

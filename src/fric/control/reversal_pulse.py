@@ -14,7 +14,7 @@ circles and the table.
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -83,30 +83,18 @@ class ReversalPulse(ControlBlock):
     kind = "feedforward"
     linear = False
     asks = "the reference alone: its velocity and reversals; a table of twenty voltages, four states"
-    parameters = (
-        Parameter("slow", "input", -100.0, 100.0, doc="amplitude at a slow reversal", typical=0.0),
-        Parameter("middle", "input", -100.0, 100.0, doc="amplitude at a middling reversal", typical=0.0),
-        Parameter("fast", "input", -100.0, 100.0, doc="amplitude at a fast reversal", typical=0.0),
-        Parameter("decay", "time", 1e-4, 10.0, doc="decay of the pulse", typical=0.01),
-        Parameter("slow_at", "acceleration", 1e-6, 1e3, doc="acceleration of a slow one", typical=ACCELERATIONS[0]),
-        Parameter("middle_at", "acceleration", 1e-6, 1e3, doc="of a middling one", typical=ACCELERATIONS[1]),
-        Parameter("fast_at", "acceleration", 1e-6, 1e3, doc="of a fast one", typical=ACCELERATIONS[2]),
-        Parameter("straight", "ratio", 0.0, 1.0, doc="1: lines over the acceleration, not its logarithm", typical=0.0),
-        Parameter("integral", "time", 0.0, 1e3, doc="integral time of a controller before the voltage", typical=0.0),
-        Parameter("table", "ratio", 0.0, 1.0, doc="share of the table", typical=1.0),
-    )
     step = _step
 
-    slow: float
-    middle: float
-    fast: float
-    decay: float
-    slow_at: float = ACCELERATIONS[0]
-    middle_at: float = ACCELERATIONS[1]
-    fast_at: float = ACCELERATIONS[2]
-    straight: float = 0.0
-    integral: float = 0.0
-    table: float = 1.0
+    slow: Annotated[float, Parameter("input", -100.0, 100.0, "amplitude at a slow reversal", typical=0.0)]
+    middle: Annotated[float, Parameter("input", -100.0, 100.0, "amplitude at a middling reversal", typical=0.0)]
+    fast: Annotated[float, Parameter("input", -100.0, 100.0, "amplitude at a fast reversal", typical=0.0)]
+    decay: Annotated[float, Parameter("time", 1e-4, 10.0, "decay of the pulse", typical=0.01)]
+    slow_at: Annotated[float, Parameter("acceleration", 1e-6, 1e3, "acceleration of a slow one")] = ACCELERATIONS[0]
+    middle_at: Annotated[float, Parameter("acceleration", 1e-6, 1e3, "of a middling one")] = ACCELERATIONS[1]
+    fast_at: Annotated[float, Parameter("acceleration", 1e-6, 1e3, "of a fast one")] = ACCELERATIONS[2]
+    straight: Annotated[float, Parameter("ratio", 0.0, 1.0, "1: lines over the acceleration, not its logarithm")] = 0.0
+    integral: Annotated[float, Parameter("time", 0.0, 1e3, "integral time of a controller before the voltage")] = 0.0
+    table: Annotated[float, Parameter("ratio", 0.0, 1.0, "share of the table")] = 1.0
 
     @classmethod
     def designed(cls, setting: Setting) -> Self:

@@ -15,7 +15,7 @@ sliding mode control, 2007.
 """
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -57,17 +57,12 @@ class SlidingMode(ControlBlock):
     kind = "controller"
     linear = False
     asks = "the position, a velocity from its first difference, four states"
-    parameters = (
-        Parameter("gain", "velocity gain", 1e-3, 1e6, doc="slope of the line in the layer", typical=80.0),
-        Parameter("slope", "rate", 0.1, 1e4, doc="slope of the sliding surface", typical=80.0),
-        Parameter("reach", "input", 1e-3, 1e3, doc="voltage outside the layer", typical=1.0),
-    )
     tuned = "gain"
     step = _step
 
-    gain: float
-    slope: float
-    reach: float
+    gain: Annotated[float, Parameter("velocity gain", 1e-3, 1e6, "slope of the line in the layer", typical=80.0)]
+    slope: Annotated[float, Parameter("rate", 0.1, 1e4, "slope of the sliding surface", typical=80.0)]
+    reach: Annotated[float, Parameter("input", 1e-3, 1e3, "voltage outside the layer", typical=1.0)]
 
     @classmethod
     def designed(cls, setting: Setting) -> Self:

@@ -13,6 +13,7 @@ ACC 1999.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -52,11 +53,10 @@ class TwoDegrees(ControlBlock):
     kind = "observer"
     linear = True
     asks = "position, voltage as limited less the friction feedforward, delay; 7 states and the voltages on their way"
-    parameters = (Parameter("cutoff", "frequency", 1.0, 300.0, doc="corner of Q", typical=40.0),)
     tuned = "cutoff"
     step = _step
 
-    cutoff: float
+    cutoff: Annotated[float, Parameter("frequency", 1.0, 300.0, "corner of Q", typical=40.0)]
 
     def late(self, setting: Setting) -> tuple[int, float]:
         """Return whole samples and share of the nominal transport delay."""

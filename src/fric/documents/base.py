@@ -536,7 +536,7 @@ class FilePart(PartOf[T]):
     def entry(cls, field: DataclassField[Any], kind: Any, text: str | None) -> dict[str, tuple[Any, Any]]:
         """Return the key of a field, which may be left out if the dataclass has a default."""
         may_lack = field.default is not MISSING or field.default_factory is not MISSING
-        within: list[Any] = [one for one in (kind, *get_args(kind)) if is_dataclass(one)]
+        within: list[Any] = [one for one in (kind, *get_args(kind)) if isinstance(one, type) and is_dataclass(one)]
         text = text and text.partition(" [")[0]  # a quantity says its unit
         if within and get_origin(kind) is tuple:
             return {field.name: (cls.of_type(kind), Field(default_factory=list))}

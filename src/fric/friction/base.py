@@ -2,9 +2,11 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from functools import cache
-from typing import Any, ClassVar, Literal, Self
+from inspect import get_annotations
+from math import nan
+from typing import Any, ClassVar, Literal, Self, get_origin
 
 import numpy as np
 
@@ -18,19 +20,25 @@ from fric.verb import require_numbers
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a friction model: its data for files, fits and error messages."""
+    """A parameter of a model or a control block; it annotates the field, for files, fits and error messages."""
 
-    name: str  # The paper's symbol, also the field of the model and the key in files
     dimension: str  # Its dimension, see `fric.units`
     lower: float = 0.0  # lower, upper: physical bounds in SI
     upper: float = float("inf")
     doc: str = ""  # Its description in one line
-    per_block: bool = False  # True where there is one value per slip block
-    # Value for a linear feed drive, in SI: where a fit may start, and what the tests that all models share use
-    typical: float | tuple[float, ...] = float("nan")
+    # Value for a linear feed drive, in SI: where a fit may start, and what the tests that all models share use; the
+    # field's default where not given
+    typical: float | tuple[float, ...] = nan
     held: bool = False  # True where a fit supposes its typical value, within a factor of two, unless it is freed
     at_least: str = ""  # Name of the parameter that bounds this parameter from below in a fit
     shares: bool = False  # True where the values of the blocks sum to 1
+    name: str = ""  # The paper's symbol: that of the field, also the key in files
+    per_block: bool = False  # True where there is one value per slip block: the field is a tuple
+
+    def of_field(self, name: str, default: Any, *, per_block: bool) -> Self:
+        """Return the parameter with what the field that it annotates says."""
+        typical = default if self.typical is nan else self.typical
+        return replace(self, name=name, typical=typical, per_block=per_block)
 
     def bound(self, holder: str, *values: float) -> None:
         """Refuse values [SI] beyond the bounds; ``holder`` names the model or block that has them."""
@@ -60,15 +68,28 @@ hold at rest.
 """
 
 
-class FrictionModel(ABC):
-    """A friction model. Each is a frozen dataclass whose fields are its parameters, in one file.
-
-    A subclass states its `name` (also its key in friction files), its `parameters`, the `properties` it claims, its
-    compiled `step` (see `fric.kernels.signatures`) and the state in which the step begins.
-    """
+class Parametrised(ABC):
+    """What has parameters: fields that a `Parameter` annotates, those of base classes without a name, too."""
 
     name: ClassVar[str]
-    parameters: ClassVar[tuple[Parameter, ...]]
+    parameters: ClassVar[tuple[Parameter, ...]] = ()
+
+    def __init_subclass__(cls) -> None:
+        own = tuple(
+            one.of_field(name, getattr(cls, name, nan), per_block=get_origin(hint.__origin__) is tuple)
+            for name, hint in get_annotations(cls, eval_str=True).items()
+            for one in getattr(hint, "__metadata__", ()) if isinstance(one, Parameter)
+        )  # fmt: skip
+        cls.parameters = own if "name" in vars(cls.__base__) else (*cls.parameters, *own)
+
+
+class FrictionModel(Parametrised):
+    """A friction model. Each is a frozen dataclass whose fields are its parameters, in one file.
+
+    A subclass states its `name` (also its key in friction files), the `Parameter` of each field, the `properties` it
+    claims, its compiled `step` (see `fric.kernels.signatures`) and the state in which the step begins.
+    """
+
     properties: ClassVar[frozenset[Property]]
     step: ClassVar[Step]
     identified: ClassVar[bool] = True
@@ -162,7 +183,6 @@ class Wrapped(FrictionModel):
 
     model: FrictionModel
 
-    parameters: ClassVar[tuple[Parameter, ...]] = ()
     properties: ClassVar[frozenset[Property]] = frozenset()
     identified: ClassVar[bool] = False
 

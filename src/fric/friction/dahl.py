@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import copysign
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numba import types
@@ -61,18 +61,12 @@ class Dahl(FrictionModel):
     sigma: Viscous friction [N·s/m].
     """
 
-    F_c: float
-    sigma_0: float
-    n: float = 1.0
-    sigma: float = 0.0
+    F_c: Annotated[float, Parameter("force", doc="Coulomb friction", typical=100.0)]
+    sigma_0: Annotated[float, Parameter("stiffness", doc="stiffness at rest", typical=5e7)]
+    n: Annotated[float, Parameter("ratio", upper=5.0, doc="shape of the transition", held=True)] = 1.0
+    sigma: Annotated[float, Parameter("viscous", doc="viscous friction", typical=40.0)] = 0.0
 
     name: ClassVar[str] = "dahl"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("F_c", "force", doc="Coulomb friction", typical=100.0),
-        Parameter("sigma_0", "stiffness", doc="stiffness at rest", typical=5e7),
-        Parameter("n", "ratio", upper=5.0, doc="shape of the transition", typical=1.0, held=True),
-        Parameter("sigma", "viscous", doc="viscous friction", typical=40.0),
-    )
     properties: ClassVar[frozenset[Property]] = frozenset({"bounded", "passive", "pre-sliding"})
     step: ClassVar[Step] = _step
 

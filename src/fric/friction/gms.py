@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import copysign
-from typing import ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from numba import types
@@ -158,13 +158,9 @@ class GMS(OnBlocks):
     Raises FricError: When alpha is negative or does not sum to 1, when k or C is not positive, or the lengths differ.
     """
 
-    C: float = 1e4
+    C: Annotated[float, Parameter("force rate", doc="attraction parameter")] = 1e4
 
     name: ClassVar[str] = "gms"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        *OnBlocks.block_parameters,
-        Parameter("C", "force rate", doc="attraction parameter", typical=1e4),
-    )
     properties: ClassVar[frozenset[Property]] = frozenset(
         {"bounded", "passive", "pre-sliding", "non-local memory", "no creep", "frictional lag"}
     )

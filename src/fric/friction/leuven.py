@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import copysign
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numba import types
@@ -114,15 +114,10 @@ class Leuven(OnBlocks):
     Raises FricError: When alpha is negative or does not sum to 1, when k is not positive, or the lengths differ.
     """
 
-    sigma_1: float = 0.0
-    n: float = 20.0
+    sigma_1: Annotated[float, Parameter("viscous", doc="damping of the asperities", typical=1e3)] = 0.0
+    n: Annotated[float, Parameter("ratio", lower=1.0, upper=100.0, doc="sharpness of the transition to sliding")] = 20.0
 
     name: ClassVar[str] = "leuven"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        *OnBlocks.block_parameters,
-        Parameter("sigma_1", "viscous", doc="damping of the asperities", typical=1e3),
-        Parameter("n", "ratio", lower=1.0, upper=100.0, doc="sharpness of the transition to sliding", typical=20.0),
-    )
     properties: ClassVar[frozenset[Property]] = frozenset({"pre-sliding", "frictional lag"})
     step: ClassVar[Step] = _step
 

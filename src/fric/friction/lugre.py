@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import copysign
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -50,14 +50,10 @@ class LuGre(OnStaticMap):
     sigma_1: Damping of the bristles [N·s/m].
     """
 
-    sigma_0: float
-    sigma_1: float = 0.0
+    sigma_0: Annotated[float, Parameter("stiffness", doc="stiffness of the bristles", typical=5e7)]
+    sigma_1: Annotated[float, Parameter("viscous", doc="damping of the bristles", typical=1e3)] = 0.0
 
     name: ClassVar[str] = "lugre"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("sigma_0", "stiffness", doc="stiffness of the bristles", typical=5e7),
-        Parameter("sigma_1", "viscous", doc="damping of the bristles", typical=1e3),
-    )
     properties: ClassVar[frozenset[Property]] = frozenset({"pre-sliding", "frictional lag"})
     step: ClassVar[Step] = _step
 

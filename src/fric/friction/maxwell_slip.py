@@ -1,7 +1,7 @@
 """The Maxwell-slip model: Coulomb blocks on springs, side by side, without a Stribeck curve (Iwan 1966)."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numba import types
@@ -50,16 +50,13 @@ class MaxwellSlip(FrictionModel):
     Raises FricError: When a W is negative, a k is not positive, or the lengths differ.
     """
 
-    W: tuple[float, ...]
-    k: tuple[float, ...]
-    sigma: float = 0.0
+    W: Annotated[
+        tuple[float, ...], Parameter("force", doc="force at which the block slips", typical=(60.0, 30.0, 10.0))
+    ]
+    k: Annotated[tuple[float, ...], Parameter("stiffness", doc="stiffness of the block", typical=(1e8, 2e6, 2e5))]
+    sigma: Annotated[float, Parameter("viscous", doc="viscous friction", typical=40.0)] = 0.0
 
     name: ClassVar[str] = "maxwell_slip"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("W", "force", doc="force at which the block slips", per_block=True, typical=(60.0, 30.0, 10.0)),
-        Parameter("k", "stiffness", doc="stiffness of the block", per_block=True, typical=(1e8, 2e6, 2e5)),
-        Parameter("sigma", "viscous", doc="viscous friction", typical=40.0),
-    )
     properties: ClassVar[frozenset[Property]] = frozenset(
         {"bounded", "passive", "pre-sliding", "non-local memory", "no creep"}
     )

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -52,16 +52,11 @@ class Rolling(GMS):
     Raises FricError: When the waves differ in length, together reach 1, or have no positive pitch.
     """
 
-    amplitude: tuple[float, ...] = ()
-    pitch: tuple[float, ...] = ()
-    phase: tuple[float, ...] = ()
+    amplitude: Annotated[tuple[float, ...], Parameter("ratio", upper=1.0, doc="relative size along the stroke")] = ()
+    pitch: Annotated[tuple[float, ...], Parameter("position", doc="period along the stroke")] = ()
+    phase: Annotated[tuple[float, ...], Parameter("angle", lower=float("-inf"), doc="phase where the run begins")] = ()
 
     name: ClassVar[str] = "rolling"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("amplitude", "ratio", upper=1.0, doc="relative size along the stroke", per_block=True, typical=()),
-        Parameter("pitch", "position", doc="period along the stroke", per_block=True, typical=()),
-        Parameter("phase", "angle", lower=float("-inf"), doc="phase where the run begins", per_block=True, typical=()),
-    )
     properties: ClassVar[frozenset[Property]] = frozenset({"passive", "pre-sliding", "no creep", "frictional lag"})
     step: ClassVar[Step] = _step
     identified: ClassVar[bool] = False

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import copysign
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from numba import types
@@ -68,20 +68,13 @@ class StaticMap(FrictionModel):
     sigma: Viscous friction [N·s/m].
     """
 
-    F_c: float
-    F_s: float
-    v_s: float
-    delta: float = 1.0
-    sigma: float = 0.0
+    F_c: Annotated[float, Parameter("force", doc="Coulomb friction", typical=100.0)]
+    F_s: Annotated[float, Parameter("force", doc="static friction", typical=150.0, at_least="F_c")]
+    v_s: Annotated[float, Parameter("velocity", doc="Stribeck velocity", typical=1e-3)]
+    delta: Annotated[float, Parameter("ratio", lower=0.1, upper=4.0, doc="Stribeck shape factor", held=True)] = 1.0
+    sigma: Annotated[float, Parameter("viscous", doc="viscous friction", typical=40.0)] = 0.0
 
     name: ClassVar[str] = "static"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("F_c", "force", doc="Coulomb friction", typical=100.0),
-        Parameter("F_s", "force", doc="static friction", typical=150.0, at_least="F_c"),
-        Parameter("v_s", "velocity", doc="Stribeck velocity", typical=1e-3),
-        Parameter("delta", "ratio", lower=0.1, upper=4.0, doc="Stribeck shape factor", typical=1.0, held=True),
-        Parameter("sigma", "viscous", doc="viscous friction", typical=40.0),
-    )
     properties: ClassVar[frozenset[Property]] = frozenset({"bounded", "passive"})
     step: ClassVar[Step] = _step
 
@@ -144,13 +137,11 @@ class OnBlocks(OnStaticMap):
     Raises FricError: When alpha is negative or does not sum to 1, when k is not positive, or the lengths differ.
     """
 
-    alpha: tuple[float, ...]
-    k: tuple[float, ...]
-
-    block_parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("alpha", "ratio", 0.0, 1.0, "share of the Stribeck level", True, (0.6, 0.3, 0.1), shares=True),
-        Parameter("k", "stiffness", doc="stiffness of the block", per_block=True, typical=(1e8, 2e6, 2e5)),
-    )
+    alpha: Annotated[
+        tuple[float, ...],
+        Parameter("ratio", 0.0, 1.0, "share of the Stribeck level", typical=(0.6, 0.3, 0.1), shares=True),
+    ]
+    k: Annotated[tuple[float, ...], Parameter("stiffness", doc="stiffness of the block", typical=(1e8, 2e6, 2e5))]
 
     def __post_init__(self) -> None:
         super().__post_init__()

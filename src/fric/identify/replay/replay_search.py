@@ -38,7 +38,7 @@ Ranges = Mapping[str, tuple[float, float]]
 
 Scale = Literal["log", "linear", "ratio", "share"]
 
-LEVEL = Parameter("level", "ratio", doc="friction level of the records relative to the static map", typical=1.0)
+LEVEL = Parameter("ratio", doc="friction level of the records relative to the static map", typical=1.0, name="level")
 """Scale of F_c and F_s of a fixed static map, if each record has a level of friction."""
 
 
