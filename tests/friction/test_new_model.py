@@ -8,6 +8,7 @@ import pytest
 
 from docs.examples import environment
 from fric.cli.commands import models_in
+from fric.friction.base import Parametrised
 from tests.new_file import place, python, shared_tests
 
 ROOT = Path(__file__).parents[2]
@@ -57,3 +58,8 @@ def test_command_schema_and_report_find_it(folder, warm):
     assert {"bouc_wen", "bouc_wen_fit"} <= schema["properties"].keys()
     python(warm, folder, FRIC, "report", found, log, "-o", page)
     assert "Bouc_wen <code>friction.yaml</code>" in (folder / "report.html").read_text()
+
+
+def test_a_file_with_a_table_of_parameters_is_refused_by_its_name():
+    with pytest.raises(TypeError, match="Old: annotate fields with their Parameter"):
+        type("Old", (Parametrised,), {"name": "old", "parameters": ()})

@@ -75,6 +75,8 @@ class Parametrised(ABC):
     parameters: ClassVar[tuple[Parameter, ...]] = ()
 
     def __init_subclass__(cls) -> None:
+        if "parameters" in vars(cls):
+            raise TypeError(f"{cls.__name__}: annotate fields with their Parameter, in place of a table `parameters`")
         own = tuple(
             one.of_field(name, getattr(cls, name, nan), per_block=get_origin(hint.__origin__) is tuple)
             for name, hint in get_annotations(cls, eval_str=True).items()

@@ -65,8 +65,8 @@ def draw_within(value: float, interval: tuple[float, float], lower: float, norma
 
 def declared_parameters(model: FrictionModel) -> list[Parameter]:
     """Return the parameters of a model and of those that it builds upon, without those of its static map."""
-    classes = [vars(base) for base in reversed(type(model).__mro__)]
-    return [parameter for kind in classes for parameter in kind.get("parameters", ()) if hasattr(model, parameter.name)]
+    declared = (one for kind in reversed(type(model).__mro__) for one in vars(kind).get("parameters", ()))
+    return [*{parameter.name: parameter for parameter in declared if hasattr(model, parameter.name)}.values()]
 
 
 def friction_intervals(
