@@ -387,7 +387,7 @@ class _Fit:
         def rest_of(values: Real) -> Real:
             return self.rest(np.append(values, filters))
 
-        for corner in CORNERS[-1:] if filters else CORNERS:
+        for corner in CORNERS[-1:] if filters or self.late else CORNERS:
             start = self._linear(corner * self.rate)
             start = start if filters else np.append(start, np.log(corner * self.rate))
             tried.append(least_squares(rest_of, start, x_scale=0.1, max_nfev=30))
