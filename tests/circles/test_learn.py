@@ -139,6 +139,7 @@ def test_that_learning_gains_nothing_is_told(table):
     assert "learning-gains-nothing" not in {warning.code for warning in learn(table, Circle(radius=0.01), 1).warnings}
 
 
+@pytest.mark.long(3)
 def test_where_learning_leaves_clearly_less_the_shape_of_the_model_is_wrong(table, tmp_path):
     from fric.circles.next_circle import wrong_shape
     from fric.io.circle import read_runs, write_circles

@@ -99,7 +99,7 @@ def auto(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, list[str], str]
         AUTO,
         ["identify", "static", str(LOGS[0]), "-o", "static.yaml"],
         pytest.param(SPREAD, marks=pytest.mark.long(3)),
-        ["diagnose", str(LOGS[1])],
+        pytest.param(["diagnose", str(LOGS[1])], marks=pytest.mark.long(4)),
         pytest.param(["export", "c", "xy-table", "--axis", "x", "--force", "-o", "code"], marks=pytest.mark.long(4)),
         pytest.param(COMPARE, marks=pytest.mark.long(3)),
         pytest.param(["learn", "xy-table", "--rounds", "2", "-o", "table.h5"], marks=pytest.mark.long(5)),

@@ -121,6 +121,7 @@ def test_what_the_verdict_trusts_is_exported(tmp_path: Path) -> None:
     assert [one.code for one in alone.distrust] == ["no-measured-circle"]
 
 
+@pytest.mark.long(3)
 def test_a_run_of_machines_that_does_not_fit_the_export_is_refused(tmp_path: Path) -> None:
     fric.circle(MACHINE, "a").save(tmp_path / "circle.h5")
     fric.circle(MACHINE, "a,c", machines=2, axis="y", workers=1).save(tmp_path / "run.h5")
@@ -197,6 +198,7 @@ def test_twenty_points_leave_of_the_stribeck_curve_what_is_said() -> None:
     assert list_of(wide)[2] < 0.01 * 150.0
 
 
+@pytest.mark.long(4)
 def test_the_pulse_of_a_sinumerik_takes_a_glitch_off_and_less_than_the_model() -> None:
     found = exported("sinumerik")
     lines = dict(re.findall(r"^\$MA_FRICT_COMP_(\w+)(?:\[0\])?=(\S+)", str(found.files["fric_x.mpf"]), re.M))

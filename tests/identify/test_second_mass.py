@@ -130,6 +130,7 @@ def test_lines_that_friction_brings_are_not_taken_as_driven(swing: float) -> Non
     assert "wrong" in {w.severity for w in fit.warnings if isinstance(w, Notice) and w.code == "A-holds-friction"}
 
 
+@pytest.mark.long(4)
 def test_an_A_that_is_friction_is_assumed_to_be_none() -> None:
     """Of few lines around rest A was 227 (-341…795) for 20 1/s: fed forward, 42 µm were left where 0.9 was said."""
     axis = read_machine(CONFIGS / "reality" / "sparse-lines.yaml").axis("x")

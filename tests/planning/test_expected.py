@@ -112,6 +112,7 @@ def test_half_widths_are_as_expected_of_a_friction_that_was_identified(name: str
     hold(found.parameters, achieved(truth, planned, found.blocks, (201, 202, 203)), 3.0)
 
 
+@pytest.mark.long(3)
 def test_a_response_that_scattered_along_the_way_is_expected_to_scatter_again() -> None:
     """The rig's friction changes with the place: its response tells A and B half as surely as that of its model."""
     axis, limits = read_machine(Path("virtual-rig")).axis("x"), Limits(0.3, 0.1, 5.0)

@@ -34,6 +34,7 @@ def test_figures_are_in_si_by_axis_and_direction(tmp_path):
     })  # fmt: skip
 
 
+@pytest.mark.long(4)
 def test_they_stand_beside_those_of_the_circle(tmp_path):
     """The figures of the software, by its definitions, beside what is found of a circle with these faults."""
     rng = np.random.default_rng(4)
