@@ -204,7 +204,9 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
             )
         try:
             return StaticMap.from_sections({"static": self.estimates("static")}), self.backward()
-        except (FricError, TypeError) as error:
+        except FricError as error:
+            raise error.at("static") from None
+        except TypeError as error:
             raise FricError(f"static: {error}") from None
 
     def found_with(self, model: str | None) -> tuple[FrictionModel, float]:
