@@ -342,6 +342,13 @@ def test_a_delay_of_thousands_of_states() -> None:
         design_cascade(LinearPlant(17.0, 2.4, 0.6))
 
 
+def test_a_result_beyond_all_drives_ends_in_a_sentence() -> None:
+    """A stiffness of 1e23 N/m, of a log of which half was no number, ended in a traceback of the schema."""
+    found = {"sigma_0": Estimate(7.6e22, "N/m", assumed=True)}
+    with pytest.raises(FricError, match=r"dahl\.sigma_0 comes out as no number"):
+        FrictionDocument.made({"axis": "x", "motion": "linear", "dahl": found})
+
+
 @pytest.mark.parametrize("verb", [fric.identify_controller, fric.identify_static])
 def test_an_array_of_no_dimension_is_no_log(verb: Any) -> None:
     with pytest.raises(FricError, match="was given a ndarray"):

@@ -435,8 +435,10 @@ class Document(Part):
         try:
             return cls.model_validate(head | dict(content) | foot, from_attributes=True)
         except ValidationError as error:
-            of = {"finite_number", "beyond"}
-            odd = [".".join(map(str, error["loc"])) for error in error.errors() if error["type"] in of]
+            odd = [
+                ".".join(map(str, found["loc"])) for found in error.errors()
+                if found["type"] in {"finite_number", "beyond"} or "beyond all drives" in found["msg"]
+            ]  # fmt: skip
             if not odd:
                 raise
             raise FricError(
