@@ -14,8 +14,11 @@ from fric.errors import FricError
 from fric.kernels.elementary import cos_sin
 from fric.kernels.spline import Ends, spline_slopes
 
-BYTES, KEPT = 130, 56  # Memory of a sample of an axis while it is simulated, and of its trace afterwards [byte]
-MOST = 1.6e9  # Largest memory of what is simulated together [byte]: 25 minutes of two axes at 4 kHz
+SAMPLE_BYTES, TRACE_BYTES = (
+    130,
+    56,
+)  # Memory of a sample of an axis while it is simulated, and of its trace afterwards [byte]
+MOST_BYTES = 1.6e9  # Largest memory of what is simulated together [byte]: 25 minutes of two axes at 4 kHz
 MOST_LEAD = 1.0  # Largest lead [s]: four times the longest delay of a loop
 
 
@@ -31,11 +34,11 @@ def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
 def refuse_long(duration: float, sampling: float, axes: int = 1, schemes: int = 1) -> None:
     """Raise a `FricError` where the traces along a motion [s], at a sampling rate [Hz], take too much memory."""
     samples = duration * sampling
-    if not (size := samples * axes * (BYTES + KEPT * (schemes - 1))) < MOST:
+    if not (size := samples * axes * (SAMPLE_BYTES + TRACE_BYTES * (schemes - 1))) < MOST_BYTES:
         of = f" of {axes} axes under {schemes} schemes" * (schemes > 1)
         raise FricError(
             f"the motion takes {duration:.3g} s: {samples:.3g} samples at {sampling:g} Hz{of} take "
-            f"{size / 1e9:.3g} GB, and {MOST / 1e9:g} GB are simulated at most",
+            f"{size / 1e9:.3g} GB, and {MOST_BYTES / 1e9:g} GB are simulated at most",
             hint=f"Move faster, less far{', with fewer schemes' * (schemes > 1)}, or sample less often.",
         )
 

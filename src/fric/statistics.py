@@ -288,9 +288,7 @@ class Between(NamedTuple):
 
 
 DIFFERENT = 1e-3  # Probability of such a scatter with equal parameters, below which records count as different
-OF_TWO = (
-    0.05  # Probability above which two records are not said to scatter: a single difference hardly predicts the next
-)
+OF_TWO = 0.05  # Probability above which two records are not said to scatter: one difference hardly tells the next
 
 
 def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: float) -> Between | None:

@@ -380,7 +380,7 @@ def test_an_input_that_is_infinite_throughout_changes_nothing(tmp_path: Path) ->
 
 def test_the_traces_of_a_circle_are_those_of_all_axes_and_schemes(monkeypatch: pytest.MonkeyPatch) -> None:
     """10 m at 10 mm/s took 7 GB and ended in a traceback, 10 m at 100 mm/s under all schemes 4 GB."""
-    monkeypatch.setattr(reference, "MOST", 1e7)
+    monkeypatch.setattr(reference, "MOST_BYTES", 1e7)
     assert fric.circle("xy-table", "a", radius=0.01).runs
     with pytest.raises(FricError, match=r"samples at 4000 Hz of 2 axes under 6 schemes take .* GB, and 0.01 GB"):
         fric.circle("xy-table", radius=0.1)
@@ -389,7 +389,7 @@ def test_the_traces_of_a_circle_are_those_of_all_axes_and_schemes(monkeypatch: p
 def test_the_run_of_the_median_is_the_same_where_the_others_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     machine, test = fric.read_machine("xy-table"), Circle(0.003, 0.02)
     kept = run_circle(machine, NONE, test, only="x")
-    monkeypatch.setattr(contour_run, "MANY", 0)
+    monkeypatch.setattr(contour_run, "MOST_KEPT", 0)
     again = run_circle(machine, NONE, test, only="x")
     assert again.places == kept.places
     assert again.contour.glitch == kept.contour.glitch == float(np.median([place.glitch for place in kept.places]))

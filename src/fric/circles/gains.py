@@ -251,7 +251,7 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
         )  # fmt: skip
     half = np.hypot(1.96 * np.sqrt(np.diag(covariance)), swap)
     made = _controller(found, half, explained, rate, test.where, motion)
-    return replace(made, late=fit.late, swapped=fit.swapped, lag=fit.lag_behind)
+    return replace(made, late=fit.late, swapped=fit.swapped, lag=fit.velocity_lag)
 
 
 def controller_of_logs(logs: Iterable[Log]) -> FoundController:
@@ -295,7 +295,7 @@ def _of_log(log: Log) -> FoundController | None:
         lag = LAG if slow else None
         try:
             fit, found, covariance, swap = _fitted(r, z, u, rate, lag=lag)
-            others = [_Fit(fit.r[::2], fit.z[::2], fit.volts_seen[::2], rate / 2, lag=lag)]
+            others = [_Fit(fit.r[::2], fit.z[::2], fit.voltage[::2], rate / 2, lag=lag)]
             others += [_Fit(r, z, u, rate, lag=0.0)] if slow else []
             apart = [np.abs(other.best()[0] - found)[: len(covariance)] for other in others]
         except (np.linalg.LinAlgError, ValueError):
@@ -306,7 +306,7 @@ def _of_log(log: Log) -> FoundController | None:
         if explained > most and (half[: 2 if unused else 3] < WIDEST).all():
             half = np.hypot(half, swap[: len(half)])
             best = _controller(found, half, explained, None if slow else rate, log.where, log.motion, unused)
-            best = replace(best, late=fit.late, swapped=fit.swapped, lag=fit.lag_behind)
+            best = replace(best, late=fit.late, swapped=fit.swapped, lag=fit.velocity_lag)
             most = explained
     return best
 
@@ -345,9 +345,9 @@ class _Fit:
         size = np.abs(fed).max(axis=0)
         self.sized = fed / np.where(size > 0, size, 1.0)
         self.basis = np.linalg.qr(self.sized)[0]
-        self.fed, self.u, self.volts_seen = fed, u[self.used], u
+        self.fed, self.u, self.voltage = fed, u[self.used], u
         self.without = self._off(self.u)
-        self.lag_behind = float(velocity @ (r - z) / max(velocity @ velocity, 1e-300))
+        self.velocity_lag = float(velocity @ (r - z) / max(velocity @ velocity, 1e-300))
 
     def _off(self, values: Real) -> Real:
         """Return values without their part of the feedforward."""
@@ -435,12 +435,13 @@ def _fitted(r: Real, z: Real, u: Real, rate: float, lag: float | None = None) ->
     fits += [_Fit(r[:-1], z[:-1], u[1:], rate, late=1 / rate)] if lag is None else []
     made = [(fit, *fit.best()) for fit in fits]
     rests = [fit.rest(found) for fit, found, *_ in made]
-    (least, rest), *more = sorted(enumerate(rests), key=lambda item: float(np.mean(item[1] ** 2)))
-    fit, found, covariance, swap = made[least]
+    (best, rest), *more = sorted(enumerate(rests), key=lambda item: float(np.mean(item[1] ** 2)))
+    fit, found, covariance, apart = made[best]
     for other, left in more:
-        if len(rest) * np.log(np.mean(left**2) / np.mean(rest**2)) < CHANCE * _alike(rest):
-            swap = np.hypot(swap, np.abs(made[other][1] - found)[: len(swap)])
-    return fit, found, covariance, swap
+        least, other_mean = (max(float(np.mean(item**2)), 1e-300) for item in (rest, left))
+        if len(rest) * np.log(other_mean / least) < CHANCE * _alike(rest):
+            apart = np.hypot(apart, np.abs(made[other][1] - found)[: len(apart)])
+    return fit, found, covariance, apart
 
 
 def _alike(rest: Real) -> float:

@@ -26,9 +26,7 @@ from fric.statistics import robust_deviation
 from fric.threads import one_blas_thread
 
 COARSE = 0.02  # Noise of a position, in travels of a sample at the largest speed, that hides how the speed changes
-SAME = (
-    4.0  # Distance of a velocity's integral from a position, in the noise of that, up to which they are of one motion
-)
+SAME = 4.0  # Distance of a velocity's integral from a position, in its noise, up to which they are of one motion
 PROMPT = 0.01  # Interval of samples within which a drive logs its velocity [s]
 RELATIVE = 0.01  # Distance from the chord, as a share of the travel, that still counts as constant velocity
 GRAIN = 2.0**-20  # Share of the resolution that distances are rounded to

@@ -35,7 +35,7 @@ PLACES = 5
 SLOW = 0.03  # Feed below which every run depends on counts [m/s]
 ACCURACY = 5e-9
 """Largest error of the integration of runs that depend on counts [m]; counts move a position by ten times that."""
-MANY = 500_000  # Samples of all axes from which on the runs at other places are not kept
+MOST_KEPT = 500_000  # Samples of all axes from which on the runs at other places are not kept
 WIDTH = 4.2  # Half of the interval over the standard deviation, for `PLACES` values
 
 
@@ -180,7 +180,7 @@ class ContourRun(ABC, Generic[Followed, Left]):
         runs, found = {0: first}, [figures(first.contour)]
         del first
         for n in range(1, places):
-            if samples * len(moved) > MANY:  # so many are not kept: that of the median is made once more
+            if samples * len(moved) > MOST_KEPT:  # so many are not kept: that of the median is made once more
                 runs.clear()
             runs[n] = once(machine.placed(n / places), rough)
             found.append(figures(runs[n].contour))
