@@ -186,6 +186,6 @@ def test_a_loop_without_velocity_feedforward_is_said() -> None:
     cascade, t = fric.read_machine("virtual-rig").axes["x"].cascade, np.arange(0.0, 2.0, 1e-3)
     for lag, said in ((1 / cascade.K_v, ["loop-lags"]), (0.6e-3, [])):
         reference, measured = (30e-3 * np.cos(10 * time) for time in (t, t - lag))
-        found = _Fit(reference, measured, measured, 1e3).lag_behind
+        found = _Fit(reference, measured, measured, 1e3).velocity_lag
         assert found == pytest.approx(lag, rel=0.02)
         assert [notice.code for notice in FoundController(cascade, {}, 1.0, lag=found).lags] == said
