@@ -157,7 +157,7 @@ class Covariance:
 
 
 def _is_interval(given: Any) -> bool:
-    return isinstance(given, tuple) and len(given) == 2 and all(one is None or is_number(one) for one in given)
+    return isinstance(given, tuple) and len(given) == 2 and all(limit is None or is_number(limit) for limit in given)
 
 
 def _closed(limits: Any) -> Any:
@@ -183,11 +183,11 @@ def estimate_rows(section: Mapping[str, Estimate | Mapping[str, Any]]) -> list[t
     rows = []
     for name, entry in section.items():
         parts = [*elements({name: entry})]
-        size = max((_size(float(one), one.ci95) for _, one in parts), default=0.0)
-        for key, one in parts:
-            scale, unit = prefixed(size, one.unit)
-            shown, text = in_digits(float(one), one.ci95, scale)
-            rows.append((key, shown, text or one.note, unit))
+        size = max((_size(float(estimate), estimate.ci95) for _, estimate in parts), default=0.0)
+        for key, estimate in parts:
+            scale, unit = prefixed(size, estimate.unit)
+            shown, text = in_digits(float(estimate), estimate.ci95, scale)
+            rows.append((key, shown, text or estimate.note, unit))
     return rows
 
 

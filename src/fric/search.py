@@ -24,7 +24,7 @@ def minimised(search: nlopt.opt, cost: Callable[[Real], float], start: Real) -> 
 
     raised: list[BaseException] = []
 
-    def told(x: Real, _: Real) -> float:
+    def objective(x: Real, _: Real) -> float:
         try:
             return inf if raised else cost(x)
         except BaseException as error:
@@ -32,7 +32,7 @@ def minimised(search: nlopt.opt, cost: Callable[[Real], float], start: Real) -> 
             search.force_stop()
             return inf
 
-    search.set_min_objective(told)
+    search.set_min_objective(objective)
     try:
         found = search.optimize(start)
     except ForcedStop:

@@ -220,8 +220,8 @@ def pair_power(columns: tuple[Real, Real], rest: Real, known: Real) -> Real:
     rest: What is to be explained, shape (n,).
     known: An orthonormal basis of the known columns, shape (n, p).
     """
-    a, b = (one - known @ (known.T @ one) for one in columns)
-    aa, bb, ab = (np.einsum("nf,nf->f", one, other) for one, other in ((a, a), (b, b), (a, b)))
+    a, b = (column - known @ (known.T @ column) for column in columns)
+    aa, bb, ab = (np.einsum("nf,nf->f", column, other) for column, other in ((a, a), (b, b), (a, b)))
     on_a, on_b, little = rest @ a, rest @ b, 1e-12 * (aa + bb)
     aa, bb = aa + little, bb + little
     return np.asarray((bb * on_a**2 - 2 * ab * on_a * on_b + aa * on_b**2) / (aa * bb - ab**2))

@@ -62,8 +62,8 @@ def documented(doc: str, names: Iterable[str], shared: Mapping[str, str]) -> str
     lines = [line for line in _DESCRIBED.finditer(doc) if known.issuperset(line[1].split(", "))]
     described = {line[1]: line[2] for line in lines}
     raises = {name[7:]: described.pop(name) for name in list(described) if name == "Raises FricError"}
-    told = ", ".join(described).split(", ")
-    described |= {name: shared[name] for name in names if name in shared and name not in told}
+    taken = ", ".join(described).split(", ")
+    described |= {name: shared[name] for name in names if name in shared and name not in taken}
     found = doc[: lines[0].start()].rstrip() if lines else doc
     for title, entries in (("Parameters", described), ("Raises", raises)):
         if entries:
@@ -152,21 +152,21 @@ def _check(function: Callable[P, Any], called: str, *args: P.args, **kwargs: P.k
 
 def _unbound(function: Callable[..., Any], called: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> FricError:
     """Return the error of arguments that are missing, not known, given twice, or too many."""
-    known = {name: one for name, one in _signature(function).parameters.items() if name != "self"}
+    known = {name: parameter for name, parameter in _signature(function).parameters.items() if name != "self"}
     has = f"It has {', '.join(known)}." if known else "It has none."
     for name in kwargs:
         if name not in known:
             return FricError(f"{called} has no argument '{name}'", hint=near(name, known) + has)
-    places = [name for name, one in known.items() if one.kind in {Parameter.POSITIONAL_OR_KEYWORD}]
+    places = [name for name, parameter in known.items() if parameter.kind in {Parameter.POSITIONAL_OR_KEYWORD}]
     given = args[1:] if "self" in _signature(function).parameters else args
-    if len(given) > len(places) and Parameter.VAR_POSITIONAL not in {one.kind for one in known.values()}:
+    if len(given) > len(places) and Parameter.VAR_POSITIONAL not in {parameter.kind for parameter in known.values()}:
         return FricError(f"{called} takes {len(places)} arguments by their place, and was given {len(given)}",
                          hint=f"Give the others by name. {has}")  # fmt: skip
     here = {*places[: len(given)], *kwargs}
     if twice := [name for name in places[: len(given)] if name in kwargs]:
         return FricError(f"{called} was given {' and '.join(twice)} twice", hint="Give it once.")
-    lacks = [name for name, one in known.items() if one.default is Parameter.empty and name not in here
-             and one.kind is not Parameter.VAR_POSITIONAL]  # fmt: skip
+    lacks = [name for name, parameter in known.items() if parameter.default is Parameter.empty and name not in here
+             and parameter.kind is not Parameter.VAR_POSITIONAL]  # fmt: skip
     return FricError(f"{called} was not given {', '.join(lacks)}", hint=has)
 
 
@@ -178,7 +178,7 @@ def explained(kind: type[T], *, before: bool = False) -> type[T]:
     """
     found: Any = kind
     kind.__doc__ = documented(cleandoc(kind.__doc__ or ""), signature(kind).parameters, {})
-    for member in (member for one in kind.__mro__ for member in vars(one).values()):
+    for member in (member for base in kind.__mro__ for member in vars(base).values()):
         method = getattr(member, "__func__", member)
         if isinstance(method, FunctionType) and method.__doc__ and method.__module__.startswith("fric."):
             method.__doc__ = documented(cleandoc(method.__doc__), signature(method).parameters, {})

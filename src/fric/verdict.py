@@ -404,8 +404,8 @@ def _choose(usable: Sequence[Candidate], evidence: Evidence) -> Candidate:
     best, without = min(usable, key=lambda candidate: candidate.stays_under), bare(usable)
     least = EARNED * (max(candidate.middle for candidate in usable) if without is None else without.middle)
     least = max(evidence.resolution, least)  # a smaller difference is not seen, or not worth the effort
-    good = [one for one in usable if evidence.tolerance is not None and one.stays_under <= evidence.tolerance]
-    good = good or [one for one in usable if one is best or not surely_less(best, one, least)]
+    good = [scheme for scheme in usable if evidence.tolerance is not None and scheme.stays_under <= evidence.tolerance]
+    good = good or [scheme for scheme in usable if scheme is best or not surely_less(best, scheme, least)]
     return min(good, key=lambda candidate: (candidate.demand, candidate.stays_under))
 
 

@@ -422,7 +422,7 @@ def test_joints_in_lists_or_in_turns_are_columns(tmp_path: Path, form: str) -> N
 
 
 def test_a_current_in_whole_numbers_is_in_milliamperes_by_likelihood() -> None:
-    current = Spoken("force", told="current")
+    current = Spoken("force", means="current")
     assert usual_units("force", current, "linear", np.array([245.0, -30.0]))[0] == "mA"
     assert usual_units("force", current, "linear", np.array([245.123, -30.2]))[0] == "A"
 

@@ -208,10 +208,10 @@ def _of(before: UnitOutcome, after: UnitOutcome) -> Iterator[ParameterDrift]:
 
 def _changes(before: UnitAxis, after: UnitAxis) -> Iterator[tuple[Change, float]]:
     """Yield each number that an axis has at both dates, and the degrees of freedom of its intervals."""
-    for one, other in ((before.friction, after.friction), (before.plant, after.plant)):
-        if one is not None and other is not None:
-            for change in document_changes(Item("", one), Item("", other)):
-                yield change, min(_freedom(document, change.name) for document in (one, other))
+    for first, other in ((before.friction, after.friction), (before.plant, after.plant)):
+        if first is not None and other is not None:
+            for change in document_changes(Item("", first), Item("", other)):
+                yield change, min(_freedom(document, change.name) for document in (first, other))
     for name in sorted(before.glitches.keys() & after.glitches.keys()):
         early, late = before.glitches[name], after.glitches[name]
         limits = limits_of(early.ci95), limits_of(late.ci95)

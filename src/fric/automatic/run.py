@@ -344,8 +344,8 @@ def auto(
     session = Session(folder, run, say, advance)
     session.may_know = len(questions) < MOST_QUESTIONS
     for trace, meaning in found.traces.items():
-        one = trace_step(trace, folder, meaning)
-        found.circles += one.leaves if session.take(one) else ()
+        traced = trace_step(trace, folder, meaning)
+        found.circles += traced.leaves if session.take(traced) else ()
 
     def gains(of_axis: Sequence[Source]) -> Path | None:
         effort = is_effort(of_axis[0].motion) and not rotates(of_axis[0].motion)  # whose circle depends on them

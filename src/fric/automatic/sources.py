@@ -167,8 +167,8 @@ def find_sources(
         document = read_document(path, ControllerDocument)
         found.controllers.setdefault(document.axis, path)
     logs = [replace(record, source="") for record in seen if isinstance(record, Log)]
-    told = (of(log) for log in logs for of in (switched, two_encoders, holds))
-    found.description += [notice for notice in told if notice is not None]
+    findings = (of(log) for log in logs for of in (switched, two_encoders, holds))
+    found.description += [notice for notice in findings if notice is not None]
     if found.copies:
         found.description.append(FILE_COPIES.found(files=first_of(found.copies)))
     for why, files in found.refused.items():
@@ -192,9 +192,9 @@ def _guessed(
     """Guess the meaning of files from their values; files that need no question leave the open ones."""
     with ExitStack() as opened:
         guess = guessed([path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None)
-        pushed = tuple(one for one in guess.found if one.kind or {"force", "input"} & one.axis.roles.keys())
+        pushed = tuple(part for part in guess.found if part.kind or {"force", "input"} & part.axis.roles.keys())
         if pushed:  # what lies beside logs of friction, and has no force, needs no question
-            rest = {path for one in guess.found for path in one.files} - {path for one in pushed for path in one.files}
+            rest = {path for part in guess.found for path in part.files}.difference(*(part.files for part in pushed))
             asking |= dict.fromkeys(rest, NO_FORCE)
             guess = replace(guess, found=pushed)
         file, guess = answered(guess, ask, *places, spent=spent) if ask and not assume else (None, guess)
@@ -207,8 +207,8 @@ def _guessed(
         found.description += found.open.asked()
         for path in {path for guess in found.open.found for path in guess.files}:
             del asking[path]
-        for one in (one for one in guess.found if not one.whole and one.questions):
-            asking |= {path: "; ".join(one.questions) for path in one.files if path in asking}
+        for part in (part for part in guess.found if not part.whole and part.questions):
+            asking |= {path: "; ".join(part.questions) for path in part.files if path in asking}
         if not wanted:
             return
         sure = replace(guess, found=wanted)
@@ -217,9 +217,9 @@ def _guessed(
             with staged(file, force=True) as whole:
                 whole.write_text(sure.text(), encoding="utf-8")
         found.description += sure.notices(str(file))
-    for one in wanted:
-        for path in one.files:
-            axis = one.axis.name if len(wanted) > 1 else None
+    for part in wanted:
+        for path in part.files:
+            axis = part.axis.name if len(wanted) > 1 else None
             why = _read(path, str(file), found, seen, axis=axis, assume=assume)
             if why:
                 asking[path] = why
@@ -293,10 +293,10 @@ def _inside(given: Iterable[Path]) -> list[Path]:
 def _controllers(given: Iterable[Path]) -> Iterator[Path]:
     """Yield the controller files among what is given."""
     for path in given:
-        for one in sorted(path.rglob("*.yaml")) if path.is_dir() else [path] if path.suffix == ".yaml" else []:
-            with reading(one) as file:
+        for entry in sorted(path.rglob("*.yaml")) if path.is_dir() else [path] if path.suffix == ".yaml" else []:
+            with reading(entry) as file:
                 if file.read(80).startswith(f"fric: {ControllerDocument.type_name()}".encode()):
-                    yield one
+                    yield entry
 
 
 def _own(path: Path) -> str | None:

@@ -196,7 +196,7 @@ def fit_geometry(
     many = len(tests)
     every = -(-sum(len(test.angle) for test in tests) // MOST_FITTED)
     parts = [_means(test, np.flatnonzero(quiet(test, behind[n])), every) for n, test in enumerate(tests)]
-    X = np.vstack([columns_of(one, n, many, lines) for n, (one, _) in enumerate(parts)])
+    X = np.vstack([columns_of(circle, n, many, lines) for n, (circle, _) in enumerate(parts)])
     d = np.concatenate([circle.deviation for circle, _ in parts])
     p = X.shape[1]
     basis = np.linalg.qr(X)[0]
@@ -204,9 +204,9 @@ def fit_geometry(
 
     beyond, size = np.zeros((2, len(d), 4 * many))
     end = 0
-    for n, (one, _) in enumerate(parts):
-        block = slice(end, end := end + len(one.angle)), slice(4 * n, 4 * n + 4)
-        beyond[block], size[block] = behind_of(one, behind[n])
+    for n, (part, _) in enumerate(parts):
+        block = slice(end, end := end + len(part.angle)), slice(4 * n, 4 * n + 4)
+        beyond[block], size[block] = behind_of(part, behind[n])
 
     def left(fade: float) -> float:
         """Return the residual sum of squares of geometry and exponential tails."""
@@ -302,9 +302,9 @@ def minimum_zone(angle: Real, deviation: Real) -> float:
     if scale == 0.0:
         return 0.0
     centred -= mean  # which may be beyond all digits of the programme
-    d, cos, sin, one = centred / scale, np.cos(angle), np.sin(angle), np.ones_like(angle)
+    d, cos, sin, unity = centred / scale, np.cos(angle), np.sin(angle), np.ones_like(angle)
     # unknown: shift of the centre (a, b), inner and outer circle; inner ≤ d - a·cos - b·sin ≤ outer
-    A = np.vstack([np.column_stack([-cos, -sin, 0 * one, -one]), np.column_stack([cos, sin, one, 0 * one])])
+    A = np.vstack([np.column_stack([-cos, -sin, 0 * unity, -unity]), np.column_stack([cos, sin, unity, 0 * unity])])
     found = linprog([0, 0, -1, 1], A_ub=A, b_ub=np.concatenate([-d, d]), bounds=[(None, None)] * 4, method="highs")
     inner, outer = np.asarray(found.x)[2:]
     return float(outer - inner) * scale
@@ -752,7 +752,7 @@ def _cause(found: Glitch, said: Glitch, pulse: GlitchPulse, other: GlitchPulse) 
             power = float(p @ p)
             g = float(p @ seen) / power if power > 0 else 0.0
             cost = float(np.sum((seen - g * p) ** 2)) * (1 + 1e-3 * (log(w) ** 2 + (d / half) ** 2))
-            best = min(best, (cost, g, w, d / half), key=lambda one: one[0])
+            best = min(best, (cost, g, w, d / half), key=lambda candidate: candidate[0])
     _, g, w, d = best
     sizes = {"level": abs(log(max(abs(g), 1e-3))), "width": abs(log(w)), "place": abs(d)}
     return max(sizes, key=lambda name: sizes[name])

@@ -196,23 +196,23 @@ def learn(
     feedforwards = [fed] * len(places)
     learned: list[list[Round]] = [[] for _ in places]
     for n in range(rounds + 1):
-        for own, here, fed in zip(learned, places, feedforwards, strict=True):
+        for past, here, fed in zip(learned, places, feedforwards, strict=True):
             run = _run(here, scheme, test, fed)
-            own.append(Round(replace(run, scheme=_named(scheme, n, modelled)), dict(fed)))
+            past.append(Round(replace(run, scheme=_named(scheme, n, modelled)), dict(fed)))
         done()
         if n < rounds:
             feedforwards = [
                 {
-                    name: _learned(axis, references[name], own[-1].run.traces[name], own[-1].feedforward[name], how)
+                    name: _learned(axis, references[name], past[-1].run.traces[name], past[-1].feedforward[name], how)
                     for name, axis in axes.items()
                 }
-                for own in learned
+                for past in learned
             ]
     carried = []
     for of_radius, of_feed in OTHERS:
         other = replace(test, radius=test.radius * of_radius, feed=test.feed * of_feed)
         each = zip(learned, places, strict=True)
-        glitches = [_carried(here, own[-1], references, other, scheme) for own, here in each]
+        glitches = [_carried(here, past[-1], references, other, scheme) for past, here in each]
         carried.append((other.radius, other.feed, float(np.median(glitches))))
         done()
     found = _middle(learned)

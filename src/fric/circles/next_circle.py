@@ -82,7 +82,7 @@ class LeftOver:
             if index is not None:
                 key = np.random.SeedSequence(self.seed, spawn_key=(index, crc32(f"left over {name}".encode())))
                 share = exp(SHARE / 1.96 * np.random.default_rng(key).standard_normal())
-            axes[name] = replace(axis, friction=completed(axis.friction, [_left(one, axis) for one in records], share))
+            axes[name] = replace(axis, friction=completed(axis.friction, [_left(log, axis) for log in records], share))
         return replace(machine, axes=axes)
 
 

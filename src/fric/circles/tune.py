@@ -57,9 +57,9 @@ machines of 200 that lack margin, exact knowledge leaves 11 to 13 with more than
 tenth less for each margin missing. That costs 0.1 µm at 100 mm/s with an observer, 0.3 without."""
 
 
-def _margin(one: TunedAxis) -> float:
-    blocks = () if one.axis.observer is None else (one.axis.observer,)
-    return falling_margin(one.nominal, one.axis.cascade, gms_of(one.friction), blocks)
+def _margin(tuned: TunedAxis) -> float:
+    blocks = () if tuned.axis.observer is None else (tuned.axis.observer,)
+    return falling_margin(tuned.nominal, tuned.axis.cascade, gms_of(tuned.friction), blocks)
 
 
 def holds(axis: TunedAxis) -> bool:
@@ -271,9 +271,10 @@ def tune(
         axes = {name: replace(axis, axis=machine.axes[name], improves=False, loop=False) for name, axis in axes.items()}
         predicted = []  # what is kept shows what was recorded
     warnings += law_warnings(predicted)
-    for name, one in axes.items():
-        if not one.improves and not why:
-            after, before_it = (Estimate(fit.rms, si_unit("input", one.axis.motion)) for fit in (one.after, one.before))
+    for name, tuned in axes.items():
+        if not tuned.improves and not why:
+            volts = si_unit("input", tuned.axis.motion)
+            after, before_it = Estimate(tuned.after.rms, volts), Estimate(tuned.before.rms, volts)
             warnings.append(TUNING_NO_BETTER.found(f"axis {name}", after=after, before=before_it))
     warnings += loop_warnings(axes)
     new = replace(machine, axes={**machine.axes, **{name: axis.axis for name, axis in axes.items()}})

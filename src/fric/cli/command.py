@@ -355,7 +355,7 @@ class Command:
     text: str = ""  # The help, if it is not that of the verb
     more: str = ""  # What follows it
     helps: Mapping[str, str] = field(default_factory=dict)  # The help of options, if not that of their arguments
-    own: Sequence[Parameter] = ()  # Further parameters that only a terminal has
+    terminal: Sequence[Parameter] = ()  # Further parameters that only a terminal has
     run: str = ""  # Module and name of the function that is called instead of the verb, with the given values
 
     @cached_property
@@ -402,16 +402,16 @@ class Command:
         made = [self._parameter(argument, place=True) for argument in placed]
         made += [self.output.parameter()] if self.output else []
         made += [self._parameter(argument) for argument in named]
-        made += self.own
+        made += self.terminal
         made += [parameter("plot", Plot, None)] if self.plot else []
         made += [parameter("implausible", Implausible, "error")] if self.plausible else []
         made.append(parameter("json", Json, False))
         force = option(self.helps.get("force", "Replace an output that exists."), "--force")
         return [*made, *([parameter("force", Annotated[bool, force], False)] if self.replaces else [])]
 
-    def _parameter(self, one: Any, *, place: bool = False) -> Parameter:
-        text = self.worded(self.helps.get(one.name, one.help))
-        return parameter_of(replace(one, help=text), self.flags.get(one.name, ""), place=place)
+    def _parameter(self, argument: Any, *, place: bool = False) -> Parameter:
+        text = self.worded(self.helps.get(argument.name, argument.help))
+        return parameter_of(replace(argument, help=text), self.flags.get(argument.name, ""), place=place)
 
     def call(self, given: Mapping[str, Any], read: str = READ_MACHINE) -> Callable[..., Any]:
         """Return a function that calls the verb with the values given; its argument is the progress callback.

@@ -53,7 +53,7 @@ IDENTIFY: dict[str, Home] = {
     "gms": Command(
         "fric.results.identify:identify_gms", FRICTION, plot=True, doing="virgin curve and replay",
         run="fric.cli.special:gms",
-        own=[parameter("interactive", Annotated[
+        terminal=[parameter("interactive", Annotated[
             bool, option("Move the knots by hand on a page, served to this computer only.", "--interactive")
         ], False)],
     ),
@@ -97,7 +97,7 @@ SIMULATE: dict[str, Home] = {
         further={READ_MACHINE: (*BELIEFS, "friction_model")}, run="fric.cli.special:circle",
         more="With --monte-carlo the test runs on many machines and reports how the glitch of each scheme is "
             "distributed, and how often each scheme is the best. Ctrl-C keeps the machines that are done.",
-        own=[
+        terminal=[
             parameter("from_intervals", Annotated[
                 bool, option("Draw identified parameters from their 95 % intervals instead.", "--from-intervals")
             ], False),
@@ -130,7 +130,7 @@ INGEST = Command(
     further={"fric.results.ingest:ingest_circles": OF_CIRCLES}, run="fric.cli.special:ingest",
     more="Of kind circle: traces of two axes on a circle, LinuxCNC's sampler text, or angle and deviation of a ball "
     "bar, into a circle test file for `fric diagnose` and `fric tune`.",
-    own=[
+    terminal=[
         parameter("propose", Annotated[
             Path | None, option("Write the guessed mapping; ingest nothing.", metavar="MAP.yaml")
         ], None),
@@ -169,7 +169,7 @@ EXPORT = Command(
         "drawn": "--run",
     },
     without=["trial"], helps={"force": "Replace files that exist, and export what is not to be trusted."},
-    own=[parameter("try_it", Annotated[bool, option(
+    terminal=[parameter("try_it", Annotated[bool, option(
         "linuxcnc, from a checkout of fric: run circles in LinuxCNC, beside their simulation.", "--try"
     )], False)],
     more="Nothing is exported that the verdict does not trust, unless --force is given. Reasons against it are a "
@@ -182,7 +182,7 @@ COMMANDS: dict[str, Home] = {
     "auto": Command(
         "fric.automatic.run:auto", replaces=False, without=["run", "say", "ask"], run="fric.cli.special:auto",
         flags={"output": "-o --output", "circles": "--circle", "controllers": "--controller", "mapping": "--map"},
-        own=[INTERACTIVE],
+        terminal=[INTERACTIVE],
     ),
     "ingest": INGEST,
     "inspect": Command("fric.results.records:inspect", plot=True, plausible=False),

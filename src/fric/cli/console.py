@@ -267,8 +267,8 @@ def interruption() -> Iterator[Interruption]:
 
     def catch(number: int, frame: FrameType | None) -> None:
         interrupted.status = 128 + number
-        for own, handler in before.items():
-            signal.signal(own, handler)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
     for number in before:
         signal.signal(number, catch)

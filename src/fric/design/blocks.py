@@ -142,29 +142,29 @@ def design_jointly(
 
     if not kind.tuned or kind.kind == "feedforward":
         raise FricError(f"'{kind.name}' does not feed back", hint="Design it alone, not jointly with the cascade.")
-    own, Delta = Cascade.designed(setting), perturbation or model_perturbation(setting.plant, setting.sampling / 2)
+    cascade, Delta = Cascade.designed(setting), perturbation or model_perturbation(setting.plant, setting.sampling / 2)
     tuned = next(parameter for parameter in kind.parameters if parameter.name == kind.tuned)
 
-    def cascade(x: Real) -> Cascade:
+    def cascade_at(x: Real) -> Cascade:
         gain, position, corner = np.exp(x[:3])
         return replace(
-            own, K_p=own.K_p * gain, K_i=own.K_i * gain, K_v=own.K_v * position,
-            velocity_filter=own.velocity_filter * corner,
+            cascade, K_p=cascade.K_p * gain, K_i=cascade.K_i * gain, K_v=cascade.K_v * position,
+            velocity_filter=cascade.velocity_filter * corner,
         )  # fmt: skip
 
     def loop(x: Real, block: ControlBlock) -> tuple[WholeLoop, tuple[ControlBlock, ...]]:
-        chosen = cascade(x)
+        chosen = cascade_at(x)
         return loop_with(block, chosen, Delta, replace(setting, cascade=chosen))
 
     def cost(x: Real) -> float:
-        block = kind.tuned_to(float(np.exp(x[3])), replace(setting, cascade=cascade(x)))
+        block = kind.tuned_to(float(np.exp(x[3])), replace(setting, cascade=cascade_at(x)))
         whole, blocks = loop(x, block)
         peak = whole.peak(blocks)
         if not np.isfinite(peak):
             return 1e3
         return log(step_compliance(whole, blocks)) + STEEPNESS * max(0.0, log(peak / peak_sensitivity))
 
-    edge = log(max(FILTER * own.sampling / own.velocity_filter, 1.0))
+    edge = log(max(FILTER * cascade.sampling / cascade.velocity_filter, 1.0))
     low = np.array([log(GAINS[0]), log(GAINS[0]), log(0.5), log(tuned.lower)])
     high = np.array([log(GAINS[1]), log(GAINS[1]), max(edge, log(0.6)), log(tuned.upper)])
     start = np.array([0.0, 0.0, max(edge, log(0.6)) - 0.05, log(_first(kind, setting, peak_sensitivity, Delta))])
@@ -175,11 +175,11 @@ def design_jointly(
     optimizer.set_maxeval(STEPS)
     optimizer.set_xtol_abs(2e-3)
     found = minimised(optimizer, cost, np.clip(start, low + 1e-9, high - 1e-9))
-    chosen, names = cascade(found), ("K_p", "K_i", "K_v", "velocity_filter")
+    chosen, names = cascade_at(found), ("K_p", "K_i", "K_v", "velocity_filter")
     chosen = replace(chosen, **{name: three_digits(float(getattr(chosen, name))) for name in names})  # rounded down
     block = design_block(kind, replace(setting, cascade=chosen), peak_sensitivity=peak_sensitivity, perturbation=Delta)
     whole, blocks = loop_with(block.block, chosen, Delta, replace(setting, cascade=chosen))
-    before = step_compliance(WholeLoop(setting.plant, own, Delta))
+    before = step_compliance(WholeLoop(setting.plant, cascade, Delta))
     return JointDesign(chosen, block, (step_compliance(whole, blocks), before))
 
 

@@ -111,7 +111,7 @@ def read_off(kind: type[BaseModel], holder: Any, but: Container[str] = ()) -> di
     for name, field in kind.model_fields.items():
         if name in but:
             continue
-        how = next((one for one in field.metadata if isinstance(one, Of)), None) or Of(attrgetter(name))
+        how = next((mark for mark in field.metadata if isinstance(mark, Of)), None) or Of(attrgetter(name))
         try:
             value = how.read(holder)
         except AttributeError:
@@ -538,7 +538,7 @@ class FilePart(PartOf[T]):
     def entry(cls, field: DataclassField[Any], kind: Any, text: str | None) -> dict[str, tuple[Any, Any]]:
         """Return the key of a field, which may be left out if the dataclass has a default."""
         may_lack = field.default is not MISSING or field.default_factory is not MISSING
-        within: list[Any] = [one for one in (kind, *get_args(kind)) if isinstance(one, type) and is_dataclass(one)]
+        within: list[Any] = [part for part in (kind, *get_args(kind)) if isinstance(part, type) and is_dataclass(part)]
         text = text and text.partition(" [")[0]  # a quantity says its unit
         if within and get_origin(kind) is tuple:
             return {field.name: (cls.of_type(kind), Field(default_factory=list))}
@@ -562,13 +562,13 @@ class FilePart(PartOf[T]):
     def in_si(self, motion: Motion) -> T:
         """Return the dataclass in SI; raise a `FricError` where it is not physical."""
 
-        def made(one: Any) -> Any:
-            return one.in_si(motion) if isinstance(one, FilePart) else one
+        def made(part: Any) -> Any:
+            return part.in_si(motion) if isinstance(part, FilePart) else part
 
         given = {
-            name: tuple(map(made, one)) if isinstance(one, list) else made(one)
+            name: tuple(map(made, given)) if isinstance(given, list) else made(given)
             for name in {field.name for field in fields(self.held)} - self.dimensions.keys()
-            if (one := getattr(self, name, None)) is not None
+            if (given := getattr(self, name, None)) is not None
         }
         found: T = self.held(**given, **self.values(motion))
         return found
@@ -592,12 +592,12 @@ def _part(base: type[PartOf[Any]], kind: type[Any]) -> Any:
 def filed(given: Any, motion: Motion) -> Any:
     """Return a dataclass as the keys of its `FilePart` in a file, but for those at their defaults."""
     if isinstance(given, tuple):
-        return [filed(one, motion) for one in given]
+        return [filed(part, motion) for part in given]
     if not is_dataclass(given) or isinstance(given, type) or type(given) in HELD:
         return given
     unset = {field.name for field in fields(given) if getattr(given, field.name) == field.default}
     found = _part(FilePart, type(given)).of(given, motion)
-    return {name: filed(one, motion) for name, one in found.items() if name not in unset and one not in ((), {})}
+    return {name: filed(part, motion) for name, part in found.items() if name not in unset and part not in ((), {})}
 
 
 def described_fields(kind: type[Any]) -> tuple[str, dict[str, str]]:
@@ -607,8 +607,8 @@ def described_fields(kind: type[Any]) -> tuple[str, dict[str, str]]:
     between them.
     """
     text, texts = getdoc(kind) or "", dict[str, str]()
-    for one in reversed(kind.__mro__[:-1]):
-        doc = cleandoc(one.__doc__ or "")
+    for base in reversed(kind.__mro__[:-1]):
+        doc = cleandoc(base.__doc__ or "")
         below = doc.partition("Parameters\n-")[2]
         found = re.findall(r"^(\w+(?:, \w+)*)\n((?:    .*\n?)+)", below, re.MULTILINE)
         for names, body in found or re.findall(r"^(\w+(?:, \w+)*): (.+\n?(?:    .*\n?)*)", doc, re.MULTILINE):

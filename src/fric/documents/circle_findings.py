@@ -227,19 +227,19 @@ def write_tuned(
     done = [] if done is None else done
     tree, trees = read_machine_document(machine).tree(), list[dict[str, Any]]()
     better = {name: axis for name, axis in found.axes.items() if axis.improves}
-    for name, one in better.items():
-        trees += [friction_tree(one, found.tests), plant_tree(one, found.tests)]
+    for name, tuned in better.items():
+        trees += [friction_tree(tuned, found.tests), plant_tree(tuned, found.tests)]
         axis = tree["axes"][name]
         axis.pop("nominal", None)  # it, and what is fed forward, are named once the rest has been checked
         axis["feedforward"] = {"lead": "auto"}
         if isinstance(axis.get("observer"), dict):  # its G_n is the nominal plant
             axis["observer"] = {key: part for key, part in axis["observer"].items() if key not in ("A", "B")}
-        if one.loop:
-            axis |= _loop(one)
+        if tuned.loop:
+            axis |= _loop(tuned)
     content = {key: part for key, part in tree.items() if key not in ("fric", "like", *FOOT)}
     written = MachineDocument.made(content, notices=found.warnings, also=_sources(found.tests)).tree()
-    for name, one in better.items():
-        gain = one.axis.nominal_friction.gain
+    for name, tuned in better.items():
+        gain = tuned.axis.nominal_friction.gain
         share = {} if gain == 1.0 else {"gain": {"value": gain, "unit": "1"}}
         feedforward = {"lead": "auto", "friction": f"{name}.yaml", **share}
         written["axes"][name] |= {"nominal": f"{name}-plant.yaml", "feedforward": feedforward}
@@ -263,26 +263,26 @@ def _sources(tests: Sequence[MeasuredCircle]) -> dict[str, Any]:
     return {"circles": [{"file": test.source, "test": test.name, "sha256": test.sha256} for test in tests]}
 
 
-def friction_tree(one: TunedAxis, tests: Sequence[MeasuredCircle]) -> dict[str, Any]:
+def friction_tree(tuned: TunedAxis, tests: Sequence[MeasuredCircle]) -> dict[str, Any]:
     """Return the friction that circles gave an axis as a friction document."""
-    estimates, axis = one.estimates, one.axis
+    estimates, axis = tuned.estimates, tuned.axis
     assert estimates is not None  # of what is improved
-    K_f = one.nominal.K_f
+    K_f = tuned.nominal.K_f
     text = {
-        "rmse": Estimate(one.after.rms * K_f, si_unit("force", axis.motion)),
-        "method": "circles: voltage balance, " + ("full shape" if one.full else "level, stiffness, C and T_d"),
+        "rmse": Estimate(tuned.after.rms * K_f, si_unit("force", axis.motion)),
+        "method": "circles: voltage balance, " + ("full shape" if tuned.full else "level, stiffness, C and T_d"),
         "covariance": estimates.covariance,
     }
     content: dict[str, Any] = {"axis": axis.name, "motion": axis.motion, "static": estimates.static}
     if estimates.negative is not None:
         content["static_negative"] = estimates.negative
     content |= {"gms": estimates.gms, "gms_fit": text}
-    return FrictionDocument.made(content, notices=one.warnings, also=_sources(tests)).tree()
+    return FrictionDocument.made(content, notices=tuned.warnings, also=_sources(tests)).tree()
 
 
-def plant_tree(one: TunedAxis, tests: Sequence[MeasuredCircle]) -> dict[str, Any]:
+def plant_tree(tuned: TunedAxis, tests: Sequence[MeasuredCircle]) -> dict[str, Any]:
     """Return the nominal plant that circles gave an axis as a plant document."""
-    estimates, axis = one.estimates, one.axis
+    estimates, axis = tuned.estimates, tuned.axis
     assert estimates is not None
     content = {"axis": axis.name, "motion": axis.motion, **estimates.plant}
     return PlantDocument.made(content, also=_sources(tests)).tree()

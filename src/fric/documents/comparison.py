@@ -114,10 +114,10 @@ class SignalPart(Part):
     unit: str
 
 
-def _signals(one: Any) -> dict[str, Any]:
+def _signals(record: Any) -> dict[str, Any]:
     return {
-        name: {"relative": compared.relative, "rms": compared.rms, "unit": si_unit(name, one.log.motion)}
-        for name, compared in one.signals.items()
+        name: {"relative": compared.relative, "rms": compared.rms, "unit": si_unit(name, record.log.motion)}
+        for name, compared in record.signals.items()
     }
 
 

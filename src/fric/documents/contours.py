@@ -230,8 +230,8 @@ def _mapped(found: Any) -> dict[str, Any]:
 
 def _differences(found: Any) -> dict[str, Any]:
     return {
-        name: {"scheme": one.name, "against": other.name, "less": found.less(one, other).tolist()}
-        for name, (one, other) in found.pairs().items()
+        name: {"scheme": scheme.name, "against": other.name, "less": found.less(scheme, other).tolist()}
+        for name, (scheme, other) in found.pairs().items()
     }
 
 

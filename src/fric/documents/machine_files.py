@@ -338,7 +338,7 @@ def _filed(axis: Axis) -> dict[str, Any]:
     lead = nominal.lead if nominal.lead == "auto" else f"{nominal.lead!r} s"
     believed = {"gain": nominal.gain, "lead": lead, "friction": _sections(nominal.models.values(), axis)}
     blocks = {
-        name: in_units(given, {one.name: one.dimension for one in block_type(name).parameters}, motion)
+        name: in_units(given, {value.name: value.dimension for value in block_type(name).parameters}, motion)
         for name, given in axis.blocks.items()
     }
     return known(
@@ -705,11 +705,11 @@ def read_identified(
     widened: dict[str, tuple[Notice, ...]] = {}
     axes, warnings = dict(machine.axes), []
     for name, part in read_machine_document(path, nominal_files).axes.items():
-        own, of_plant = part.feedforward.friction, part.nominal or part.plant
+        identified, of_plant = part.feedforward.friction, part.nominal or part.plant
         friction = part.friction
-        if own:  # the identified friction, completed by that of the machine
+        if identified:  # the identified friction, completed by that of the machine
             head = {"axis": friction.axis, "motion": friction.motion}
-            friction = FrictionDocument.made(head | friction.content() | own.content(*own.sections()))
+            friction = FrictionDocument.made(head | friction.content() | identified.content(*identified.sections()))
         model, axis = true_friction(friction), machine.axes[name]
         sections = {key: friction.estimates(key) for key in friction.sections()}
         found, undrawn = friction_intervals(model, sections)
@@ -725,10 +725,10 @@ def read_identified(
             warnings.append(NOT_DRAWN.found(f"axis {name}", names=undrawn))
         if found:
             intervals[name] = found
-            covariances[name] = [*(own or part.friction).covariances()]
+            covariances[name] = [*(identified or part.friction).covariances()]
             if isinstance(of_plant, PlantDocument) and of_plant.fit is not None and of_plant.fit.covariance is not None:
                 covariances[name] = [*covariances[name], of_plant.fit.covariance.covariance()]
-            beyond[name], widened[name] = discrepancies(own or part.friction, of_plant, undrawn)
+            beyond[name], widened[name] = discrepancies(identified or part.friction, of_plant, undrawn)
         load = float(plant["offset"]) if "offset" in plant else axis.load
         spring = axis.second_mass if part.nominal is None else spring_of(part.nominal, model, part.motion)
         axes[name] = replace(

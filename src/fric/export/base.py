@@ -282,4 +282,4 @@ def manifest_text(content: Mapping[str, Any]) -> str:
 def friction_values(model: FrictionModel, motion: Motion) -> dict[str, Any]:
     """Return the parameters of a model by section and name, each with its unit."""
     sections = sections_of(model, motion).items()
-    return {section: {name: one.as_dict() for name, one in values.items()} for section, values in sections}
+    return {section: {name: estimate.as_dict() for name, estimate in values.items()} for section, values in sections}

@@ -182,8 +182,8 @@ def sinumerik_files(part: ExportedPart, *, machine: Machine) -> Files:
     for feed in FEEDS:
         places = [n / PLACES for n in range(PLACES)] if feed < SLOW else [0.0]  # where it depends on these
         left = (
-            f"{Chance(tuple(left_over(axis.placed(place), part, one, feed) for place in places), 0.0).text()} µm"
-            for one in (idle, pulse, None)
+            f"{Chance(tuple(left_over(axis.placed(place), part, program, feed) for place in places), 0.0).text()} µm"
+            for program in (idle, pulse, None)
         )
         table.append(f"| {1e3 * feed:g} mm/s | {' | '.join(left)} |")
     accelerations = np.array(FEEDS) ** 2 / RADIUS

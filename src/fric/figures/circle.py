@@ -97,8 +97,8 @@ def draw_circle_map(found: CircleMap) -> Figure:
     low, high = (float(known.min()), float(known.max())) if known.size else (1.0, 10.0)
     scale = LogNorm(max(low, 1e-3), max(high, 2 * max(low, 1e-3)))
     spoiled = {
-        one.name: found.less(one, other) < 0
-        for name, (one, other) in found.pairs().items()
+        scheme.name: found.less(scheme, other) < 0
+        for name, (scheme, other) in found.pairs().items()
         if name.startswith("observer")
     }
     with new_figure(2.0 + 3.0 * columns, 0.6 + 2.3 * rows) as figure:

@@ -239,17 +239,17 @@ def _map_of(fit: StaticFit) -> FrictionMap:
     half = 1.96 * np.sqrt(np.array([p.standard_error for p in fit.points]) ** 2 + between**2)
     speed = np.geomspace(np.abs(v).min() / 2, np.abs(v).max() * 1.05, 400)
     maps = []
-    for one, sign in ((fit.static, 1), (fit.negative, -1)):
-        if one is None:
+    for fitted, sign in ((fit.static, 1), (fit.negative, -1)):
+        if fitted is None:
             continue
-        offset, (size, error) = one.solution.theta["offset"], one.predict(speed)
+        offset, (size, error) = fitted.solution.theta["offset"], fitted.predict(speed)
         branches = []
         for branch in (-1, 1) if fit.negative is None else (sign,):
             if np.any(v * branch > 0):
-                force, wide = one.predict(branch * speed) if fit.negative is None else (sign * size, error)
+                force, wide = fitted.predict(branch * speed) if fit.negative is None else (sign * size, error)
                 branches.append(Band(branch * speed, force, force - wide, force + wide))
         along = Band(speed, size - offset, size - offset - error, size - offset + error)
-        maps.append(MapBranches(sign, branches, along, [(p.velocity, p.force) for p, _ in one.standing_off], offset))
+        maps.append(MapBranches(sign, branches, along, [(p.velocity, p.force) for p, _ in fitted.standing_off], offset))
     return FrictionMap(fit.motion, maps, v, np.array([p.force for p in fit.points]), half)
 
 

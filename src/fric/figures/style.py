@@ -211,7 +211,7 @@ def views_of(parts: Sequence[Any], *, usual: bool = False) -> dict[str, Callable
         many = isinstance(part, Sequence) and not isinstance(part, str)
         for view in views(type(part[0] if many and part else part).__name__):
             if view.usual or not usual:
-                found[view.name] = lambda one=view, part=part: one.draw(part)  # type: ignore[misc]
+                found[view.name] = lambda shown=view, part=part: shown.draw(part)  # type: ignore[misc]
     return found
 
 

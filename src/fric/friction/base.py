@@ -77,12 +77,12 @@ class Parametrised(ABC):
     def __init_subclass__(cls) -> None:
         if "parameters" in vars(cls):
             raise TypeError(f"{cls.__name__}: annotate fields with their Parameter, in place of a table `parameters`")
-        own = tuple(
-            one.of_field(name, getattr(cls, name, nan), per_block=get_origin(hint.__origin__) is tuple)
+        declared = tuple(
+            mark.of_field(name, getattr(cls, name, nan), per_block=get_origin(hint.__origin__) is tuple)
             for name, hint in get_annotations(cls, eval_str=True).items()
-            for one in getattr(hint, "__metadata__", ()) if isinstance(one, Parameter)
+            for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, Parameter)
         )  # fmt: skip
-        cls.parameters = own if "name" in vars(cls.__base__) else (*cls.parameters, *own)
+        cls.parameters = declared if "name" in vars(cls.__base__) else (*cls.parameters, *declared)
 
 
 class FrictionModel(Parametrised):

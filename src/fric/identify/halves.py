@@ -74,13 +74,13 @@ def halves(logs: Sequence[Log], plant: Plant | None = None) -> Halves:
     pairs = [*(_of_strokes(strokes, plant) if strokes else ()), *(_of_motions(motions) if motions else ())]
     for by, first, second in pairs:
         try:
-            one, other = first(), second()
+            half, other = first(), second()
         except FricError as error:
             untold[by] = error.what
             continue
         found += [
-            Halved(by, name, one[name], other[name]) for name in one.keys() & other.keys()
-            if _closed(one[name]) and _closed(other[name])
+            Halved(by, name, half[name], other[name]) for name in half.keys() & other.keys()
+            if _closed(half[name]) and _closed(other[name])
         ]  # fmt: skip
     if not found:
         why = "; ".join(dict.fromkeys(untold.values())) or "there are neither strokes nor motions"

@@ -252,16 +252,16 @@ def joined(files: Sequence[tuple[ForeignTable, ColumnPlan]]) -> tuple[Joined, Co
     origins = {"time": Origin(0, 1.0)}
     names, holders, stated = ["time"], dict[str, str](), frozenset[str]()
     for table, of_file in files:
-        own = {name: origin for name, origin in of_file.origins.items() if name != "time"}
+        columns_here = {name: origin for name, origin in of_file.origins.items() if name != "time"}
         time = of_file.origins["time"].column
-        if time is None or any(origin.column is None for origin in own.values()):
+        if time is None or any(origin.column is None for origin in columns_here.values()):
             raise FricError(
                 "has no column of time, and files are joined by their times", where=str(table.path),
                 hint="Write the time into the file, or join files that have it.",
             )  # fmt: skip
-        columns = tuple(dict.fromkeys(origin.column for origin in own.values() if origin.column is not None))
+        columns = tuple(dict.fromkeys(origin.column for origin in columns_here.values() if origin.column is not None))
         parts.append(SharedClock(table, time, columns, of_file.origins["time"].factor, table.path.stem))
-        for name, origin in own.items():
+        for name, origin in columns_here.items():
             if name in holders:
                 raise FricError(
                     f"{name} is in {holders[name]} and in {table.path.name}", where="`join=True`",

@@ -105,11 +105,11 @@ def _by_header(table: ForeignTable) -> dict[str, ColumnMapping]:
         elif axis:
             moves = in_units_of("linear", column.unit)
             of = {"force", "current", *([""] if moves in {"linear", "linear/A"} else [])}  # % may be of anything
-            pushes = says.told in of and not says.commanded
-            shown = {"input": measures("input") and says.told in {"", "input"},
+            pushes = says.means in of and not says.commanded
+            shown = {"input": measures("input") and says.means in {"", "input"},
                      "force": pushes and converts(column.unit, "force", moves)}  # fmt: skip
         else:
-            deviates = says.told == "error"
+            deviates = says.means == "error"
             shown = {"time": says.quantity == "time", "deviation": deviates and measures("position"),
                      "angle": not deviates and measures("angle")}  # fmt: skip
         channel = next((f"{axis}.{of}".removeprefix(".") for of, fits in shown.items() if fits), "")

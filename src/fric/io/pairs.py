@@ -89,8 +89,8 @@ def _together(parts: Sequence[Path], files: ExitStack) -> Joined:
             )
         n = quantities.index("time")
         clocks.append(SharedClock(table, n, label=path.stem))
-        shown.append({"force" if one in {"force", "input"} else "motion" for one in quantities
-                      if one in {"position", "velocity", "force", "input"}})  # fmt: skip
+        shown.append({"force" if quantity in {"force", "input"} else "motion" for quantity in quantities
+                      if quantity in {"position", "velocity", "force", "input"}})  # fmt: skip
         spans.append(_span(table, n))
         times.add(table.columns[n])
     ends = np.array(spans)
@@ -102,7 +102,7 @@ def _together(parts: Sequence[Path], files: ExitStack) -> Joined:
             where=", ".join(map(str, parts)),
             hint="Parts share their time; one has the force, another the motion.",
         )
-    table = Joined(parts[0], sorted(clocks, key=lambda one: shown[clocks.index(one)] == {"force"}))
+    table = Joined(parts[0], sorted(clocks, key=lambda clock: shown[clocks.index(clock)] == {"force"}))
     table.columns = (*times, *table.columns[1:])
     return table
 

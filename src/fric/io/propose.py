@@ -75,7 +75,7 @@ class Guess:
             if channel in NEEDED and not _known_unit(role, self.axis.motion):
                 others = f", or {', '.join(role.units)}" if role.units else ""
                 unit = f"is in {role.unit} ({role.unit_likelihood:.0%}{others})" if role.unit else "has no unit"
-                turning = next((one.name for one in self.table.columns if is_electrical(one)), "")
+                turning = next((column.name for column in self.table.columns if is_electrical(column)), "")
                 unit += f": '{turning}' counts turns of pole pairs" * bool(turning and not role.unit)
                 if role.column is not None and in_counts(self.table.columns[role.column]) and role.channel != "force":
                     unit = 'is in counts: say what one is, as in scale: "0.0055 deg"'
@@ -241,10 +241,10 @@ def mapping_text(found: Sequence[Guess], *, assume: bool = False) -> str:
         lines.append("parts:")
         groups = len({guess.files for guess in found})
         for guess in found:
-            own = _part(guess, assume)
+            part = _part(guess, assume)
             if groups > 1:
-                own = [f"files: {_quoted(_pattern(guess, found))}", *own]
-            lines += [f"{'  - ' if n == 0 else '    '}{line}" for n, line in enumerate(own)]
+                part = [f"files: {_quoted(_pattern(guess, found))}", *part]
+            lines += [f"{'  - ' if n == 0 else '    '}{line}" for n, line in enumerate(part)]
     return "\n".join(printable(line, 10_000) for line in lines) + "\n"
 
 

@@ -211,9 +211,9 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     found = [_in_units(data, t, movement, roles, clock) for movement, roles in whole]
     turning = [rotates(axis.motion) for axis in found if axis]
     kind: Motion = "rotary" if 2 * sum(turning) > len(turning) else "linear"
-    for n, (axis, (one, roles)) in enumerate(zip(found, whole, strict=True)):
+    for n, (axis, (movement, roles)) in enumerate(zip(found, whole, strict=True)):
         if axis and axis.motion_likelihood < SURE and rotates(axis.motion) != rotates(kind):
-            found[n] = _in_units(data, t, one, roles, clock, kind)  # what is open is as the others of its table
+            found[n] = _in_units(data, t, movement, roles, clock, kind)  # what is open is as the others of its table
     axes = sorted((axis for axis in found if axis), key=_first_column)
     for n, axis in enumerate(axes, 1):
         axis.name = str(n)
@@ -550,13 +550,13 @@ def _noise(data: Samples, n: int) -> float:
 
 def _velocity(data: Samples, pairs: Pairs, speeds: list[int], position: int, reference: int | None) -> int | None:
     """Return the measured velocity; None where there is only a commanded velocity."""
-    own = [v for v in speeds if not data.said[v].commanded and not _apart(data, position, v)]
-    measured = [v for v in own if data.said[v].measured]
+    actual = [v for v in speeds if not data.said[v].commanded and not _apart(data, position, v)]
+    measured = [v for v in actual if data.said[v].measured]
     if reference is not None and not measured:
-        exact = [v for v in own if pairs.share[reference, v] > max(EXACT, pairs.share[position, v])]
-        own = [v for v in own if v not in exact]
-    named = [v for v in measured or own if data.said[v].quantity == "velocity" and pairs.share[position, v] > PAIR]
-    return max(named or measured or own, key=lambda v: pairs.share[position, v], default=None)
+        exact = [v for v in actual if pairs.share[reference, v] > max(EXACT, pairs.share[position, v])]
+        actual = [v for v in actual if v not in exact]
+    named = [v for v in measured or actual if data.said[v].quantity == "velocity" and pairs.share[position, v] > PAIR]
+    return max(named or measured or actual, key=lambda v: pairs.share[position, v], default=None)
 
 
 # --- force ------------------------------------------------------------------------------------------------------------
@@ -755,7 +755,7 @@ def _in_units(
         v, second, sizes = None, Spoken(None, moves={} if turns else second.moves), (sizes[0], None)
         found = weighed(None)
         on_screw = [turns and _is_on_screw(factor, reading) for reading in found]
-        found = [one for one, on in zip(found, on_screw, strict=True) if on] or found
+        found = [reading for reading, on in zip(found, on_screw, strict=True) if on] or found
         total = sum(reading.weight for reading in found) / (1.0 if any(on_screw) else UNFIT)
     if not total:
         return None
@@ -835,8 +835,8 @@ def _counted(
         return None
     if says.moves == TURNS and not unit:  # in revolutions or radians: by which a turn has a usual count
         both = (says._replace(unit=unit) for unit in ("rev/s", "rad/s"))
-        tried = (_counted(data, movement, roles, clock, {**said, "velocity": one}) for one in both)
-        return next((one for one in tried if one and one[0].endswith("rev")), None)
+        tried = (_counted(data, movement, roles, clock, {**said, "velocity": turn}) for turn in both)
+        return next((turn for turn in tried if turn and turn[0].endswith("rev")), None)
     if data.turn[p.column] >= COUNTS.min() and data.turn[p.column] != 360.0:
         return f"{1.0 / data.turn[p.column]:.9g} rev", "rotary"
     if not (unit and clock.unit and movement.factor):

@@ -76,7 +76,7 @@ AXES = "xyzabcuvw"  # Letters that name axes of machine tools
 def named_as(column: Column) -> str | None:
     """Return the channel that the name of a column shows; None where it shows none. A demand is a reference."""
     says = spoken(column)
-    shown = says.told if says.told in {"error", "time"} or not says.commanded else "reference"
+    shown = says.means if says.means in {"error", "time"} or not says.commanded else "reference"
     return shown if shown in {"error", *CHANNELS} else None
 
 
@@ -200,7 +200,7 @@ class Spoken(NamedTuple):
     measured: bool = False
     moves: Mapping[Motion, float] = MappingProxyType({})  # How much more likely a motion is than the other
     at_load: bool = False  # Whether it is of a second encoder
-    told: str = ""  # Which of `QUANTITIES` the name shows: a force may be a current, or a load
+    means: str = ""  # Which of `QUANTITIES` the name shows: a force may be a current, or a load
 
 
 def spoken(column: Column) -> Spoken:
@@ -221,8 +221,8 @@ def spoken(column: Column) -> Spoken:
     by_name = "force" if by_name is None and name.startswith("f ") and name != "f n" else by_name
     if by_name == "force" and _has(name, INPUT):  # a feedforward (ff) in volts
         by_name, commanded = "input", commanded or _has(name, ("ff",))
-    told = by_name or ""
-    by_name = {"current": "force", "load": "force", "duty": "input"}.get(told, by_name)
+    means = by_name or ""
+    by_name = {"current": "force", "load": "force", "duty": "input"}.get(means, by_name)
     if name.split()[-1:] == ["seq"] or name in ROWS:
         by_name = "row"
     quantity = by_name if by_unit is None or by_name in {"error", "other"} else by_unit
@@ -233,7 +233,7 @@ def spoken(column: Column) -> Spoken:
     if by_name == "time" and by_unit in {None, "time"}:
         quantity, unit = "time", unit or next((size for word, size in CLOCKS.items() if word in name.split()), None)
     moves = TURNS if turns else motions_in(name)
-    return Spoken(quantity, unit, commanded, measured, moves, _has(name, AT_LOAD), told)
+    return Spoken(quantity, unit, commanded, measured, moves, _has(name, AT_LOAD), means)
 
 
 CUSTOMS = (("rev", 1e4, re.compile(r"(pos|vel)_estimate")), ("mm", 20.0, re.compile(r"^joint\.\d+\.")), (
@@ -509,20 +509,20 @@ def usual_units(channel: str, says: Spoken, motion: str, values: Real) -> tuple[
     size = float(np.quantile(np.abs(values), 0.98)) if len(values) else 0.0
     newtons = "N*m" if motion == "rotary" else "N"
     whole = bool(np.all(np.rint(values) == values))  # amperes have decimals, milliamperes and counts need none
-    if says.told == "current":
+    if says.means == "current":
         if size < SMALL_CURRENT or size > LARGE_CURRENT:
             return ("A", 0.96, ("%",)) if size < SMALL_CURRENT else ("mA", 0.96, ("A",))
         return ("mA", 0.6, ("A", "%")) if whole and size > 20.0 else ("A", 0.7, ("%", "mA"))
-    if whole and size > (20.0 if says.told in {"force", ""} else 100.0):
+    if whole and size > (20.0 if says.means in {"force", ""} else 100.0):
         return "count", 0.6, ("0.1 %", newtons, "A")  # the step of a converter, or of CiA 402
-    if says.told == "input":
+    if says.means == "input":
         return "V", 0.9 if channel == "input" else 0.8, ("%", "count")
-    if says.told in {"force", "load"}:
-        return (newtons, 0.6, ("A", "%")) if says.told == "force" else ("%", 0.7, ("A", newtons))
+    if says.means in {"force", "load"}:
+        return (newtons, 0.6, ("A", "%")) if says.means == "force" else ("%", 0.7, ("A", newtons))
     top = np.abs(values).max(initial=0.0)
-    if says.told == "duty" or np.mean(np.abs(values) > 0.999 * top) > CLIPPED:
+    if says.means == "duty" or np.mean(np.abs(values) > 0.999 * top) > CLIPPED:
         if np.any(np.isclose(top, SUPPLIES, rtol=1e-3)):
             return "V", 0.7, ("%", "count")
-        if says.told == "duty" or np.any(np.isclose(top, (1.0, 100.0), rtol=1e-3)):
+        if says.means == "duty" or np.any(np.isclose(top, (1.0, 100.0), rtol=1e-3)):
             return ("100 %" if top < 1.5 else "%" if top < 110.0 else "count"), 0.7, ("count", "V")
     return "count", 0.4, ("A", newtons, "V", "%")

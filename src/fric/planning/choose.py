@@ -557,10 +557,10 @@ def half_widths(documents: Sequence[PlantDocument | FrictionDocument]) -> dict[s
         else:
             parts = [document, *([document.second_mass] if document.second_mass is not None else [])]
             sections = [part.estimates(document.motion) for part in parts]
-        for name, one in (element for section in sections for element in elements(section)):
-            if one.ci95 is not None:
-                value, (low, high) = float(one), one.limits  # at its bound an interval has one side
-                found[name] = value, high - value if low == 0 else one.half_width, one.unit
+        for name, estimate in (element for section in sections for element in elements(section)):
+            if estimate.ci95 is not None:
+                value, (low, high) = float(estimate), estimate.limits  # at its bound an interval has one side
+                found[name] = value, high - value if low == 0 else estimate.half_width, estimate.unit
     return found
 
 
@@ -606,9 +606,9 @@ def widening(
         rests = [mapping[section] for mapping in left if section in mapping]
         usual = typical(rests) if rests and rest > max(rests) else 0.0
         most = rest / usual if usual else 1.0
-        for name, one in elements(known.estimates(section)) if most > 1.0 else ():
+        for name, estimate in elements(known.estimates(section)) if most > 1.0 else ():
             if name in parameters:
-                found[name] = min(max(one.half_width / parameters[name].half_width, 1.0), most)
+                found[name] = min(max(estimate.half_width / parameters[name].half_width, 1.0), most)
     return found
 
 
@@ -638,9 +638,9 @@ def _sureness(document: PlantDocument) -> dict[str, float]:
         for part in parts if part.velocity_rms is not None
     )  # fmt: skip
     return {
-        name: one.half_width * np.sqrt(size)
-        for name, one in elements(document.estimates(document.motion))
-        if size > 0 and 0 < one.half_width < inf
+        name: estimate.half_width * np.sqrt(size)
+        for name, estimate in elements(document.estimates(document.motion))
+        if size > 0 and 0 < estimate.half_width < inf
     }
 
 
@@ -670,7 +670,8 @@ def expected(
             logs.append(trial.log(axis, run, seed))
             advance()
         results: list[PlantDocument | FrictionDocument] = []
-        for some in (logs, [one for one in logs if one.kind != "frequency-response"]):  # the rest goes without a plant
+        moving = [record for record in logs if record.kind != "frequency-response"]
+        for some in (logs, moving):  # the rest goes without a plant
             try:
                 for result in identified(some, blocks) if some is logs or not results else ():
                     results.append(result)
@@ -693,9 +694,9 @@ def expected(
     wider = {} if known is None else widening(known, parameters, documents)
     scattered = {} if plant is None else scattering(plant, plants)
     for name, factor in (wider | {n: f for n, f in scattered.items() if n in parameters}).items():
-        one = parameters[name]
-        least, most = one.between
-        parameters[name] = replace(one, half_width=factor * one.half_width, between=(factor * least, factor * most))
+        was = parameters[name]
+        least, most = was.between
+        parameters[name] = replace(was, half_width=factor * was.half_width, between=(factor * least, factor * most))
     if uncertain := [name for name, factor in wider.items() if factor > NOTABLE]:
         notices.append(PLAN_LEFT_OVER.found(names=uncertain))
     if plant is None and {"A", "B"} & parameters.keys() and {"F_c", "F_s"} & set(uncertain):
@@ -736,7 +737,7 @@ def lacks(wanted: Wanted, found: Expectation) -> Iterator[tuple[str, float]]:
     """Yield the ratio of expected to requested half-width of each requested parameter; of blocks the worst."""
     for name, (target, relative) in wanted.items():
         of = [parameter for key, parameter in found.parameters.items() if name in (key, key.rpartition("_")[0])]
-        ratios = (one.half_width / (target * (abs(one.value) if relative else 1.0)) for one in of)
+        ratios = (expected.half_width / (target * (abs(expected.value) if relative else 1.0)) for expected in of)
         yield name, max(ratios, default=inf)
 
 

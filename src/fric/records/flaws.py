@@ -172,7 +172,7 @@ def _kick(t: Real, reference: Real, rest: Real, begin: int, first: int, end: int
 def without_kicked(logs: Sequence[Log]) -> tuple[list[Log], list[Notice]]:
     """Return the records without kicks of a compensation, and the warnings about the others."""
     kicked = [(log, notice) for log in logs if (notice := foreign_compensation(log)) is not None]
-    kept = [log for log in logs if all(log is not one for one, _ in kicked)]
+    kept = [log for log in logs if all(log is not log_kicked for log_kicked, _ in kicked)]
     if kicked and not kept:
         log, notice = kicked[0]
         height = readable(float(notice.values["height"]), log.unit("position"))
@@ -458,7 +458,7 @@ def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
         if name == "force" or purpose == "plant":
             had = [log for log in logs if getattr(log, name) is not None]
             counted = clipped_among(values := [getattr(log, name) for log in had])
-            sure = any(fine(one, CONVERTED) for one in values)
+            sure = any(fine(column, CONVERTED) for column in values)
             found += [flaw.found(log.where, samples=n, sure=sure) for log, n in zip(had, counted, strict=True) if n]
     off = {log.where: float(drive_off(log).mean()) for log in logs if purpose == "gms"}
     if resting := {where: share for where, share in off.items() if share > 0.0}:

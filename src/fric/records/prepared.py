@@ -260,7 +260,7 @@ def prepared(
         raise FricError(what, hint="Name those logs with a force that show most.")
     refuse_several_axes(logs)
     settings: Sequence[Conditioning | None] = filters or [None] * len(logs)
-    records = tuple(_prepared(log, plant, drive, one) for log, one in zip(logs, settings, strict=True))
+    records = tuple(_prepared(log, plant, drive, setting) for log, setting in zip(logs, settings, strict=True))
     if filters:
         return records
     every = -(-sum(len(record.log) for record in records) // MOST_REPLAYED)

@@ -266,14 +266,10 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
             test = _test(path.name, read_run_provenance(path), read_runs(path, traces=False))
             tests.append(_with_drawn(test, read_drawn(path), read_prediction(path)))
         elif kind == "log":
-            own = read_records(path)
-            records += own
-            logs.append(
-                (
-                    path.name,
-                    ", ".join(dict.fromkeys(str(getattr(record, "kind", "frequency-response")) for record in own)),
-                )
-            )
+            of_file = read_records(path)
+            records += of_file
+            kinds = dict.fromkeys(str(getattr(record, "kind", "frequency-response")) for record in of_file)
+            logs.append((path.name, ", ".join(kinds)))
         elif kind == "circle":
             measured.append(path)
         elif kind == "machine":
@@ -525,9 +521,9 @@ def block_counts(before: Item, after: Item) -> tuple[int, int] | None:
 
 def _changes(name: str, before: Estimate, after: Estimate) -> Iterator[Change]:
     earlier, later = (dict(elements({name: estimate})) for estimate in (before, after))
-    for key, one in later.items() if earlier.keys() == later.keys() else ():
-        ends = limits_of(earlier[key].ci95), limits_of(one.ci95)
-        yield Change(key, one.unit, float(earlier[key]), float(one), *ends)
+    for key, estimate in later.items() if earlier.keys() == later.keys() else ():
+        ends = limits_of(earlier[key].ci95), limits_of(estimate.ci95)
+        yield Change(key, estimate.unit, float(earlier[key]), float(estimate), *ends)
 
 
 def limits_of(given: Any) -> tuple[float, float] | None:
@@ -562,5 +558,5 @@ def description(changes: list[Change]) -> str:
     if not moved:
         return f"None of the {len(known)} numbers with intervals moved beyond them."
     shares = ("from 0" if change.relative is None else f"{change.relative:+.1%}" for change in moved)
-    names = ", ".join(f"{one.name} ({share.replace('-', '−')})" for one, share in zip(moved, shares, strict=True))
+    names = ", ".join(f"{item.name} ({share.replace('-', '−')})" for item, share in zip(moved, shares, strict=True))
     return f"{len(moved)} of {len(known)} numbers moved beyond their intervals: {names}."

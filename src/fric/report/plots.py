@@ -88,12 +88,12 @@ def embedded(figure: Figure, key: str, alt: str) -> str:
     used = set(re.findall(r"(?:url\(|href=\")#([^\")]+)", text))
 
     def tag(found: re.Match[str]) -> str:
-        one = _LINES.sub(lambda line: f"{line[1]}: {_wider(line[2])}", found[0])
-        one = re.sub(r"-?\d+\.\d{3,}(?!\d*e)", lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), one)
-        one = re.sub(r"font-family: 'DejaVu Sans', [^;\"]+;? ?", "", one)  # the page shows it once
-        one = re.sub(r'\sid="([^"]*)"', lambda name: _named(name[1], key, used), one)
-        one = one.replace("url(#", f"url(#{key}-").replace("xlink:href=", "href=").replace('href="#', f'href="#{key}-')
-        return re.sub(r"\s+", " ", one)
+        svg = _LINES.sub(lambda line: f"{line[1]}: {_wider(line[2])}", found[0])
+        svg = re.sub(r"-?\d+\.\d{3,}(?!\d*e)", lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), svg)
+        svg = re.sub(r"font-family: 'DejaVu Sans', [^;\"]+;? ?", "", svg)  # the page shows it once
+        svg = re.sub(r'\sid="([^"]*)"', lambda name: _named(name[1], key, used), svg)
+        svg = svg.replace("url(#", f"url(#{key}-").replace("xlink:href=", "href=").replace('href="#', f'href="#{key}-')
+        return re.sub(r"\s+", " ", svg)
 
     text = re.sub(r"<[^>]+>", tag, text)
     text = re.sub(r">\s*\n\s*<", "><", text)
@@ -527,10 +527,10 @@ def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> PageFi
     if not shown:
         return None
     rows = []
-    for one in shown:
-        values = np.array([one.difference, *(one.difference_ci95 or (0.0, 0.0))]) / abs(one.before) * 100
+    for changed in shown:
+        values = np.array([changed.difference, *(changed.difference_ci95 or (0.0, 0.0))]) / abs(changed.before) * 100
         change, low, high = np.clip(np.nan_to_num(values), -1e4, 1e4).tolist()
-        rows.append(RelativeChange(one.name, change, low, high, one.verdict == "moved"))
+        rows.append(RelativeChange(changed.name, change, low, high, changed.verdict == "moved"))
     moved = ", ".join(row.name for row in rows if row.moved)
     alt = f"Relative change of {len(shown)} numbers with 95 % intervals; {moved or 'none'} moved beyond them."
     caption = "Diamonds: the interval of the difference does not hold 0. Circles: it does."

@@ -152,7 +152,7 @@ class ColumnsPage(LocalPage):
 
     def __init__(self, guess: Guessed) -> None:
         tables = {guess.table.path: in_memory(guess.table) for guess in guess.found}
-        self._found = [replace(one, table=tables[one.table.path]) for one in guess.found if not one.joined]
+        self._found = [replace(part, table=tables[part.table.path]) for part in guess.found if not part.joined]
         if not self._found:
             raise FricError("no file has columns to state")
         super().__init__(_rendered(self._found).encode(), MOST_REQUEST)
@@ -256,7 +256,7 @@ def _rendered(found: list[Guess]) -> str:
         }
         for guess in found
     ]  # fmt: skip
-    members = {path: [one.name for guess in found if guess.table.path == path for one in guess.files] for path in files}
+    members = {path: [file.name for g in found if g.table.path == path for file in g.files] for path in files}
     listed = [
         {"names": sorted(set(members[path]))[:8], "count": len(set(members[path])), "columns": sketched[path]}
         for path in files

@@ -291,10 +291,10 @@ def uneven(test: ContourTest) -> list[str]:
             f"{readable(min(first, second), 'm')} of axis {lesser}: begin there."
         )
     for axis, ends in (("x", (0, 2)), ("y", (1, 3))):
-        one, other = (float(size[end]) for end in ends)
-        if axis in test.axes and max(one, other) > UNEVEN * min(one, other):
+        first, other = (float(size[end]) for end in ends)
+        if axis in test.axes and max(first, other) > UNEVEN * min(first, other):
             said.append(
-                f"Axis {axis} shows {readable(one, 'm')} at +{axis} and {readable(other, 'm')} at -{axis}: its "
+                f"Axis {axis} shows {readable(first, 'm')} at +{axis} and {readable(other, 'm')} at -{axis}: its "
                 "friction depends on direction or place. Identify with `direction='each'`."
             )
     return said
@@ -328,7 +328,7 @@ def view(inputs: ReportInput) -> dict[str, Any]:
     return {
         "summary": summary_of(inputs, verdicts, warnings), "warnings": warnings, "tests": tests, "logs": inputs.logs,
         "axes": [_axis(inputs, axis) for axis in inputs.axes()], "drifts": list(_drifts(inputs)), "sources": sources,
-        "measured": [measured_view(one, f"circle-{n}", inputs.tolerance) for n, one in enumerate(inputs.circles)],
+        "measured": [measured_view(circle, f"circle-{n}", inputs.tolerance) for n, circle in enumerate(inputs.circles)],
     }  # fmt: skip
 
 
@@ -357,8 +357,8 @@ def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[st
         for text in several:
             shown = text.at(SETTLED, severity="note") if text in settled else text
             first.setdefault((text.code, text.says), (source, shown))
-    told = {notice.says for verdict in verdicts for notice in verdict.why}  # beside the decision
-    rest = (of for of in first.values() if of[1].says not in told)
+    in_decision = {notice.says for verdict in verdicts for notice in verdict.why}  # beside the decision
+    rest = (of for of in first.values() if of[1].says not in in_decision)
     return sorted(rest, key=lambda of: ("wrong", "doubt", "note").index(of[1].severity))
 
 

@@ -227,7 +227,7 @@ def gms_rows(part: AxisPart, found: FrictionDocument) -> list[ComparedRow]:
     ]
     if few == many:
         vectors = ({name: part[name] for name in ("alpha", "k")} for part in (given, estimates))
-        rows += [_row(name, one, other) for (name, one), (_, other) in zip(*map(elements, vectors), strict=True)]
+        rows += [_row(name, ours, other) for (name, ours), (_, other) in zip(*map(elements, vectors), strict=True)]
     return rows
 
 

@@ -348,8 +348,8 @@ class Identified(Result):
 
 
 def _rows(section: str, entries: dict[str, dict[str, Any]]) -> Iterator[tuple[Any, ...]]:
-    for name, one in elements(entries):
-        yield section, name, one.value, *(one.ci95 or (nan, nan)), one.unit, one.note
+    for name, estimate in elements(entries):
+        yield section, name, estimate.value, *(estimate.ci95 or (nan, nan)), estimate.unit, estimate.note
 
 
 class Advance(Protocol):
@@ -489,4 +489,4 @@ def several(given: float | str | Sequence[str | float] | None, dimension: str, m
     if given is None:
         return None
     ones = given.split(",") if isinstance(given, str) else [given] if isinstance(given, float | int) else given
-    return [in_si(one, dimension, motion) for one in ones]
+    return [in_si(value, dimension, motion) for value in ones]

@@ -120,8 +120,8 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
             )
             parts.append((f"friction of {name}", peak.value, 0.5 * (peak.ci95[1] - peak.ci95[0])))
             parts.append((f"backlash of {name}", *_sized(geometry[f"backlash.{name}"])))
-        (one, half), (other, its) = (_sized(geometry[f"scale.{name}"], R) for name in names)
-        parts.append((f"scale of {names[0]} against {names[1]}", one - other, hypot(half, its)))
+        (first, half), (other, its) = (_sized(geometry[f"scale.{name}"], R) for name in names)
+        parts.append((f"scale of {names[0]} against {names[1]}", first - other, hypot(half, its)))
         parts.append(("mismatch of the loops", *_sized(geometry["mismatch"], 2.0)))
         parts.append(("squareness", *_sized(geometry["squareness"], R)))
         for line, amplitude in found.periodic:
@@ -158,12 +158,12 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
     def _beside(self) -> Table:
         """Return the figures of the ball bar's software, beside those that are of the same here."""
         found, test = self.found, self.found.test
-        one, other = (float(found.geometry[f"scale.{name}"]) for name in test.names)
+        first, other = (float(found.geometry[f"scale.{name}"]) for name in test.names)
         ours = {
             ("circularity", "m"): found.figures.F_max - found.figures.F_min,
             ("squareness", "rad"): float(found.geometry["squareness"]),
-            ("scale mismatch", "m"): 2.0 * test.radius * (one - other),
-            ("scale mismatch", "1"): one - other,
+            ("scale mismatch", "m"): 2.0 * test.radius * (first - other),
+            ("scale mismatch", "1"): first - other,
             ("servo mismatch", "s"): 2.0 * float(found.geometry["mismatch"]) / test.feed,
         }
         ours |= {(f"reversal spikes {name}", "m"): glitch.value for name, glitch in found.glitches.items()}

@@ -54,9 +54,9 @@ class ComparisonResult(Result, schema=ComparisonDocument, of="comparison"):
         """Return a line for each model, and whether one is surely the best."""
         unit = si_unit("force", self.comparison.records[0].log.motion)
 
-        def left(one: Score | Baseline) -> tuple[str, str, str]:
-            near = readable(one.rms_near, unit) if isfinite(one.rms_near) else "–"
-            return one.name, readable(one.rms, unit), near
+        def left(score: Score | Baseline) -> tuple[str, str, str]:
+            near = readable(score.rms_near, unit) if isfinite(score.rms_near) else "–"
+            return score.name, readable(score.rms, unit), near
 
         rows = [
             (

@@ -522,8 +522,8 @@ def design_block(
 def _spans(friction: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
     """Return the closed 95 % intervals of what was identified, over their values, by name."""
     spans = {}
-    for name, one in elements({**friction.get("static", {}), **friction.get("gms", {})}):
-        (low, high), value = one.limits, float(one)
+    for name, estimate in elements({**friction.get("static", {}), **friction.get("gms", {})}):
+        (low, high), value = estimate.limits, float(estimate)
         if low > 0 and high < inf and value > 0:
             spans[name] = (low / value, high / value)
     return spans

@@ -274,7 +274,7 @@ def _drawing(
     """
     made, left, prediction = read_run_provenance(file), read_drawn(file), read_prediction(file)
     runs = [run for run in read_runs(file, traces=False) if run.scheme == scheme or run.scheme.bare]
-    of, here = ({**one, "path": ""} for one in (made.get("origin", {}), machine.origin))
+    of, here = ({**origin, "path": ""} for origin in (made.get("origin", {}), machine.origin))
     if made.get("machine") != machine.name or of != here:
         raise FricError(
             f"the run is not of {machine.name}, or with another friction, gain or lead",

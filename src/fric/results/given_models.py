@@ -102,9 +102,9 @@ def circles_of(given: Iterable[Any], scheme: str | None = None) -> list[Measured
     from fric.circles.measured import MeasuredCircle
 
     ones = [item for part in given for item in (part if isinstance(part, list | tuple) else [part])]
-    ones = [test for one in ones for test in _of_run(one, scheme)]
-    tests = [one for one in ones if isinstance(one, MeasuredCircle)]
-    files = [path_of(CIRCLES, one) for one in ones if not isinstance(one, MeasuredCircle)]
+    ones = [test for test in ones for test in _of_run(test, scheme)]
+    tests = [test for test in ones if isinstance(test, MeasuredCircle)]
+    files = [path_of(CIRCLES, test) for test in ones if not isinstance(test, MeasuredCircle)]
     if files:
         from fric.io.circle import choose_circles  # with HDF5, which a table needs not
 

@@ -129,8 +129,8 @@ class IdentifiedModel(IdentifiedFriction):
             intervals |= closed_intervals("offset", sections["static"]["offset"])[0]
         drawn = [draw_friction(model, load, n, intervals, [*document.covariances()]) for n in range(DRAWS)]
         force, *others = (
-            offset + np.asarray(one.steady_state(v) if t is None else one.replay(t, z, v))  # type: ignore[arg-type]
-            for one, offset in ((model, load), *drawn)
+            offset + np.asarray(law.steady_state(v) if t is None else law.replay(t, z, v))  # type: ignore[arg-type]
+            for law, offset in ((model, load), *drawn)
         )
         return force, NORMAL_97_5 * np.sqrt(np.mean((np.array(others) - force) ** 2, axis=0))
 

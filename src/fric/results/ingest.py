@@ -101,7 +101,7 @@ class IngestResult(Result, schema=IngestDocument, of="done"):
 
     done: Ingested  # The log file, its axis, and the records added or skipped
     mapped: bool  # Whether a mapping defined the columns
-    told: Sequence[Notice] = ()  # Guesses about the columns
+    guesses: Sequence[Notice] = ()  # Guesses about the columns
 
     @property
     def warnings(self) -> Sequence[Notice]:
@@ -112,7 +112,7 @@ class IngestResult(Result, schema=IngestDocument, of="done"):
             for record in self.done.records
             if record.left_out and not self.mapped
         ]
-        return [*self.told, *self.done.warnings, *skipped, *left_out]
+        return [*self.guesses, *self.done.warnings, *skipped, *left_out]
 
     def brief(self) -> str:
         """Return how many records and samples there are."""
@@ -188,7 +188,7 @@ def ingest(
     notices: list[Notice] = []
     reviewed = isinstance(ask, Review)
     if mapping is None and not (join or reviewed) and kind != "frequency-response":
-        known = {one[0] for path in paths if path.is_file() and (one := beside(path))}
+        known = {held[0] for path in paths if path.is_file() and (held := beside(path))}
         if len(known) == 1:
             mapping, assume = mapping_of(*known), True
             notices = [MAPPING_BESIDE.found(str(paths[0]), mapping=str(*known))]

@@ -62,8 +62,8 @@ def _block(name: str, values: Mapping[str, float], setting: Setting, scheme: Sch
     key = _key(kind, setting, scheme)
     if key not in _DESIGNED:
         _DESIGNED[key] = design_block(kind, setting, peak_sensitivity=scheme.peak_sensitivity or PEAK_SENSITIVITY).block
-    own = {parameter.name: getattr(_DESIGNED[key], parameter.name) for parameter in kind.parameters}
-    return kind.from_values(own | dict(values), setting)
+    designed = {parameter.name: getattr(_DESIGNED[key], parameter.name) for parameter in kind.parameters}
+    return kind.from_values(designed | dict(values), setting)
 
 
 def jointly_designed(axis: Axis, scheme: Scheme, reference: Reference) -> Axis:
@@ -215,7 +215,7 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
     loop = SampledLoop(axis.plant, axis.cascade, inside, controller, setting)
     largest = float(abs(loop.poles()[0]))
     if largest < EDGE:
-        for block in (one for one in blocks if one.repeats):
+        for block in (block for block in blocks if block.repeats):
             share, frequency = learned_share(block, loop, setting)
             if share >= 1.0:
                 raise FricError(

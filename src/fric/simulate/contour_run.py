@@ -398,10 +398,10 @@ class CircleMap:
                     found[f"observer ({scheme.name} against {other.name})"] = (scheme, other)
         return found
 
-    def less(self, one: Scheme, other: Scheme) -> Real:
+    def less(self, scheme: Scheme, other: Scheme) -> Real:
         """Return the reduction of the glitch against another scheme, by radius and feed [m]; negative where worse."""
         names = [scheme.name for scheme in self.grid.schemes]
-        return np.asarray(self.glitches[names.index(other.name)] - self.glitches[names.index(one.name)])
+        return np.asarray(self.glitches[names.index(other.name)] - self.glitches[names.index(scheme.name)])
 
 
 SHARPEST = np.pi / 4  # Largest turn from one chord of a path to the next [rad]: more is a corner

@@ -65,7 +65,7 @@ def draw_within(value: float, interval: tuple[float, float], lower: float, norma
 
 def declared_parameters(model: FrictionModel) -> list[Parameter]:
     """Return the parameters of a model and of those that it builds upon, without those of its static map."""
-    declared = (one for kind in reversed(type(model).__mro__) for one in vars(kind).get("parameters", ()))
+    declared = (parameter for kind in reversed(type(model).__mro__) for parameter in vars(kind).get("parameters", ()))
     return [*{parameter.name: parameter for parameter in declared if hasattr(model, parameter.name)}.values()]
 
 
@@ -78,13 +78,13 @@ def friction_intervals(
     """
     found: dict[str, tuple[float, float]] = {}
     refused: list[str] = []
-    one = model.model if isinstance(model, Directed) else model
-    parts = (("", one), ("", getattr(one, "static", None)), ("negative.", getattr(model, "negative", None)))
+    law = model.model if isinstance(model, Directed) else model
+    parts = (("", law), ("", getattr(law, "static", None)), ("negative.", getattr(model, "negative", None)))
     for prefix, part in parts:
         if part is None:
             continue
-        own = [vars(base)["name"] for base in type(part).__mro__ if "name" in vars(base)]
-        names = ["static_negative"] if prefix else own
+        base_names = [vars(base)["name"] for base in type(part).__mro__ if "name" in vars(base)]
+        names = ["static_negative"] if prefix else base_names
         for parameter in declared_parameters(part):
             given = (sections[name].get(parameter.name) for name in names if name in sections)
             estimate = next((estimate for estimate in given if estimate is not None), None)
@@ -103,9 +103,9 @@ def closed_intervals(name: str, estimate: Estimate) -> tuple[dict[str, tuple[flo
     if estimate.ci95 is None:
         return {}, []
     found, refused = dict[str, tuple[float, float]](), []
-    for label, one in elements({name: estimate}):
-        low, high = one.limits
-        if -inf < low <= float(one) <= high < inf:
+    for label, item in elements({name: estimate}):
+        low, high = item.limits
+        if -inf < low <= float(item) <= high < inf:
             found[label] = (low, high)
         else:
             refused.append(label)
@@ -234,10 +234,10 @@ class _Draws:
         for key in (*(group for group in spreads if group in GROUPS), name, name.rpartition("_")[0]):
             if (spread := self.beyond.get(key)) is None:
                 continue
-            own = key if key in GROUPS else name
-            drawn = f"{self.axis}.beyond {own}"
+            group = key if key in GROUPS else name
+            drawn = f"{self.axis}.beyond {group}"
             if drawn not in self.drawn:
-                self.drawn[drawn] = as_filed(spread.factor(self.generator(f"beyond {own}")))
+                self.drawn[drawn] = as_filed(spread.factor(self.generator(f"beyond {group}")))
             total *= self.drawn[drawn]
         return total
 

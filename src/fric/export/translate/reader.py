@@ -83,7 +83,7 @@ class Body:
         if len(fields) != len(values):
             raise self.refuse(f"{place.type.name} is not given all its fields", values[0])
         kept = [self.as_type(self.expression(value), of) for value, (_, of) in zip(values, fields, strict=True)]
-        return [ir.Assign(ir.Field(place, name, of), one) for one, (name, of) in zip(kept, fields, strict=True)]
+        return [ir.Assign(ir.Field(place, name, of), value) for value, (name, of) in zip(kept, fields, strict=True)]
 
     def part(self, node: ast.expr) -> ir.Array | None:
         """Return an array, or a part of it between known limits; None for anything else."""

@@ -145,5 +145,5 @@ class _StRoutine(ir.Writer):
         self.chosen += 1
         name = ir.Name(f"chosen_{self.chosen}", value.type)
         self.names[name.name], self.types[name.name] = name.name, value.type
-        self.statement(ir.Branch(condition, *((ir.Assign(name, one),) for one in values)))
+        self.statement(ir.Branch(condition, *((ir.Assign(name, value),) for value in values)))
         return name.name

@@ -97,7 +97,7 @@ class GMSFit:
     @property
     def rmse(self) -> float:
         """Residual over all samples used [N]."""
-        rest = [(one.record.force - one.replayed)[one.record.used] for one in self.records]
+        rest = [(replay.record.force - replay.replayed)[replay.record.used] for replay in self.records]
         return float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
 
     @property
@@ -180,8 +180,8 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
         yield blocks.LOST_MOTION.found(**sizes, share=hollow / F_s)
     if len(fit.curve.cycles) < 2:
         yield blocks.ONE_CYCLE.found()
-    cycled = [one for one in fit.records if one.kind == "presliding"]
-    changes = (energy_changes(one.record, one.replayed, one.record.used | one.held_out) for one in cycled)
+    cycled = [r for r in fit.records if r.kind == "presliding"]
+    changes = (energy_changes(r.record, r.replayed, r.record.used | r.held_out) for r in cycled)
     yield from chain.from_iterable(changes)
 
 

@@ -114,8 +114,8 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
         without = _without_one(ready, lambda records: _on_time(records, identified))
         if without is None:
             raise
-        (result, lateness), one = without
-        unsuited.append(RECORD_LEFT_OUT.found(one.log.where, why=error.what))
+        (result, lateness), unsuitable = without
+        unsuited.append(RECORD_LEFT_OUT.found(unsuitable.log.where, why=error.what))
     found = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
     warnings, amiss = (*result.warnings, *lateness, *found), record_flaws([*presliding, *sliding], "gms")
     return replace(result, warnings=(*warnings, *amiss, *doubtful, *left_out, *kicked, *unsuited))
@@ -166,7 +166,7 @@ def _on_time(
     for _ in range(2):
         by = float(mean_lag(late.values()))
         again, left = identified([record.later(by) if record.name in late else record for record in ready])
-        late = {name: Estimate.around(by + float(one), one.unit, one.half_width) for name, one in left.items()}
+        late = {name: Estimate.around(by + float(lag), lag.unit, lag.half_width) for name, lag in left.items()}
         if not one_lag(late, 1.0):
             break
     if not one_lag(late, CLEAR):
@@ -228,7 +228,7 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
         log.axis, motion, base, static is not None, alpha, k, C, level, curve, tuple(hysteresis), found, choice,
         blocks, knots is not None, refined, tuple(replays), fit.covariance if fit else None,
         fit.between_records if fit else {},
-        tuple(one for one in fit.warnings if one.code == RECORDS_VARY.code) if fit else (),
+        tuple(notice for notice in fit.warnings if notice.code == RECORDS_VARY.code) if fit else (),
     )  # fmt: skip
     return result, fit.late if fit else {}
 

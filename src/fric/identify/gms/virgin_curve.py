@@ -245,7 +245,7 @@ def virgin_curve(
     last: tuple[Real, Real] | None = None
     for group in groups:
         widest = max(cycle.amplitude for cycle in group)
-        places, cycles, levels = zip(*(_branches(one, (static, negative), widest) for one in group), strict=True)
+        places, cycles, levels = zip(*(_branches(record, (static, negative), widest) for record in group), strict=True)
         merged, place = np.vstack(cycles), np.nanmean(np.vstack(places), axis=0)
         seen = np.isfinite(merged).mean(axis=0) > 0.5
         keep = seen & (place > extent)

@@ -271,7 +271,7 @@ def solve_with_modes(lines: Lines) -> Found:
     if found is None:
         return rigid
     scale = max(robust_deviation(_off(lines, found.solution)[found.kept]), 1e-3)
-    bounded = [float(np.sum(np.minimum(np.abs(_off(lines, one.solution)) / scale, OFF) ** 2)) for one in (rigid, found)]
+    bounded = [float(np.sum(np.minimum(np.abs(_off(lines, fit.solution)) / scale, OFF) ** 2)) for fit in (rigid, found)]
     return found if bounded[0] - bounded[1] > GAIN and _is_determined(found.solution, at(lines, found.kept)) else rigid
 
 
@@ -329,10 +329,10 @@ def _without_outliers(lines: Lines, resonance: Resonance | None, start: Real | N
     for _ in range(6):
         off = np.abs(_off(lines, solution))
         usual = robust_deviation(off[kept])
-        stands = off > np.maximum(OFF * np.hypot(usual, lines.deviation), VISIBLE)
-        if np.count_nonzero(stands) > MOST_OUTLIERS * len(stands) or np.array_equal(~stands, kept):
+        outlying = off > np.maximum(OFF * np.hypot(usual, lines.deviation), VISIBLE)
+        if np.count_nonzero(outlying) > MOST_OUTLIERS * len(outlying) or np.array_equal(~outlying, kept):
             break
-        kept = ~stands
+        kept = ~outlying
         start = solution.values[:3]
         again = solution.form.resonance(solution.values)
         solution = solve([at(lines, kept)], resonance=again, start=start)

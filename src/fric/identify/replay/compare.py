@@ -191,7 +191,7 @@ def compare_models(
     leads = {other.name: _lead(records, scores[0].residual, other.residual) for other in others}
     if any((mask & record.used).any() for record, mask in zip(records, near, strict=True)):
         best = _where(near, scores[0].residual)
-        for other in (one for one in others if one.name == "static" or not isinstance(one, Score)):
+        for other in (score for score in others if score.name == "static" or not isinstance(score, Score)):
             leads[f"{other.name} near reversals"] = _lead(records, best, _where(near, other.residual))
     winner = scores[0].name if leads and all(lead > error for lead, error in leads.values()) else None
     # of all records, and once: the warnings of a fit are of some records only

@@ -391,7 +391,7 @@ def of_supposed(search: Search, best: Point, slopes: Real, quantile: float) -> R
     moves = _moves(records)
     cycled = bool(_cycled(search)) and not any("mass" in r.done.own for r in records)
     late = [record.done.timing * rate for record, rate in zip(records, _rates(model, records), strict=True)]
-    levels = [[of_level(model, one) * (one is record) for one in records] for record in records if record.slides]
+    levels = [[of_level(model, other) * (other is record) for other in records] for record in records if record.slides]
     found = np.zeros((slopes.shape[1],) * 2)
     for forces, shown in [(late, cycled), *((level, True) for level in levels)]:
         by = search.projected(forces)
@@ -458,14 +458,14 @@ def aligned(search: Search, best: Point, quantile: float) -> Search:
 
 def of_level(model: FrictionModel, record: Prepared) -> Real:
     """Return how the force of a record changes with the level, by the share that varies over its places [N], (n,)."""
-    one, replayed = model.model if isinstance(model, Directed) else model, record.replay(model)
+    law, replayed = model.model if isinstance(model, Directed) else model, record.replay(model)
     waves = record.record_part(record.force - replayed)[len(record.done.own) :]
     by = min(float(np.sqrt(0.5 * waves @ waves) / np.abs(replayed[record.used]).mean()), 0.5)
-    if not isinstance(one, GMS):
+    if not isinstance(law, GMS):
         return by * replayed
 
     def at(level: float) -> Real:
-        return side_by_side(model, level * np.array([one.alpha]), np.array([one.k]), one.C / level, record).sum((1, 2))
+        return side_by_side(model, level * np.array([law.alpha]), np.array([law.k]), law.C / level, record).sum((1, 2))
 
     return np.asarray(0.5 * (at(1.0 + by) - at(1.0 - by)))
 
@@ -605,14 +605,14 @@ def placed(search: Search, x: Real) -> Placement:
     if every > 1:
         search = replace(search, records=[record.thinned(every) for record in search.records], weights=None).weighed(x)
     model = search.coordinates.build(x)
-    one = model.model if isinstance(model, Directed) else model
-    assert isinstance(one, GMS)
-    alpha, k = np.array(one.alpha), np.array(one.k)
+    law = model.model if isinstance(model, Directed) else model
+    assert isinstance(law, GMS)
+    alpha, k = np.array(law.alpha), np.array(law.k)
     here = np.log(k / alpha)
     row = np.linspace(here.min() - BEYOND, here.max() + BEYOND, ROW)
     every_k = np.exp(np.append(row, here))[None]
     table = search.projected(
-        [side_by_side(model, np.ones_like(every_k), every_k, one.C, record)[:, 0] for record in search.records]
+        [side_by_side(model, np.ones_like(every_k), every_k, law.C, record)[:, 0] for record in search.records]
     )
     target = search.residual(x) + table[:, ROW:] @ alpha
     small = np.asarray(np.linalg.qr(np.column_stack([table[:, :ROW], target]), mode="r"))
@@ -620,14 +620,14 @@ def placed(search: Search, x: Real) -> Placement:
     if all(c.parameter is not LEVEL for c in search.coordinates.free):
         small = np.vstack([small, np.full(ROW + 1, 1e3 * np.linalg.norm(target))])  # the shares then sum to 1
     blocks, force = CubicSpline(row, small[:, :ROW].T), small[:, ROW]
-    apart = RESOLVED * identifiability_of(search.records).resolved / one.static.F_s
+    apart = RESOLVED * identifiability_of(search.records).resolved / law.static.F_s
     places, shares, cost = settled(blocks, force, on_a_grid(blocks, force, len(alpha), apart), STEPS, apart)
     kept: list[int] = []
     for n in np.argsort(cost):
         if len(kept) <= RIVALS and np.isfinite(cost[n]):
             other = [np.abs(np.sort(places[n]) - np.sort(places[m])).max() > PLACES_APART for m in kept]
             kept += [int(n)] if all(other) else []
-    return Placement(search, one, blocks, force, noisy, apart, places[kept], shares[kept])
+    return Placement(search, law, blocks, force, noisy, apart, places[kept], shares[kept])
 
 
 def on_a_grid(blocks: CubicSpline, target: Real, count: int, apart: float) -> Real:
@@ -936,15 +936,15 @@ def _described(
     squares = max(float(residual @ residual), 1e-300)
     rho = min(max(float(residual[1:] @ residual[:-1]) / squares, 0.0), 0.999)
     independent = len(residual) * (1 - rho) / (1 + rho)
-    own = tuple(tuple(float(c) for c in r.record_part(r.force - r.replay(model))) for r in records)
-    between = _scatter(records, own, levels)
+    nuisances = tuple(tuple(float(c) for c in r.record_part(r.force - r.replay(model))) for r in records)
+    between = _scatter(records, nuisances, levels)
     if levels is not None and levels.chance < DIFFERENT:
         others = [f"the {name} by {readable(float(by), by.unit, 2)}" for name, by in between.items() if name != "level"]
         each = [f"{1.0 + item:.3f} of the friction" for item in levels.each]
         by = [f"friction by {levels.deviation:.1%}", *others]
         warnings.append(RECORDS_VARY.found(by=by, order=each, one_speed=False, within=False, motions=not levels.alike))
     return ReplayFit(
-        model, records[0].log.axis, motion, estimates, records, level, own, rmse, r2, independent, coordinates, x,
+        model, records[0].log.axis, motion, estimates, records, level, nuisances, rmse, r2, independent, coordinates, x,
         solved.joint(), lateness(search, best, quantile), tuple(warnings), between,
     )  # fmt: skip
 
@@ -955,7 +955,7 @@ def _scatter(
     """Return the standard deviation of the differences between records, in level and fitted terms."""
     found = {} if levels is None or not levels.sure else {"level": Estimate(levels.deviation, "1")}
     for n, name in enumerate(records[0].done.own):
-        values = [one[n] for one, record in zip(variance, records, strict=True) if record.done.own[n:][:1] == (name,)]
+        values = [c[n] for c, record in zip(variance, records, strict=True) if record.done.own[n:][:1] == (name,)]
         if len(values) == len(records) > 2 and name != "damping":
             unit = si_unit(DIMENSIONS[name], records[0].log.motion)
             found[name] = Estimate(float(np.std(values, ddof=1)), unit)

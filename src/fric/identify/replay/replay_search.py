@@ -472,9 +472,9 @@ def block_slopes(coordinates: Coordinates, x: Real, record: Prepared, *, both: b
     if coordinates.model is not GMS:
         return {}
     model = coordinates.build(x)
-    one = model.model if isinstance(model, Directed) else model
-    assert isinstance(one, GMS)
-    alpha, k, C = np.array(one.alpha), np.array(one.k), one.C
+    law = model.model if isinstance(model, Directed) else model
+    assert isinstance(law, GMS)
+    alpha, k, C = np.array(law.alpha), np.array(law.k), law.C
     factors = np.exp([-BLOCK_STEP, BLOCK_STEP] if both else [-BLOCK_STEP])
     loads = side_by_side(model, np.tile(alpha, (len(factors) + 1, 1)), np.outer([1.0, *factors], k), C, record)
     here = loads[:, 0]

@@ -68,7 +68,7 @@ def between_records(strokes: Strokes) -> Correction | None:
     kinds = [member * level for level in levels.values()]
     if problem.with_offset:
         kinds.append(member)
-    found = mixed_model(problem.F - problem.model(solution.theta), columns, fitted.own, kinds)
+    found = mixed_model(problem.F - problem.model(solution.theta), columns, fitted.deviation, kinds)
     chance = float(chdtrc(len(kinds), found.likelier))
     count, friction = len(names), float(np.mean(np.abs(np.sum(list(levels.values()), axis=0))))
     sizes = np.array([1.0] * len(levels) + [friction] * problem.with_offset)
@@ -299,7 +299,7 @@ def _errors(known: list[_Stroke], taken: Real, shared: _Shared) -> Real:
     """Return the errors of the correction [N]: by C, and by a common C of strokes, half widths, shape (2, n)."""
     step = min(shared.half, 0.3)
     up, down = (np.array([stroke.off(shared.log_C + by) for stroke in known]) for by in (step, -step))
-    alike = [one._replace(level=float(np.median([stroke.level for stroke in known]))) for one in known]
+    alike = [stroke._replace(level=float(np.median([other.level for other in known]))) for stroke in known]
     other = _shared(alike)  # one time for all, as a filter or a creep has it
     apart = 0.0 * taken if other is None else np.array([stroke.off(other.log_C) for stroke in alike]) - taken
     return np.array([(up - down) * shared.half / (2 * step), apart])

@@ -205,9 +205,9 @@ def _with_shape(fitted: FittedMap, held_out: HeldOut, *, shape: bool, fixed: boo
 
 def _solved(fitted: FittedMap, problem: StribeckProblem, start: MapSolution | None, *, fixed: bool) -> FittedMap:
     """Return the fit of another form to the strokes of a fit."""
-    problem = replace(problem, standard_error=fitted.own)
-    solution, between = solve_with_scatter(problem, fitted.own, fixed=fixed, start=start)
-    problem = replace(problem, standard_error=np.hypot(fitted.own, between))
+    problem = replace(problem, standard_error=fitted.deviation)
+    solution, between = solve_with_scatter(problem, fitted.deviation, fixed=fixed, start=start)
+    problem = replace(problem, standard_error=np.hypot(fitted.deviation, between))
     return fitted._replace(problem=problem, solution=solution, between=between)
 
 
@@ -445,8 +445,8 @@ def _with_weights(estimates: dict[str, Estimate], fitted: FittedMap) -> dict[str
     by speed. Where a tenth of the strokes is 5.5 standard deviations off, intervals of v_s hold in 90 % of sessions,
     and in 83 % by the errors of the strokes alone.
     """
-    problem, groups = fitted.problem, min(GROUPS, len(fitted.own))
-    if not fitted.beyond.any() or problem.degrees_of_freedom <= -(-len(fitted.own) // groups):
+    problem, groups = fitted.problem, min(GROUPS, len(fitted.deviation))
+    if not fitted.beyond.any() or problem.degrees_of_freedom <= -(-len(fitted.deviation) // groups):
         return estimates
     group, thetas = np.argsort(np.argsort(np.abs(problem.v), kind="stable")) % groups, []
     for some in (group != n for n in range(groups)):
@@ -457,7 +457,7 @@ def _with_weights(estimates: dict[str, Estimate], fitted: FittedMap) -> dict[str
     spread = np.sqrt((groups - 1) / groups * np.sum((np.array(thetas) - np.mean(thetas, axis=0)) ** 2, axis=0))
     halves = zip(problem.free, float(stdtrit(groups - 1, 0.975)) * spread, strict=True)
     return estimates | {
-        name: widened(estimates[name], lambda own, by=by: max(own, by), 0.0 if name != "offset" else -np.inf)  # type: ignore[misc]
+        name: widened(estimates[name], lambda size, by=by: max(size, by), 0.0 if name != "offset" else -np.inf)  # type: ignore[misc]
         for name, by in halves
     }
 

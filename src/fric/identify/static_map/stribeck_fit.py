@@ -322,7 +322,7 @@ class FittedMap(NamedTuple):
     problem: StribeckProblem  # What was minimised; the standard errors include all scatter
     solution: MapSolution  # Where the minimum is
     between: float  # Standard deviation of the strokes beyond their errors [N]
-    own: Real  # The error of each stroke [N], shape (n,)
+    deviation: Real  # The error of each stroke [N], shape (n,)
     beyond: Real  # Deviation of single strokes beyond all that [N], mostly 0, shape (n,)
     errors: Real  # The error of each stroke without that deviation [N], shape (n,)
 
@@ -334,23 +334,24 @@ def fit_strokes(
 
     The search is local from ``start`` where that is given.
     """
-    own, free, count = problem.standard_error, len(problem.free), len(problem.v)
+    deviation, free, count = problem.standard_error, len(problem.free), len(problem.v)
     if problem.degrees_of_freedom < 1:
         hint = f"Log strokes at {free + 1} speeds or more, or fix delta."
         raise FricError(f"{count} strokes cannot give {free} parameters", hint=hint)
     if problem.swing is not None and not fixed:
-        solution, _ = solve_with_scatter(problem, own, fixed=fixed, start=start)
+        solution, _ = solve_with_scatter(problem, deviation, fixed=fixed, start=start)
         swung = problem.model(solution.theta) - replace(problem, swing=None).model(solution.theta)
-        own = np.hypot(own, SWUNG * swung)
-        problem = replace(problem, standard_error=own)
-    solution, between = solve_with_scatter(problem, own, fixed=fixed, start=start)
-    errors, local = own, start is not None
-    beyond = 0.0 * own if fixed or alike else _beyond(problem, solution, own, local=local)
+        deviation = np.hypot(deviation, SWUNG * swung)
+        problem = replace(problem, standard_error=deviation)
+    solution, between = solve_with_scatter(problem, deviation, fixed=fixed, start=start)
+    errors, local = deviation, start is not None
+    beyond = 0.0 * deviation if fixed or alike else _beyond(problem, solution, deviation, local=local)
     if beyond.any():
-        own = np.hypot(own, beyond)
-        again = replace(problem, standard_error=own)
-        solution, between = solve_with_scatter(again, own, fixed=fixed, start=solution if local else None)
-    return FittedMap(replace(problem, standard_error=np.hypot(own, between)), solution, between, own, beyond, errors)
+        deviation = np.hypot(deviation, beyond)
+        again = replace(problem, standard_error=deviation)
+        solution, between = solve_with_scatter(again, deviation, fixed=fixed, start=solution if local else None)
+    problem = replace(problem, standard_error=np.hypot(deviation, between))
+    return FittedMap(problem, solution, between, deviation, beyond, errors)
 
 
 def _beyond(problem: StribeckProblem, solution: MapSolution, errors: Real, *, local: bool) -> Real:

@@ -45,14 +45,14 @@ def figures(path: Path) -> tuple[tuple[str, str], dict[str, Estimate]]:
     Raises FricError: When it holds none, or does not say its plane.
     """
     root = read_xml(path, MOST_BYTES)
-    plane = next((text for one in root.iter() if (text := one.get("TEST_PLANE", "").strip().lower())), "")
+    plane = next((text for element in root.iter() if (text := element.get("TEST_PLANE", "").strip().lower())), "")
     if not re.fullmatch(r"[a-z]{2}", plane) or plane[0] == plane[1]:
         raise FricError(f"has the test plane '{plane}'", where=str(path), hint="Save the result of the test again.")
     found = dict[str, Estimate]()
-    for one in root.iter("FEATURE"):
-        name, known = one.get("NAME", "").lower().removeprefix("af_"), UNITS.get(one.get("DT", ""))
+    for element in root.iter("FEATURE"):
+        name, known = element.get("NAME", "").lower().removeprefix("af_"), UNITS.get(element.get("DT", ""))
         try:
-            value = float((one.text or "").strip().replace(",", "."))
+            value = float((element.text or "").strip().replace(",", "."))
         except ValueError:
             continue
         if known and name and isfinite(value):

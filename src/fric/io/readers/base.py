@@ -68,8 +68,8 @@ def heard(form: Format, path: Path) -> Iterator[list[Notice]]:
     if not listening:
         below = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith(f"{top}.")]
         before[:] = [(logger, logger.handlers, logger.propagate) for logger in (logger, *below)]
-        for one in below:
-            one.handlers, one.propagate = [], True
+        for child in below:
+            child.handlers, child.propagate = [], True
         logger.propagate = False
     handler = _Heard(path, notices)
     listening.append(handler)
@@ -79,8 +79,8 @@ def heard(form: Format, path: Path) -> Iterator[list[Notice]]:
     finally:
         listening.remove(handler)
         logger.handlers = [*listening[-1:]]
-        for one, handlers, passed in () if listening else before:
-            one.handlers, one.propagate = handlers, passed
+        for child, handlers, passed in () if listening else before:
+            child.handlers, child.propagate = handlers, passed
 
 
 @contextmanager

@@ -270,7 +270,7 @@ def _titled(variables: Mapping[str, Any]) -> dict[str, Any]:
     def titled(value: Any) -> Any:
         lines = _lines_of(value)
         if not lines and isinstance(value, list | np.ndarray) and any(map(_lines_of, value)):
-            return [titled(one) for one in value]  # matrices in cells
+            return [titled(matrix) for matrix in value]  # matrices in cells
         if not names or len({*names}) != len(lines):
             return value
         of_names = units if len(units) == len(names) else [""] * len(names)

@@ -51,11 +51,11 @@ def _opened(asammdf: Any, source: Any) -> Any:
         return asammdf.MDF(source)
     except Exception as error:
         hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
-        one: BaseException | None = error
+        cause: BaseException | None = error
         try:
-            while one is not None:
-                clear_frames(one.__traceback__)
-                one = one.__context__
+            while cause is not None:
+                clear_frames(cause.__traceback__)
+                cause = cause.__context__
             gc.collect()
         finally:
             sys.unraisablehook = hook

@@ -74,13 +74,13 @@ def cascade_of(path: Path, position_gain: float | None) -> tuple[str, Motion, Ca
 
     root = read_xml(path, MOST_BYTES)
     listed = _named(root, "LinkedList", "m_listpSpeedLoopRegulators")
-    loops = [] if listed is None else [one for one in listed if _number(one, "m_dKpGain") > 0.0]
+    loops = [] if listed is None else [element for element in listed if _number(element, "m_dKpGain") > 0.0]
     if not loops:
         raise FricError("holds no speed loop", where=str(path), hint="Save the result of an auto-tuning.")
     held = _named(loops[-1], "ConTimeFilterList", "m_ConTimeFilterListActualSpeedFilters")
-    filters = [one for one in (() if held is None else held.iter()) if one.tag.endswith("Filter")]
-    filters = [one for one in filters if _text(one, "m_bFilterIsEnabled") == "true"]
-    if any(one.tag != "PT1Filter" for one in filters):
+    filters = [element for element in (() if held is None else held.iter()) if element.tag.endswith("Filter")]
+    filters = [element for element in filters if _text(element, "m_bFilterIsEnabled") == "true"]
+    if any(element.tag != "PT1Filter" for element in filters):
         raise FricError("filters the actual speed by more than a first order", where=str(path),
                         hint="Write the controller document by hand.")  # fmt: skip
     if position_gain is None:
@@ -89,7 +89,7 @@ def cascade_of(path: Path, position_gain: float | None) -> tuple[str, Motion, Ca
     reset, period = _number(loops[-1], "m_dIntegralTime"), _number(root, "m_dActValDelayTime")
     if not (reset > 0.0 and period > 0.0):
         raise FricError("lacks the integral time, or the delay of the actual value", where=str(path), hint=AGAIN)
-    (ratio, linear), corner = _gear(root), sum(_number(one, "m_dTimeConst") for one in filters)
+    (ratio, linear), corner = _gear(root), sum(_number(element, "m_dTimeConst") for element in filters)
     gain = _number(loops[-1], "m_dKpGain") * ratio
     corner = 1.0 / (2.0 * np.pi * corner) if corner > 0.0 else 0.5 / period  # without a filter that of the sampling
     return (
@@ -132,7 +132,7 @@ def _measured(path: Path, root: Element) -> tuple[Real, Complex, Real]:
 def _transformed(path: Path, nodes: dict[int, Element]) -> tuple[dict[tuple[int, int], Complex], Real, float]:
     """Return the spectra of the time series, which are whole periods, their frequencies [Hz] and number."""
     series = {n: list(nodes[n].iter("TimeSeries")) for n in (SET_SPEED, SPEED)}
-    runs = {n: [_array(path, one, "m_ValueVector").real for one in found] for n, found in series.items()}
+    runs = {n: [_array(path, element, "m_ValueVector").real for element in found] for n, found in series.items()}
     lengths = [len(values) for found in runs.values() for values in found] or [0]
     end = _number(series[SPEED][0], "m_TimeVector.end") if series[SPEED] else 0.0
     n, count = lengths[0], len(runs[SPEED])
@@ -156,7 +156,7 @@ def _of_tuning(path: Path, root: Element, plant: Element) -> tuple[Real, Complex
 def _array(path: Path, holder: Element, name: str) -> Complex:
     """Return the numbers of an array, complex ones from pairs; none where there is no array."""
     found = _named(holder, "NumericArray", name)
-    raw = "".join("".join(one.text.split()) for one in (found or ()) if one.tag == "raw" and one.text)
+    raw = "".join("".join(element.text.split()) for element in (found or ()) if element.tag == "raw" and element.text)
     if found is None or not raw:
         return np.empty(0, complex)
     codes = _CODES[np.frombuffer(raw.replace(".", "00000").encode("latin-1", "replace"), np.uint8)]
@@ -181,11 +181,11 @@ def _gear(root: Element) -> tuple[float, bool]:
 
 
 def _named(holder: Element, tag: str, name: str) -> Element | None:
-    return next((one for one in holder.iter(tag) if one.get("name") == name), None)
+    return next((element for element in holder.iter(tag) if element.get("name") == name), None)
 
 
 def _text(holder: Element, name: str) -> str:
-    return next(((one.text or "").strip() for one in holder.iter() if one.get("name") == name), "")
+    return next(((element.text or "").strip() for element in holder.iter() if element.get("name") == name), "")
 
 
 def _number(holder: Element, name: str) -> float:

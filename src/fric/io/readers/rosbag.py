@@ -64,13 +64,13 @@ def _bounded(path: Path) -> Iterator[None]:
         def unpack(data: bytes, *_: Any) -> bytes:
             found = b""
             while data:
-                one = make()
-                found += one.decompress(data, MOST_CHUNK - len(found) + 1)
+                unpacker = make()
+                found += unpacker.decompress(data, MOST_CHUNK - len(found) + 1)
                 if len(found) > MOST_CHUNK:
                     raise FricError("unpacks to more than is read", where=str(path), hint="Record it unpacked.")
-                if not one.eof:
+                if not unpacker.eof:
                     raise EOFError("a chunk is cut short")
-                data = one.unused_data or b""
+                data = unpacker.unused_data or b""
             return found
 
         return unpack

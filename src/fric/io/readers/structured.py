@@ -89,10 +89,10 @@ def _columns(value: Any, depth: int = 0) -> Any:
     if not isinstance(value, list) or not value:
         return value if isinstance(value, str | int | float) else None
     if isinstance(value[0], Mapping):
-        flat = [dict(_leaves(one)) for one in value if isinstance(one, Mapping)]
-        if len(flat) >= LEAST and any(_number(one) == _number(one) for one in flat[0].values()):
-            names = dict.fromkeys(name for one in (flat[0], flat[-1]) for name in one)
-            return {name: _column([one.get(name) for one in flat]) for name in names}
+        flat = [dict(_leaves(item)) for item in value if isinstance(item, Mapping)]
+        if len(flat) >= LEAST and any(_number(item) == _number(item) for item in flat[0].values()):
+            names = dict.fromkeys(name for item in (flat[0], flat[-1]) for name in item)
+            return {name: _column([item.get(name) for item in flat]) for name in names}
     if isinstance(value[0], list | Mapping):
         if len({len(row) if isinstance(row, list) else -1 for row in value}) == 1 and len(value) >= LEAST:
             rows = np.array([[_number(cell) for cell in row] for row in value])
@@ -104,10 +104,10 @@ def _columns(value: Any, depth: int = 0) -> Any:
 
 def _column(values: Sequence[Any]) -> Real:
     """Return numbers, of dates in seconds."""
-    found = np.array([_number(one) for one in values])
-    if not np.isfinite(found).any() and all(isinstance(one, str) for one in values):
+    found = np.array([_number(item) for item in values])
+    if not np.isfinite(found).any() and all(isinstance(item, str) for item in values):
         with suppress(ValueError):
-            found = numbers(np.array([one.strip().removesuffix("Z") for one in values], "datetime64[ns]"))
+            found = numbers(np.array([item.strip().removesuffix("Z") for item in values], "datetime64[ns]"))
     return found
 
 
@@ -117,7 +117,7 @@ def _leaves(record: Mapping[str, Any], before: str = "", depth: int = 0) -> Iter
         if isinstance(value, Mapping) and depth < MOST_DEPTH:
             yield from _leaves(value, f"{before}{name}.", depth + 1)
         elif isinstance(value, list):
-            yield from ((f"{before}{name}{n}", one) for n, one in enumerate(value[:64], 1))
+            yield from ((f"{before}{name}{n}", item) for n, item in enumerate(value[:64], 1))
         else:
             yield f"{before}{name}", value
 
@@ -133,10 +133,10 @@ def _number(value: Any) -> float:
 def _of_xml(root: Element) -> Mapping[str, Any]:
     """Return the records of the element that is repeated most, by what holds them; else elements with many numbers."""
     lists = {}
-    for n, one in enumerate(root.iter()):
-        cells = re.split(r"[\s,;]+", (one.text or "").strip())
+    for n, element in enumerate(root.iter()):
+        cells = re.split(r"[\s,;]+", (element.text or "").strip())
         if len(cells) >= LEAST and np.isfinite(values := np.array([_number(text) for text in cells])).all():
-            name, unit = one.get("name") or one.tag, one.get("unit")
+            name, unit = element.get("name") or element.tag, element.get("unit")
             name = f"{name} {n}" if name in lists else name
             lists[f"{name} [{unit}]" if unit else name] = values
     holders = [(holder, _records(holder)) for holder in root.iter()]
@@ -145,12 +145,12 @@ def _of_xml(root: Element) -> Mapping[str, Any]:
         return lists
     found = [_columns(rows) for _, rows in holders if len(rows) > most // 10 and len(rows) >= LEAST]
     about = {name: text for holder, _ in holders for name, text in holder.attrib.items() if name.startswith("unit_")}
-    return found[0] | about if len(found) == 1 else {f"{root.tag}({n})": one for n, one in enumerate(found, 1)}
+    return found[0] | about if len(found) == 1 else {f"{root.tag}({n})": table for n, table in enumerate(found, 1)}
 
 
 def _records(holder: Element) -> Sequence[Mapping[str, Any]]:
     """Return the fields of the elements of one name in another, as far as they are all of it but a few."""
-    tags = [one.tag for one in holder]
+    tags = [row.tag for row in holder]
     tag = max(set(tags), key=tags.count, default="")
-    rows = [{**one.attrib, **{part.get("name") or part.tag: part.text for part in one}} for one in holder.iter(tag)]
+    rows = [{**row.attrib, **{part.get("name") or part.tag: part.text for part in row}} for row in holder.iter(tag)]
     return rows if tags.count(tag) >= LEAST and len(rows) == tags.count(tag) and any(rows) else []
