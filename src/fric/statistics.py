@@ -308,16 +308,18 @@ def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: 
         return None
     off = np.array([np.linalg.lstsq(X, e, rcond=None)[0] for X, e in zip(parts, residuals, strict=True)])
     covariances = np.array([hac_covariance(X, e - X @ d) for X, e, d in zip(parts, residuals, off, strict=True)])
-    each = np.einsum("rii->ri", covariances)
+    each = np.maximum(np.einsum("rii->ri", covariances), 1e-300)  # a fit may leave nothing
     known = 2.0 * count * each.mean(axis=0) ** 2 / np.maximum(each.var(axis=0, ddof=1), 1e-300)
     squares = off.var(axis=0, ddof=1) / each.mean(axis=0)
     chance = min(size * float(fdtrc(count - 1, np.maximum(known, 1.0), squares).min()), 1.0)
     if count == 2 and chance > OF_TWO:
         return None
-    within = covariances.mean(axis=0)
+    scale = np.sqrt(each.mean(axis=0))
+    within = covariances.mean(axis=0) + np.diag(1e-9 * scale**2)  # columns may be alike but for rounding
     from scipy.linalg import eigh  # which simulations do without
 
-    values, vectors = eigh(np.cov(off.T), within)
+    values, vectors = eigh(np.cov(off.T) / np.outer(scale, scale), within / np.outer(scale, scale))
+    vectors /= scale[:, None]
     back = within @ vectors
     T = (back * np.maximum(values - 1.0, 0.0)) @ back.T
     normals = np.array([X.T @ X for X in parts])
