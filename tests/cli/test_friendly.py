@@ -329,3 +329,10 @@ def test_no_option_asks_for_the_name_of_a_type(warm):
     shown = run("simulate", "circle", "-h", stdout=subprocess.PIPE, env=warm).stdout
     assert "--seed N" in shown
     assert not re.search(r"<(int|float|str)", shown)
+
+
+def test_a_path_beyond_what_the_system_takes_is_refused_with_its_mend(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["fric", "design", "controller", "9" * 400])
+    with pytest.raises(SystemExit):
+        main.main()
+    assert "Give a shorter path" in capsys.readouterr().err

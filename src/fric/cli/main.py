@@ -97,7 +97,8 @@ def main() -> None:
         if error.filename is None and error.errno == errno.ENOENT:
             _fail("the folder that this was started in is not there any more\nChange to another.", 1)
         if error.filename is not None and error.errno in _NAMES:
-            _fail(f"{printable(str(error.filename))}: {error.strerror}", 1)
+            hint = "Give a shorter path, or that of a file that you may read."
+            _fail(f"{printable(str(error.filename))}: {error.strerror}\n{hint}", 1)
         if error.filename is not None or error.errno not in _FULL:
             raise
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - nothing is flushed there at the end
