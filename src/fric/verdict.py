@@ -301,7 +301,7 @@ def machine_name(file: str) -> str:
 
 
 EARNED = 0.05  # Share of the uncompensated glitch by which a scheme must be better to be worth its additional effort
-FEW = 20  # Machines below which a share of 95 % is a guess
+ENOUGH_MACHINES = 20  # Machines below which a share of 95 % is a guess
 RESAMPLES = 400  # Resamples of the drawn machines for the interval of a difference
 CYCLE = 0.5e-6
 """Oscillation below which nothing is called a limit cycle [m].
@@ -391,7 +391,7 @@ def distrust(evidence: Evidence) -> Iterator[Notice]:
         yield prediction.BELIEF_IS_TRUTH.found()
     elif not evidence.machines:
         yield prediction.ONE_MACHINE.found()
-    elif evidence.machines < FEW:
+    elif evidence.machines < ENOUGH_MACHINES:
         yield prediction.FEW_MACHINES.found(machines=evidence.machines)
     if not evidence.compared and not evidence.rotary:
         yield prediction.NO_MEASURED_CIRCLE.found()

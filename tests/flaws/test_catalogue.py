@@ -471,7 +471,7 @@ SHOWN: dict[str, Show] = {
     "cannot-run": lambda s: against(drawn=[np.nan if is_so(s) else 3e-6] * 30),
     "scheme-spoils": lambda s: against(9e-6 + s * 0.2e-6),
     "few-machines": lambda s: distrust(
-        candidates=[leaves(name, 3e-6, *[3e-6] * round(verdict.FEW / s)) for name in "af"]
+        candidates=[leaves(name, 3e-6, *[3e-6] * round(verdict.ENOUGH_MACHINES / s)) for name in "af"]
     ),
     "one-machine": lambda s: distrust(candidates=[leaves(name, 3e-6, *[3e-6] * 30 * (not is_so(s))) for name in "af"]),
     "belief-is-truth": lambda s: distrust(candidates=[leaves("f", 3e-6)], exact=is_so(s)),

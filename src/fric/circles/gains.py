@@ -190,7 +190,7 @@ CORNERS = (0.02, 0.05, 0.12, 0.25)  # Corners of the velocity filter over the sa
 EXPLAINED, EXPLAINED_OF_LOG = 0.9, 0.98
 """Least share of the voltage beyond feedforward that gains must explain to be accepted. A log does not say that
 compensation was off; a compensation is no sum of these gains."""
-ALIKE = 1.05  # Least ratio of squared residuals by which a record tells one order of gains from the other
+SURE_ORDER = 1.05  # Least ratio of squared residuals by which a record tells one order of gains from the other
 NO_INTEGRAL = 0.05  # Record over integral time below which a controller has no integral part
 LAGS = 0.5  # Least lag of a loop without velocity feedforward, whose lag is 1/K_v [1/K_v]
 WIDEST = 0.25  # Largest relative half-width of gains that a log determines
@@ -397,7 +397,7 @@ class _Fit:
         other = found.copy()
         other[[0, 2]] = found[2] - found[1], found[0] + found[1]  # K_v and K_i/K_p in each other's place
         first, second = sorted((found, other), key=self._apart)
-        self.swapped = alike = self._apart(second) < ALIKE * self._apart(first)
+        self.swapped = alike = self._apart(second) < SURE_ORDER * self._apart(first)
         found, other = (max(first, second, key=lambda order: order[0]) if alike else first), first + second
         rest, jacobian = self.rest(found), np.asarray(best.jac, float)
         covariance = np.linalg.pinv(jacobian.T @ jacobian) * float(np.mean(rest**2)) * _alike(rest)

@@ -521,7 +521,7 @@ def at(balance: Balance, x: Real, plant: Real | None = None) -> FittedBalance:
 
 
 DRAWS = 8  # Number of simulated repetitions of each circle
-FEW = 3  # The same, for the part of a residual due to the encoder
+ENCODER_DRAWS = 3  # The same, for the part of a residual due to the encoder
 SHAPE = 1.6
 """Residual of four parameters over noise and encoder effects, above which the full shape is fitted. Where the shape is
 right they leave 1.1 to 1.4 times as much, where it is not 4 to 16. Below it is a tie: four are simpler.
@@ -550,7 +550,7 @@ def recorded_again(found: FittedBalance, draws: int = DRAWS) -> list[Real]:
 
 def explained(found: FittedBalance) -> float:
     """Return the rms of a fit's residual due to noise (what does not repeat) or to the encoder [V], the larger."""
-    again = [replace(found, residual=left).rms for left in recorded_again(found, FEW)]
+    again = [replace(found, residual=left).rms for left in recorded_again(found, ENCODER_DRAWS)]
     return max(found.noise() or 0.0, float(np.sqrt(np.mean(np.square(again)))))
 
 

@@ -46,7 +46,7 @@ from fric.log import Record, axis_name
 from fric.notice import Notice, Severity, once
 from fric.units import OF_INPUT, Motion, factor, of_force, si_unit
 
-MOST = 1e20  # Largest number of a quantity: a stiffness of 1e9 N/m whose interval is open reaches 1e15
+LARGEST = 1e20  # Largest number of a quantity: a stiffness of 1e9 N/m whose interval is open reaches 1e15
 
 Known = Annotated[
     float | None, BeforeValidator(lambda given: None if isinstance(given, float) and not isfinite(given) else given)
@@ -73,7 +73,7 @@ class Part(BaseModel):
     """A part of a document: an unknown key is an error, never ignored, and so is a number beyond all drives."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
-    most: ClassVar[float] = MOST
+    most: ClassVar[float] = LARGEST
 
     @model_validator(mode="after")
     def _is_of_a_drive(self) -> Self:
@@ -187,7 +187,7 @@ class CovarianceBlock(Part):
     names: list[str] = Field(description="parameters; k_2 is of the second block, negative.F_c of that direction")
     scales: list[Scale] = Field(description="whether the covariance is of the value, its logarithm or its logit")
     matrix: list[list[float]]
-    most: ClassVar[float] = MOST**2
+    most: ClassVar[float] = LARGEST**2
 
     @model_validator(mode="before")
     @classmethod

@@ -2,11 +2,11 @@
 
 from fric.flaws.base import Flaw
 
-FEW = 0.005  # Share of lost samples up to which errors of speeds and times are below their scatter
+BELOW_SCATTER = 0.005  # Share of lost samples up to which errors of speeds and times are below their scatter
 LITTLE = 0.05  # Jitter in sampling intervals up to which interpolation between samples makes as large an error
 
 # fmt: off
-SAMPLES_LOST = Flaw("samples-lost", lambda f: "wrong" if f.lost > FEW else "doubt",
+SAMPLES_LOST = Flaw("samples-lost", lambda f: "wrong" if f.lost > BELOW_SCATTER else "doubt",
     "{lost:.2g%} of the samples were lost and the time axis ignores them: speeds and times are wrong.",
     "Log at a lower rate or fewer channels, or with the time of each sample.", widens={"T_d": 0.1, "C": 0.5})
 SAMPLING_JITTERS = Flaw("sampling-jitters",

@@ -499,7 +499,7 @@ def _information(logs: Sequence[Log], axis: Axis, model: GMS, known: _Known, bet
     return information
 
 
-DRAWS, FEW = 9, 3
+DRAWS, SLOW_DRAWS = 9, 3
 """Runs of a plan that are identified: the range of nine includes the next in 80 % of cases, that of three in 50 %. Few
 are those of an axis with a second mass or flaws: each takes five times as long."""
 PLACES = 64.0  # Encoder counts over which the start of a record is spread: the hunting of a slow axis depends on it
@@ -721,7 +721,7 @@ def planned_for(
     Others as in `choose` and `expected`.
     """
     times: dict[str, int] = {}
-    draws = draws or (DRAWS if axis.second_mass is None and axis.reality == NONE and not wanted else FEW)
+    draws = draws or (DRAWS if axis.second_mass is None and axis.reality == NONE and not wanted else SLOW_DRAWS)
     while True:
         planned = choose(axis, limits, times, micro_steps=micro_steps)
         found = expected(axis, planned, advance, draws, known, plant)

@@ -16,10 +16,10 @@ from fric.records.resolution import lattice_step
 from fric.statistics import hac_covariance
 
 PLACES = 8  # Least number of places in a pass
-MOST = 20_000  # Largest number of rows of a map
+MOST_ROWS = 20_000  # Largest number of rows of a map
 SAME = 0.1  # Largest difference of places between both passes, as a share of their distance
 COUNTS = 5.0  # Encoder counts between neighbouring places below which all motions reach the same places
-ALIKE = 0.4  # Correlation of ways and times, and of neighbouring speeds, from which on they are of a motion
+SMOOTH = 0.4  # Correlation of ways and times, and of neighbouring speeds, from which on they are of a motion
 UNEVEN = 0.5  # Least range of the intervals of an event-driven clock (10 % to 90 %), over their median
 
 
@@ -55,7 +55,7 @@ def is_holding_map(log: Log) -> bool:
     far apart as they like, however long that took, as no motion does.
     """
     z, force = log.position, log.force
-    if z is None or force is None or not 2 * PLACES <= len(z) <= MOST:
+    if z is None or force is None or not 2 * PLACES <= len(z) <= MOST_ROWS:
         return False
     steps = np.diff(log.time)
     low, usual, high = np.quantile(steps, [0.1, 0.5, 0.9])
@@ -86,7 +86,7 @@ def _at_will(steps: Real, moved: Real, passes: list[slice]) -> bool:
     if len(way) < 4 * PLACES or min(way.std(), time.std()) < 0.5 * UNEVEN:
         return False
     speed = way - time
-    return bool(np.corrcoef(way, time)[0, 1] < ALIKE and np.corrcoef(speed[1:], speed[:-1])[0, 1] < ALIKE)
+    return bool(np.corrcoef(way, time)[0, 1] < SMOOTH and np.corrcoef(speed[1:], speed[:-1])[0, 1] < SMOOTH)
 
 
 def holding_map(log: Log) -> HoldingMap | None:

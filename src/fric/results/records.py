@@ -24,12 +24,14 @@ from fric.results.kinds import LogLike
 from fric.units import readable, si_unit
 from fric.verb import verb
 
-FEW = 4  # Largest number of records that are printed in full; more are rows of a table
+MOST_WHOLE = 4  # Largest number of records that are printed in full; more are rows of a table
 
 
 def described(found: Sequence[Inspected]) -> list[Piece]:
     """Return the full description of a few records; of many, a line each."""
-    return [piece for inspection in found for piece in _whole(inspection)] if len(found) <= FEW else _briefly(found)
+    return (
+        [piece for inspection in found for piece in _whole(inspection)] if len(found) <= MOST_WHOLE else _briefly(found)
+    )
 
 
 def _whole(found: Inspected) -> list[Piece]:

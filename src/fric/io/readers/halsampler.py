@@ -15,7 +15,7 @@ from fric.io.readers.base import ForeignTable, Format, RowBlock
 from fric.io.readers.text import TextTable, beginning
 
 FORMAT = Format("LinuxCNC halsampler", (".txt",))
-FEW = 8  # Least number of rows that show a count
+LEAST_ROWS = 8  # Least number of rows that show a count
 
 
 def recognises(path: Path, head: bytes) -> float:
@@ -31,7 +31,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
 def _counting(head: bytes) -> list[tuple[int, int]]:
     """Return the columns of whole numbers that rise by a constant step, with the step."""
     rows = [line.split() for line in head.splitlines()[:-1] if not line.startswith(b"overrun")]
-    if len(rows) < FEW or len({len(row) for row in rows}) != 1:
+    if len(rows) < LEAST_ROWS or len({len(row) for row in rows}) != 1:
         return []
     found = []
     for n, cells in enumerate(zip(*rows, strict=True)):
