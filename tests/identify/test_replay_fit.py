@@ -14,7 +14,7 @@ from fric.friction.lugre import LuGre
 from fric.friction.stribeck import StaticMap
 from fric.identify.replay import replay_search
 from fric.identify.replay.replay_fit import identify_by_replay
-from fric.identify.replay.replay_search import coordinates_of
+from fric.identify.replay.replay_search import Coordinates, Search, coordinates_of, search_ranges
 from fric.log import Log
 from fric.records.prepared import prepared
 from fric.records.recognition import kind_of
@@ -225,3 +225,19 @@ def test_a_motion_is_fitted_anew_from_a_wrong_basin(spoiled, monkeypatch):
     fit = identify_by_replay("lugre", prepared([Log(t, position=z, force=force, kind="motion")]))
     assert fit.rmse == pytest.approx(0.3, rel=0.05)
     assert fit.estimates["static"]["F_c"].value == pytest.approx(1.8, rel=0.03)
+
+
+def test_a_search_that_explains_sliding_worse_than_coulomb_and_viscous_friction_is_repeated(monkeypatch):
+    """A search that settled at a rigid contact left 3 % of a fast motion's force, and F_c was 29 % too small."""
+    draw, drawn = replay_search.minimised, []
+
+    def settled(search, cost, start):
+        drawn.append(np.array([0.686, 0.0, 0.05, 1e-3, 0.99, 0.9]) if not drawn else draw(search, cost, start))
+        return drawn[-1]
+
+    monkeypatch.setattr(replay_search, "minimised", settled)
+    monkeypatch.setattr(replay_search.Search, "fine", lambda _, x, most=60, *, both=True: x)
+    (record,) = (one.trimmed() for one in prepared(logs_of(LuGre.typical(), 1, noise=0.5, motions=("fast",))))
+    coordinates = Coordinates.of(LuGre, search_ranges([record]), blocks=1, held={("static", "delta"): 1.0})
+    Search(coordinates, [record]).coarse(0)
+    assert len(drawn) > 1

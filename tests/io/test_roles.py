@@ -469,7 +469,7 @@ def test_turns_of_pole_pairs_have_no_unit_and_a_supplys_current_is_no_effort(tmp
         (guess, *_) = guessed([path], opened, assume=True).found
         assert guess.table.columns[guess.axis.roles["force"].column].name == "current_motor"
         assert not guess.whole
-        assert any("counts turns of pole pairs" in text for text in guess.questions)
+        assert any("counts turns of pole pairs" in text for text in guess.open)
     path = write(tmp_path / "supply.csv", "ms;current_in;rpm", columns[0], columns[1], columns[3])
     with ExitStack() as opened:
         (guess, *_) = guessed([path], opened, assume=True).found
@@ -485,3 +485,70 @@ def test_what_a_file_says_at_length_is_a_line_that_a_mapping_cuts(tmp_path: Path
         text = mapping_text(guesses([tmp_path / "log.mat"], opened))
     (line,) = [line for line in text.splitlines() if "note0" in line]
     assert len(line) < 700
+
+
+def test_a_wrapped_rest_of_the_clock_is_no_position_and_the_force_shows_the_actual_one(tmp_path: Path) -> None:
+    """As an arm's interface logs it: nanoseconds of a second, and joints as measured (mp) and as interpolated (ip)."""
+    a, columns, names = axis_of_a_drive(n=6000), [], []
+    for n, speed in enumerate((1.0, 0.9), 1):
+        moved = {name: np.interp(speed * a["t"], a["t"], a[name]) for name in ("asked",)}
+        actual = np.interp(a["t"] - 0.02, a["t"], moved["asked"])
+        v = np.gradient(actual, 1e-3)
+        force = np.tanh(v / 0.02) + 0.01 * np.gradient(v, 1e-3) + 0.01 * np.random.default_rng(n).standard_normal(6000)
+        columns += [moved["asked"], actual, force]
+        names += [f"ip{n}", f"mp{n}", f"mt{n}"]
+    stamps = [np.floor(a["t"] + 0.3), np.round((a["t"] + 0.3) % 1.0 * 1e9), 1e9 * a["t"] + 17e17]
+    axes = told(write(tmp_path / "arm.csv", ";".join(["time", "tsec", "tnsec", "stamp", *names]), a["t"], *stamps,
+                      *columns))  # fmt: skip
+    found = [{channel: role.column for channel, role in axis.roles.items()} for axis in axes]
+    assert found == [
+        {"time": 0, "reference": 4 + k, "position": 5 + k, "force": 6 + k} for k in (0, 3)
+    ]  # fmt: skip
+
+
+def test_what_a_robot_desires_is_its_reference_and_what_it_does_not_measure_no_force(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    q, dq = a["asked"], a["speed"]
+    ddq = np.gradient(dq, 1e-3)
+    (axis,) = told(write(tmp_path / "log.csv", "t;q_d[0];dq_d[0];q[0];dq[0];tau_J[0];ddq[0]", a["t"], q, dq,
+                         a["position"], a["velocity"], a["current"], ddq))  # fmt: skip
+    found = {channel: role.column for channel, role in axis.roles.items()}
+    assert found == {"time": 0, "position": 3, "velocity": 4, "force": 5, "reference": 1}
+    for name in ("ddq1", "a1"):  # without a force, the derivative of a velocity is none
+        (axis,) = told(write(tmp_path / f"{name}.csv", f"t;q1;dq1;{name}", a["t"], q, dq, ddq))
+        assert "force" not in axis.roles
+
+
+@pytest.mark.parametrize(("name", "first"), [("timestep [us]", np.full(4000, 1000.0)), ("", np.arange(4000.0))])
+def test_a_step_of_the_clock_and_an_index_without_name_are_no_stamps(
+    tmp_path: Path, name: str, first: np.ndarray
+) -> None:
+    a = axis_of_a_drive()
+    rpm = a["velocity"] * 30.0 / np.pi
+    head = f"{name};pos;speed;current"
+    (axis,) = told(write(tmp_path / "log.csv", head, first, np.degrees(a["position"]), rpm, a["current"]))
+    assert (axis.roles["time"].column, axis.roles["time"].unit) == (None, "0.001 s")
+    assert axis.roles["velocity"].unit == "rpm"
+
+
+def test_a_question_about_all_axes_counts_as_one(tmp_path: Path) -> None:
+    """And records whose forces are of other names without units are of two axes, not of one with the mean of both."""
+    a = axis_of_a_drive()
+    columns = [a["position"], a["velocity"], a["current"]]
+    head = "t;" + ";".join(f"pos_{n};vel_{n};torque_{n}" for n in (1, 2, 3))
+    path = write(tmp_path / "log.csv", head, a["t"], *columns * 3)
+    with ExitStack() as files:
+        found = guessed([path], files)
+        assert len(found.found) == 3
+        assert "2 questions are open" in str(found.error())  # of the motion, and of the force
+    files_of_one = [
+        write(tmp_path / f"{name}.csv", f"t;position;{name}", a["t"], a["position"], k * a["current"])
+        for k, name in ((1.0, "effort"), (7e3, "torque"))
+    ]
+    with ExitStack() as files:
+        assert [guess.axis.name for guess in guesses(files_of_one, files)] == ["x", "x2"]
+
+
+def test_a_unit_in_words_is_one() -> None:
+    assert named("Laser (in mm)") == Column("Laser", "mm")
+    assert named("length (in)") == Column("length", "in")

@@ -207,8 +207,8 @@ def _guessed(
         found.description += found.open.asked()
         for path in {path for guess in found.open.found for path in guess.files}:
             del asking[path]
-        for part in (part for part in guess.found if not part.whole and part.questions):
-            asking |= {path: "; ".join(part.questions) for path in part.files if path in asking}
+        for part in (part for part in guess.found if not part.whole and part.open):
+            asking |= {path: "; ".join(part.open) for path in part.files if path in asking}
         if not wanted:
             return
         sure = replace(guess, found=wanted)

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatch
 from functools import partial
 from itertools import chain, count
@@ -63,15 +63,18 @@ class Guess:
         return [self.table.columns[role.column].name for role in self.axis.roles.values() if role.column is not None]
 
     @property
-    def questions(self) -> list[str]:
-        """What is open of it: the likeliest answer, and the others."""
-        found = []
+    def open(self) -> dict[str, object]:
+        """What is open of it: the likeliest answer, and the others; with what is equal where an answer settles both."""
+        found = dict[str, object]()
+        missing = [] if {"position", "velocity"} & self.axis.roles.keys() else [NO_POSITION]
+        missing += [] if "time" in self.axis.roles or self.kind else ["no column looks like the time"]
+        found |= dict.fromkeys(missing, (self.files, self.axis.name))
         for channel, role in wanted_roles(self.axis).items():
             name = f"'{self.table.columns[role.column].name}'" if role.column is not None else "the sampling period"
             if role.likelihood < SURE and channel in NEEDED:
                 beside = " or ".join(f"'{self.table.columns[n].name}'" for n in role.others)
                 is_it = f"{name} ({role.likelihood:.0%}{', or ' + beside if beside else ''})"
-                found.append(f"the {channel} is {is_it}")
+                found[f"the {channel} is {is_it}"] = self.files, self.axis.name, channel
             if channel in NEEDED and not _known_unit(role, self.axis.motion):
                 others = f", or {', '.join(role.units)}" if role.units else ""
                 unit = f"is in {role.unit} ({role.unit_likelihood:.0%}{others})" if role.unit else "has no unit"
@@ -81,10 +84,10 @@ class Guess:
                     unit = 'is in counts: say what one is, as in scale: "0.0055 deg"'
                 if role.unit == "count":
                     unit = f"has no unit: friction is in its counts ({role.unit_likelihood:.0%}{others})"
-                found.append(f"{name} ({channel}) {unit}")
-        missing = [] if {"position", "velocity"} & self.axis.roles.keys() else [NO_POSITION]
-        missing += [] if "time" in self.axis.roles or self.kind else ["no column looks like the time"]
-        return [*missing, *found]
+                of_motion = channel in {"position", "velocity"} and self.axis.readings
+                of = replace(self.axis.readings[0], weight=1.0) if of_motion else (channel, role.unit, role.units)
+                found[f"{name} ({channel}) {unit}"] = of
+        return found
 
     @property
     def whole(self) -> bool:
@@ -102,7 +105,7 @@ class Guess:
         taken = [role.column for role in self.axis.roles.values() if role.column is not None]
         rest = [column for n, column in enumerate(self.table.columns) if n not in taken]
         unread = "force" not in self.axis.roles and any(named_as(column) == "force" for column in rest)
-        return not (self.questions or unread) and bool(self.kind or "time" in self.axis.roles)
+        return not (self.open or unread) and bool(self.kind or "time" in self.axis.roles)
 
 
 def _dimension(channel: str) -> str:
@@ -158,10 +161,18 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
         if not guess.named and len(owners) == 1:
             guess.axis.name = owners.pop()
     for k, guess in enumerate(found):  # what is of the same files, of another motion or in other units, is another axis
-        others = [g.axis.name for g in found[:k] if g.axis.motion != guess.axis.motion or g.files == guess.files]
+        others = [g.axis.name for g in found[:k] if g.files == guess.files or _other_units(g, guess)]
         names = chain([guess.axis.name], (f"{guess.axis.name}{n}" for n in count(2)))
         guess.axis.name = next(name for name in names if name not in others)
     return found
+
+
+def _other_units(one: Guess, other: Guess) -> bool:
+    """Return whether records cannot be of one axis: of another motion, or with forces of other names without units."""
+    forces = [guess.axis.roles.get("force") for guess in (one, other)]
+    unknown = [role is not None and role.unit_likelihood < SURE for role in forces]
+    names = [g.table.columns[f.column or 0].name for g, f in zip((one, other), forces, strict=True) if f is not None]
+    return one.axis.motion != other.axis.motion or (all(unknown) and len(set(names)) > 1)
 
 
 def _of_group(members: Sequence[ForeignTable]) -> Iterator[Guess]:
@@ -445,7 +456,7 @@ class Guessed:
         for guess in self.usable:
             files, columns, roles = first_of(guess.files), guess.table.columns, guess.axis.roles.items()
             means = ", ".join(f'{k} is "{columns[r.column].name}"' for k, r in roles if r.column is not None)
-            if what := "; ".join(guess.questions):
+            if what := "; ".join(guess.open):
                 found.append(MAPPING_ASSUMED.found(files=files, what=what, mapping=mapping))
             else:
                 sure.setdefault(f"check {mapping}" if mapping else means, {}).update(dict.fromkeys(guess.files))
@@ -454,14 +465,14 @@ class Guessed:
     def asked(self) -> list[Notice]:
         """Return what is open, a notice for files of one kind."""
         return [
-            MAPPING_OPEN.found(files=first_of(guess.files), what="; ".join(guess.questions) or "another of its axes")
+            MAPPING_OPEN.found(files=first_of(guess.files), what="; ".join(guess.open) or "another of its axes")
             for guess in self.found
         ]
 
     def error(self) -> FricError:
         """Return all that is open in one error, with the mapping to fill in."""
         files = list(dict.fromkeys(path for guess in self.found for path in guess.files))
-        n = sum(len(guess.questions) for guess in self.found)
+        n = len({settled for guess in self.found for settled in guess.open.values()})
         what = f"{len(files)} files do not say what their columns are" if len(files) > 1 else (
             "it does not say what its columns are"
         )  # fmt: skip

@@ -17,7 +17,7 @@ import numpy as np
 from fric.arrays import Mask, Real
 from fric.columns import LARGEST_TURN
 from fric.errors import FricError
-from fric.io.readers.base import ForeignTable, Memory
+from fric.io.readers.base import Column, ForeignTable, Memory
 from fric.io.words import (
     TIME_UNITS,
     TOLERANCE,
@@ -64,6 +64,7 @@ UNFIT = 0.5  # Likelihood at most of units that do not explain the factor betwee
 WORSE = 20.0
 """How much more of the variance a column without a name leaves than the velocity does, before it may be a force."""
 DRIVING = 0.2  # Score of a voltage that drives an axis, at least
+CLEARLY = 0.8  # What the actual position leaves of a force, relative to what the commanded one leaves, at most
 JUMPS = 0.5  # Step from row to row, relative to the spread, from which on a position cannot be followed
 LOOKED_AT = 2000  # Rows that the different values of a column are counted in
 MODES = 4  # Values that a mode has at most
@@ -114,7 +115,7 @@ class Samples:
         pieces = [_head(table, most) for table in tables]
         self.x = np.concatenate(pieces) if pieces else np.empty((0, len(self.columns)))
         self.starts = np.cumsum([0, *map(len, pieces)])[:-1]
-        self.said, self.tags = [spoken(column) for column in self.columns], tags(self.columns)
+        self.said, self.tags = _spoken_of(self.columns), tags(self.columns)
         good = np.abs(self.x) < BEYOND
         self.numeric = good.mean(axis=0) > 0.9 if len(self.x) else np.zeros(len(self.columns), bool)
         for n in np.flatnonzero(self.numeric & ~good.all(axis=0)):
@@ -131,6 +132,10 @@ class Samples:
         for n in np.flatnonzero(self.turn):
             for piece in pieces:
                 piece[:, n] = np.unwrap(piece[:, n], period=self.turn[n])
+        still = [
+            n for n in np.flatnonzero(self.numeric & ~self.moving) if self.said[n].quantity == "time" and len(self.x)
+        ]
+        self.constants = {f"dt {self.columns[n].name}": f"{self.x[0, n]:.9g} {self.said[n].unit or 's'}" for n in still}
         some = self.x[:: len(self.x) // LOOKED_AT + 1]  # of all rows: an axis may rest at first
         self.levels = np.array([len(np.unique(some[:, n])) for n in range(len(self.columns))])
 
@@ -142,6 +147,14 @@ class Samples:
             inside[max(start - window, 0) : start] = False
         rows = np.flatnonzero(inside)
         return rows[:: max(len(rows) // ROWS, 1)]
+
+
+def _spoken_of(columns: Sequence[Column]) -> list[Spoken]:
+    """Return what names show of columns: beside ``q[0]``, ``q_d[0]`` is what is desired."""
+    names, plain = {column.name for column in columns}, [re.sub(r"_d(?=\W|_?\d|$)", "", c.name) for c in columns]
+    desired = [name in names and name != column.name for name, column in zip(plain, columns, strict=True)]
+    said = [spoken(column) for column in columns]
+    return [says._replace(commanded=True) if of else says for says, of in zip(said, desired, strict=True)]
 
 
 def _turn(x: Real) -> float:
@@ -183,8 +196,9 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     _refuse_many(tables[0], moving := int(data.moving.sum()), MOST_MOVING)
     clock = _clock(data)
     if clock.column is None and not clock.unit:
-        clock = _said_clock(tables[0].constants) or clock
+        clock = _said_clock(data.constants | tables[0].constants) or clock
     t = data.x[:, clock.column] if clock.column is not None else np.arange(len(data.x), dtype=float)
+    data.moving &= ~_stamps(data, t)
     if clock.column is None and clock.unit:
         t = t * parse(clock.unit, "time")
     pairs = Pairs(data, t, clock)
@@ -207,6 +221,7 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
         )
         movements, scores = (speeds, others) if better > 2.0 * best else (movements, scores)
     drives = [_driven(data, score) for score in scores]
+    movements = [_by_force(data, t, one, pushed.get("force")) for one, pushed in zip(movements, drives, strict=True)]
     whole = [(movement, movement.roles | pushed) for movement, pushed in zip(movements, drives, strict=True)]
     found = [_in_units(data, t, movement, roles, clock) for movement, roles in whole]
     turning = [rotates(axis.motion) for axis in found if axis]
@@ -282,7 +297,10 @@ def _clock(data: Samples) -> Role:
     if best[0] < 0.9:
         return Role("time", None, "", 1.0, 0.0, "no column rises evenly")
     n = -best[1]
-    if data.said[n].quantity == "row" and np.mean(np.diff(data.x[:, n]) == 1.0) > 0.999:
+    unnamed = [column.name == f"column {k}" for k, column in enumerate(data.columns)]
+    if (data.said[n].quantity == "row" or (unnamed[n] and not all(unnamed))) and np.mean(
+        np.diff(data.x[:, n]) == 1.0
+    ) > 0.999:
         return Role("time", None, "", 1.0, 0.0, f"'{data.columns[n].name}' counts rows")
     says, stamps = data.said[n], data.x[: data.starts[1] if len(data.starts) > 1 else None, n]
     if says.unit and (np.diff(stamps) == 0.0).mean() > REPEATED and _is_rounded(stamps):
@@ -292,6 +310,19 @@ def _clock(data: Samples) -> Role:
     since_1970 = (u for u, size in TIME_UNITS.items() if 1e9 < stamps[0] * size < 2.5e9 and np.ptp(stamps) * size < 1e6)
     unit = says.unit or next(since_1970, "")
     return Role("time", n, unit, sure, 1.0 if unit else 0.0, "it rises evenly")
+
+
+def _stamps(data: Samples, t: Real) -> Mask:
+    """Return which columns without another name are the clock again: another epoch or unit, or its wrapped rest."""
+    first = slice(None, data.starts[1] if len(data.starts) > 1 else None)
+    found = np.zeros(len(data.columns), bool)
+    for n in np.flatnonzero(data.moving):
+        x = data.x[first, n]
+        if data.said[n].quantity in {None, "time", "row"} and len(x) > 32 and np.mean(np.diff(x) < 0.0) < REPEATED:
+            ends = (t[first][-1] - t[0]) or 1.0
+            left = x - x[0] - (x[-1] - x[0]) / ends * (t[first] - t[0])
+            found[n] = np.abs(left).max() < max(1e-4 * np.ptp(x), 1.01 * np.diff(x).max())
+    return found
 
 
 def _is_rounded(stamps: Real) -> bool:
@@ -593,12 +624,29 @@ def _weighed(data: Samples, pairs: Pairs, n: int, movement: _Movement, motion: _
         return 0.0, 1
     exact = max((pairs.share[v, n] for v in movement.columns), default=0.0)
     if says.quantity is None and exact > 0.98 and braking < 0.5:
-        score *= 0.05  # the derivative of a velocity: an acceleration
+        main = max(movement.columns, key=lambda v: pairs.share[v, n])
+        decade = np.log10(abs(float(pairs.factor[main, n])))
+        score *= 0.0 if abs(decade - round(decade)) < 0.01 else 0.05  # the derivative of a velocity: an acceleration
     elif says.quantity is None and braking < BRAKED:
         score *= 0.25
     if says.quantity == "force":
         score = max(score, 0.02) * (0.6 if says.commanded else 3.0)
     return score * (1.5 if says.unit in {"N", "N*m", "A"} else 1.0), sign
+
+
+def _by_force(data: Samples, t: Real, movement: _Movement, force: Role | None) -> _Movement:
+    """Return an axis whose actual position, where names do not show it, is the one that explains the force better."""
+    shown, named = movement.roles, [data.said[role.column or 0] for role in movement.roles.values()]
+    if force is None or not {"position", "reference"} <= shown.keys() or any(s.commanded or s.measured for s in named):
+        return movement
+    both = [shown["position"], shown["reference"]]
+    left = [_Motion(data, t, role.column, None).left(data.x[:, force.column or 0]) for role in both]
+    noise = [_noise(data, role.column or 0) for role in both]
+    if not min(left) < CLEARLY * max(left) or max(noise) > 10.0 * min(noise):  # what is rougher was measured
+        return movement
+    for of, role in zip(("position", "reference"), both if left[0] < left[1] else both[::-1], strict=True):
+        shown[of] = replace(shown[of], column=role.column, likelihood=0.98)
+    return movement
 
 
 def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Role]:
@@ -678,6 +726,13 @@ class _Motion:
             return False
         without = np.column_stack([np.abs(basis[:, 1]), sign * basis[:, 2], basis[:, 3]])
         return _left(without, y)[0] < _left(basis, y)[0]
+
+    def left(self, values: Real) -> float:
+        """Return the least share of a column's squares that the motion leaves, of the windows."""
+        sums = np.concatenate([[0.0], np.cumsum(values)])
+        means = [(basis, (sums[rows + width + 1] - sums[rows]) / (width + 1)) for rows, width, basis in self.bases]
+        shares = [_left(basis, y)[0] / (float(((y - y.mean()) ** 2).sum()) + 1e-300) for basis, y in means]
+        return min(shares, default=1.0)
 
     def score(self, values: Real) -> tuple[float, float, int]:
         """Return how much of a column follows sign(v) and a, sign(v) alone, and the sign by which it brakes."""

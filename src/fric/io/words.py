@@ -38,8 +38,8 @@ FORCE = ("force", "torque", "tau", "effort", "trq", "frc", "ff", "fm", "fx", "fy
 CURRENT = ("current", "curr", "cur", "iq", "i q", "amp", "amps", "ampere", "strom", "corrente", "courant", "corriente",
            "intensidad", r"\w*電流")  # fmt: skip
 LOAD = ("load", "last", "auslastung", "carico", "charge", "carga")
-ACCELERATION = ("acceleration", "accel", "acc", "beschleunigung", "accelerazione", "accélération", "aceleración",
-                "aceleracion", "jerk", "ruck")  # fmt: skip
+ACCELERATION = ("acceleration", "accel", "acc", "ddq", "qdd", "q ?ddot", "beschleunigung", "accelerazione",
+                "accélération", "aceleración", "aceleracion", "jerk", "ruck")  # fmt: skip
 BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "température", "bus", "dc", "supply",
                  "zwischenkreis", "pressure", "druck", "status", "state", "zustand", "mode(?!l)",
                  "modus", "flag", "id", "i d", "ud", "u d", "vd", "v d", "stato", "estado", "état", "vibration", "batt",

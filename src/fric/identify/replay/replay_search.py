@@ -16,6 +16,7 @@ from typing import Literal
 
 import nlopt
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.optimize import least_squares, nnls
 
 from fric.arrays import Mask, Real
@@ -267,6 +268,8 @@ def search_ranges(records: Sequence[Prepared]) -> Ranges:
 
 COARSE = 4_000  # Number of samples in the coarse search
 LITTLE, SEARCHES = 0.1, 4  # Share of the force's squares that a search may leave, and the most searches
+FAST, RIGID = 0.1, 1.5
+"""Speed from which on friction slides, relative to the fastest; what a search may leave of it over a line in speed."""
 EVALUATIONS = 150  # Replays of the coarse search, over the number of unknowns plus one
 HOP, HOPS = 12, 4  # Least-squares steps after a hop of a block, and hops of each block
 GOLDEN = 0.6180339887498949
@@ -381,8 +384,8 @@ class Search:
         """Return a point in the right basin, over few samples.
 
         A controlled random search (Kaelo and Ali's CRS2) places the scalars and a geometric row of blocks; where that
-        explains little, it is repeated. Then blocks hop, the weakest first: a block is redrawn and the fit repeated,
-        and a better result is kept.
+        explains little, or fast sliding worse than Coulomb and viscous friction do, it is repeated. Then blocks hop,
+        the weakest first: a block is redrawn and the fit repeated, and a better result is kept.
         """
         every = -(-sum(len(r.force) for r in self.records) // COARSE)
         few = Search(self.coordinates, [record.thinned(every) for record in self.records])
@@ -395,11 +398,28 @@ class Search:
         search.set_ftol_rel(1e-4)
         spread, found = self.coordinates.spread_start, list[tuple[float, Real]]()
         most = LITTLE * float(np.sum(few.projected([record.force for record in few.records]) ** 2))
-        while len(found) < SEARCHES and (not found or min(found, key=itemgetter(0))[0] > most):
+        fast, rigid = few._rigid()
+
+        def explains(cost: float, x: Real) -> bool:
+            return (
+                cost <= most and float(np.sum(few.residual(few.fine(x, HOP, both=False))[fast] ** 2)) <= RIGID * rigid
+            )
+
+        while len(found) < SEARCHES and not (found and explains(*min(found, key=itemgetter(0)))):
             nlopt.srand(seed + len(found) + 1)  # 0 would be the time of day
             x = spread(minimised(search, lambda y: few.cost(spread(y)), np.full(size, 0.5)))
             found.append((few.cost(x), x))
         return few._hopped(min(found, key=itemgetter(0))[1], np.random.default_rng(seed))
+
+    def _rigid(self) -> tuple[Mask, float]:
+        """Return which samples slide fast, and the squares that Coulomb and viscous friction leave of them [N²]."""
+        v = np.concatenate([record.motion.velocity[record.used] for record in self.records])
+        fast = np.abs(v) > FAST * np.quantile(np.abs(v), 0.99)
+        own = block_diag(*(record.own[record.used] for record in self.records))
+        force = np.concatenate([record.force[record.used] for record in self.records])[fast]
+        basis = np.column_stack([np.sign(v), v, own])[fast]
+        left = force - basis @ np.linalg.lstsq(basis, force)[0]
+        return fast, float(left @ left)
 
     def _hopped(self, x: Real, rng: np.random.Generator) -> Real:
         free = self.coordinates.free

@@ -274,7 +274,7 @@ def named(header: str) -> Column:
     inside = found and (found["square"] or found["round"] or "").strip()
     if found is None or not found["name"] or _OF_AXIS.fullmatch(inside or ""):  # q[0], POSF(X)
         return Column(text, text.rpartition("_")[2] if _SUFFIX.fullmatch(text) else None)
-    unit = found["square"] if found["square"] is not None else found["round"]
+    unit = re.sub(r"^in\s+(?=\S)", "", found["square"] if found["square"] is not None else found["round"])
     return Column(text if found["square"] is None and not is_unit(unit) else found["name"], unit.strip() or None)
 
 
