@@ -552,3 +552,27 @@ def test_a_question_about_all_axes_counts_as_one(tmp_path: Path) -> None:
 def test_a_unit_in_words_is_one() -> None:
     assert named("Laser (in mm)") == Column("Laser", "mm")
     assert named("length (in)") == Column("length", "in")
+
+
+def test_a_demand_in_another_unit_is_no_axis_and_an_effort_in_two_units_no_question(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    current = a["current"]
+    torque = 0.5 * current + 0.001 * np.random.default_rng(3).standard_normal(len(current))
+    moved = np.degrees(a["position"]), np.degrees(a["velocity"])
+    head = "t;command_value;position_deg;velocity_deg_s;torque_Nm;current_A"
+    (axis,) = told(write(tmp_path / "log.csv", head, a["t"], a["asked"], *moved, torque, current))
+    assert (axis.roles["position"].column, axis.roles["force"].column) == (2, 4)
+    assert axis.roles["force"].likelihood > SURE
+
+
+def test_of_forces_without_names_the_exact_one_was_asked(tmp_path: Path) -> None:
+    """A robot's table without a header: the current of its model goes better with the motion than the drive's."""
+    a = axis_of_a_drive()
+    asked = np.tanh(a["speed"] / 0.02) + 0.01 * np.gradient(a["speed"], 1e-3)
+    current = a["current"] + 0.1 * np.random.default_rng(4).standard_normal(len(asked))
+    (axis,) = told(write(tmp_path / "log.csv", "", a["t"], a["position"], a["velocity"], asked, current))
+    assert axis.roles["force"].column == 4
+    named = told(
+        write(tmp_path / "leg.csv", "t;pos;vel;tau_des;tau", a["t"], a["position"], a["velocity"], current, current)
+    )
+    assert named[0].roles["force"].column == 4

@@ -64,6 +64,7 @@ UNFIT = 0.5  # Likelihood at most of units that do not explain the factor betwee
 WORSE = 20.0
 """How much more of the variance a column without a name leaves than the velocity does, before it may be a force."""
 DRIVING = 0.2  # Score of a voltage that drives an axis, at least
+ALIKE = 0.7  # Correlation, and relative score, above which two columns may be the same force, asked and measured
 CLEARLY = 0.8  # What the actual position leaves of a force, relative to what the commanded one leaves, at most
 JUMPS = 0.5  # Step from row to row, relative to the spread, from which on a position cannot be followed
 LOOKED_AT = 2000  # Rows that the different values of a column are counted in
@@ -456,7 +457,12 @@ def _clusters(data: Samples, pairs: Pairs) -> list[list[int]]:
         if (members := next(like, None)) is None:
             found.append(members := [])
         members.append(n)
-    return found
+    moved = [n for members in found for n in members if not data.said[n].commanded]
+
+    def asks(n: int) -> bool:  # in another unit
+        return data.said[n].commanded and any(pairs.alike[n, k] > SAME and not _apart(data, n, k) for k in moved)
+
+    return [members for members in found if not all(map(asks, members))]
 
 
 def _of_an_axis(data: Samples, pairs: Pairs, n: int, k: int) -> bool:
@@ -660,8 +666,17 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
             kept = {n: pair for n, pair in kept.items() if n not in supplies}
         if not kept:
             continue
+        if all(data.said[n].quantity is None for n in kept):  # of those that go alike, what is exact is a command
+            noise, most = {n: _noise(data, n) for n in kept}, max(kept.values())[0]
+            rough = max((n for n in kept if kept[n][0] > ALIKE * most), key=lambda n: noise[n])
+            kept = {n: pair for n, pair in kept.items() if n == rough or not _is_exact(data, n, rough, noise)}
         best = max(kept, key=lambda n: kept[n][0])
-        kept = {n: pair for n, pair in kept.items() if n == best or not np.allclose(data.x[:, n], data.x[:, best])}
+        twins = [n for n in kept if data.said[n].unit and data.said[best].unit and _are_one(data, n, best)]
+        plain = {n for n in twins if any(converts(data.said[n].unit, "force", motion) for motion in PLAIN)}
+        best = max(twins, key=lambda n: (n in plain, kept[n][0]), default=best)
+        kept = {n: pair for n, pair in kept.items() if n == best or not (
+            n in twins or np.allclose(data.x[:, n], data.x[:, best])
+        )}  # fmt: skip
         weights = np.array([pair[0] ** 2 for pair in kept.values()])
         sure = 0.99 if kept[best][0] > 0.1 or data.said[best].quantity else 0.9
         sure *= float(kept[best][0] ** 2 / max(weights.sum(), 1e-300))
@@ -671,6 +686,17 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
     if "force" not in roles and "input" in roles and not data.said[roles["input"].column or 0].unit:
         roles["force"] = replace(roles.pop("input"), channel="force")  # what is put in, in a unit of the drive
     return roles
+
+
+def _are_one(data: Samples, n: int, best: int) -> bool:
+    """Return whether two measured columns are one effort in two units: of a motor in A, and in N*m."""
+    measured = n == best or not (data.said[n].commanded or data.said[best].commanded)
+    return measured and abs(float(np.corrcoef(data.x[:, n], data.x[:, best])[0, 1])) > 0.99
+
+
+def _is_exact(data: Samples, n: int, rough: int, noise: Mapping[int, float]) -> bool:
+    """Return whether a column is as another one is without its noise."""
+    return 5.0 * noise[n] < noise[rough] and abs(float(np.corrcoef(data.x[:, n], data.x[:, rough])[0, 1])) > ALIKE
 
 
 def follows(table: ForeignTable) -> float:

@@ -26,8 +26,8 @@ CLOCKS = {"ms": "ms", "msec": "ms", "millis": "ms", "us": "us", "usec": "us", "m
 ERROR = ("error", "deviation", "diff", "difference", "fehler", "schleppabstand", "abweichung", "errore", "scostamento",
          "erreur", "écart", r"\w*偏差")  # fmt: skip
 REFERENCE = ("reference", "ref", "cmd", "command", "commanded", "demand", "set", "setpoint", "target", "soll",
-             "set point", "sollwert", "desired", "goal", "wanted", "riferimento", "consigne", "référence", "consigna",
-             "referencia", r"\w*指令")  # fmt: skip
+             "set point", "sollwert", "desired", r"(?<!\w)des(?= ?\d*$)", "requested", "planned", "goal", "wanted",
+             "riferimento", "consigne", "référence", "consigna", "referencia", r"\w*指令")  # fmt: skip
 POSITION = ("position", "pos", "weg", "lage", "winkel", "angle", "displacement", "travel", "encoder", "enc", "tacho",
             "posizione", "spostamento", "déplacement", "posición", "posicion", r"\w*位置")  # fmt: skip
 VELOCITY = ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehzahl", "velocità", "vitesse",
