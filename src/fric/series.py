@@ -12,7 +12,7 @@ from fric.verb import refused
 if TYPE_CHECKING:
     from fric.arrays import Real
 
-LARGEST: Mapping[str, float] = {"time": 1e10, "velocity": 1e6, "ratio": 1e12}
+LARGEST: Mapping[str, float] = {"time": 1e11, "velocity": 1e6, "ratio": 1e12}
 """Magnitude of a value in SI that no machine reaches, by dimension; `OTHERWISE` of others."""
 LINEAR, OTHERWISE = 1e6, 1e9
 """The same for the position of a linear axis [m], and for dimensions that `LARGEST` does not name."""

@@ -122,7 +122,8 @@ def _registry() -> pint.UnitRegistry[Any]:
 
 
 _EVERYDAY: dict[tuple[str, str], float] = {
-    ("ms", "s"): 1e-3, ("us", "s"): 1e-6, ("µs", "s"): 1e-6, ("kHz", "Hz"): 1e3, ("mm", "m"): 1e-3, ("um", "m"): 1e-6,
+    ("ms", "s"): 1e-3, ("us", "s"): 1e-6, ("µs", "s"): 1e-6, ("100 ns", "s"): 1e-7,  # of stamps of Windows
+    ("kHz", "Hz"): 1e3, ("mm", "m"): 1e-3, ("um", "m"): 1e-6,
     ("µm", "m"): 1e-6, ("mm/s", "m/s"): 1e-3, ("um/s", "m/s"): 1e-6, ("µm/s", "m/s"): 1e-6, ("mN", "N"): 1e-3,
     ("kN", "N"): 1e3, ("mN*m", "N*m"): 1e-3, ("mV", "V"): 1e-3, ("N/um", "N/m"): 1e6, ("N/µm", "N/m"): 1e6,
 }  # fmt: skip

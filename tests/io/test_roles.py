@@ -215,7 +215,7 @@ def test_samples_that_cannot_be_used_are_dropped_where_the_likeliest_is_assumed(
     assert done.done.dropped == 2
 
 
-@pytest.mark.parametrize("clock", ["rounded", "bogus", "date", "day", "preamble", "gap"])
+@pytest.mark.parametrize("clock", ["rounded", "bogus", "date", "day", "preamble", "gap", "windows"])
 def test_clocks_as_loggers_write_them(tmp_path: Path, clock: str) -> None:
     """Stamps with too few digits, another run's first one, dates, a rate above the table, two rates."""
     a = axis_of_a_drive(n=3000)
@@ -231,6 +231,8 @@ def test_clocks_as_loggers_write_them(tmp_path: Path, clock: str) -> None:
         head = "stamp;position [rad];current [A]"
         day = "2024-03-01 " if clock == "date" else ""
         stamps = [f"{day}10:11:{one:09.6f}" for one in t]
+    elif clock == "windows":  # 100 ns since 1601
+        stamps, head = [f"{132959733843760000 + round(1e7 * one)}" for one in t], "time;position [rad];current [A]"
     elif clock == "preamble":
         stamps, head = [str(n % 2) for n in range(len(t))], "Sampling period: 1 ms\nflag;position [rad];current [A]"
     rows = [f"{s};{z:.7g};{i:.5g}" for s, z, i in zip(stamps, a["position"], a["current"], strict=True)]

@@ -64,6 +64,7 @@ UNFIT = 0.5  # Likelihood at most of units that do not explain the factor betwee
 WORSE = 20.0
 """How much more of the variance a column without a name leaves than the velocity does, before it may be a force."""
 DRIVING = 0.2  # Score of a voltage that drives an axis, at least
+FILETIME = "100 ns"  # What the stamps of Windows count, since 1601
 ALIKE = 0.7  # Correlation, and relative score, above which two columns may be the same force, asked and measured
 CLEARLY = 0.8  # What the actual position leaves of a force, relative to what the commanded one leaves, at most
 JUMPS = 0.5  # Step from row to row, relative to the spread, from which on a position cannot be followed
@@ -309,7 +310,8 @@ def _clock(data: Samples) -> Role:
         return Role("time", None, f"{period:.6g} {says.unit}", 0.97, 0.97, "its stamps are rounded, and even")
     sure = 0.99 if says.quantity == "time" else 0.97 if best[0] > 1.05 else 0.9
     since_1970 = (u for u, size in TIME_UNITS.items() if 1e9 < stamps[0] * size < 2.5e9 and np.ptp(stamps) * size < 1e6)
-    unit = says.unit or next(since_1970, "")
+    since_1601 = FILETIME if 1.26e10 < stamps[0] * 1e-7 < 1.42e10 and np.ptp(stamps) < 1e13 else ""
+    unit = since_1601 or says.unit or next(since_1970, "")
     return Role("time", n, unit, sure, 1.0 if unit else 0.0, "it rises evenly")
 
 
@@ -319,10 +321,14 @@ def _stamps(data: Samples, t: Real) -> Mask:
     found = np.zeros(len(data.columns), bool)
     for n in np.flatnonzero(data.moving):
         x = data.x[first, n]
-        if data.said[n].quantity in {None, "time", "row"} and len(x) > 32 and np.mean(np.diff(x) < 0.0) < REPEATED:
-            ends = (t[first][-1] - t[0]) or 1.0
-            left = x - x[0] - (x[-1] - x[0]) / ends * (t[first] - t[0])
-            found[n] = np.abs(left).max() < max(1e-4 * np.ptp(x), 1.01 * np.diff(x).max())
+        named, counts = (
+            data.said[n].quantity in {"time", "row"},
+            data.said[n].quantity is None and np.all(x == np.rint(x)),
+        )
+        if (named or counts) and len(x) > 32 and np.mean(np.diff(x) < 0.0) < REPEATED:
+            slope = (x[-1] - x[0]) / ((t[first][-1] - t[0]) or 1.0)
+            left = np.abs(x - x[0] - slope * (t[first] - t[0])).max()
+            found[n] = left < (1e-4 if named else 1e-5) * np.ptp(x) or (np.median(np.diff(x)) == 0.0 and left < 1.01)
     return found
 
 
