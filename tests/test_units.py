@@ -15,7 +15,7 @@ from fric.units import _EVERYDAY, SI_UNITS, _registry, factor, parse, prefixed, 
 @pytest.mark.parametrize(("unit", "si"), _EVERYDAY)
 def test_everyday_units_are_what_pint_says(unit, si):
     registry = _registry()
-    assert _EVERYDAY[unit, si] == pytest.approx(registry.Quantity(1.0, unit).to(si).magnitude, rel=1e-15)
+    assert _EVERYDAY[unit, si] == pytest.approx(registry.Quantity(unit).to(si).magnitude, rel=1e-15)
 
 
 def test_everyday_units_do_not_wait_for_pint():
