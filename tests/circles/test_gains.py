@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 import fric
-from fric.circles.gains import FoundController, _Fit, controller_of, stated_voltage
+from fric.circles.gains import controller_of, lags, stated_voltage
 from fric.circles.learn import learn_from
 from fric.circles.measured import AxisTrace, MeasuredCircle, measured_from_run
 from fric.circles.tune_fit import voltage_record
+from fric.documents.controller import ControllerDocument
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
+from fric.results.identify import GainsResult
 
 BOUNDS = {"K_v": 0.01, "K_p": 0.01, "K_i": 0.02, "velocity_filter": 0.05}
 
@@ -181,11 +183,36 @@ def test_the_voltage_of_stated_gains_is_that_of_a_loop_with_or_without_feedforwa
     assert 10 * np.ptp(found.given) < np.ptp(other.given)
 
 
-def test_a_loop_without_velocity_feedforward_is_said() -> None:
-    """Friction fed forward switches 22 ms early there: (b) left 75 µm of a circle on which 61 were predicted."""
-    cascade, t = fric.read_machine("virtual-rig").axes["x"].cascade, np.arange(0.0, 2.0, 1e-3)
-    for lag, said in ((1 / cascade.K_v, ["loop-lags"]), (0.6e-3, [])):
-        reference, measured = (30e-3 * np.cos(10 * time) for time in (t, t - lag))
-        found = _Fit(reference, measured, measured, 1e3).velocity_lag
-        assert found == pytest.approx(lag, rel=0.02)
-        assert [notice.code for notice in FoundController(cascade, {}, 1.0, lag=found).lags] == said
+def fed_by(machine: fric.Machine, share: float) -> fric.Machine:
+    """Return a machine whose drives feed a share of the reference velocity forward."""
+    axes = machine.axes.items()
+    fed = {name: replace(axis, cascade=replace(axis.cascade, velocity_feedforward=share)) for name, axis in axes}
+    return replace(machine, axes=fed)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_a_loop_with_less_velocity_feedforward_is_identified_and_simulated(share: float) -> None:
+    """Friction fed forward switches too early there: (b) left 75 µm of a circle on which 61 were predicted."""
+    whole = fric.read_machine("virtual-rig")
+    run = fric.circle(fed_by(whole, share), "a", velocity="50 mm/s").runs[0]
+    trace, true = run.traces["x"], whole.axes["x"].cascade
+    velocity = np.gradient(trace.reference, trace.time)
+    lag = velocity @ (trace.reference - trace.position) / (velocity @ velocity)
+    assert lag == pytest.approx((1.0 - share) / true.K_v, rel=0.01)
+
+    found = controller_of(measured_from_run(run), "x")
+    assert found.cascade.velocity_feedforward == pytest.approx(share, abs=0.02)
+    assert found.cascade.K_v == pytest.approx(true.K_v, rel=0.01)
+    assert [notice.severity for notice in found.lags] == ["note"]
+    of_file = ControllerDocument.model_validate(GainsResult(found, "x").document).in_si("linear")
+    assert of_file.velocity_feedforward == found.cascade.velocity_feedforward
+    assert [notice.severity for notice in lags(true, lag)] == ["wrong"]  # with the gains as stated
+    assert not lags(true, 0.6e-3)
+
+
+def test_a_single_axis_without_velocity_feedforward_runs_its_circle_beside_another_that_lags_alike() -> None:
+    whole = fed_by(fric.read_machine("virtual-rig"), 0.0)
+    alone = replace(whole, axes={"x": whole.axes["x"]})
+    one, both = (fric.circle(machine, "a", velocity="50 mm/s").runs[0].contour for machine in (alone, whole))
+    assert one.glitches[::2] == pytest.approx(both.glitches[::2], abs=1e-6)
+    assert one.range < 1.2 * both.range  # an axis beside it without lag made an ellipse of 0.5 mm

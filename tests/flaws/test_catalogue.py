@@ -393,7 +393,7 @@ SHOWN: dict[str, Show] = {
     "encoder-too-coarse": coarse,
     "dead-zone": dead,
     "mass-differs": mass,
-    "loop-lags": lambda s: gains.FoundController(N(K_v=50.0), {}, 1.0, lag=s * gains.LAGS / 50.0).lags,
+    "loop-lags": lambda s: gains.lags(N(K_v=50.0, velocity_feedforward=1.0), s * gains.LAGS / 50.0),
     "force-lags": lambda s: response_fit._lag_described(
         Estimate.around(s * response_fit.DESCRIBED / 1e3, "s", 0.0), None, 1e3
     ),

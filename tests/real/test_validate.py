@@ -43,7 +43,7 @@ def test_the_gains_are_those_of_the_record_s_file(files, tmp_path):
         low, high = gains[name]["ci95"]
         assert low <= published <= 1.001 * high
         assert high - low < 0.01 * 243.45
-    assert gains["K_i"]["value"] == 0.0
+    assert gains["K_i"]["value"] == gains["velocity_feedforward"]["value"] == 0.0
 
 
 def test_friction_of_either_direction_lowers_the_force_error(files, tmp_path):

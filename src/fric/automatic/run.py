@@ -41,7 +41,7 @@ from fric.verb import Kind, verb
 from fric.verdict import Evidence, Verdict, decide
 
 EXAMPLE = "K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m"  # Gains as a text
-_GAIN = re.compile(r"(K_v|K_p|K_i|velocity_filter|sampling)\s*[=: ]\s*([^,;=]+)")
+_GAIN = re.compile(r"(K_v|K_p|K_i|velocity_filter|velocity_feedforward|sampling)\s*[=: ]\s*([^,;=]+)")
 _AXIS = re.compile(r"\s*(\w[\w.+-]*)\s*:\s*(?=K_)")
 
 
@@ -73,7 +73,7 @@ def gains_of(text: str, axis: str, motion: Motion) -> dict[str, Any]:
     units = {name: si_unit(of, motion) for name, of in {**GAINS, "sampling": "frequency"}.items()}
     given = {"velocity_filter": f"{USUAL.velocity_filter} Hz", "sampling": f"{USUAL.sampling} Hz"}
     given |= {name: value.strip() for name, value in _GAIN.findall(text)}
-    if bare := [name for name, value in given.items() if not re.search("[a-zA-Z]", value)]:
+    if bare := [name for name, value in given.items() if name in units and not re.search("[a-zA-Z]", value)]:
         name = bare[0]
         raise FricError(f"{name} has no unit in '{text}'", hint=f"Write '{name}={given[name]} {units[name]}'.")
     content: dict[str, Any] = {"fric": ControllerDocument.type_name(), "axis": axis, "motion": motion} | given
@@ -246,7 +246,10 @@ FOUND: Mapping[str, tuple[str, ...]] = {
     "plant": (), "controller": (), "friction": ("static", "static_negative", "gms", "at_speed")
 }  # fmt: skip
 """Sections of each part's file that the table of results shows."""
-SHOWN = ("A", "B", "T_d", "K_f", "K_v", "K_p", "K_i", "F_c", "F_s", "v_s", "delta", "sigma", "F_v", "offset", "C")
+SHOWN = (
+    "A", "B", "T_d", "K_f", "K_v", "K_p", "K_i", "velocity_feedforward",
+    "F_c", "F_s", "v_s", "delta", "sigma", "F_v", "offset", "C",
+)  # fmt: skip
 """The numbers that it shows."""
 
 
@@ -453,11 +456,14 @@ def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], mac
     for circle in found.circles:
         name, plot = f"{circle.stem}: diagnosis", folder / f"{circle.stem}-diagnosis.png"
         session.take(step(name, "diagnose", [circle], {"machine": machine}, [circle, *reads], plot=plot))
-    shared = set(test.names) & set(machine_of(machine).axes) if found.circles else set()
+    nominal = machine_of(machine).axes if found.circles else {}
+    shared = {name for name in nominal if name in test.names}
     motions = {name: axes[name].motion for name in shared if name in axes}
     traces = test.of_effort(motions).axes if motions else {}
     if any(is_effort(motions[name]) and traces[name].input is None for name in motions if name in traces):
         return  # its circle has no current, which tuning needs
+    if not all("gms" in nominal[name].nominal_friction.models for name in shared):
+        return  # tuning starts from it
     if shared and (len(found.circles) > 1 or len(shared) == len(test.names)):  # one circle of one axis tells little
         target, given_files = folder / "tuned", [machine, *found.circles]
         leaves = [target / "machine.yaml"]

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from math import pi
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -70,19 +70,20 @@ class StatedVoltage(NamedTuple):
 
 
 def stated_voltage(
-    cascade: Cascade, plant: LinearPlant, reference: Real, measured: Real, rate: float, *, ahead: bool | None = None
+    cascade: Cascade, plant: LinearPlant, reference: Real, measured: Real, rate: float, *, ahead: float | None = None
 ) -> StatedVoltage:
     """Return the output of a controller along a recorded motion.
 
     reference, measured: Reference, and position as the encoder measures it [m], shape (n,).
-    ahead: Whether velocity and inverse model of the reference are fed forward; by default as the motion agrees with: of
-        the other the controller would integrate the lag.
+    ahead: Share of velocity and inverse model of the reference that is fed forward; by default that of the controller,
+        all or none, as the motion agrees with: of another the controller would integrate the lag.
     """
     if ahead is None:
-        both = [stated_voltage(cascade, plant, reference, measured, rate, ahead=fed) for fed in (True, False)]
-        return min(both, key=lambda stated: float(np.std(stated.integral)))
-    sampled = replace(cascade, sampling=rate)
-    velocity = np.gradient(reference, 1 / rate) if ahead else np.zeros(len(reference))
+        shares = dict.fromkeys((cascade.velocity_feedforward, 1.0, 0.0))
+        tried = [stated_voltage(cascade, plant, reference, measured, rate, ahead=share) for share in shares]
+        return min(tried, key=lambda stated: float(np.std(stated.integral)))
+    sampled = replace(cascade, sampling=rate, velocity_feedforward=1.0)
+    velocity = ahead * np.gradient(reference, 1 / rate)
     acceleration = np.gradient(velocity, 1 / rate)
     seen = float(2 * measured[0] - measured[1])
     start = (float(measured[1]) - float(measured[0])) * rate
@@ -97,7 +98,7 @@ def stated_voltage(
         error[n] = (u - each * total) * inverse
         total += error[n]
     proportional = sampled.K_p * error
-    model = (acceleration + plant.A * velocity) / plant.B if ahead else np.zeros(len(volts))
+    model = (acceleration + plant.A * velocity) / plant.B
     return StatedVoltage(volts + model, proportional, volts - proportional)
 
 
@@ -192,7 +193,8 @@ EXPLAINED, EXPLAINED_OF_LOG = 0.9, 0.98
 compensation was off; a compensation is no sum of these gains."""
 SURE_ORDER = 1.05  # Least ratio of squared residuals by which a record tells one order of gains from the other
 NO_INTEGRAL = 0.05  # Record over integral time below which a controller has no integral part
-LAGS = 0.5  # Least lag of a loop without velocity feedforward, whose lag is 1/K_v [1/K_v]
+LAGS = 0.25  # Least lag that is said; without velocity feedforward it is 1 [1/K_v]
+FED_ERROR = 0.05  # Error of the share of the reference velocity that is fed forward, by damping over gain [1]
 WIDEST = 0.25  # Largest relative half-width of gains that a log determines
 USUAL = Cascade(1.0, 1.0, 1.0, velocity_filter=500.0, sampling=4000.0)
 """Velocity filter and sampling that are assumed where a log is too slow to show them: those of `design controller`."""
@@ -213,13 +215,36 @@ class FoundController:
     where: str = ""  # The circle or record
     late: float = 0.0  # Time from the measurement to its voltage [s], which belongs to T_d of the axis
     swapped: bool = False  # Whether K_v and K_i/K_p in each other's place explain it as well
-    lag: float = 0.0  # Of the position behind the reference [s]
 
     @property
     def lags(self) -> list[Notice]:
-        """The warning where the lag is that of a loop without velocity feedforward, 1/K_v."""
-        lag = Estimate(self.lag, "s")
-        return [LOOP_LAGS.found(lag=lag)] if self.lag * self.cascade.K_v > LAGS else []
+        """The note where a lag is left for want of velocity feedforward."""
+        return lags(self.cascade, (1.0 - self.cascade.velocity_feedforward) / self.cascade.K_v)
+
+    def of_fit(self, fit: "_Fit", log_values: Real) -> Self:
+        """Return it with what a fit shows of delay, order and velocity feedforward.
+
+        An integral leaves the lag (1 - share)/K_v. Without one the voltage holds the share: the inverse model, damping
+        over gain, is little beside it. Within its error of 1 it is full, within that of 0 none.
+        """
+        found = replace(self, late=fit.late, swapped=fit.swapped)
+        K_v, gain = self.cascade.K_v, self.estimates["K_v"]
+        late = K_v * fit.velocity_lag if self.cascade.K_i else 1.0 - fit.fed_share(log_values)
+        half = FED_ERROR + K_v / fit.rate
+        if abs(late) <= half:
+            return found
+        share = 0.0 if abs(1.0 - late) <= half else min(max(1.0 - late, 0.0), 2.0)
+        half += abs(late) * gain.half_width / K_v
+        cascade = replace(self.cascade, velocity_feedforward=share)
+        estimates = {**self.estimates, "velocity_feedforward": Estimate.around(share, "1", half)}
+        return replace(found, cascade=cascade, estimates=estimates)
+
+
+def lags(cascade: Cascade, lag: float, where: str = "") -> list[Notice]:
+    """Return the notice of a lag [s] for want of velocity feedforward, which is wrong where the controller has that."""
+    share = lag * cascade.K_v
+    differs = abs(share - (1.0 - cascade.velocity_feedforward)) > LAGS
+    return [LOOP_LAGS.found(where, lag=Estimate(lag, "s"), differs=differs)] if differs or share > LAGS else []
 
 
 def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") -> FoundController:
@@ -250,8 +275,7 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
             hint="Give the controller's gains.",
         )  # fmt: skip
     half = np.hypot(1.96 * np.sqrt(np.diag(covariance)), swap)
-    made = _controller(found, half, explained, rate, test.where, motion)
-    return replace(made, late=fit.late, swapped=fit.swapped, lag=fit.velocity_lag)
+    return _controller(found, half, explained, rate, test.where, motion).of_fit(fit, found)
 
 
 def controller_of_logs(logs: Iterable[Log]) -> FoundController:
@@ -306,8 +330,7 @@ def _of_log(log: Log) -> FoundController | None:
         if explained > most and (half[: 2 if unused else 3] < WIDEST).all():
             half = np.hypot(half, swap[: len(half)])
             best = _controller(found, half, explained, None if slow else rate, log.where, log.motion, unused)
-            best = replace(best, late=fit.late, swapped=fit.swapped, lag=fit.velocity_lag)
-            most = explained
+            best, most = best.of_fit(fit, found), explained
     return best
 
 
@@ -373,6 +396,11 @@ class _Fit:
         """Return the share of the voltage beyond what is fed forward that a cascade explains [1]."""
         return 1.0 - float(np.sum(self.rest(log_values) ** 2)) / max(float(np.sum(self.without**2)), 1e-300)
 
+    def fed_share(self, log_values: Real) -> float:
+        """Return the reference velocity that is fed forward, over K_p [1], of a controller without an integral."""
+        shares = np.linalg.lstsq(self.fed, self.u - self.volts(log_values), rcond=None)[0]
+        return float(shares[2] / np.exp(log_values[1]))
+
     def rest(self, log_values: Real) -> Real:
         """Return the residual of the recorded voltage [V] with a cascade and feedforward."""
         return self.without - self._off(self.volts(log_values))
@@ -418,10 +446,10 @@ class _Fit:
         return np.log([high, D, low * D])
 
     def _apart(self, log_values: Real) -> float:
-        """Return the squared residual [V²] with the reference velocity through the integral of the loop, or without."""
-        _, _, K_i, _ = np.exp(log_values)
+        """Return the squared residual [V²] with a share of the reference velocity through the integral of the loop."""
+        K_v, _, K_i, _ = np.exp(log_values)
         others = np.linalg.qr(self.sized[:, [0, 2, 3]])[0]
-        rests = [self.u - self.volts(log_values) - share * K_i * self.fed[:, 1] for share in (0.0, 1.0)]
+        rests = [self.u - self.volts(log_values) - share * K_i * self.fed[:, 1] for share in (0.0, 1.0, 1.0 - K_v * self.velocity_lag)]
         return min(float(np.sum((rest - others @ (others.T @ rest)) ** 2)) for rest in rests)
 
 

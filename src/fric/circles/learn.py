@@ -281,7 +281,7 @@ def _nominal_friction(axis: Axis, reference: Reference) -> Real:
 
 def _learned(axis: Axis, reference: Reference, trace: Trace, before: Real, how: Learning) -> Real:
     plant = axis.nominal or axis.plant
-    model = inverse_model(plant, reference.ahead(axis.lead()))
+    model = axis.cascade.velocity_feedforward * inverse_model(plant, reference.ahead(axis.lead()))
     error = trace.reference - trace.measured
     learned = next_feedforward(trace.time, error, trace.input, model, before, plant, how)
     return np.rint(learned / VOLT) * VOLT

@@ -17,7 +17,7 @@ from zlib import crc32
 import numpy as np
 
 from fric.arrays import Real
-from fric.circles.gains import against_stated, stated_voltage
+from fric.circles.gains import against_stated, lags, stated_voltage
 from fric.circles.measured import MeasuredCircle
 from fric.circles.revolutions import fit_circle
 from fric.circles.tune_fit import TunedAxis, VoltageRecord, recorded_again, refined, voltage_record
@@ -483,12 +483,14 @@ def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     if record.test.scheme not in ("", "a"):
         return
     t, reference, measured, voltage = record.raw
-    rate = 1 / record.sampled
+    rate, velocity = 1 / record.sampled, np.gradient(reference, t)
+    lag = float(velocity @ (reference - measured) / max(velocity @ velocity, 1e-300))
+    late = lags(axis.cascade, lag, f"axis {axis.name}") if axis.cascade.K_i else []
+    yield from (notice for notice in late if notice.severity == "wrong")
     stated = stated_voltage(axis.cascade, axis.nominal or axis.plant, reference, measured, rate)
     held = against_stated(axis.cascade, stated, voltage, rate)
     if held.as_stated:
         return
-    velocity = np.gradient(reference, t)
     fed = np.column_stack([velocity, np.gradient(velocity, t), np.ones(len(t))])
     share, *_ = np.linalg.lstsq(fed, held.recorded - held.given, rcond=None)
     if not against_stated(axis.cascade, stated, voltage - fed @ share, rate).as_stated:

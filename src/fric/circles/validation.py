@@ -146,7 +146,7 @@ def _run(  # noqa: PLR0913 - one closed loop for three ways of validation
     z_0, v_0 = float(start(origin)), float(start.deriv()(origin))
     blocks = []
     if cascade is not None:
-        controller = replace(cascade, sampling=rate)
+        controller = replace(cascade, sampling=rate, velocity_feedforward=1.0)
         setting = Setting(plant, controller, position=z_0, velocity=v_0, seen=z_0 - v_0 / rate)
         blocks.append(controller.ready(setting))
     asked = np.ascontiguousarray(reference)

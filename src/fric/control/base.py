@@ -45,6 +45,8 @@ class Gains(Protocol):
     def limit(self) -> float: ...  # noqa: D102
     @property
     def T_s(self) -> float: ...  # noqa: D102
+    @property
+    def velocity_feedforward(self) -> float: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)

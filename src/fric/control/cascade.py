@@ -18,12 +18,14 @@ SEEN, FILTERED, INTEGRAL, PENDING = range(4)
 
 @compiled_block
 def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
-    K_v, K_p, per_sample, pole, T_s = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
+    K_v, K_p, per_sample, pole, T_s, share = (
+        parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5]
+    )  # fmt: skip
     if sample.excess == 0.0 or sample.excess * state[PENDING] < 0.0:
         state[INTEGRAL] += state[PENDING]  # where the voltage is limited the integral waits, unless it leads out
     state[FILTERED] = pole * state[FILTERED] + (1.0 - pole) * (sample.measured - state[SEEN]) / T_s
     state[SEEN] = sample.measured
-    error = K_v * (sample.reference - sample.measured) + sample.velocity - state[FILTERED]
+    error = K_v * (sample.reference - sample.measured) + share * sample.velocity - state[FILTERED]
     state[PENDING] = per_sample * error
     volts: float = K_p * error + state[INTEGRAL] + state[PENDING]
     return volts
@@ -49,6 +51,8 @@ class Cascade(ControlBlock):
     velocity_filter: corner of the low-pass on the velocity, a first difference [Hz]
     sampling: of the controller [Hz]
     limit: saturation of the control voltage; none where left out [V]
+    velocity_feedforward: share of the reference velocity and of the inverse model that is fed forward: 0 of a drive
+        whose velocity feedforward is off, which lags by 1/K_v [1]
 
     Raises FricError: When a value is not positive (K_i may be zero).
     """
@@ -65,15 +69,28 @@ class Cascade(ControlBlock):
     velocity_filter: Annotated[float, "frequency", Parameter("frequency", doc="corner of the low-pass on the velocity")]
     sampling: Annotated[float, "frequency"]
     limit: Annotated[float, "input"] = float("inf")
+    velocity_feedforward: Annotated[float, "ratio"] = 1.0
 
     def __post_init__(self) -> None:
         gains = dict.fromkeys(("K_v", "K_p", "velocity_filter", "sampling"), f"(0, {GAIN}]")
-        require_within(self, "the controller", **gains, K_i=f"[0, {GAIN}]", limit="(0, inf]")
+        others = {"K_i": f"[0, {GAIN}]", "limit": "(0, inf]", "velocity_feedforward": "[0, 2]"}
+        require_within(self, "the controller", **gains, **others)
 
     @property
     def T_s(self) -> float:
         """Sampling period [s]."""
         return 1.0 / self.sampling
+
+    def followed(self, reference: Real) -> Real:
+        """Return the motion of a perfect axis, ``(K_v + share·s)/(K_v + s)`` times a reference that begins at rest.
+
+        reference: Position [m], shape (n,).
+        """
+        from scipy.signal import lfilter
+
+        each, share = 0.5 * self.K_v * self.T_s, self.velocity_feedforward
+        late = lfilter([each, each], [1.0 + each, each - 1.0], reference - reference[0]) + reference[0]
+        return np.asarray(reference if share == 1.0 else share * reference + (1.0 - share) * late)
 
     @classmethod
     def designed(cls, setting: Setting) -> Self:
@@ -83,7 +100,7 @@ class Cascade(ControlBlock):
     def packed(self, setting: Setting) -> Real:
         """Return the parameters as the compiled step reads them."""
         pole = low_pass_pole(self.velocity_filter, self.sampling)
-        return np.array([self.K_v, self.K_p, self.K_i * self.T_s, pole, self.T_s])
+        return np.array([self.K_v, self.K_p, self.K_i * self.T_s, pole, self.T_s, self.velocity_feedforward])
 
     def initial_state(self, setting: Setting) -> Real:
         """Return the position one sample ago, the filtered velocity, the integral and what is to join it."""

@@ -37,7 +37,7 @@ from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
 
 SEEN, FILTERED, INTEGRAL, PENDING, TURNED, HEADING, LEVEL, BEFORE, ALONG, HANDED, DONE = range(11)
-HEAD = 8
+HEAD = 9
 SOFTER = 4.0
 """Factor by which the friction may be softer than nominal: the gains act over a travel longer by that factor."""
 
@@ -45,7 +45,7 @@ SOFTER = 4.0
 @compiled_block
 def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
     K_v, K_p, per_sample, pole, T_s = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
-    proportional, integral, carried = parameters[5], parameters[6], parameters[7]
+    ahead, proportional, integral, carried = parameters[5], parameters[6], parameters[7], parameters[8]
     if sample.excess == 0.0 or sample.excess * state[PENDING] < 0.0:
         state[INTEGRAL] += state[PENDING]
     state[FILTERED] = pole * state[FILTERED] + (1.0 - pole) * (sample.measured - state[SEEN]) / T_s
@@ -67,7 +67,7 @@ def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> 
     state[INTEGRAL] += state[HANDED] * (turned - state[DONE])
     state[DONE] = turned
     state[LEVEL] = pole * state[LEVEL] + (1.0 - pole) * share
-    error = K_v * (sample.reference - sample.measured) + sample.velocity - state[FILTERED]
+    error = K_v * (sample.reference - sample.measured) + ahead * sample.velocity - state[FILTERED]
     state[PENDING] = per_sample * (1.0 + integral * state[LEVEL]) * error
     volts: float = K_p * (1.0 + proportional * state[LEVEL]) * error + state[INTEGRAL] + state[PENDING]
     return volts

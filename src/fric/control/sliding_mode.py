@@ -30,14 +30,14 @@ SEEN, FILTERED, INTEGRAL, PENDING = range(4)
 
 @compiled_block
 def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
-    slope, reaching, layer, B, pole, T_s = (
-        parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5]
+    slope, reaching, layer, B, pole, T_s, share = (
+        parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5], parameters[6]
     )  # fmt: skip
     if sample.excess == 0.0 or sample.excess * state[PENDING] < 0.0:
         state[INTEGRAL] += state[PENDING]
     state[FILTERED] = pole * state[FILTERED] + (1.0 - pole) * (sample.measured - state[SEEN]) / T_s
     state[SEEN] = sample.measured
-    e, rate = sample.reference - sample.measured, sample.velocity - state[FILTERED]
+    e, rate = sample.reference - sample.measured, share * sample.velocity - state[FILTERED]
     state[PENDING] = T_s * e
     s = rate + 2.0 * slope * e + slope * slope * (state[INTEGRAL] + state[PENDING])
     drive: float = (2.0 * slope * rate + slope * slope * e) / B + reaching * min(max(s / layer, -1.0), 1.0)
@@ -85,7 +85,8 @@ class SlidingMode(ControlBlock):
         """Return surface, reaching law and velocity filter."""
         cascade = setting.cascade
         pole = low_pass_pole(cascade.velocity_filter, cascade.sampling)
-        return np.array([self.slope, self.reach, self.reach / self.gain, setting.plant.B, pole, setting.T_s])
+        given = self.slope, self.reach, self.reach / self.gain, setting.plant.B, pole, setting.T_s
+        return np.array([*given, cascade.velocity_feedforward])
 
     def initial_state(self, setting: Setting) -> Real:
         """Return the position one sample ago, the filtered velocity, the integral and what is to join it."""

@@ -35,6 +35,12 @@ if TYPE_CHECKING:
 class ControllerPart(FilePart[Cascade]):
     """The cascade of one axis: position P, velocity PI, velocity by first difference and low-pass."""
 
+    @classmethod
+    def of(cls, given: object, motion: Motion) -> dict[str, Any]:
+        """Return the cascade for a file; full velocity feedforward, the default, is left out."""
+        known = super().of(given, motion)
+        return {name: item for name, item in known.items() if name != "velocity_feedforward" or float(item) != 1.0}
+
 
 class MarginsPart(Part):
     """Margins of a loop, without infinite values."""

@@ -51,6 +51,7 @@ OTHERS = {
     "K_p": "velocity gain",
     "K_i": "integral velocity gain",
     "velocity_filter": "low-pass of the velocity",
+    "velocity_feedforward": "share fed forward",
     "sampling": "rate of the controller",
     "limit": "largest voltage",
     "cutoff": "cutoff of Q",

@@ -157,13 +157,14 @@ class ContourRun(ABC, Generic[Followed, Left]):
         moved = [machine.axis(only).name] if only else [name for name in names if name in machine.axes]
         references = test.references(machine.axes[moved[0]].cascade.sampling)
         asked = dict(zip(names, references, strict=True))
+        perfect = machine.axes[moved[0]].cascade.followed
 
         def once(subject: Machine, accuracy: float) -> Any:
             traces = {
                 name: run_axis(subject.axes[name], asked[name], scheme, halvings=halvings, accuracy=accuracy)
                 for name in moved
             }
-            motion = [traces[name].position if name in traces else asked[name].position for name in names]
+            motion = [traces[name].position if name in traces else perfect(asked[name].position) for name in names]
             contour, more = cls.judged(test, references, motion)
             return cls(scheme, test, traces, contour, run_warnings(scheme, traces) + more)
 
