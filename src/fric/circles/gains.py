@@ -449,7 +449,8 @@ class _Fit:
         """Return the squared residual [V²] with a share of the reference velocity through the integral of the loop."""
         K_v, _, K_i, _ = np.exp(log_values)
         others = np.linalg.qr(self.sized[:, [0, 2, 3]])[0]
-        rests = [self.u - self.volts(log_values) - share * K_i * self.fed[:, 1] for share in (0.0, 1.0, 1.0 - K_v * self.velocity_lag)]
+        shares = 0.0, 1.0, 1.0 - K_v * self.velocity_lag
+        rests = [self.u - self.volts(log_values) - share * K_i * self.fed[:, 1] for share in shares]
         return min(float(np.sum((rest - others @ (others.T @ rest)) ** 2)) for rest in rests)
 
 
