@@ -56,8 +56,11 @@ def folder(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def first(folder) -> dict:
+    before = {path: path.stat().st_mtime_ns for path in DATA.rglob("*")}
     with undrawn():
-        return run(*LOGS, "-o", folder / "out", "--tolerance", "5 um")
+        found = run(*LOGS, "-o", folder / "out", "--tolerance", "5 um")
+    assert {path: path.stat().st_mtime_ns for path in DATA.rglob("*")} == before  # nothing is written among the logs
+    return found
 
 
 def test_logs_end_in_a_report_and_a_verdict_that_is_not_sure_of_itself(first, folder):

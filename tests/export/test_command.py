@@ -16,12 +16,15 @@ from scipy.io import loadmat
 
 import fric
 from fric.errors import FricError
+from fric.estimate import Estimate
 from fric.export import targets
 from fric.export.sinumerik import through_controller
 from fric.export.tables import sheets
 from fric.export.twincat import POINTS, list_of
+from fric.flaws.static_map import FORCE_OVER_POSITION
 from fric.friction.gms import GMS
 from fric.results.export import ExportResult
+from fric.simulate.contour_run import Circle, run_circle
 from tests.export.parts import MACHINE, part, scheme_part
 from tests.turns import in_turns
 
@@ -83,6 +86,24 @@ def test_what_a_file_says_of_itself_stands_against_its_export(tmp_path: Path) ->
     found = fric.export_axis("c", MACHINE, axis="x", scheme="b", nominal_files=[f"x={tmp_path / 'f.yaml'}"])
     assert [one.code for one in found.against] == ["force-lags"]
     assert "the logged force lags" in repr(found)
+
+
+@pytest.mark.parametrize("taken_off", [True, False])
+def test_a_force_over_position_that_is_taken_off_is_no_reason_against_an_export(
+    taken_off: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was wrong until mended, with the remedy to take it off."""
+    notice = FORCE_OVER_POSITION.found(
+        varies=Estimate(12.0, "N"), length=Estimate(0.03, "m"), either=False, level=30.0, half_width=0.1,
+        taken_off=taken_off,
+    )  # fmt: skip
+    text = DOUBTED.replace("force-lags", notice.code).replace("severity: wrong", f"severity: {notice.severity}")
+    (tmp_path / "f.yaml").write_text(text)
+    short = Circle(feed=0.2)
+    monkeypatch.setattr("fric.results.export.run_circle", lambda *of, only: run_circle(*of[:2], short, only=only))
+    found = fric.export_axis("c", MACHINE, axis="x", scheme="b", nominal_files=[f"x={tmp_path / 'f.yaml'}"])
+    assert notice.code in [one.code for one in found.notices]
+    assert [one.code for one in found.against if one.code == notice.code] == [notice.code] * (not taken_off)
 
 
 def test_a_measured_circle_that_is_not_as_predicted_forbids_the_export(tmp_path: Path) -> None:

@@ -41,6 +41,7 @@ def test_with_an_exact_model_the_static_map_overcompensates_and_what_does_not_co
     weak = " ".join(advice.observations(table(TABLE_2)))
     assert "about 73% of the friction" in weak
     assert "has risen" not in weak  # it is of a gain below 1, on the machine that the friction is of
+    assert "Raise its gain; only where that is 1, identify again." in weak
     slight = advice.observations(table({"a": 20, "c": -0.9}))
     assert not any("overcompensates" in text for text in slight)  # under what is worth effort, 5 % of 20 µm
 

@@ -241,7 +241,7 @@ def too_weak(contours: Sequence[Contour]) -> list[str]:
         if same and left > SAME_SIGN_LEFT:
             return [
                 f"{contour.named} leaves {left:.0%} of the glitch with the same sign at every reversal: it feeds "
-                f"forward about {1 - left:.0%} of the friction. Raise its gain, or identify again if the logs are old."
+                f"forward about {1 - left:.0%} of the friction. Raise its gain; only where that is 1, identify again."
             ]
     return []
 
