@@ -20,6 +20,7 @@ import fric
 from fric.cli.main import app
 from fric.documents import document_types
 from fric.documents.yaml import plain, read_tree
+from fric.errors import FricError
 from fric.estimate import as_filed
 
 ROOT = Path(__file__).parents[2]
@@ -280,6 +281,26 @@ def test_parameters_are_attributes_and_a_map_predicts():
     assert np.all(half > 0)
     level = static.F_c.value + 0.02 * static.sigma.value + static.offset.value
     assert static.predict(0.02)[0][0] == pytest.approx(level, rel=0.02)
+
+
+def test_a_model_is_replaced_by_one_with_another_value(static, gms):
+    """`dataclasses.replace` of the model in it was the only way, in SI and without a word of what does not fit."""
+    other = static.replace(F_c="0.06 kN", v_s=2e-3)["static"]
+    assert (other.F_c, other.v_s, other.F_s) == (60.0, 2e-3, static.belief["static"].F_s)
+    assert static.F_c.value == pytest.approx(63.3, abs=0.1)  # the result itself is as it was
+    changed = gms.replace(C="5 kN/s", F_c=other.F_c)
+    assert (changed["gms"].C, changed["gms"].static.F_c) == (5e3, 60.0)
+    assert fric.read_machine("xy-table").with_belief(x=changed).axes["x"].nominal_friction.models["gms"].C == 5e3
+    for value, told in (
+        (-5.0, "is -5"),
+        ("60 mm", "cannot be in 'mm'"),
+        (None, "given as nothing"),
+        ("x", "not a quantity"),
+    ):
+        with pytest.raises(FricError, match=told):
+            static.replace(F_c=value)
+    with pytest.raises(FricError, match=r"has no 'F_q'\nIs it F_s"):
+        static.replace(F_q=1.0)
 
 
 def test_a_model_predicts_the_force_over_a_motion(static, gms):

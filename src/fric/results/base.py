@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from copy import copy, deepcopy
 from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property
 from html import escape
@@ -12,7 +13,7 @@ from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 
-from fric.errors import FricError, names, printable
+from fric.errors import FricError, names, printable, require_known
 from fric.estimate import Estimate, elements, estimate_rows
 from fric.flaws import flaw_of
 from fric.flaws.unit import BOUNDS
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
     from fric.documents.base import Document
     from fric.records.flaws import Encoder
+    from fric.simulate.machine import Belief
 else:  # no result needs them before it is drawn, or made a table
     Figure = DataFrame = Any
 
@@ -310,6 +312,11 @@ class Result(ABC):
 class Identified(Result):
     """A result whose document holds identified parameters, each with unit and 95 % interval."""
 
+    @property
+    @abstractmethod
+    def belief(self) -> Belief:
+        """What a controller can believe of it."""
+
     @abstractmethod
     def sections(self) -> dict[str, dict[str, dict[str, Any]]]:
         """Return the parameters by section and name, as the document holds them."""
@@ -329,6 +336,34 @@ class Identified(Result):
                 if name in section:
                     return Estimate.read(section[name])
         raise AttributeError(f"{type(self).__name__} has no '{name}'")
+
+    def replace(self, **values: float | str | Sequence[float] | Estimate) -> Belief:
+        """Return the identified model with other values: ``machine.with_belief(x=static.replace(F_c="60 N"))``.
+
+        As `dataclasses.replace` of ``belief``, for that is what it returns: no record shows such a result.
+
+        values: By name of a parameter, in SI or as a text with a unit.
+        Raises FricError: When there is no such parameter, or the model does not bear the value.
+        """
+        other, known = (
+            copy(self),
+            {name: entry["unit"] for of in self.sections().values() for name, entry in of.items()},
+        )
+        other.__dict__["document"] = tree = deepcopy(self.document)
+        for name, value in values.items():
+            require_known(name, known, f"{type(self).__name__} has no")
+            if isinstance(value, bool) or not isinstance(value, str | int | float | Sequence | Estimate):
+                what = f"{name} was given as {'nothing' if value is None else type(value).__name__}"
+                raise FricError(what, hint="Give a number in SI, or a text such as '60 N'.")
+            for part in (tree, *(part for part in tree.values() if isinstance(part, dict))):
+                if name in part:
+                    part[name] = value if isinstance(value, str | Estimate) else {"value": value, "unit": known[name]}
+        try:
+            return other.belief
+        except ValueError as error:  # as a document refuses it
+            lines = str(error).splitlines()
+            text = next((line.strip() for line in lines[1:] if "error, " in line), lines[0])
+            raise FricError(text.partition("error, ")[2].partition(" [type=")[0] or text) from None
 
     def brief(self) -> str:
         """Return the values that have no index, as ``F_c 63.3 N``."""

@@ -285,7 +285,7 @@ class GainsResult(Identified):
     @property
     def belief(self) -> Cascade:
         """The cascade."""
-        return self.found.cascade
+        return ControllerDocument.model_validate(self.document).in_si(self.motion)
 
     @cached_property
     def document(self) -> dict[str, Any]:
