@@ -345,11 +345,9 @@ class Identified(Result):
         values: By name of a parameter, in SI or as a text with a unit.
         Raises FricError: When there is no such parameter, or the model does not bear the value.
         """
-        other, known = (
-            copy(self),
-            {name: entry["unit"] for of in self.sections().values() for name, entry in of.items()},
-        )
-        other.__dict__["document"] = tree = deepcopy(self.document)
+        known = {name: entry["unit"] for section in self.sections().values() for name, entry in section.items()}
+        other, tree = copy(self), deepcopy(self.document)
+        other.__dict__["document"] = tree
         for name, value in values.items():
             require_known(name, known, f"{type(self).__name__} has no")
             if isinstance(value, bool) or not isinstance(value, str | int | float | Sequence | Estimate):
