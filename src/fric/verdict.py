@@ -530,5 +530,8 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
         axis = evidence.axes[0] if evidence.axes else "x"
         place = re.search(r" -o ('[^']*'|\S+)", evidence.command)  # of the run that the verdict is from
         run = place[1] + "/circle.h5" * evidence.command.startswith("fric auto ") if place else "run.h5"
-        given = f"--run {run} --circle {circle}"
-        yield f"fric export linuxcnc {machine} --axis {axis} --scheme {chosen.scheme.name} {given} -o controller"
+        of_axis, folder = f"--axis {axis} --scheme {chosen.scheme.name}", machine.removesuffix("/machine.yaml")
+        if run == f"{folder}/circle.h5" and f" --measured {circle} " in evidence.command:
+            yield f"fric export linuxcnc {folder} {of_axis} -o controller"  # it has machine, run and circle
+        else:
+            yield f"fric export linuxcnc {machine} {of_axis} --run {run} --circle {circle} -o controller"

@@ -23,7 +23,7 @@ from fric.export.tables import sheets
 from fric.export.twincat import POINTS, list_of
 from fric.flaws.static_map import FORCE_OVER_POSITION
 from fric.friction.gms import GMS
-from fric.results.export import ExportResult
+from fric.results.export import ExportResult, _of_session
 from fric.simulate.contour_run import Circle, run_circle
 from tests.export.parts import MACHINE, part, scheme_part
 from tests.turns import in_turns
@@ -104,6 +104,16 @@ def test_a_force_over_position_that_is_taken_off_is_no_reason_against_an_export(
     found = fric.export_axis("c", MACHINE, axis="x", scheme="b", nominal_files=[f"x={tmp_path / 'f.yaml'}"])
     assert notice.code in [one.code for one in found.notices]
     assert [one.code for one in found.against if one.code == notice.code] == [notice.code] * (not taken_off)
+
+
+def test_a_folder_of_auto_gives_machine_run_and_circle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    command = "fric simulate circle found/machine.yaml --measured 'my circle.h5' --monte-carlo 24 -o found/circle.h5"
+    monkeypatch.setattr("fric.results.export.read_run_provenance", lambda path: {"command": command})
+    machine, run = tmp_path / "machine.yaml", tmp_path / "circle.h5"
+    assert _of_session(tmp_path, (), ()) == (machine, (), ())
+    run.touch()
+    assert _of_session(tmp_path, (), ()) == (machine, [run], ["my circle.h5"])
+    assert _of_session(tmp_path, ["r.h5"], ["c.h5"]) == (machine, ["r.h5"], ["c.h5"])
 
 
 def test_a_measured_circle_that_is_not_as_predicted_forbids_the_export(tmp_path: Path) -> None:

@@ -110,6 +110,15 @@ def test_the_command_to_export_can_be_pasted(command: str, run: str):
     assert f"fric export linuxcnc 'my m.yaml' --axis x --scheme c --run {run} --circle CIRCLE.h5" in following
 
 
+def test_the_command_to_export_names_the_folder_of_auto_alone():
+    """It was 118 characters on the example."""
+    command = "fric simulate circle found/machine.yaml --measured c.h5 --monte-carlo 24 -o found/circle.h5 --force"
+    given = evidence(leaves("a", 20, 20 * LEVEL), leaves("c", 1, LEVEL), machine="found/machine.yaml", command=command)
+    (following,) = decide(replace(given, circle="c.h5")).next
+    assert following == "fric export linuxcnc found --axis x --scheme c -o controller"
+    assert "--circle other.h5" in decide(replace(given, circle="other.h5")).next[0]
+
+
 def test_no_scheme_is_recommended_against_a_measured_circle():
     given = evidence(leaves("a", 20, 20 * LEVEL), leaves("f", 1, LEVEL), disagreements=[apart("c.h5")])
     found = decide(replace(given, machine="m.yaml", circle="c.h5"))

@@ -104,7 +104,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
     "learn": ["learn xy-table --rounds 8 -o run.h5", "learn circle.h5 --machine machine.yaml -o next.h5"],
     "export": [
         "export c machine.yaml --axis x -o controller",
-        "export linuxcnc found/machine.yaml --axis x --scheme c --run run.h5 --circle circle.h5 -o controller",
+        "export linuxcnc found --axis x --scheme c -o controller",
     ],
     "report": ["report friction.yaml run.h5 --circle circle.h5 -o report.html"],
     "reproduce": ["reproduce -o paper"],

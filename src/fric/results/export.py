@@ -7,8 +7,9 @@ from functools import cached_property
 from importlib import import_module
 from importlib.machinery import ModuleSpec
 from importlib.util import module_from_spec
+from itertools import pairwise
 from pathlib import Path
-from shlex import quote
+from shlex import quote, split
 from types import ModuleType
 from typing import Annotated, Any, Literal
 
@@ -183,6 +184,8 @@ def export_axis(
 ) -> ExportResult:
     """Write code for a controller: friction feedforward and observers, with a manifest of its contents.
 
+    A folder of `fric auto` in place of a machine gives its machine, its run, and the circles of that run.
+
     target: c, linuxcnc, fmi, st, twincat, sinumerik, csv, mat or xlsx.
     scheme: The scheme: friction feedforward, and blocks. Its name, or itself.
     part: compensation; or machine, the axis itself as a plant to test a controller.
@@ -201,6 +204,8 @@ def export_axis(
     if isinstance(machine, Machine):
         subject = machine
     else:
+        if isinstance(machine, str | Path) and Path(machine).is_dir():
+            machine, drawn, circles = _of_session(Path(machine), drawn, circles)
         file = located(path_of("a machine, or its file", machine), "machine")
         subject = read_machine(file, nominal_files=nominal_files, gain=gain, lead=lead)
         notices = axis_notices(read_machine_document(file, nominal_files), axis)
@@ -263,6 +268,18 @@ def require_trust(
             hint=f"Give a run with varied machines (`{many}`) with `drawn=`, and a measured circle with `circles=`; "
             "`force=True` exports it nevertheless.",
         )
+
+
+def _of_session(
+    folder: Path, drawn: Sequence[Path | str], circles: Sequence[Path | str]
+) -> tuple[Path, Sequence[Path | str], Sequence[Path | str]]:
+    """Return the machine of a folder of `fric auto`, its run, and the circles of that; runs and circles as given."""
+    run = folder / "circle.h5"
+    if not run.exists():
+        return folder / "machine.yaml", drawn, circles
+    words = split(read_run_provenance(run).get("command", ""))
+    measured = [after for word, after in pairwise(words) if word == "--measured"]
+    return folder / "machine.yaml", drawn or [run], circles or measured
 
 
 def _drawing(
