@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import fric
 from fric.cli.main import app
 from fric.errors import FricError
 
@@ -47,6 +48,14 @@ def test_two_reports_at_two_dates_show_the_drift(dates: list[Path], tmp_path: Pa
     assert told["axes"] == ["x"]
     assert "F_c" in (tmp_path / "drift.html").read_text(encoding="utf-8")
     assert "friction x: 1 of 1 numbers moved" in run(*dates, "-o", tmp_path / "of-files.html")
+
+
+def test_notes_of_files_are_no_warnings_on_the_screen(dates: list[Path], tmp_path: Path) -> None:
+    """Each note of the example's files began with `warning:` in what `fric report` printed."""
+    for severity, head in (("note", "note: flat"), ("doubt", "warning: flat")):
+        coded = f"warnings: [flat]\nwarnings_coded: [{{severity: {severity}, text: flat}}]\n"
+        dates[0].write_text(FRICTION.format(F_c=105, low=103, high=107, created="2026-01-01") + coded, encoding="utf-8")
+        assert head in repr(fric.make_report(dates[0]))
 
 
 def test_an_existing_report_is_kept(dates: list[Path], tmp_path: Path) -> None:

@@ -108,7 +108,7 @@ class Report(Result):
     def warnings(self) -> Sequence[Notice]:
         """Warnings of the files and of measured circles."""
         measured = (text for circle in self.inputs.circles for text in circle.result.warnings)
-        return [*self.document["warnings"], *measured]
+        return [*map(Notice.of, self.document["warnings_coded"]), *measured]
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write one self-contained HTML page."""
