@@ -17,7 +17,7 @@ import pytest
 from typer.testing import CliRunner
 
 import fric
-from fric.automatic.run import Stated, find_gains
+from fric.automatic.run import Stated, find_gains, gains_of
 from fric.automatic.sources import find_sources
 from fric.automatic.steps import Session, axis_steps, identify_axes, trace_step
 from fric.cli.main import app
@@ -441,7 +441,7 @@ def test_a_step_that_fails_is_told_and_the_rest_goes_on(first, folder, tmp_path,
         (["--circle", str(LOGS[0])], "there is no measured circle in it"),
         (["--machine", str(ROOT / "data/circle.h5")], "a machine file is asked for"),
         (["--map", "no.yaml"], "no.yaml: there is no such file"),
-        (["--controller", "Kv=100 1/s, Kp=131, Ki=4090"], "of axis x lacks K_v and K_p and K_i"),
+        (["--controller", "Kv=100 1/s, Kp=131, Ki=4090"], "lacks K_v and K_p and K_i"),
         (["--tolerance", "5 kg"], "`tolerance=`: length cannot be in 'kg'"),
     ],
 )
@@ -579,7 +579,7 @@ def test_gains_are_taken_as_a_text_or_asked_for(tmp_path):
     assert gain(gains(["y: K_v=1 1/s, K_p=2 V*s/m, K_i=3 V/m"], lambda question: question.take(text))) == 130.9
     assert gain(gains()) == 130.9  # what was answered is kept
     assert gain(gains([f"x: {text.replace('130.9', '120')}"])) == 120.0
-    with pytest.raises(FricError, match="of axis x lacks K_i"):
+    with pytest.raises(FricError, match="lacks K_i"):
         gains(["K_v=100 1/s, K_p=3 N"])
     with pytest.raises(FricError, match=r"K_p has no unit in .*\nWrite 'K_p=131 V\*s/m'"):
         gains(["K_v=100 1/s, K_p=131, K_i=4090"])
@@ -649,3 +649,7 @@ def test_a_file_in_the_place_of_the_folder_is_refused_before_logs_are_read(tmp_p
         fric.auto(DATA, output=tmp_path / "report.html")
     with pytest.raises(FricError, match="no-such"):
         fric.auto(DATA, output=tmp_path / "out", machine=tmp_path / "no-such.yaml")
+    with pytest.raises(FricError, match="lacks K_p and K_i"):
+        fric.auto(DATA, output=tmp_path / "out", controllers=["K_v=100 1/s"])
+    with pytest.raises(FricError, match="velocity_feedforward of the controller is 5"):
+        gains_of("K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m, velocity_feedforward=5", "x", "linear")

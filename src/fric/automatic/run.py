@@ -59,30 +59,39 @@ class Stated:
         for item in given:
             if ("=" in str(item) or _GAIN.search(str(item))) and not Path(item).exists():
                 named = _AXIS.match(str(item))
-                texts[named[1] if named else ""] = str(item)[named.end() if named else 0 :]
+                texts[named[1] if named else ""] = text = str(item)[named.end() if named else 0 :]
+                _named(text)  # refused before logs are read
             else:
                 files[read_document(item, ControllerDocument).axis] = Path(item)
         return cls(files, texts)
 
 
+def _named(text: str, motion: Motion = "linear") -> dict[str, str]:
+    """Return the gains in a text by name; raise a `FricError` where one is missing, or has no unit."""
+    given = {name: value.strip() for name, value in _GAIN.findall(text)}
+    for name, dimension in {**GAINS, "sampling": "frequency"}.items():
+        if name in given and not re.search("[a-zA-Z]", value := given[name]):
+            hint = f"Write '{name}={value} {si_unit(dimension, motion)}'."
+            raise FricError(f"{name} has no unit in '{text}'", hint=hint)
+    if lacks := " and ".join(sorted({"K_v", "K_p", "K_i"} - given.keys(), reverse=True)):
+        raise FricError(f"the controller '{text}' lacks {lacks}", hint=f"Write '{_example(motion)}'.")
+    return given
+
+
 def gains_of(text: str, axis: str, motion: Motion) -> dict[str, Any]:
     """Return the controller document of gains in a text; filter and sampling have their defaults where it has none.
 
-    Raises FricError: When a gain is missing, or has a wrong unit.
+    Raises FricError: When a gain is missing, has a wrong unit, or is none of a controller.
     """
-    units = {name: si_unit(of, motion) for name, of in {**GAINS, "sampling": "frequency"}.items()}
-    given = {"velocity_filter": f"{USUAL.velocity_filter} Hz", "sampling": f"{USUAL.sampling} Hz"}
-    given |= {name: value.strip() for name, value in _GAIN.findall(text)}
-    if bare := [name for name, value in given.items() if name in units and not re.search("[a-zA-Z]", value)]:
-        name = bare[0]
-        raise FricError(f"{name} has no unit in '{text}'", hint=f"Write '{name}={given[name]} {units[name]}'.")
-    content: dict[str, Any] = {"fric": ControllerDocument.type_name(), "axis": axis, "motion": motion} | given
+    usual = {"velocity_filter": f"{USUAL.velocity_filter} Hz", "sampling": f"{USUAL.sampling} Hz"}
+    content: dict[str, Any] = {"fric": ControllerDocument.type_name(), "axis": axis, "motion": motion}
     try:
-        return ControllerDocument.model_validate(content).tree()
+        document = ControllerDocument.model_validate(content | usual | _named(text, motion))
     except ValidationError:
-        lacks = " and ".join(sorted({"K_v", "K_p", "K_i"} - given.keys(), reverse=True))
-        what = f"lacks {lacks}" if lacks else "has a gain in no unit of it"
-        raise FricError(f"the controller '{text}' of axis {axis} {what}", hint=f"Write '{_example(motion)}'.") from None
+        what = f"the controller '{text}' of axis {axis} has a gain in no unit of it"
+        raise FricError(what, hint=f"Write '{_example(motion)}'.") from None
+    document.in_si(motion)  # refuses what no controller has
+    return document.tree()
 
 
 def _example(motion: Motion) -> str:
