@@ -9,7 +9,7 @@ from typing import Any, Literal, Self, TypeVar
 
 from fric.errors import FricError
 from fric.units import prefixed, significant
-from fric.verb import is_number, refused, require_numbers
+from fric.verb import WORDS, is_number, refused, require_numbers
 
 STAYS = {"leaves": False}  # Metadata of a dataclass's field that documents leave out
 
@@ -45,9 +45,9 @@ class Estimate:
     def __post_init__(self) -> None:
         values = self.value if isinstance(self.value, tuple) else None
         require_numbers(self, ("value",), () if values is None else ("value",))
-        for name in ("unit", "source"):
-            if not isinstance(getattr(self, name), str):
-                raise refused("Estimate", f"{name} as a text", getattr(self, name))
+        for name, kind in (("unit", str), ("source", str), ("fixed", bool), ("assumed", bool)):
+            if not isinstance(getattr(self, name), kind):
+                raise refused("Estimate", f"{name} as {WORDS[kind]}", getattr(self, name))
         pairs: Any = (self.ci95,) if values is None else self.ci95
         if self.ci95 is not None and [*map(_is_interval, pairs)] != [True] * len((0.0,) if values is None else values):
             raise FricError("ci95 does not fit the value", hint="Give [low, high], one such pair per value.")
