@@ -29,6 +29,23 @@ def printable(text: str, most: int = MOST_CHARACTERS) -> str:
     return line if len(line) <= most else f"{line[: 2 * most // 3]} … {line[-(most // 3) :]}"
 
 
+REWORDED = {
+    "Value error, ": "", "Input should be a valid integer": "give a whole number",
+    "Input should be a valid string": "give a text", "Input should be greater than or equal to": "give at least",
+    "Input should be a valid": "give a", "Input should be less than or equal to": "give at most",
+    "Input should": "it should",
+}  # fmt: skip
+"""What pydantic says of a value, and what a user reads."""
+
+
+def reworded(said: str) -> str:
+    """Return what pydantic says of a value in the words of a user."""
+    said = said.partition(", unable to parse")[0]
+    for words, shown in REWORDED.items():
+        said = said.replace(words, shown)
+    return said
+
+
 FLAGS = {"circles": "--circle", "controllers": "--controller", "mapping": "--map", "machines": "--monte-carlo"}
 """Options of most commands whose name differs from that of their argument."""
 

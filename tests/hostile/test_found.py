@@ -418,6 +418,18 @@ def test_a_covariance_is_of_what_is_not_open() -> None:
     assert CovarianceBlock(names=["F_c", "k_3", "sigma"], scales=scales, matrix=rows).covariance() == kept
 
 
+def test_a_velocity_that_is_none_and_a_unit_that_is_empty_are_told(tmp_path: Path) -> None:
+    for model in (fric.StaticMap(60.0, 90.0, 0.002), fric.Dahl(60.0, 1e7), fric.MaxwellSlip((60.0,), (1e7,))):
+        with pytest.raises(FricError, match="takes v as numbers, and was given a str"):
+            model.steady_state(cast("Any", "x"))
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        file.attrs.update({"fric": "log/1", "axis": "x", "motion": "linear"})
+        file["records/one/time"] = file["records/one/position"] = np.arange(3.0)
+        cast("Any", file["records/one/position"]).attrs["unit"] = ""
+    with pytest.raises(FricError, match=r"log.h5, record 'one', position: position cannot be in ''"):
+        fric.read(tmp_path / "log.h5")
+
+
 def test_an_angle_that_begins_again_after_more_counts_than_a_double_tells() -> None:
     x = np.arange(600.0) % 100
     assert roles._turn(x) == 100.0
@@ -427,8 +439,8 @@ def test_an_angle_that_begins_again_after_more_counts_than_a_double_tells() -> N
 
 
 @pytest.mark.parametrize(("of", "what"), [
-    ("{value: .nan, unit: 1/s}", "K_v.value: Input should be a finite number"),
-    ("{value: 1, unit: 1/s, ci95: 3}", "K_v.ci95: Input should be a valid list"),
+    ("{value: .nan, unit: 1/s}", "K_v.value: it should be a finite number"),
+    ("{value: 1, unit: 1/s, ci95: 3}", "K_v.ci95: give a list"),
 ])  # fmt: skip
 def test_an_error_of_a_document_names_its_keys_and_what_to_do(tmp_path: Path, of: str, what: str) -> None:
     """It named branches of the schema as keys, ``K_v.value.float``, and no mend."""

@@ -15,7 +15,7 @@ import fric
 from fric.cli.command import group
 from fric.cli.commands import COMMANDS
 from fric.cli.console import ERR, prepare_streams
-from fric.errors import FricError, clean, printable
+from fric.errors import FricError, clean, printable, reworded
 
 app = group(
     "fric",
@@ -79,9 +79,7 @@ def main() -> None:
         try:
             sys.exit(app(standalone_mode=False))
         except _UsageError as error:  # which tells the words of the line as they are
-            message = error.message.removeprefix("Value error, ").partition(", unable to parse")[0]
-            for said, shown in _NUMBERS.items():
-                message = message.replace(said, shown)
+            message = reworded(error.message)
             if message.startswith("Got unexpected extra"):
                 message += ". Several values of an option are written with commas, as 'a,b'"
             use = "" if " is not one of " in message else getattr(getattr(error, "param", None), "help", None)
@@ -109,13 +107,6 @@ def main() -> None:
         _fail("interrupted\nOutputs that were not finished are not there.", 128 + _STRUCK[-1])
 
 
-_NUMBERS = {
-    "Input should be a valid integer": "give a whole number", "Input should be a valid number": "give a number",
-    "Input should be greater than or equal to": "give at least",
-    "Input should be less than or equal to": "give at most",
-    "Input should": "it should",
-}  # fmt: skip
-"""What pydantic says of a number, and what a user reads."""
 _UsageError: Any = typer.BadParameter.__base__
 _NAMES = (errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES, errno.EPERM)
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EPIPE, errno.EIO, errno.EDQUOT)

@@ -15,7 +15,7 @@ from ruamel.yaml.error import ReusedAnchorWarning, YAMLError
 
 from fric.documents.base import Document
 from fric.documents.bundled import located
-from fric.errors import FricError, clean, near, printable
+from fric.errors import FricError, clean, near, printable, reworded
 from fric.estimate import as_filed
 from fric.input import foreign, other_kind, regular
 from fric.output import refuse_ending, staged
@@ -178,7 +178,7 @@ def _described(error: ValidationError, tree: CommentedMap, path: Path, model: ty
     """Turn the first error of the schema into a line with its place in the file."""
     # a misspelled key is also a missing key: the first is what the user sees
     complaint = min(error.errors(), key=lambda item: item["type"] != "extra_forbidden")
-    message = complaint["msg"].removeprefix("Value error, ")
+    message = reworded(complaint["msg"])
     named, colon, rest = message.partition(": ")
     within: list[str] = []
     if colon and " " not in named:  # a check of the whole document names the place in its message

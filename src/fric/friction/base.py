@@ -3,10 +3,10 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, replace
-from functools import cache
+from functools import cache, wraps
 from inspect import get_annotations
 from math import nan
-from typing import Any, ClassVar, Literal, Self, get_origin
+from typing import Any, ClassVar, Literal, Self, cast, get_origin
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.kernels.replay import replay
 from fric.kernels.signatures import Step
-from fric.verb import require_numbers
+from fric.verb import refused, require_numbers
 
 
 @dataclass(frozen=True)
@@ -96,6 +96,19 @@ class FrictionModel(Parametrised):
     step: ClassVar[Step]
     identified: ClassVar[bool] = True
     """False for a model that is simulated only, and that no `fric identify` looks for."""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if given := vars(cls).get("steady_state"):
+
+            @wraps(given)
+            def steady_state(self: Self, v: Real | float) -> Real | float:
+                try:
+                    return cast("Real", given(self, v))
+                except (TypeError, ValueError):
+                    raise refused("steady_state", "v as numbers", v) from None
+
+            cls.steady_state = steady_state  # type: ignore[assignment,method-assign]
 
     def __post_init__(self) -> None:
         require_numbers(self, *_names(type(self)))

@@ -298,7 +298,10 @@ def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -
         if key not in group:
             return None
         values, unit = safe_column(group, key), text(group[key].attrs, "unit", si_unit(dimension, motion))
-        return values if unit in SI_UNITS[dimension] else values * factor(unit, dimension, motion)
+        try:
+            return values if unit in SI_UNITS[dimension] else values * factor(unit, dimension, motion)
+        except FricError as error:
+            raise error.at(f"{path}, record '{name}', {key}") from None
 
     if "frequency" in group:
         table = {key: column(key, dimension) for key, dimension in RESPONSE_DIMENSIONS.items()}
