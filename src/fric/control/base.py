@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Literal, Protocol, Self
+from typing import TYPE_CHECKING, ClassVar, Literal, Self
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from fric.kernels.block import BlockStep
 from fric.kernels.loop import CONTROLLER, FEEDFORWARD, OBSERVER, Block
 from fric.reference import Reference
 
+if TYPE_CHECKING:
+    from fric.control.cascade import Cascade
+
 Kind = Literal["controller", "feedforward", "observer"]
 """controller
     Gives the control voltage in place of the cascade; a scheme has one.
@@ -26,27 +29,6 @@ observer
 """
 
 ROLES = {"controller": CONTROLLER, "feedforward": FEEDFORWARD, "observer": OBSERVER}
-
-
-class Gains(Protocol):
-    """The axis' cascade (`fric.control.cascade.Cascade`) as other blocks see it: gains, sampling and limit."""
-
-    @property
-    def K_v(self) -> float: ...  # noqa: D102
-    @property
-    def K_p(self) -> float: ...  # noqa: D102
-    @property
-    def K_i(self) -> float: ...  # noqa: D102
-    @property
-    def velocity_filter(self) -> float: ...  # noqa: D102
-    @property
-    def sampling(self) -> float: ...  # noqa: D102
-    @property
-    def limit(self) -> float: ...  # noqa: D102
-    @property
-    def T_s(self) -> float: ...  # noqa: D102
-    @property
-    def velocity_feedforward(self) -> float: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +50,7 @@ class Setting:
     """
 
     plant: LinearPlant
-    cascade: Gains
+    cascade: "Cascade"
     friction: FrictionModel | None = None
     models: Mapping[str, FrictionModel] = field(default_factory=dict)
     gain: float = 1.0

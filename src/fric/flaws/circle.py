@@ -47,7 +47,7 @@ FEEDFORWARD_FOUND = Flaw("feedforward-found", "note",
     "The recorded voltage shows feedforward of velocity and inverse model: both are assumed here.")
 LOOP_LAGS = Flaw("loop-lags", lambda of: "wrong" if of.differs else "note",
     "The drive feeds no velocity forward{differs:, the simulated drive does|}: the axis lags by {lag}.",
-    "Switch velocity feedforward on in the drive{differs:, or give `velocity_feedforward=0` with its gains|}.")
+    "Switch velocity feedforward on in the drive{differs:, or state a velocity_feedforward of 0 with its gains|}.")
 ADDED_VOLTAGE_FOUND = Flaw("added-voltage-found", "note",
     "The voltage is not the controller's in {share:.1%} of the samples, by up to {most:.3g} V: taken as added.")
 LEARNING_DIVERGES = Flaw("learning-diverges", "doubt",
