@@ -206,6 +206,7 @@ def test_a_loop_with_less_velocity_feedforward_is_identified_and_simulated(share
     assert [notice.severity for notice in found.lags] == ["note"]
     of_file = ControllerDocument.model_validate(GainsResult(found, "x").document).in_si("linear")
     assert of_file.velocity_feedforward == found.cascade.velocity_feedforward
+    assert GainsResult(found, "x").document["warnings"][0].startswith("axis x: The drive feeds no velocity forward")
     assert [notice.severity for notice in lags(true, lag)] == ["wrong"]  # with the gains as stated
     assert not lags(true, 0.6e-3)
 

@@ -292,7 +292,8 @@ class GainsResult(Identified):
         """The controller file."""
         content: dict[str, Any] = {"axis": self.axis, "motion": self.motion}
         content |= {**ControllerPart.of(self.found.cascade, self.motion), **self.found.estimates}
-        return ControllerDocument.made(content, notices=self.found.lags).tree()
+        notices = (notice.at(f"axis {self.axis}") for notice in self.found.lags)
+        return ControllerDocument.made(content, notices=notices).tree()
 
     def sections(self) -> dict[str, dict[str, dict[str, Any]]]:
         """Return the gains as the file holds them."""
