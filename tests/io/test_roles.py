@@ -578,3 +578,11 @@ def test_of_forces_without_names_the_exact_one_was_asked(tmp_path: Path) -> None
         write(tmp_path / "leg.csv", "t;pos;vel;tau_des;tau", a["t"], a["position"], a["velocity"], current, current)
     )
     assert named[0].roles["force"].column == 4
+
+
+def test_the_voltage_of_a_sensor_beside_its_force_is_no_input(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    x, force = 1e3 * a["position"], a["current"]
+    head = "Time (in ms);Laser (in V);Force (in V);Laser (in mm);Force (in N)"
+    (axis,) = told(write(tmp_path / "log.csv", head, 1e3 * a["t"], 0.05 * x, 0.1 * force, x, force))
+    assert {name: role.column for name, role in axis.roles.items()} == {"time": 0, "position": 3, "force": 4}

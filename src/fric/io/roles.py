@@ -643,7 +643,7 @@ def _weighed(data: Samples, pairs: Pairs, n: int, movement: _Movement, motion: _
         score *= 0.25
     if says.quantity == "force":
         score = max(score, 0.02) * (0.6 if says.commanded else 3.0)
-    return score * (1.5 if says.unit in {"N", "N*m", "A"} else 1.0), sign
+    return score * (1.5 if says.unit in {"N", "N*m", "Nm", "N.m", "A", "mA"} else 1.0), sign
 
 
 def _by_force(data: Samples, t: Real, movement: _Movement, force: Role | None) -> _Movement:
@@ -669,6 +669,8 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
         if channel == "input":
             kept = {n: pair for n, pair in kept.items() if pair[0] > DRIVING and not data.said[n].commanded}
             supplies = {n for n in kept if data.x[:, n].std() < 0.2 * abs(data.x[:, n].mean())}
+            force = data.columns[roles["force"].column or 0].name if "force" in roles else ""
+            supplies |= {n for n in kept if data.columns[n].name == force}  # what its sensor gives out
             kept = {n: pair for n, pair in kept.items() if n not in supplies}
         if not kept:
             continue
