@@ -586,3 +586,15 @@ def test_the_voltage_of_a_sensor_beside_its_force_is_no_input(tmp_path: Path) ->
     head = "Time (in ms);Laser (in V);Force (in V);Laser (in mm);Force (in N)"
     (axis,) = told(write(tmp_path / "log.csv", head, 1e3 * a["t"], 0.05 * x, 0.1 * force, x, force))
     assert {name: role.column for name, role in axis.roles.items()} == {"time": 0, "position": 3, "force": 4}
+
+
+def test_lines_of_a_serial_monitor_have_its_time(tmp_path: Path) -> None:
+    a = axis_of_a_drive(dt=1e-2)
+    moved = np.column_stack([52342.113 + a["t"], np.degrees(a["position"]), np.degrees(a["velocity"]), a["current"]])
+    lines = [
+        f"14:{int(s // 60 % 60):02d}:{s % 60:06.3f} -> Pos:{x:.2f},Vel:{v:.1f},Cur:{1e3 * i:.0f}"
+        for s, x, v, i in moved
+    ]
+    (tmp_path / "serial.txt").write_text("\n".join(lines) + "\n")
+    (axis,) = told(tmp_path / "serial.txt")
+    assert (axis.roles["time"].unit, axis.roles["time"].column) == ("s", 0)

@@ -30,6 +30,16 @@ _FIELD, _NEXT = re.compile(rb":\s*-?\d"), re.compile(rb"\}\s*,?\s*\{")
 _PAIR = re.compile(r"([A-Za-z_][\w.\[\]]{0,40})\s?[=:]\s?(-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)(?![\w:.])")
 
 
+_STAMP = re.compile(r"\W*(?:\d{4}-\d\d-\d\d[ T])?(\d\d?):(\d\d):(\d\d(?:[.,]\d+)?)\b(?!\s*[AP]M)")
+
+
+def _stamp(line: str) -> dict[str, str]:
+    """Return the time of the day [s] that a line begins with, as a serial monitor writes it."""
+    found = _STAMP.match(line)
+    seconds = (3600 * int(found[1]) + 60 * int(found[2]) + float(found[3].replace(",", "."))) if found else 0.0
+    return {"clock time [s]": f"{seconds:.6f}"} if found else {}
+
+
 def recognises(path: Path, head: bytes) -> float:
     """It is JSON or XML by its first letters, and has arrays or records of numbers."""
     head = head.lstrip(b"\xef\xbb\xbf \r\n\t")
@@ -62,7 +72,9 @@ def _in_units(found: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def _of_text(path: Path) -> Any:
     text = path.read_text(encoding="utf-8-sig", errors="replace")
-    found = [dict(_PAIR.findall(line)) for line in (text.splitlines() if text.lstrip()[:1] != "{" else ())]
+    found = [
+        _stamp(line) | dict(_PAIR.findall(line)) for line in (text.splitlines() if text.lstrip()[:1] != "{" else ())
+    ]
     if 2 * sum(len(row) > 1 for row in found) > len(found):
         return _columns([row for row in found if len(row) > 1])
     try:
