@@ -663,7 +663,7 @@ def _by_force(data: Samples, t: Real, movement: _Movement, force: Role | None) -
 
 def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Role]:
     """Return force and input of an axis by the scores of its columns."""
-    roles = {}
+    roles: dict[str, Role] = {}
     for channel in ("force", "input"):
         kept = {n: score for n, score in scores.items() if (data.said[n].quantity == "input") == (channel == "input")}
         if channel == "input":
