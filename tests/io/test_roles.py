@@ -17,6 +17,7 @@ from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
 from fric.io.propose import guessed, guesses, mapping_text, propose
+from fric.io.questions import Question, answered
 from fric.io.readers import tables
 from fric.io.readers.base import Column, named
 from fric.io.roles import SURE, AxisColumns, axes_of
@@ -598,3 +599,27 @@ def test_lines_of_a_serial_monitor_have_its_time(tmp_path: Path) -> None:
     (tmp_path / "serial.txt").write_text("\n".join(lines) + "\n")
     (axis,) = told(tmp_path / "serial.txt")
     assert (axis.roles["time"].unit, axis.roles["time"].column) == ("s", 0)
+
+
+def test_an_answer_about_a_column_is_of_all_axes_that_have_such(tmp_path: Path) -> None:
+    """Two joints with a torque of each encoder's side: the name settles both, whichever came first by its values."""
+    a, rng = axis_of_a_drive(), np.random.default_rng(5)
+    columns, names = [a["t"]], ["t"]
+    for n, better in ((1, 0), (2, 1)):
+        efforts = [a["current"] + (0.3 if k == better else 0.6) * rng.standard_normal(len(a["t"])) for k in (0, 1)]
+        columns += [a["position"], a["velocity"], *efforts]
+        names += [f"q{n}", f"dq{n}", f"tau_a{n}", f"tau_b{n}"]
+    path = write(tmp_path / "arm.csv", ";".join(names), *columns)
+    asked = []
+
+    def ask(question: Question) -> None:
+        asked.append(question.text)
+        choices = [text for text, _ in question.choices]
+        assert question.take(str(1 + choices.index("'tau_b1'")) if "'tau_b1'" in choices else "")
+
+    with ExitStack() as files:
+        found = guessed([path], files)
+        assert f"{len(found.found)} questions are open" in str(found.error())  # which column, and which unit
+        answered(found, ask, tmp_path)
+    assert sum("Which column" in text for text in asked) == 1
+    assert [guess.table.columns[guess.axis.roles["force"].column].name for guess in found.found] == ["tau_b1", "tau_b2"]

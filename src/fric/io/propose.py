@@ -1,6 +1,7 @@
 """A mapping as fric would guess it, with comments, to be checked and edited."""
 
 import json
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
@@ -74,7 +75,7 @@ class Guess:
             if role.likelihood < SURE and channel in NEEDED:
                 beside = " or ".join(f"'{self.table.columns[n].name}'" for n in role.others)
                 is_it = f"{name} ({role.likelihood:.0%}{', or ' + beside if beside else ''})"
-                found[f"the {channel} is {is_it}"] = self.files, self.axis.name, channel
+                found[f"the {channel} is {is_it}"] = self.files, channel, self.stems(role)
             if channel in NEEDED and not _known_unit(role, self.axis.motion):
                 others = f", or {', '.join(role.units)}" if role.units else ""
                 unit = f"is in {role.unit} ({role.unit_likelihood:.0%}{others})" if role.unit else "has no unit"
@@ -88,6 +89,16 @@ class Guess:
                 of = replace(self.axis.readings[0], weight=1.0) if of_motion else (channel, role.unit, role.units)
                 found[f"{name} ({channel}) {unit}"] = of
         return found
+
+    def stem(self, column: int | None) -> str:
+        """Return the name of a column without that of its axis, as other axes of the file have it."""
+        axis = re.escape(self.axis.name.removeprefix("axis"))
+        name = "" if column is None else self.table.columns[column].name
+        return re.sub(rf"(?i)(?<![a-z]){axis}(?![a-z0-9])|(?<=[a-z]){axis}(?!\d)", "#", name) if axis else name
+
+    def stems(self, role: Role) -> frozenset[str]:
+        """Return the names, without that of the axis, of the columns that a role may be."""
+        return frozenset(map(self.stem, (role.column, *role.others)))
 
     @property
     def whole(self) -> bool:

@@ -162,14 +162,18 @@ def _of_column(found: Sequence[Guess]) -> Question | None:
     if not open_ones:
         return None
     guess, role = open_ones[0]
-    roles, sure = guess.axis.roles, replace(role, others={}, likelihood=1.0)
+    sure = replace(role, others={}, likelihood=1.0)
     taken = [sure, *(replace(sure, column=n, sign=sign) for n, sign in role.others.items())][:4]
+    alike = [(other, its) for other, its in open_ones if other.stems(its) == guess.stems(role)]
 
-    def apply(role: Role) -> None:
-        roles[role.channel] = role
+    def apply(chosen: Role) -> None:
+        for other, its in alike:
+            signs = {its.column or 0: its.sign, **its.others}
+            n = next(n for n in signs if other.stem(n) == guess.stem(chosen.column))
+            other.axis.roles[its.channel] = replace(its, column=n, sign=signs[n], others={}, likelihood=1.0)
 
     return Question(
-        f"Which column is the {role.channel} of {_named([guess])}?",
+        f"Which column is the {role.channel} of {_named([other for other, _ in alike])}?",
         [(f"'{guess.table.columns[role.column or 0].name}'", role) for role in taken],
         apply,
         [picture(_column(guess, role.column)) for role in taken],
