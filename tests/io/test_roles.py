@@ -500,13 +500,11 @@ def test_a_wrapped_rest_of_the_clock_is_no_position_and_the_force_shows_the_actu
         force = np.tanh(v / 0.02) + 0.01 * np.gradient(v, 1e-3) + 0.01 * np.random.default_rng(n).standard_normal(6000)
         columns += [moved["asked"], actual, force]
         names += [f"ip{n}", f"mp{n}", f"mt{n}"]
-    stamps = [np.floor(a["t"] + 0.3), np.round((a["t"] + 0.3) % 1.0 * 1e9), 1e9 * a["t"] + 17e17]
-    axes = told(write(tmp_path / "arm.csv", ";".join(["time", "tsec", "tnsec", "stamp", *names]), a["t"], *stamps,
+    stamps = [np.floor(a["t"] + 0.3), np.round((a["t"] + 0.3) % 1.0 * 1e9), 1e9 * a["t"] + 17e17, a["t"]]
+    axes = told(write(tmp_path / "arm.csv", ";".join(["time", "tsec", "tnsec", "stamp", "vm", *names]), a["t"], *stamps,
                       *columns))  # fmt: skip
     found = [{channel: role.column for channel, role in axis.roles.items()} for axis in axes]
-    assert found == [
-        {"time": 0, "reference": 4 + k, "position": 5 + k, "force": 6 + k} for k in (0, 3)
-    ]  # fmt: skip
+    assert found == [{"time": 0, "reference": 5 + k, "position": 6 + k, "force": 7 + k} for k in (0, 3)]
 
 
 def test_what_a_robot_desires_is_its_reference_and_what_it_does_not_measure_no_force(tmp_path: Path) -> None:

@@ -320,15 +320,14 @@ def _stamps(data: Samples, t: Real) -> Mask:
     first = slice(None, data.starts[1] if len(data.starts) > 1 else None)
     found = np.zeros(len(data.columns), bool)
     for n in np.flatnonzero(data.moving):
-        x = data.x[first, n]
-        named, counts = (
-            data.said[n].quantity in {"time", "row"},
-            data.said[n].quantity is None and np.all(x == np.rint(x)),
-        )
-        if (named or counts) and len(x) > 32 and np.mean(np.diff(x) < 0.0) < REPEATED:
+        x, of = data.x[first, n], data.said[n].quantity
+        if of in {None, "time", "row"} and len(x) > 32 and np.mean(np.diff(x) < 0.0) < REPEATED:
             slope = (x[-1] - x[0]) / ((t[first][-1] - t[0]) or 1.0)
             left = np.abs(x - x[0] - slope * (t[first] - t[0])).max()
-            found[n] = left < (1e-4 if named else 1e-5) * np.ptp(x) or (np.median(np.diff(x)) == 0.0 and left < 1.01)
+            near = 1e-4 if of else 1e-5 if np.all(x == np.rint(x)) else 1e-9  # a motion at one speed is not so even
+            decade = np.log10(slope) if slope > 0.0 else np.inf  # of units of a time
+            steps = np.median(np.diff(x)) == 0.0 and left < 1.01 and (of or abs(decade - np.rint(decade)) < 1e-2)
+            found[n] = left < near * np.ptp(x) or steps
     return found
 
 
