@@ -676,9 +676,11 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
         if all(data.said[n].quantity is None for n in kept):  # of those that go alike, what is exact is a command
             noise, most = {n: _noise(data, n) for n in kept}, max(kept.values())[0]
             rough = max((n for n in kept if kept[n][0] > ALIKE * most), key=lambda n: noise[n])
-            kept = {n: pair for n, pair in kept.items() if n == rough or not _is_exact(data, n, rough, noise)}
+            exact = [n for n in kept if 5.0 * noise[n] < noise[rough] and _alike(data, n, rough) > ALIKE]
+            kept = {n: pair for n, pair in kept.items() if n not in exact}
         best = max(kept, key=lambda n: kept[n][0])
-        twins = [n for n in kept if data.said[n].unit and data.said[best].unit and _are_one(data, n, best)]
+        measured = [n for n in kept if data.said[n].unit and not data.said[n].commanded]
+        twins = [n for n in measured if best in measured and (n == best or _alike(data, n, best) > 0.99)]
         plain = {n for n in twins if any(converts(data.said[n].unit, "force", motion) for motion in PLAIN)}
         best = max(twins, key=lambda n: (n in plain, kept[n][0]), default=best)
         kept = {n: pair for n, pair in kept.items() if n == best or not (
@@ -695,15 +697,9 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
     return roles
 
 
-def _are_one(data: Samples, n: int, best: int) -> bool:
-    """Return whether two measured columns are one effort in two units: of a motor in A, and in N*m."""
-    measured = n == best or not (data.said[n].commanded or data.said[best].commanded)
-    return measured and abs(float(np.corrcoef(data.x[:, n], data.x[:, best])[0, 1])) > 0.99
-
-
-def _is_exact(data: Samples, n: int, rough: int, noise: Mapping[int, float]) -> bool:
-    """Return whether a column is as another one is without its noise."""
-    return 5.0 * noise[n] < noise[rough] and abs(float(np.corrcoef(data.x[:, n], data.x[:, rough])[0, 1])) > ALIKE
+def _alike(data: Samples, n: int, k: int) -> float:
+    """Return the correlation of two columns, without its sign."""
+    return abs(float(np.corrcoef(data.x[:, n], data.x[:, k])[0, 1]))
 
 
 def follows(table: ForeignTable) -> float:
