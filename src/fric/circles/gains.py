@@ -185,6 +185,7 @@ def controller_behind(
     return ahead, added, tuple(warnings)
 
 
+RECORD = "Record a stroke or a circle with reference, position and voltage, without compensation."
 GAINS = {"K_v": "rate", "K_p": "velocity gain", "K_i": "position gain", "velocity_filter": "frequency"}
 START = 0.1  # Share of a record that is left out, since the initial state of the filter is not known
 CORNERS = (0.02, 0.05, 0.12, 0.25)  # Corners of the velocity filter over the sampling rate, from which a search starts
@@ -262,18 +263,12 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
     """
     where = f"{test.where}, axis {name}"
     if test.scheme not in ("", "a"):
-        raise FricError(
-            "the controller's gains take a circle without compensation",
-            where=where,
-            hint="Record one without compensation.",
-        )
+        raise FricError("the controller's gains take a circle without compensation", where=where, hint=RECORD)
     _, r, z, u, rate = test.of_effort({name: motion}).driven(name, "identifying gains")
     fit, found, covariance, swap = _fitted(r, z, u, rate)
     if (explained := fit.explained(found)) < EXPLAINED:
-        raise FricError(
-            f"no cascade gives the recorded voltage: the best explains {explained:.0%} of it", where=where,
-            hint="Give the controller's gains.",
-        )  # fmt: skip
+        what = f"no cascade gives the recorded voltage: the best explains {explained:.0%} of it"
+        raise FricError(what, where=where, hint=RECORD)
     half = np.hypot(1.96 * np.sqrt(np.diag(covariance)), swap)
     return _controller(found, half, explained, rate, test.where, motion).of_fit(fit, found)
 
@@ -292,11 +287,11 @@ def controller_of_logs(logs: Iterable[Log]) -> FoundController:
         if log.reference is not None and log.position is not None and log.input is not None and len(log) >= LEAST_LOG
     ]  # fmt: skip
     if not whole:
-        raise FricError("no record has reference, position and voltage", hint="Give the controller's gains.")
+        raise FricError("no record has reference, position and voltage", hint=RECORD)
     whole.sort(key=lambda log: log.time[-1] / len(log))
     found = [fit for log in whole[:MOST_LOGS] if (fit := _of_log(log)) is not None]
     if not found:
-        raise FricError("no record in closed loop shows the gains", hint="Give the controller's gains.")
+        raise FricError("no record in closed loop shows the gains", hint=RECORD)
 
     def width(fit: FoundController) -> float:
         gains = (fit.estimates[name] for name in ("K_v", "K_p", "K_i"))
@@ -424,9 +419,13 @@ class _Fit:
         found[3] = min(found[3], np.log(self.rate))  # above it a filter is none
         other = found.copy()
         other[[0, 2]] = found[2] - found[1], found[0] + found[1]  # K_v and K_i/K_p in each other's place
-        first, second = sorted((found, other), key=self._apart)
-        self.swapped = alike = self._apart(second) < SURE_ORDER * self._apart(first)
-        found, other = (max(first, second, key=lambda order: order[0]) if alike else first), first + second
+        fed = [1.0 - float(np.exp(order[0])) * self.velocity_lag for order in (found, other)]
+        partly = all(FED_ERROR < share < 1.0 - FED_ERROR for share in fed)  # else an order that feeds all or none
+        shares = [(share,) if partly else (0.0, 1.0) for share in fed]
+        apart, second = self._apart(found, shares[0]), self._apart(other, shares[1])
+        self.swapped = alike = max(apart, second) < SURE_ORDER * min(apart, second)
+        larger, both = max(found, other, key=lambda order: order[0]), found + other
+        found, other = (larger if alike else found if apart <= second else other), both
         rest, jacobian = self.rest(found), np.asarray(best.jac, float)
         covariance = np.linalg.pinv(jacobian.T @ jacobian) * float(np.mean(rest**2)) * _alike(rest)
         return found, covariance, alike * np.abs(other - 2 * found)[: len(covariance)]
@@ -445,11 +444,10 @@ class _Fit:
         high, low = max(float(roots.max()), 1e-3), max(float(roots.min()), 1e-3)
         return np.log([high, D, low * D])
 
-    def _apart(self, log_values: Real) -> float:
-        """Return the squared residual [V²] with a share of the reference velocity through the integral of the loop."""
-        K_v, _, K_i, _ = np.exp(log_values)
+    def _apart(self, log_values: Real, shares: tuple[float, ...]) -> float:
+        """Return the least squared residual [V²] with a share of the reference velocity through the loop's integral."""
+        K_i = np.exp(log_values[2])
         others = np.linalg.qr(self.sized[:, [0, 2, 3]])[0]
-        shares = 0.0, 1.0, 1.0 - K_v * self.velocity_lag
         rests = [self.u - self.volts(log_values) - share * K_i * self.fed[:, 1] for share in shares]
         return min(float(np.sum((rest - others @ (others.T @ rest)) ** 2)) for rest in rests)
 
