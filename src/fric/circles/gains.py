@@ -237,7 +237,8 @@ class FoundController:
         share = 0.0 if abs(1.0 - late) <= half else min(max(1.0 - late, 0.0), 2.0)
         half += abs(late) * gain.half_width / K_v
         cascade = replace(self.cascade, velocity_feedforward=share)
-        estimates = {**self.estimates, "velocity_feedforward": Estimate.around(share, "1", half)}
+        within = max(share - half, 0.0), share + half
+        estimates = {**self.estimates, "velocity_feedforward": Estimate(share, "1", within)}
         return replace(found, cascade=cascade, estimates=estimates)
 
 
