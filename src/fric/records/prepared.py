@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
@@ -179,11 +180,10 @@ class Prepared:
         """Return the record with its motion at the instants of the force, which was logged later by a time [s]."""
         from scipy.interpolate import CubicHermiteSpline  # not at the start
 
-        m, at = self.motion, self.motion.time - late
-        position, velocity = (CubicHermiteSpline(m.time, *of)(at) for of in
-                              ((m.position, m.velocity), (m.velocity, m.acceleration)))  # fmt: skip
-        acceleration = np.interp(at, m.time, m.acceleration)
-        motion = replace(m, position=position, velocity=velocity, acceleration=acceleration)
+        m = self.motion
+        known = (m.position, m.velocity, m.acceleration, np.gradient(m.acceleration, m.time))
+        z, v, a = (CubicHermiteSpline(m.time, *pair)(m.time - late) for pair in pairwise(known))
+        motion = Motion(m.time, z, v, a, m.step)
         done = replace(self.done, delay=self.done.delay - late)
         return replace(self, motion=motion, used=self.used & between_reversals(motion), done=done)
 

@@ -27,7 +27,7 @@ from fric.identify.gms.identify import identify_gms as fit_gms
 from fric.identify.plant.identify import MotionFit, identify_motion, plant_records
 from fric.identify.plant.identify import identify_plant as fit_plant
 from fric.identify.plant.response_fit import PlantFit
-from fric.identify.replay.replay_fit import ReplayFit, fitted_model, identify_by_replay
+from fric.identify.replay.replay_fit import ReplayFit, axis_in_motion, fitted_model, identify_by_replay
 from fric.identify.static_map.identify import StaticFit
 from fric.identify.static_map.identify import identify_static as fit_static
 from fric.identify.static_map.points import ShapeFactor
@@ -250,6 +250,7 @@ def identify_plant(
             decimation=decimation,
             border=border,
             mass=weight,
+            replayed=axis_in_motion,
         )
         return _plausible(PlantResult(found, records), doubtful)
     fit = fit_plant(

@@ -1,7 +1,7 @@
 """The plant of eq. (1) from frequency responses, or from an ordinary motion, and the choice of records."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Literal, NamedTuple
@@ -52,7 +52,7 @@ from fric.records.inspection import CONDITION
 from fric.records.motion import BANDWIDTH, Conditioning, kept, shows_mass, thinned
 from fric.records.prepared import Drive, Prepared, prepared
 from fric.records.recognition import kind_of
-from fric.statistics import DIFFERENT, Between, between_records, hac_covariance, robust_deviation
+from fric.statistics import DIFFERENT, Between, between_records, hac_covariance, robust_deviation, widened
 from fric.threads import one_blas_thread
 from fric.units import Motion, is_effort, readable, rotates, si_unit
 
@@ -432,6 +432,10 @@ RESTS = 0.1  # Share of such samples above which they are left out; without a fi
 FEWEST = 30  # Least number of samples of a fit
 
 
+Axis = tuple[Real, Real]
+"""M, F_v, F_c and offset of a rigid axis, shape (4,), and their covariance (4, 4)."""
+
+
 @dataclass(frozen=True)
 class MotionFit:
     """A rigid axis fitted to its motion: ``force = M·z̈ + F_v·ż + F_c·sign(ż) + offset``."""
@@ -458,7 +462,7 @@ class MotionFit:
     warnings: tuple[Notice, ...] = ()  # Warnings: what the data do not determine
 
 
-def identify_motion(
+def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     logs: Sequence[Log],
     *,
     direction: Literal["both", "each"] = "both",
@@ -468,6 +472,7 @@ def identify_motion(
     decimation: int | None = None,
     border: int | None = None,
     mass: float | None = None,
+    replayed: Callable[[Sequence[Prepared]], Axis | None] | None = None,
 ) -> MotionFit:
     """Fit a rigid axis to motions by least squares on zero-phase filtered, decimated signals.
 
@@ -483,6 +488,8 @@ def identify_motion(
     delay: T_d [s], which a motion does not show; by default half a sample. If given, it is the delay of the force after
         its voltage.
     cutoff, decimation, border: See `Conditioning`; chosen from the sampling rate where not given.
+    replayed: Gives the estimates by a law that falls with speed and yields before it slides, from unfiltered records;
+        those with narrower intervals are taken, and where it is outside of the rigid fit's, it.
     Raises FricError: When neither force nor input was logged, the sampling is uneven, or the motion does not separate
         the terms.
     """
@@ -506,7 +513,8 @@ def identify_motion(
     ]
     settings = [replace(s, cutoff=0.0) if cutoff is None and s.cutoff < 5 * BANDWIDTH else s for s in settings]
     timing = (0.0, 0.0) if effort else (delay or 0.0, scale.shift)
-    records = prepared(served, drive=Drive(force_constant or 1.0, *timing), filters=settings)
+    drive = Drive(force_constant or 1.0, *timing)
+    records = prepared(served, drive=drive, filters=settings)
     shown = [_in_motion(record, s) for record, s in zip(records, settings, strict=True)]
     settings = [
         s if record.used[s.border :].all() else replace(s, decimation=1)
@@ -539,6 +547,11 @@ def identify_motion(
     between = between_records(np.split(X, ends), np.split(residual, ends), quantile)
     if between is not None:
         covariance = covariance + between.covariance
+    if replayed is not None and direction == "both" and (cutoff, decimation, border) == (None,) * 3:
+        with suppress(FricError):  # a replay needs more of a record than this fit
+            whole = prepared([replace(log, kind="motion") for log in served], drive=drive)
+            values, covariance = _finer((values, covariance), replayed(whole))
+            residual = y - X @ values
 
     half = quantile * np.sqrt(np.diag(covariance))
     units = [_unit(name, channel, motion) for name in names]
@@ -561,6 +574,17 @@ def identify_motion(
          *_warnings(records, settings[0].border, estimates, K_f, assumed=delay is None),
          *scale.warnings, *against_mass(plant, mass, motion), *chain(*clocks), *flaws),
     )  # fmt: skip
+
+
+def _finer(rigid: Axis, replay: Axis | None) -> Axis:
+    """Return the replay where it is finer or outside of the rigid fit's intervals, else the latter, widened by it."""
+    if replay is None:
+        return rigid
+    (values, covariance), off = rigid, replay[0] - rigid[0]
+    half, other = (1.96 * np.sqrt(np.diag(found))[:3] for found in (covariance, replay[1]))
+    if np.prod(other) < np.prod(half) or (np.abs(off)[:3] > half).any():
+        return replay
+    return values, widened(covariance, replay[1] + np.outer(off, off))
 
 
 HELD = 4000.0  # Rate of the hold that is assumed beside a current loop [Hz], as of controllers that fric designs

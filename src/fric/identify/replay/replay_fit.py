@@ -37,6 +37,7 @@ from fric.friction import FrictionModel, Parameter, models
 from fric.friction.directed import Directed
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
+from fric.identify.plant.identify import Axis
 from fric.identify.replay.replay_search import (
     HOP,
     LEVEL,
@@ -711,6 +712,7 @@ class ReplayFit:
     independent: float  # Number of independent residuals, by their first-order autocorrelation
     coordinates: Coordinates  # coordinates, x: the search coordinates that are free in the end, and their values
     x: Real
+    spread: Real  # Covariance of ``x``, shape (p, p); nan where the records do not determine it
     covariance: Covariance  # Covariance of the fitted parameters
     # Lag of the logged force behind the position [s], by record, see `lateness`
     late: Mapping[str, Estimate]
@@ -945,8 +947,51 @@ def _described(
         warnings.append(RECORDS_VARY.found(by=by, order=each, one_speed=False, within=False, motions=not levels.alike))
     return ReplayFit(
         model, records[0].log.axis, motion, estimates, records, level, nuisances, rmse, r2, independent, coordinates, x,
-        solved.joint(), lateness(search, best, quantile), tuple(warnings), between,
+        covariance, solved.joint(), lateness(search, best, quantile), tuple(warnings), between,
     )  # fmt: skip
+
+
+def axis_in_motion(records: Sequence[Prepared]) -> Axis | None:
+    """Return M, F_v, F_c and offset of a rigid axis (4,) and their covariance (4, 4), from its motions.
+
+    LuGre's model is replayed, so that friction which falls with speed, and yields before it slides, is in none of them.
+    The mass and offset of a record follow by least squares, and scatter from record to record as levels do (`reach`).
+    None where the mass, or Coulomb or viscous friction, is not seen.
+    """
+    if not _moves(records):
+        return None
+    fit = identify_by_replay("lugre", records)
+    if not all(np.isfinite(fit.estimates["static"][name].limits).all() for name in ("F_c", "sigma")):
+        return None
+    of, terms, errors, slope = fit.coordinates, list[Real](), list[Real](), list[Real]()
+    moving = [record.in_motion() for record in fit.records]  # near rests is the error of the model, which moves M alone
+    late = Search(of, fit.records)
+    c, variance = in_motion(late, late.at(fit.x), 1.96)
+    moment = variance / (1.0 + variance) + (c / (1.0 + variance)) ** 2
+    bare = Search(of, [replace(record, done=replace(record.done, own=())) for record in moving])
+    ends = np.cumsum([int(record.used.sum()) for record in moving])[:-1]
+    for record, rates in zip(moving, np.split(bare.gradient(fit.x), ends), strict=True):
+        X, y = record.own[record.used], (record.force - record.replay(fit.model))[record.used]
+        by = record.done.timing * np.gradient(record.fitted(fit.model), record.motion.time)[record.used]
+        found, by, *moved = np.linalg.lstsq(X, np.column_stack([y, by, rates]), rcond=None)[0].T
+        at = [record.done.own.index(name) for name in ("mass", "offset")]
+        error = replay_covariance(X, y - X @ found, [record], float(stdtrit(len(y) - X.shape[1], 0.975)))
+        terms.append(found[at])
+        errors.append((error + moment * np.outer(by, by))[np.ix_(at, at)])
+        slope.append(np.array(moved).T[at])
+    weights = np.array([1.0 / np.diag(error) for error in errors])
+    weights /= weights.sum(axis=0)
+    (M, offset), moves = np.sum(weights * terms, axis=0), np.sum(weights[:, :, None] * slope, axis=0)
+    shown, (F_v, F_c) = slopes(of, fit.x), (float(fit.estimates["static"][name]) for name in ("sigma", "F_c"))
+    J = [moves[0], shown["static", "sigma"].slope[0], F_c * shown["static", "F_c"].slope[0], moves[1]]
+    covariance = J @ np.nan_to_num(fit.spread) @ np.transpose(J)
+    covariance[::3, ::3] += sum(np.outer(w, w) * error for w, error in zip(weights, errors, strict=True))
+    if (count := len(terms)) > 1:
+        for n, size in enumerate((M, F_c)):
+            deviation, error = np.std(terms, axis=0, ddof=1)[n] / size, np.mean(errors, axis=0)[n, n] / size**2
+            beyond = (reach(deviation, error**0.5, count) / 1.96) ** 2 - error
+            covariance[3 * n, 3 * n] += size**2 * max(beyond, 0.0) / count
+    return np.array([M, F_v, F_c, offset]), covariance
 
 
 def _scatter(
