@@ -56,7 +56,7 @@ from fric.notice import Notice
 from fric.records.flaws import record_flaws
 from fric.records.inspection import CONDITION, RESOLVED, energy_changes, identifiability_of, too_coarse
 from fric.records.preparation import DIMENSIONS, Own
-from fric.records.prepared import Prepared
+from fric.records.prepared import Prepared, between_reversals
 from fric.records.recognition import kind_of
 from fric.statistics import DIFFERENT, OF_TWO, hac_covariance, jackknife, reach, sandwich, supposed, widened
 from fric.threads import one_blas_thread
@@ -951,6 +951,9 @@ def _described(
     )  # fmt: skip
 
 
+MOST_IN_MOTION = 10_000  # Samples of motions that are replayed for a plant at most: of more, every n-th
+
+
 def axis_in_motion(records: Sequence[Prepared]) -> Axis | None:
     """Return M, F_v, F_c and offset of a rigid axis (4,) and their covariance (4, 4), from its motions.
 
@@ -960,7 +963,9 @@ def axis_in_motion(records: Sequence[Prepared]) -> Axis | None:
     """
     if not _moves(records):
         return None
-    fit = identify_by_replay("lugre", records)
+    every = -(-sum(len(record.force) for record in records) // MOST_IN_MOTION)
+    few = [record.thinned(every) for record in records]
+    fit = identify_by_replay("lugre", [record.restricted(between_reversals(record.motion)) for record in few])
     if not all(np.isfinite(fit.estimates["static"][name].limits).all() for name in ("F_c", "sigma")):
         return None
     of, terms, errors, slope = fit.coordinates, list[Real](), list[Real](), list[Real]()
