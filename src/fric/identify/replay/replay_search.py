@@ -451,10 +451,14 @@ def spread(record: Prepared, model: FrictionModel) -> Real:
 
     The stiffness of the contact magnifies the remaining encoder steps in the motion (effective variance: Orear, Am. J.
     Phys. 50 (1982) 912). σ_F and σ_z are fitted to the squared residuals, with σ_z up to ``step/√12`` of a plain count,
-    so that errors of the model near a reversal do not count as those of the encoder.
+    so that errors of the model near a reversal do not count as those of the encoder, and the level of the record is
+    fitted, so that levels near their mean do not weigh more.
     """
     replayed = record.replay(model)
-    residual = (record.force - replayed - record.own @ record.record_part(record.force - replayed))[record.used]
+    terms = np.column_stack([record.own, replayed])[record.used]
+    terms /= np.abs(terms).max(axis=0, initial=1e-300)
+    rest = (record.force - replayed)[record.used]
+    residual = rest - terms @ np.linalg.lstsq(terms, rest, rcond=None)[0]
     squares = residual**2
     floor = max(0.01 * float(squares.mean()), 1e-12 * float(np.mean(record.force[record.used] ** 2)), 1e-300)
     if record.motion.step == 0.0:
