@@ -959,14 +959,14 @@ def axis_in_motion(records: Sequence[Prepared]) -> Axis | None:
 
     LuGre's model is replayed, so that friction which falls with speed, and yields before it slides, is in none of them.
     The mass and offset of a record follow by least squares, and scatter from record to record as levels do (`reach`).
-    None where the mass, or Coulomb or viscous friction, is not seen.
+    None where the mass or a parameter of the model is not seen.
     """
     if not _moves(records):
         return None
     every = -(-sum(len(record.force) for record in records) // MOST_IN_MOTION)
     few = [record.thinned(every) for record in records]
     fit = identify_by_replay("lugre", [record.restricted(between_reversals(record.motion)) for record in few])
-    if not all(np.isfinite(fit.estimates["static"][name].limits).all() for name in ("F_c", "sigma")):
+    if np.isnan(fit.spread).any():
         return None
     of, terms, errors, slope = fit.coordinates, list[Real](), list[Real](), list[Real]()
     moving = [record.in_motion() for record in fit.records]  # near rests is the error of the model, which moves M alone
