@@ -107,12 +107,16 @@ def test_what_no_law_tells_and_few_machines_have_is_told(channel: str, by: float
 
 
 def test_a_negative_A_names_friction_that_falls_before_units():
+    """Of a common friction the fall is taken off by a replay; by direction it is not, and is said."""
     t = np.arange(0.0, 8.0, 2e-3)
     z = 0.05 * np.sin(2.5 * t) + 0.01 * np.sin(8.2 * t)
     v = np.gradient(z, t)
     force = 20.0 * np.gradient(v, t) + (20.0 + 30.0 * np.exp(-np.abs(v) / 0.05)) * np.sign(v)
+    log = fric.Log(t, position=z, force=force, input=force / 50.0, kind="motion")
     with pytest.raises(FricError, match=r"A is -.*friction falls with speed.*\nLog strokes.*units"):
-        fric.identify_plant(fric.Log(t, position=z, force=force, input=force / 50.0, kind="motion"), method="motion")
+        fric.identify_plant(log, method="motion", direction="each")
+    found = fric.identify_plant(log, method="motion").fit.estimates
+    assert float(found["M"]) == pytest.approx(20.0, rel=0.02)
 
 
 def codes(verb: str, channel: str, by: float) -> dict[str, str]:

@@ -951,7 +951,7 @@ def _described(
     )  # fmt: skip
 
 
-MOST_IN_MOTION = 10_000  # Samples of motions that are replayed for a plant at most: of more, every n-th
+MOST_IN_MOTION = 20_000  # Samples of motions that are replayed for a plant at most: of more, every n-th
 
 
 def axis_in_motion(records: Sequence[Prepared]) -> Axis | None:
@@ -959,37 +959,42 @@ def axis_in_motion(records: Sequence[Prepared]) -> Axis | None:
 
     LuGre's model is replayed, so that friction which falls with speed, and yields before it slides, is in none of them.
     The mass and offset of a record follow by least squares, and scatter from record to record as levels do (`reach`).
-    None where the mass or a parameter of the model is not seen.
+    None where the mass or a parameter of the model is not seen, or a record moves one way.
     """
-    if not _moves(records):
+    if not _moves(records) or any("offset" not in record.done.own for record in records):
         return None
     every = -(-sum(len(record.force) for record in records) // MOST_IN_MOTION)
     few = [record.thinned(every) for record in records]
-    fit = identify_by_replay("lugre", [record.restricted(between_reversals(record.motion)) for record in few])
+    few = [record.restricted(between_reversals(record.motion)) for record in few]
+    fit = identify_by_replay("lugre", few)
     if np.isnan(fit.spread).any():
         return None
-    of, terms, errors, slope = fit.coordinates, list[Real](), list[Real](), list[Real]()
-    moving = [record.in_motion() for record in fit.records]  # near rests is the error of the model, which moves M alone
+    of, moving = (
+        fit.coordinates,
+        [record.in_motion() for record in fit.records],
+    )  # near rests the error of the model moves M
     late = Search(of, fit.records)
     c, variance = in_motion(late, late.at(fit.x), 1.96)
     moment = variance / (1.0 + variance) + (c / (1.0 + variance)) ** 2
     bare = Search(of, [replace(record, done=replace(record.done, own=())) for record in moving])
     ends = np.cumsum([int(record.used.sum()) for record in moving])[:-1]
+    terms, errors, moves = list[Real](), list[Real](), list[Real]()
     for record, rates in zip(moving, np.split(bare.gradient(fit.x), ends), strict=True):
-        X, y = record.own[record.used], (record.force - record.replay(fit.model))[record.used]
-        by = record.done.timing * np.gradient(record.fitted(fit.model), record.motion.time)[record.used]
+        m = record.motion
+        X, y = np.column_stack([m.acceleration, np.ones_like(m.time)]), record.force - record.replay(fit.model)
+        by = record.done.timing * np.gradient(record.fitted(fit.model), m.time)
+        X, y, by = X[record.used], y[record.used], by[record.used]
         found, by, *moved = np.linalg.lstsq(X, np.column_stack([y, by, rates]), rcond=None)[0].T
-        at = [record.done.own.index(name) for name in ("mass", "offset")]
-        error = replay_covariance(X, y - X @ found, [record], float(stdtrit(len(y) - X.shape[1], 0.975)))
-        terms.append(found[at])
-        errors.append((error + moment * np.outer(by, by))[np.ix_(at, at)])
-        slope.append(np.array(moved).T[at])
+        error = replay_covariance(X, y - X @ found, [record], float(stdtrit(len(y) - 2, 0.975)))
+        terms.append(found)
+        errors.append(error + moment * np.outer(by, by))
+        moves.append(np.transpose(moved))
     weights = np.array([1.0 / np.diag(error) for error in errors])
     weights /= weights.sum(axis=0)
-    (M, offset), moves = np.sum(weights * terms, axis=0), np.sum(weights[:, :, None] * slope, axis=0)
+    (M, offset), rows = np.sum(weights * terms, axis=0), np.sum(weights[:, :, None] * moves, axis=0)
     shown, (F_v, F_c) = slopes(of, fit.x), (float(fit.estimates["static"][name]) for name in ("sigma", "F_c"))
-    J = [moves[0], shown["static", "sigma"].slope[0], F_c * shown["static", "F_c"].slope[0], moves[1]]
-    covariance = J @ np.nan_to_num(fit.spread) @ np.transpose(J)
+    J = np.array([rows[0], shown["static", "sigma"].slope[0], F_c * shown["static", "F_c"].slope[0], rows[1]])
+    covariance = J @ fit.spread @ J.T
     covariance[::3, ::3] += sum(np.outer(w, w) * error for w, error in zip(weights, errors, strict=True))
     if (count := len(terms)) > 1:
         for n, size in enumerate((M, F_c)):
