@@ -621,3 +621,14 @@ def test_an_answer_about_a_column_is_of_all_axes_that_have_such(tmp_path: Path) 
         answered(found, ask, tmp_path)
     assert sum("Which column" in text for text in asked) == 1
     assert [guess.table.columns[guess.axis.roles["force"].column].name for guess in found.found] == ["tau_b1", "tau_b2"]
+
+
+def test_a_demand_that_is_followed_badly_is_no_axis(tmp_path: Path) -> None:
+    """A slow sine of some micrometres, of which friction lets a part pass, late: the force went to the demand."""
+    t = np.arange(6000) * 1e-3
+    asked = np.sin(2 * np.pi * 0.5 * t)
+    moved = 0.4 * np.sin(2 * np.pi * 0.5 * t - 0.6) ** 3 + 1e-3 * np.random.default_rng(0).standard_normal(len(t))
+    force = np.tanh(np.gradient(moved, 1e-3) / 0.1) + moved
+    (axis,) = told(write(tmp_path / "X_sine.csv", "Time [s];Setpoint X [mm];Position X [mm];Force X [N]", t, asked,
+                         moved, force))  # fmt: skip
+    assert (axis.roles["position"].column, axis.roles["force"].column) == (2, 3)

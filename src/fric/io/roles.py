@@ -464,8 +464,8 @@ def _clusters(data: Samples, pairs: Pairs) -> list[list[int]]:
         members.append(n)
     moved = [n for members in found for n in members if not data.said[n].commanded]
 
-    def asks(n: int) -> bool:  # in another unit
-        return data.said[n].commanded and any(pairs.alike[n, k] > SAME and not _apart(data, n, k) for k in moved)
+    def asks(n: int) -> bool:  # in another unit, or followed badly
+        return data.said[n].commanded and any(pairs.alike[n, k] > 0.5 and not _apart(data, n, k) for k in moved)
 
     return [members for members in found if not all(map(asks, members))]
 
