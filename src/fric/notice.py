@@ -7,7 +7,7 @@ from math import isfinite
 from types import MappingProxyType
 from typing import Any, Literal, get_args
 
-from fric.errors import FricError
+from fric.errors import require_known
 
 Severity = Literal["note", "doubt", "wrong"]
 """``note``: good to know; ``doubt``: a number may be off by more than its interval; ``wrong``: it is, until mended."""
@@ -43,8 +43,7 @@ class Notice(str):
         carried: bool = False,
     ) -> Notice:
         """Return the notice."""
-        if severity not in get_args(Severity):
-            raise FricError(f"'{severity}' is no severity", hint=f"There are {', '.join(get_args(Severity))}.")
+        require_known(severity, get_args(Severity), "there is no severity")
         made = super().__new__(cls, f"{where}: {says}" if where else says)
         made.code, made.severity, made.values, made.where, made.carried = code, severity, values, where, carried
         return made

@@ -12,7 +12,7 @@ import numpy as np
 from fric.arrays import Complex, Real
 from fric.columns import channel_dimension
 from fric.contour import beside
-from fric.errors import FricError
+from fric.errors import FricError, require_known
 from fric.log import Log, axis_name
 from fric.series import keep
 from fric.units import Motion, is_effort, si_unit
@@ -143,12 +143,8 @@ class MeasuredCircle:
         require_within(self, "the circle", self.where, radius=CIRCLE, feed=CIRCLE)
         if self.direction not in (1, -1):
             raise FricError(f"the direction is {self.direction}", where=self.where, hint="Say 1 or -1.")
-        if self.instrument not in get_args(Instrument):
-            raise FricError(
-                f"'{self.instrument}' is no instrument",
-                where=self.where,
-                hint=f"There are {', '.join(get_args(Instrument))}.",
-            )
+        if self.instrument:
+            require_known(self.instrument, get_args(Instrument)[:3], "there is no instrument", where=self.where)
         if self.deviation is not None and np.abs(self.deviation).max() >= self.radius:
             raise FricError("the deviation of the ball bar reaches the circle's radius", where=self.where,
                             hint="Look at its unit.")  # fmt: skip
