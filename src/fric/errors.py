@@ -1,5 +1,6 @@
 """The one exception that fric raises on purpose."""
 
+import errno
 import re
 from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
@@ -85,6 +86,14 @@ class FricError(Exception):
         """Return the same error with the place where it was found (outermost place first)."""
         place = f"{where}: {self.where}" if self.where else where
         return FricError(self.what, where=place, hint=self.hint, form=self.form)
+
+
+def of_path(error: OSError) -> OSError | FricError:
+    """Return the error of a path that the system does not take; any other is returned as it is."""
+    if error.filename is None or error.errno not in {errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES, errno.EPERM}:
+        return error
+    hint = "Give a shorter path, or that of a file that you may read."
+    return FricError(error.strerror or "", where=str(error.filename), hint=hint)
 
 
 class Typed(str):

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import FunctionType, NoneType, UnionType
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
-from fric.errors import FricError, Typed, near
+from fric.errors import FricError, Typed, near, of_path
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -127,6 +127,8 @@ def _checked(function: Callable[P, R], called: str) -> Callable[P, R]:
             return function(*bound.args, **bound.kwargs)
         except UnfitError as error:
             raise FricError(f"{called} {error.what}") from None
+        except OSError as error:
+            raise of_path(error) from None
 
     return checked
 

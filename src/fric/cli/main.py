@@ -15,7 +15,7 @@ import fric
 from fric.cli.command import group
 from fric.cli.commands import COMMANDS
 from fric.cli.console import ERR, prepare_streams
-from fric.errors import FricError, clean, printable, reworded
+from fric.errors import FricError, clean, of_path, reworded
 
 app = group(
     "fric",
@@ -94,9 +94,8 @@ def main() -> None:
     except OSError as error:
         if error.filename is None and error.errno == errno.ENOENT:
             _fail("the folder that this was started in is not there any more\nChange to another.", 1)
-        if error.filename is not None and error.errno in _NAMES:
-            hint = "Give a shorter path, or that of a file that you may read."
-            _fail(f"{printable(str(error.filename))}: {error.strerror}\n{hint}", 1)
+        if isinstance(found := of_path(error), FricError):
+            _fail(str(found), 1)
         if error.filename is not None or error.errno not in _FULL:
             raise
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - nothing is flushed there at the end
@@ -108,7 +107,6 @@ def main() -> None:
 
 
 _UsageError: Any = typer.BadParameter.__base__
-_NAMES = (errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES, errno.EPERM)
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EPIPE, errno.EIO, errno.EDQUOT)
 
 
