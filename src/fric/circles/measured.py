@@ -150,10 +150,9 @@ class MeasuredCircle:
                             hint="Look at its unit.")  # fmt: skip
         if not self.is_ball_bar and len(self.axes) < 2:
             raise FricError(
-                f"has traces of {', '.join(self.axes) or 'no axis'}, and a circle takes two axes",
-                where=self.where,
+                f"has traces of {', '.join(self.axes) or 'no axis'}, and a circle takes two axes", where=self.where,
                 hint="Record both axes, or the angle and the deviation of a ball bar.",
-            )
+            )  # fmt: skip
         for name in self.names if self.axes else ():
             travel = float(np.ptp(self.axes[name].position))
             if travel < STILL * self.radius:

@@ -736,10 +736,9 @@ def read_identified(
         )
     if not intervals:
         raise FricError(
-            NO_INTERVAL,
-            where=str(path),
+            NO_INTERVAL, where=str(path),
             hint="Give files that `fric identify` wrote: `nominal_files='x=FRICTION.yaml'`, or in the machine file.",
-        )
+        )  # fmt: skip
     return IdentifiedMachine(replace(machine, axes=axes), intervals, covariances, beyond, widened, tuple(warnings))
 
 

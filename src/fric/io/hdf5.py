@@ -282,10 +282,9 @@ def read_logs(paths: Iterable[Path] | Path) -> list[Log]:
     logs = [record for path in paths for record in read_records(path) if isinstance(record, Log)]
     if not logs:
         raise FricError(
-            "holds no record in time",
-            where=", ".join(map(str, paths)),
+            "holds no record in time", where=", ".join(map(str, paths)),
             hint="Give a log of samples, as `fric ingest` writes it.",
-        )
+        )  # fmt: skip
     refuse_several_axes(logs)
     return logs
 

@@ -181,15 +181,8 @@ def plain(pieces: Iterable[Piece]) -> str:
     from rich.console import Console
 
     out = StringIO()
-    console = Console(
-        file=out,
-        width=WIDTH,
-        highlight=False,
-        soft_wrap=True,
-        color_system=None,
-        legacy_windows=False,
-        force_jupyter=False,
-    )  # in a notebook, too, it is a text, and not shown beside the result
+    plain: dict[str, Any] = dict.fromkeys(("highlight", "legacy_windows", "force_jupyter"), False)
+    console = Console(file=out, width=WIDTH, soft_wrap=True, color_system=None, **plain)  # a text in a notebook, too
     for piece in pieces:
         console.print(piece, markup=False)
     return "\n".join(line.rstrip() for line in out.getvalue().splitlines())

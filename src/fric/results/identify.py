@@ -543,16 +543,9 @@ def identify_gms(
     if at is not None and blocks not in {"auto", len(at), str(len(at))}:
         raise FricError(f"{len(at)} knots give {len(at)} blocks, not {blocks}", hint="Leave `blocks=` out.")
     found = fit_gms(
-        records,
-        static=forward,
-        negative=backward,
-        plant=known,
-        blocks=count,
-        knots=at,
-        refined=refine,
-        cycles=_cycles(cycles),
-        **({"most_blocks": most} if most else {}),
-    )
+        records, static=forward, negative=backward, plant=known, blocks=count, knots=at, refined=refine,
+        cycles=_cycles(cycles), **({"most_blocks": most} if most else {}),
+    )  # fmt: skip
     doubtful += settled(of_gms(found))
     return GMSResult(replace(found, warnings=(*found.warnings, *doubtful)), records, kept)
 
