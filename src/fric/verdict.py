@@ -504,7 +504,7 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
         return
     if evidence.designed:
         command = evidence.command if evidence.command.startswith("fric auto ") else "fric auto LOGS -o DIR"
-        yield f"{command} --controller 'K_v=… 1/s, K_p=… V*s/m, K_i=… V/m'   # the gains of your drive"
+        yield f"{command} --controller 'K_v=… 1/s, K_p=… V*s/m, K_i=… V/m'   # of your drive"
         if evidence.compared:
             return
     if evidence.missing:
