@@ -632,3 +632,15 @@ def test_a_demand_that_is_followed_badly_is_no_axis(tmp_path: Path) -> None:
     (axis,) = told(write(tmp_path / "X_sine.csv", "Time [s];Setpoint X [mm];Position X [mm];Force X [N]", t, asked,
                          moved, force))  # fmt: skip
     assert (axis.roles["position"].column, axis.roles["force"].column) == (2, 3)
+
+
+def test_a_rougher_position_that_explains_the_force_is_the_actual_one(tmp_path: Path) -> None:
+    """As EMPS logs it (qm, qg, vir): the demand was the position, by its lead."""
+    a = axis_of_a_drive()
+    asked, actual = a["asked"], np.interp(a["t"] + 0.004, a["t"], a["asked"])  # a loop that overshoots leads
+    actual = actual + 1e-5 * np.random.default_rng(0).standard_normal(len(asked))
+    v = np.gradient(np.interp(a["t"] + 0.004, a["t"], asked), 1e-3)
+    force = np.tanh(v / 0.02) + 0.01 * np.gradient(v, 1e-3)
+    (axis,) = told(write(tmp_path / "log.csv", "qm;qg;vir;t", actual, asked, force, a["t"]))
+    assert (axis.roles["position"].column, axis.roles["reference"].column) == (0, 1)
+    assert axis.roles["position"].likelihood > SURE

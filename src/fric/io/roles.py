@@ -653,9 +653,10 @@ def _by_force(data: Samples, t: Real, movement: _Movement, force: Role | None) -
     both = [shown["position"], shown["reference"]]
     left = [_Motion(data, t, role.column, None).left(data.x[:, force.column or 0]) for role in both]
     noise = [_noise(data, role.column or 0) for role in both]
-    if not min(left) < CLEARLY * max(left) or max(noise) > 10.0 * min(noise):  # what is rougher was measured
+    better = int(np.argmin(left))
+    if not left[better] < CLEARLY * left[1 - better] or 10.0 * noise[better] < noise[1 - better]:  # which was measured
         return movement
-    for of, role in zip(("position", "reference"), both if left[0] < left[1] else both[::-1], strict=True):
+    for of, role in zip(("position", "reference"), both if better == 0 else both[::-1], strict=True):
         shown[of] = replace(shown[of], column=role.column, likelihood=0.98)
     return movement
 
