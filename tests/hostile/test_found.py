@@ -29,6 +29,7 @@ from fric.documents.contours import CircleMapDocument
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.mapping import MappingDocument
+from fric.documents.plan import PlanDocument
 from fric.documents.yaml import read_document
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
@@ -428,6 +429,26 @@ def test_a_velocity_that_is_none_and_a_unit_that_is_empty_are_told(tmp_path: Pat
         cast("Any", file["records/one/position"]).attrs["unit"] = ""
     with pytest.raises(FricError, match=r"log.h5, record 'one', position: position cannot be in ''"):
         fric.read(tmp_path / "log.h5")
+
+
+def test_a_setting_of_a_plan_has_as_many_values_as_its_experiment_takes() -> None:
+    limits = {"stroke": "0.3 m", "feed": "0.1 m/s", "acceleration": "5 m/s^2"}
+    part = {"kind": "frequency-response", "settings": {"peaks": "5 mm/s", "lines": "3"}}
+    plan = PlanDocument.model_validate({"fric": "plan/1", "axis": "x", "limits": limits, "experiments": [part]})
+    assert plan.planned()[0].settings == {"peaks": (0.005,), "lines": 3}
+    part["settings"] = {"ramp": {"value": [0.1, 0.2], "unit": "s"}}
+    with pytest.raises(ValidationError, match="2 values where one is expected"):
+        PlanDocument.model_validate({"fric": "plan/1", "axis": "x", "limits": limits, "experiments": [part]})
+
+
+def test_a_count_that_is_no_number_drops_nothing(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        file.attrs.update({"fric": "log/1", "axis": "x", "motion": "linear"})
+        for channel, unit in (("time", "s"), ("position", "m")):
+            file[f"records/one/{channel}"] = np.arange(3.0)
+            cast("Any", file[f"records/one/{channel}"]).attrs["unit"] = unit
+        file["records/one"].attrs["dropped"] = True
+    assert ingest([tmp_path / "log.h5"], tmp_path / "again.h5").records[0].dropped == 0
 
 
 def test_an_angle_that_begins_again_after_more_counts_than_a_double_tells() -> None:

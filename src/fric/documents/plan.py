@@ -39,8 +39,11 @@ class ExperimentPart(Part):
             if name not in SETTINGS:
                 raise ValueError(f"'{name}' is not a setting\nKnown are {', '.join(SETTINGS)}.")
             with refused(name):
-                value = given.si(SETTINGS[name], motion).value
-            found[name] = round(value) if SETTINGS[name] == "ratio" and isinstance(value, float) else value
+                size = given.si(SETTINGS[name], motion)
+                if name in {"amplitudes", "peaks", "speeds"}:
+                    found[name] = size.value if isinstance(size.value, tuple) else (size.value,)
+                else:
+                    found[name] = round(float(size)) if SETTINGS[name] == "ratio" else float(size)
         return Planned(self.kind, found, self.why)
 
 

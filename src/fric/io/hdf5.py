@@ -312,7 +312,11 @@ def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -
         found = {key: column(key, dimension) for key, dimension in FORCE_VELOCITY_DIMENSIONS.items()}
         return ForceVelocity(**cast("Any", found), **attributes)
     channels = {channel: column(channel, channel_dimension(channel)) for channel in CHANNELS}
-    words = text(group.attrs, "dropped", "0")
-    dropped = int(words) if words.isdigit() else 0
     labels = tuple(filter(None, text(group.attrs, "labels").split("\n")))
+    dropped = whole(text(group.attrs, "dropped"))
     return Log(**cast("Any", channels), kind=kind, dropped=dropped, labels=labels, **attributes)
+
+
+def whole(words: str) -> int:
+    """Return a whole number that is written so; 0 of anything else."""
+    return int(words) if words.isdecimal() else 0

@@ -23,7 +23,7 @@ from fric.errors import FricError
 from fric.flaws.files import CELLS_DROPPED, COLUMNS_LEFT_OUT, SAMPLES_MISSING
 from fric.input import files_of, reading
 from fric.io.channels import ColumnPlan, Form, Origin, plan
-from fric.io.hdf5 import LogWriter, header_of, log_writer
+from fric.io.hdf5 import LogWriter, header_of, log_writer, whole
 from fric.io.readers import tables
 from fric.io.readers.base import OF_SEVERAL, RECORD, ForeignTable, RowBlock
 from fric.io.readers.joined import Joined, SharedClock
@@ -480,7 +480,7 @@ class IngestSession:
             raise FricError(f"has {samples} samples{inside}", where=str(table.path), hint="A log needs two at least.")
         self._stated |= chosen.stated
         dropped = missing[0]
-        total = dropped + int(table.said.get("dropped", 0))
+        total = dropped + whole(table.said.get("dropped", ""))
         sha256 = sha256_of()
         record.close(sha256=sha256, dropped=total or None, labels="\n".join(table.labels) or None)
         if dropped:
