@@ -12,6 +12,7 @@ from fric.estimate import Estimate
 from fric.friction.dahl import Dahl
 from fric.identify.plant.identify import identify_motion
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
+from fric.identify.replay.replay_search import spread
 from fric.identify.static_map.corrections import corrected
 from fric.identify.static_map.identify import StaticFit, identify_static
 from fric.identify.static_map.map_fit import fit_map
@@ -189,6 +190,13 @@ def test_the_interval_of_a_model_by_replay_holds_the_mean_and_with_the_scatter_t
         following += abs(float(found) - after * DAHL.F_c) <= half
     assert fewest(count) <= following <= max(most(count), count - 1) + 1
     assert all(any(one.code == "records-vary" for one in fit.warnings) for fit, _ in fits)
+
+
+def test_a_record_weighs_the_same_whatever_its_level() -> None:
+    """With 5 % of level one record weighed eight times another, for what its level leaves counted as noise."""
+    (same,) = prepared([record(200e-6, DAHL, cycles=3, dt=2e-2, step=0.0, seed=1)])
+    noise, other = (spread(replace(same, force=by * same.force), DAHL).mean() for by in (1.0, 1.05))
+    assert other == pytest.approx(noise, rel=0.06)
 
 
 def test_levels_of_cycles_are_in_the_interval_of_a_gms_and_of_records_that_agree_they_are_not() -> None:
