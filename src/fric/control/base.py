@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
@@ -15,9 +15,6 @@ from fric.friction.base import Parametrised
 from fric.kernels.block import BlockStep
 from fric.kernels.loop import CONTROLLER, FEEDFORWARD, OBSERVER, Block
 from fric.reference import Reference
-
-if TYPE_CHECKING:
-    from fric.control.cascade import Cascade
 
 Kind = Literal["controller", "feedforward", "observer"]
 """controller
@@ -50,7 +47,7 @@ class Setting:
     """
 
     plant: LinearPlant
-    cascade: "Cascade"
+    cascade: Any  # a Cascade, whose module imports this one
     friction: FrictionModel | None = None
     models: Mapping[str, FrictionModel] = field(default_factory=dict)
     gain: float = 1.0
