@@ -71,6 +71,7 @@ FRAME = {"time": [0.0, 1e-3, 2e-3], "position": [0.0, 1.0, 2.0]}
     (lambda: fric.circle("xy-table", "a", machines=1, spread={"level": 1}),
      "level as a Spread, and was given an int"),
     (lambda: fric.diagnose(), "no circle was given"),
+    (lambda: fric.ingest(output="log.h5"), "there is no file to read"),
     (lambda: fric.tune("xy-table"), "no circle was given"),
     (lambda: fric.identify_gms("data/presliding-sine.h5", knots=[]), "no knot was given"),
     (lambda: fric.identify_model("dahl", "data/presliding-sine.h5", fix=["n"]), "'n' is fixed at nothing"),

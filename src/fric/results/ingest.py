@@ -14,7 +14,7 @@ from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document, read_text
 from fric.errors import FricError
 from fric.flaws.files import COLUMNS_LEFT_OUT, MAPPING_BESIDE, MAPPING_PROPOSED, THERE_ALREADY
-from fric.input import other_kind
+from fric.input import files_of, other_kind
 from fric.io.ingest import Ingested, IngestedCircles, sizes
 from fric.io.ingest import ingest as read_foreign
 from fric.io.propose import first_of, guessed, proposal
@@ -172,7 +172,7 @@ def ingest(
         answers become a mapping beside the logs, which is used from then on.
     Raises FricError: When a file cannot be read, a column has no meaning, or a cell is no number.
     """
-    paths, mapping = list(map(Path, files)), mapping_of(mapping)
+    paths, mapping = files_of(files), mapping_of(mapping)
     for path in paths:
         if path.suffix in FORMATS["YAML"] and path.is_file():
             raise other_kind(path, recognise(path), "log/1")
