@@ -958,10 +958,10 @@ def axis_in_motion(records: Sequence[Prepared]) -> Axis | None:
     """Return M, F_v, F_c and offset of a rigid axis (4,) and their covariance (4, 4), from its motions.
 
     LuGre's model is replayed, so that friction which falls with speed, and yields before it slides, is in none of them.
-    The mass and offset of a record follow by least squares, and scatter from record to record as levels do (`reach`).
-    None where the mass or a parameter of the model is not seen, or a record moves one way.
+    The mass and offset follow by least squares. Where levels of several records differ, that would move their masses.
+    None of several records, where the mass or a parameter of the model is not seen, and of a motion one way.
     """
-    if not _moves(records) or any("offset" not in record.done.own for record in records):
+    if len(records) > 1 or not _moves(records) or "offset" not in records[0].done.own:
         return None
     every = -(-sum(len(record.force) for record in records) // MOST_IN_MOTION)
     few = [record.thinned(every) for record in records]
@@ -996,11 +996,6 @@ def axis_in_motion(records: Sequence[Prepared]) -> Axis | None:
     J = np.array([rows[0], shown["static", "sigma"].slope[0], F_c * shown["static", "F_c"].slope[0], rows[1]])
     covariance = J @ fit.spread @ J.T
     covariance[::3, ::3] += sum(np.outer(w, w) * error for w, error in zip(weights, errors, strict=True))
-    if (count := len(terms)) > 1:
-        for n, size in enumerate((M, F_c)):
-            deviation, error = np.std(terms, axis=0, ddof=1)[n] / size, np.mean(errors, axis=0)[n, n] / size**2
-            beyond = (reach(deviation, error**0.5, count) / 1.96) ** 2 - error
-            covariance[3 * n, 3 * n] += size**2 * max(beyond, 0.0) / count
     return np.array([M, F_v, F_c, offset]), covariance
 
 
