@@ -2,7 +2,8 @@
 
 import errno
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
@@ -86,6 +87,15 @@ class FricError(Exception):
         """Return the same error with the place where it was found (outermost place first)."""
         place = f"{where}: {self.where}" if self.where else where
         return FricError(self.what, where=place, hint=self.hint, form=self.form)
+
+
+@contextmanager
+def found_in(where: str) -> Iterator[None]:
+    """Add the place to an error of a block, where it was found."""
+    try:
+        yield
+    except FricError as error:
+        raise error.at(where) from None
 
 
 def of_path(error: OSError) -> OSError | FricError:

@@ -36,7 +36,7 @@ from fric.documents.schemes import LeadGiven, lead_of
 from fric.documents.yaml import read_document, read_tree, write_document
 from fric.drive.plant import Plant, hold_delay
 from fric.drive.sensing import Encoder
-from fric.errors import FricError, require_known
+from fric.errors import FricError, found_in, require_known
 from fric.estimate import Covariance, Estimate
 from fric.flaws import flaw_of
 from fric.flaws.files import GAINS_DESIGNED
@@ -221,7 +221,7 @@ class MachineDocument(Document, type="machine"):
 
 def _axis(name: str, part: AxisPart) -> Axis:
     motion = part.motion
-    try:
+    with found_in(f"axis {name}"):
         cascade = part.controller.in_si(motion)
         plant = _after_its_hold(part.plant, motion, cascade.sampling)
         nominal_friction = part.feedforward.friction or part.friction
@@ -248,8 +248,6 @@ def _axis(name: str, part: AxisPart) -> Axis:
             if part.second_mass
             else spring_of(part.plant, true_friction(part.friction), motion),
         )
-    except FricError as error:
-        raise error.at(f"axis {name}") from None
 
 
 def _after_its_hold(part: PlantPart, motion: Motion, sampling: float) -> Plant:
@@ -419,14 +417,12 @@ def read_machine(
     nominal_files = tuple(nominal_files)
     ahead: Any = parse(lead, "time") if isinstance(lead, str) and lead != "auto" else lead
     document = read_machine_document(path, nominal_files)
-    try:
+    with found_in(str(path)):
         machine = document.machine()
         if friction_model is not None:
             frictions = {name: part.friction.friction(friction_model) for name, part in document.axes.items()}
             axes = {name: replace(axis, friction=frictions[name]) for name, axis in machine.axes.items()}
             machine = replace(machine, axes=axes)
-    except FricError as error:
-        raise error.at(str(path)) from None
     instead: dict[str, Any] = {key: value for key, value in (("gain", gain), ("lead", ahead)) if value is not None}
     axes = {
         name: replace(axis, nominal_friction=replace(axis.nominal_friction, **instead))

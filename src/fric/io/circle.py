@@ -23,7 +23,7 @@ from fric.columns import BALL_BAR, channel_dimension
 from fric.contour import Circularity, ContourError, Figures, Reversal
 from fric.control.scheme import Scheme
 from fric.documents.contours import MonteCarloPart, prediction_of, prediction_tree
-from fric.errors import FricError, clean
+from fric.errors import FricError, clean, found_in
 from fric.input import TAKEN, foreign, other_kind
 from fric.io.readers import tables
 from fric.io.safe_hdf5 import check_type, column, open_file, staged_hdf5, text, write_column
@@ -181,7 +181,8 @@ def read_drawn(path: Path) -> dict[str, DrawnGlitches]:
 
 def _read_run(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
     attributes = {key: value.item() if isinstance(value, np.generic) else value for key, value in group.attrs.items()}
-    scheme = Scheme.of({key[7:]: value for key, value in attributes.items() if key.startswith("scheme_")})
+    with found_in(f"{group.file.filename}, {group.name}"):
+        scheme = Scheme.of({key[7:]: value for key, value in attributes.items() if key.startswith("scheme_")})
     where = f"{group.file.filename}, scheme '{scheme.name}'"
     traces = {
         axis: Trace(

@@ -24,7 +24,7 @@ from fric.columns import (
     RESPONSE_DIMENSIONS,
     channel_dimension,
 )
-from fric.errors import FricError, clean, printable
+from fric.errors import FricError, clean, found_in, printable
 from fric.input import files_of
 from fric.io.safe_hdf5 import check_type, open_file, staged_hdf5, text
 from fric.io.safe_hdf5 import column as safe_column
@@ -297,10 +297,8 @@ def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -
         if key not in group:
             return None
         values, unit = safe_column(group, key), text(group[key].attrs, "unit", si_unit(dimension, motion))
-        try:
+        with found_in(f"{path}, record '{name}', {key}"):
             return values if unit in SI_UNITS[dimension] else values * factor(unit, dimension, motion)
-        except FricError as error:
-            raise error.at(f"{path}, record '{name}', {key}") from None
 
     if "frequency" in group:
         table = {key: column(key, dimension) for key, dimension in RESPONSE_DIMENSIONS.items()}

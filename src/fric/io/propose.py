@@ -178,12 +178,13 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
     return found
 
 
-def _other_units(one: Guess, other: Guess) -> bool:
+def _other_units(guess: Guess, other: Guess) -> bool:
     """Return whether records cannot be of one axis: of another motion, or with forces of other names without units."""
-    forces = [guess.axis.roles.get("force") for guess in (one, other)]
+    both = guess, other
+    forces = [g.axis.roles.get("force") for g in both]
     unknown = [role is not None and role.unit_likelihood < SURE for role in forces]
-    names = [g.table.columns[f.column or 0].name for g, f in zip((one, other), forces, strict=True) if f is not None]
-    return one.axis.motion != other.axis.motion or (all(unknown) and len(set(names)) > 1)
+    names = [g.table.columns[f.column or 0].name for g, f in zip(both, forces, strict=True) if f is not None]
+    return guess.axis.motion != other.axis.motion or (all(unknown) and len(set(names)) > 1)
 
 
 def _of_group(members: Sequence[ForeignTable]) -> Iterator[Guess]:

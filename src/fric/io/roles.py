@@ -223,7 +223,7 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
         )
         movements, scores = (speeds, others) if better > 2.0 * best else (movements, scores)
     drives = [_driven(data, score) for score in scores]
-    movements = [_by_force(data, t, one, pushed.get("force")) for one, pushed in zip(movements, drives, strict=True)]
+    movements = [_by_force(data, t, m, pushed.get("force")) for m, pushed in zip(movements, drives, strict=True)]
     whole = [(movement, movement.roles | pushed) for movement, pushed in zip(movements, drives, strict=True)]
     found = [_in_units(data, t, movement, roles, clock) for movement, roles in whole]
     turning = [rotates(axis.motion) for axis in found if axis]

@@ -17,7 +17,7 @@ import numpy as np
 from fric.arrays import Indices, Mask, Real
 from fric.columns import PRESLIDING
 from fric.drive.plant import Plant
-from fric.errors import FricError
+from fric.errors import FricError, found_in
 from fric.flaws.blocks import BEGINS_LOADED
 from fric.log import Log, refuse_several_axes
 from fric.notice import Notice
@@ -279,15 +279,13 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
     hidden = between_samples(log.time, position) if moves else np.zeros(len(log), bool)
     if filters is None and kind == "constant-velocity" and hidden.any():  # no mass is seen, and reversals are needed
         moves, hidden = False, np.zeros(len(log), bool)
-    try:
+    with found_in(log.where):
         if hidden.any():
             motion = local_motion(log.time, position)
         elif filters is not None and filters.cutoff:
             motion = filtered_motion(log, filters)
         else:
             motion = smooth_motion(log.time, position)
-    except FricError as error:
-        raise error.at(log.where) from None
     # the lag of force and position is uniform within a sample; without a plant the delay is not known either
     timing = float(np.median(np.diff(log.time))) / np.sqrt(12.0) * (1.0 if plant else 2.0)
     reversals = find_reversals(position)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import fft, ndimage, special
 
 from fric.arrays import Complex, Mask, Real
-from fric.errors import FricError
+from fric.errors import FricError, found_in
 from fric.flaws.response import FEW_PERIODS, LOOP_FEEDS_BACK, NO_COHERENCE
 from fric.log import FrequencyResponse, Log
 from fric.notice import Notice
@@ -438,10 +438,8 @@ def _accelerates(reference: Real) -> bool:
 
 
 def _over_periods(record: Log, u: Real, z: Real, period: int, sampling: float, known: Mask | None) -> MeasuredResponse:
-    try:
+    with found_in(record.where):
         spectra = period_spectra(u, z, period, sampling)
-    except FricError as error:
-        raise error.at(record.where) from None
     if known is None and record.reference is not None:
         known = _driven(record.reference, period)
     lines = excited(spectra, known)

@@ -13,7 +13,7 @@ from fric.arrays import Complex, Mask, Real
 from fric.choice import simplest
 from fric.drive.plant import CURRENT_LOOP, hold_delay
 from fric.drive.resonance import Encoder, Resonance
-from fric.errors import FricError
+from fric.errors import FricError, found_in
 from fric.estimate import Estimate
 from fric.flaws import response
 from fric.flaws.channel import K_F_MISSING
@@ -104,10 +104,8 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
         rate = None if continuous else hold or measured.sampling
         with _blamed_on(clock):
             lines, used = select(measured, hold=rate, coherence=coherence, band=band)
-        try:
+        with found_in(measured.table.where):
             solution, kept = solve_with_modes(lines)
-        except FricError as error:
-            raise error.at(measured.table.where) from None
         used[np.flatnonzero(used)[~kept]] = False
         fits.append(ResponseFit(measured, used, solution, rate, tuple(float(f) for f in lines.frequency[~kept])))
         sets.append(at(lines, kept))
@@ -432,7 +430,7 @@ RESTS = 0.1  # Share of such samples above which they are left out; without a fi
 FEWEST = 30  # Least number of samples of a fit
 
 
-Axis = tuple[Real, Real]
+RigidAxis = tuple[Real, Real]
 """M, F_v, F_c and offset of a rigid axis, shape (4,), and their covariance (4, 4)."""
 
 
@@ -472,7 +470,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     decimation: int | None = None,
     border: int | None = None,
     mass: float | None = None,
-    replayed: Callable[[Sequence[Prepared]], Axis | None] | None = None,
+    replayed: Callable[[Prepared], RigidAxis | None] | None = None,
 ) -> MotionFit:
     """Fit a rigid axis to motions by least squares on zero-phase filtered, decimated signals.
 
@@ -488,8 +486,8 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     delay: T_d [s], which a motion does not show; by default half a sample. If given, it is the delay of the force after
         its voltage.
     cutoff, decimation, border: See `Conditioning`; chosen from the sampling rate where not given.
-    replayed: Gives the estimates by a law that falls with speed and yields before it slides, from unfiltered records;
-        those with narrower intervals are taken, and where it is outside of the rigid fit's, it.
+    replayed: Gives the estimates of a motion by a law that falls with speed and yields before it slides; they are taken
+        where their intervals are narrower, or they are outside of those of the rigid fit.
     Raises FricError: When neither force nor input was logged, the sampling is uneven, or the motion does not separate
         the terms.
     """
@@ -547,9 +545,10 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     between = between_records(np.split(X, ends), np.split(residual, ends), quantile)
     if between is not None:
         covariance = covariance + between.covariance
-    if replayed is not None and direction == "both" and (cutoff, decimation, border) == (None,) * 3:
+    as_usual = direction == "both" and (cutoff, decimation, border) == (None,) * 3
+    if replayed is not None and as_usual and len(served) == 1:  # levels that differ would move the mass of several
         with suppress(FricError):  # a replay needs more of a record than this fit
-            whole = prepared([replace(log, kind="motion") for log in served], drive=drive)
+            (whole,) = prepared([replace(served[0], kind="motion")], drive=drive)
             values, covariance = _finer((values, covariance), replayed(whole))
             residual = y - X @ values
 
@@ -576,7 +575,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     )  # fmt: skip
 
 
-def _finer(rigid: Axis, replay: Axis | None) -> Axis:
+def _finer(rigid: RigidAxis, replay: RigidAxis | None) -> RigidAxis:
     """Return the replay where it is finer or outside of the rigid fit's intervals, else the latter, widened by it."""
     if replay is None:
         return rigid

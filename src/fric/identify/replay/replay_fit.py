@@ -37,7 +37,7 @@ from fric.friction import FrictionModel, Parameter, models
 from fric.friction.directed import Directed
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
-from fric.identify.plant.identify import Axis
+from fric.identify.plant.identify import RigidAxis
 from fric.identify.replay.replay_search import (
     HOP,
     LEVEL,
@@ -951,52 +951,41 @@ def _described(
     )  # fmt: skip
 
 
-MOST_IN_MOTION = 20_000  # Samples of motions that are replayed for a plant at most: of more, every n-th
+MOST_IN_MOTION = 20_000  # Samples of a motion that are replayed for a plant at most: of more, every n-th
 
 
-def axis_in_motion(records: Sequence[Prepared]) -> Axis | None:
-    """Return M, F_v, F_c and offset of a rigid axis (4,) and their covariance (4, 4), from its motions.
+def axis_in_motion(record: Prepared) -> RigidAxis | None:
+    """Return M, F_v, F_c and offset of a rigid axis (4,) and their covariance (4, 4), from its motion.
 
     LuGre's model is replayed, so that friction which falls with speed, and yields before it slides, is in none of them.
-    The mass and offset follow by least squares. Where levels of several records differ, that would move their masses.
-    None of several records, where the mass or a parameter of the model is not seen, and of a motion one way.
+    The mass and offset follow by least squares. None of a motion one way, or that does not show the mass or a parameter
+    of the model.
     """
-    if len(records) > 1 or not _moves(records) or "offset" not in records[0].done.own:
+    if not _moves([record]) or "offset" not in record.done.own:
         return None
-    every = -(-sum(len(record.force) for record in records) // MOST_IN_MOTION)
-    few = [record.thinned(every) for record in records]
-    few = [record.restricted(between_reversals(record.motion)) for record in few]
-    fit = identify_by_replay("lugre", few)
+    few = record.thinned(-(-len(record.force) // MOST_IN_MOTION))
+    fit = identify_by_replay("lugre", [few.restricted(between_reversals(few.motion))])
     if np.isnan(fit.spread).any():
         return None
-    of, moving = (
-        fit.coordinates,
-        [record.in_motion() for record in fit.records],
-    )  # near rests the error of the model moves M
-    late = Search(of, fit.records)
+    moving = fit.records[0].in_motion()  # near rests the error of the model moves M
+    late = Search(fit.coordinates, fit.records)
     c, variance = in_motion(late, late.at(fit.x), 1.96)
     moment = variance / (1.0 + variance) + (c / (1.0 + variance)) ** 2
-    bare = Search(of, [replace(record, done=replace(record.done, own=())) for record in moving])
-    ends = np.cumsum([int(record.used.sum()) for record in moving])[:-1]
-    terms, errors, moves = list[Real](), list[Real](), list[Real]()
-    for record, rates in zip(moving, np.split(bare.gradient(fit.x), ends), strict=True):
-        m = record.motion
-        X, y = np.column_stack([m.acceleration, np.ones_like(m.time)]), record.force - record.replay(fit.model)
-        by = record.done.timing * np.gradient(record.fitted(fit.model), m.time)
-        X, y, by = X[record.used], y[record.used], by[record.used]
-        found, by, *moved = np.linalg.lstsq(X, np.column_stack([y, by, rates]), rcond=None)[0].T
-        error = replay_covariance(X, y - X @ found, [record], float(stdtrit(len(y) - 2, 0.975)))
-        terms.append(found)
-        errors.append(error + moment * np.outer(by, by))
-        moves.append(np.transpose(moved))
-    weights = np.array([1.0 / np.diag(error) for error in errors])
-    weights /= weights.sum(axis=0)
-    (M, offset), rows = np.sum(weights * terms, axis=0), np.sum(weights[:, :, None] * moves, axis=0)
-    shown, (F_v, F_c) = slopes(of, fit.x), (float(fit.estimates["static"][name]) for name in ("sigma", "F_c"))
-    J = np.array([rows[0], shown["static", "sigma"].slope[0], F_c * shown["static", "F_c"].slope[0], rows[1]])
+    rates = Search(fit.coordinates, [replace(moving, done=replace(moving.done, own=()))]).gradient(fit.x)
+    m, used = moving.motion, moving.used
+    by = (moving.done.timing * np.gradient(moving.fitted(fit.model), m.time))[used]
+    X, y = (
+        np.column_stack([m.acceleration, np.ones_like(m.time)])[used],
+        (moving.force - moving.replay(fit.model))[used],
+    )
+    found, by, *moves = np.linalg.lstsq(X, np.column_stack([y, by, rates]), rcond=None)[0].T
+    error = replay_covariance(X, y - X @ found, [moving], float(stdtrit(len(y) - 2, 0.975)))
+    shown, (F_v, F_c) = slopes(fit.coordinates, fit.x), (float(fit.estimates["static"][s]) for s in ("sigma", "F_c"))
+    of_M, of_offset = np.transpose(moves)
+    J = np.array([of_M, shown["static", "sigma"].slope[0], F_c * shown["static", "F_c"].slope[0], of_offset])
     covariance = J @ fit.spread @ J.T
-    covariance[::3, ::3] += sum(np.outer(w, w) * error for w, error in zip(weights, errors, strict=True))
-    return np.array([M, F_v, F_c, offset]), covariance
+    covariance[::3, ::3] += error + moment * np.outer(by, by)
+    return np.array([found[0], F_v, F_c, found[1]]), covariance
 
 
 def _scatter(

@@ -415,9 +415,9 @@ class Search:
         """Return which samples slide fast, and the squares that Coulomb and viscous friction leave of them [N²]."""
         v = np.concatenate([record.motion.velocity[record.used] for record in self.records])
         fast = np.abs(v) > FAST * np.quantile(np.abs(v), 0.99)
-        own = block_diag(*(record.own[record.used] for record in self.records))
+        nuisances = block_diag(*(record.own[record.used] for record in self.records))
         force = np.concatenate([record.force[record.used] for record in self.records])[fast]
-        basis = np.column_stack([np.sign(v), v, own])[fast]
+        basis = np.column_stack([np.sign(v), v, nuisances])[fast]
         left = force - basis @ np.linalg.lstsq(basis, force)[0]
         return fast, float(left @ left)
 

@@ -13,7 +13,7 @@ from zipfile import BadZipFile, ZipFile, ZipInfo
 import numpy as np
 
 from fric.documents.mapping import Layout
-from fric.errors import FricError
+from fric.errors import FricError, found_in
 from fric.io.readers.base import ForeignTable, Format, RowBlock, library, warned
 from fric.io.readers.text import shape_of
 from fric.notice import Notice
@@ -128,10 +128,8 @@ class _Sheet(ForeignTable):
         wide = max((n + 1 for row in first for n, cell in enumerate(row) if cell is not None), default=0)
         lines = ["\t".join(_shown(cell) for cell in [*row, *repeat(None, wide)][:wide]) for row in first]
         stated = layout.model_copy(update={"delimiter": "\t", "decimal": ".", "encoding": "utf-8"})
-        try:
+        with found_in(f"{path}, sheet '{sheet.title}'"):
             shape = shape_of(("\n".join(lines) + "\n").encode(), stated, whole=True)
-        except FricError as error:
-            raise error.at(f"{path}, sheet '{sheet.title}'") from None
         super().__init__(path, shape.columns, shape.preamble, said)
         self.notices = self._heard = notices
         self._sheet, self._first, self._texts = sheet, shape.first, dict[tuple[int, int], str]()
