@@ -60,6 +60,7 @@ def test_a_plant_from_the_effort_alone_has_a_force_constant_of_1():
     assert float(fric.identify_plant(volts, method="motion").B) == pytest.approx(float(found.B), rel=1e-9)
 
 
+@pytest.mark.long(3)
 def test_auto_designs_for_the_effort_where_no_log_holds_another(tmp_path: Path):
     def made(step):
         if step.command not in {"ingest", "identify plant", "design controller"}:

@@ -53,6 +53,7 @@ def test_the_axis_that_drifted_stands_first_and_alone(logs: Path, tmp_path: Path
     assert [one.change for one in again.drifts] == [one.change for one in found.drifts]
 
 
+@pytest.mark.long(2)
 def test_a_log_that_is_damaged_is_no_end_of_the_fleet(logs: Path, tmp_path: Path) -> None:
     folder = tmp_path / "logs"
     for machine in ("machine-000", "machine-001"):

@@ -218,6 +218,7 @@ def late(test):
     return replace(test, axes=axes)
 
 
+@pytest.mark.long(3)
 def test_a_position_that_is_late_is_told(drawn, circles):
     axis = drawn.axes["x"]
     found = tune_axis(axis, [late(test) for test in circles])

@@ -171,6 +171,7 @@ def test_a_split_that_leaves_nothing_is_refused(records):
         fric.compare(records[0].log, folds=1)
 
 
+@pytest.mark.long(3)
 def test_what_records_cannot_tell_is_judged_once_and_as_inspect_and_a_fit_do():
     logs = [presliding.record(amplitude, cycles=8) for amplitude in (0.6e-6, 200e-6)]
     ready = prepared(logs)

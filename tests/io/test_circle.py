@@ -169,6 +169,7 @@ def test_a_file_goes_out_and_in_unchanged(tmp_path):
                 np.testing.assert_array_equal(values, after.axes[name].channels()[channel])
 
 
+@pytest.mark.long(3)
 def test_diagnose_on_the_command_line(tmp_path, capsys, monkeypatch):
     from fric.cli.main import app
 

@@ -162,6 +162,7 @@ def test_a_table_of_means_is_a_record_and_gives_the_map_that_made_it(tmp_path: P
     assert seen["uses"][0]["good"]
 
 
+@pytest.mark.long(3)
 def test_intervals_of_a_table_hold_the_truth() -> None:
     """30 tables whose means scatter by their errors: the 95 % intervals miss each parameter seldom."""
     v = np.geomspace(5e-5, 2e-2, 9)

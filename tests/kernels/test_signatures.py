@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from numba import types
 from numba.core.dispatcher import Dispatcher
 
@@ -76,6 +77,7 @@ def test_a_user_without_a_folder_for_the_cache_computes_all_the_same(monkeypatch
     assert compiled(types.float64(types.float64))(lambda v: 2.0 * v)(3.0) == 6.0
 
 
+@pytest.mark.long(2)
 def test_the_file_of_every_number_that_is_compiled_in_is_watched():
     """An index of a signal that had moved would be read, and written, at its old place."""
     taken = set()

@@ -54,7 +54,7 @@ def test_friction_of_either_direction_lowers_the_force_error(files, tmp_path):
     assert closed_loop(log, each)["force"] < 0.9 * closed_loop(log, plant)["force"]
 
 
-@pytest.mark.parametrize("model", ["static", "gms"])
+@pytest.mark.parametrize("model", [pytest.param("static", marks=pytest.mark.long(3)), "gms"])
 def test_other_friction_is_no_worse_and_blocks_lower_the_force_error(files, tmp_path, model):
     log, plant = files
     friction = tmp_path / "friction.yaml"

@@ -42,6 +42,7 @@ def drawn(name: str, seed: int, fast: float = 1.0) -> tuple[Log, float, float]:
     return log, play + 2.0 * friction / K, K * (1.0 + OWN)
 
 
+@pytest.mark.long(2)
 def test_lost_motion_and_stiffness_are_found_with_the_encoder_that_friction_is_identified_on(tmp_path):
     log, lost, stiffness = drawn("rack", 0)
     found = transmission_of(log)

@@ -327,6 +327,7 @@ def test_symbols_have_their_plain_names_beside_them(page: Any) -> None:
     assert (told["k_1"], told["k_2"]) == ("stiffness of the block", "")
 
 
+@pytest.mark.long(3)
 def test_the_decision_is_first_and_prints_on_one_sheet(
     browser: tuple[Any, Path], judged: tuple[Callable[[str], Report], Path]
 ) -> None:

@@ -77,6 +77,7 @@ def test_it_answers_this_computer_alone_behind_its_token_and_names_no_file(page:
 
 
 @pytest.mark.skipif(not (BROWSER and DRIVER), reason="there is no Chromium with its driver here")
+@pytest.mark.long(4)
 def test_a_knot_is_dragged_tried_and_saved_as_knots_would_be(tmp_path: Any, warm: dict[str, str]) -> None:
     webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     words = ["fric", "identify", "gms", str(LOG), "--no-refine", "-o"]

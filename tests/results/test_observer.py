@@ -52,6 +52,7 @@ def test_a_controller_that_fric_took_by_itself_is_not_blamed_on_the_user():
         assert ("no controller was given" in refused.value.hint.lower()) is blamed
 
 
+@pytest.mark.long(3)
 def test_observer_and_controller_see_one_loop_where_friction_hides_a_low_line():
     """A line at 3 Hz answers as friction does, and is left out of the plant: so it is of the observer's response."""
     known = plant().plant("linear")

@@ -1,5 +1,6 @@
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -57,6 +58,10 @@ def test_runs_of_a_path_pass_through_their_file(tmp_path: Path) -> None:
     np.testing.assert_array_equal(path.contour.error, run.contour.error)
     np.testing.assert_array_equal(path.traces["y"].input, run.traces["y"].input)
     assert circle.scheme.name == "a"
+    with h5py.File(tmp_path / "run.h5", "a") as file:
+        del file["f"].attrs["scheme_name"]
+    with pytest.raises(FricError, match=r"run\.h5, /f: Scheme was not given name"):
+        read_runs(tmp_path / "run.h5")
 
 
 def test_a_path_on_which_no_axis_turns_is_told() -> None:

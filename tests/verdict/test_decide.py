@@ -157,6 +157,7 @@ def test_a_scheme_that_cannot_run_on_one_machine_in_ten_is_out():
     assert any("(d)" in text and "10%" in text for text in found.effort)
 
 
+@pytest.mark.long(3)
 def test_a_limit_cycle_is_never_recommended():
     """An observer that is too fast for a second mass: of all schemes it leaves the least at 10 mm/s, and swings."""
     machine = fric.read_machine("configs/reality/second-mass.yaml")
