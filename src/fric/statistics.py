@@ -287,6 +287,9 @@ class Between(NamedTuple):
     chance: float  # Probability with which records of the same parameters scatter so
 
 
+COLUMNS_APART = (
+    1e-7  # Least singular value of columns of size 1 that a record tells apart: squares keep half of the digits
+)
 DIFFERENT = 1e-3  # Probability of such a scatter with equal parameters, below which records count as different
 OF_TWO = 0.05  # Probability above which two records are not said to scatter: one difference hardly tells the next
 
@@ -304,7 +307,8 @@ def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: 
     quantile: By which the covariance is multiplied for an interval.
     """
     count, size = len(parts), parts[0].shape[1]
-    if count < 2 or any(len(X) < 4 * size or np.linalg.matrix_rank(X) < size for X in parts):
+    sized = (X / np.maximum(np.linalg.norm(X, axis=0), 1e-300) for X in parts)
+    if count < 2 or any(len(X) < 4 * size or np.linalg.matrix_rank(X, COLUMNS_APART) < size for X in sized):
         return None
     off = np.array([np.linalg.lstsq(X, e, rcond=None)[0] for X, e in zip(parts, residuals, strict=True)])
     covariances = np.array([hac_covariance(X, e - X @ d) for X, e, d in zip(parts, residuals, off, strict=True)])
@@ -315,7 +319,7 @@ def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: 
     if count == 2 and chance > OF_TWO:
         return None
     scale = np.sqrt(each.mean(axis=0))
-    within = covariances.mean(axis=0) + np.diag(1e-9 * scale**2)  # columns may be alike but for rounding
+    within = covariances.mean(axis=0) + np.diag(1e-9 * scale**2)  # residuals of few samples leave it singular
     from scipy.linalg import eigh  # which simulations do without
 
     values, vectors = eigh(np.cov(off.T) / np.outer(scale, scale), within / np.outer(scale, scale))
