@@ -1,6 +1,7 @@
 import copy
 import pickle
 
+import numpy as np
 import pytest
 
 from fric.errors import FricError
@@ -47,6 +48,7 @@ def test_a_plain_text_becomes_a_doubt_and_a_notice_stays_itself() -> None:
     assert Notice.of("x").severity == "doubt"
 
 
-def test_no_other_severity_is_taken() -> None:
+@pytest.mark.parametrize("severity", ["terrible", np.ones(2), ["note"]])
+def test_no_other_severity_is_taken(severity: object) -> None:
     with pytest.raises(FricError, match="note, doubt, wrong"):
-        Notice("x", "c", "terrible")  # type: ignore[arg-type]
+        Notice("x", "c", severity)  # type: ignore[arg-type]

@@ -336,3 +336,12 @@ def test_a_path_beyond_what_the_system_takes_is_refused_with_its_mend(monkeypatc
     with pytest.raises(SystemExit):
         main.main()
     assert "Give a shorter path" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", [["-o"], ["-o", "a.h5", "--propose"]])
+def test_an_option_is_no_file(option, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.csv").write_text("time [s],position [mm]\n0,0\n1,1\n")
+    found = RUN.invoke(app, ["ingest", "a.csv", *option, "--json"])
+    assert "'--json' is an option, and no file" in str(found.exception)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]

@@ -293,7 +293,10 @@ def _read(hint: Any) -> tuple[Any, bool]:
 
 
 def values_of(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the given values; the verb has defaults for the others."""
+    """Return the given values; the verb has defaults for the others. No file is named as an option is."""
+    for word in (str(value) for value in given.values() if isinstance(value, Path)):
+        if word.startswith("--"):
+            raise FricError(f"'{word}' is an option, and no file", hint="Give the file, then the option.")
     return {name: value for name, value in given.items() if value is not None and value != []}
 
 
@@ -372,8 +375,8 @@ class Command:
         """Return the function that Typer makes the command of."""
 
         def command(**given: Any) -> None:
-            values = values_of(given)
             try:
+                values = values_of(given)
                 found(self.run)(self, values) if self.run else self.end(self.call(values), values)
             except FricError as error:
                 what, where, hint = map(self.worded, (error.what, error.where, error.hint))
