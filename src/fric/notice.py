@@ -43,7 +43,7 @@ class Notice(str):
         carried: bool = False,
     ) -> Notice:
         """Return the notice."""
-        require_known(severity, get_args(Severity), "there is no severity")
+        require_known(str(severity), get_args(Severity), "there is no severity")
         made = super().__new__(cls, f"{where}: {says}" if where else says)
         made.code, made.severity, made.values, made.where, made.carried = code, severity, values, where, carried
         return made
