@@ -16,7 +16,6 @@ def simplest(scores: Iterable[float], scatter: float | Sequence[float] = 0.0) ->
         finite is never as good as a finite score.
     scatter: Scatter of the difference from the best score between repetitions, in the same unit: one for all
         candidates, or one a candidate.
-    Raises ValueError: When there is no candidate.
     """
     found = [score if isfinite(score) else float("inf") for score in map(float, scores)]
     best = min(found)
@@ -28,7 +27,6 @@ def simplest(scores: Iterable[float], scatter: float | Sequence[float] = 0.0) ->
 def ranked(scores: Sequence[float], scatter: Sequence[float] | None = None) -> list[int]:
     """Return the indices of candidates, the best first; a simpler candidate before those as good (`simplest`).
 
-    scores: As in `simplest`.
     scatter: Scatter of each score, independent of the others; 0 where not given.
     """
     each, left, found = scatter or [0.0] * len(scores), list(range(len(scores))), []

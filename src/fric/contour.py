@@ -112,7 +112,6 @@ def circularity(x: Real, y: Real, radius: float) -> Circularity:
     is compensated too much leaves an inward spike.
 
     x, y: Positions [m], each of shape (n,).
-    Raises FricError: When the motion is no whole revolution, or has no sample near a reversal.
     """
     angle = np.arctan2(y, x)
     angle[1:] -= 2 * pi * np.cumsum(np.round(np.diff(angle) / (2 * pi)))  # unwrapped

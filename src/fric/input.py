@@ -18,10 +18,7 @@ _OWN = str(Path(__file__).parent)
 
 
 def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a file in it, or use `fric auto`.") -> Path:
-    """Return the path of a regular file of a bounded size [byte].
-
-    Raises FricError: When there is no such file, or it is a folder, a device or a pipe, or is larger.
-    """
+    """Return the path of a regular file of a bounded size [byte]."""
     try:
         found = Path(path).stat()
     except (FileNotFoundError, NotADirectoryError):
@@ -92,8 +89,6 @@ def foreign(path: Path | str, hint: str = "Make it again.", *, lacking: bool = F
 
     An exception that arises in fric itself is a bug and is not changed. The exceptions are a missing key and a value of
     the wrong shape where ``lacking`` is set, for lines that read a file which fric wrote.
-
-    Raises FricError: When the library gives up, or asks for more memory than there is.
     """
     try:
         yield
@@ -152,10 +147,7 @@ MADE = {
 
 
 def other_kind(path: Path, given: str, wanted: str) -> FricError:
-    """Return the error of a file of fric's that is of another kind than is wanted, with what to type.
-
-    given, wanted: Its stated type, as ``plant/1``, and the required type.
-    """
+    """Return the error of a file of fric's that is of another kind than is wanted, with what to type."""
     kind, asked = (text.partition("/")[0] for text in (given, wanted))
     name = shlex.quote(str(path))
     use = " or ".join(f"`{text.format(name)}`" for text in TAKEN.get(kind, ()))

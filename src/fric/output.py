@@ -75,8 +75,6 @@ def staged(path: Path, *, force: bool = False) -> Iterator[Path]:
     The temporary file is locked while this process lives, so that files left by killed processes are recognised and
     removed. Without ``force`` the move fails where the output has come to be in the meantime: of two runs, the second
     to end.
-
-    Raises FricError: When the output exists and ``force`` is not set, or the folder or the disk does not take it.
     """
     path = Path(path)
     refuse_existing(path, force=force)
@@ -182,10 +180,7 @@ def alone(path: Path) -> Iterator[None]:
 
 
 def folder_made(folder: Path | str) -> Path:
-    """Return a folder, made where it is not there, as those above it.
-
-    Raises FricError: When something else has its name, or the disk does not take it.
-    """
+    """Return a folder, made where it is not there, as those above it."""
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -194,10 +189,7 @@ def folder_made(folder: Path | str) -> Path:
 
 
 def write_folder(folder: Path, files: Mapping[str, str | bytes], *, force: bool = False) -> None:
-    """Write files into a folder, made where it is not there, as those in it; all or none.
-
-    Raises FricError: When a file exists and ``force`` is not set, or the folder or the disk does not take them.
-    """
+    """Write files into a folder, made where it is not there, as those in it; all or none."""
     folder = Path(folder)
     for place in (folder, *((folder / name).parent for name in files)):
         folder_made(place)

@@ -34,7 +34,6 @@ TOGETHER = 0.99  # Correlation of position and reference above which the positio
 def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding]:
     """Yield the quantities of records with physical bounds: speed, rate, and agreement of their channels.
 
-    logs: Records of one axis.
     plant: The plant, with whose force constant the force is compared.
     """
     import numpy as np  # `fric --help` need not
@@ -196,9 +195,7 @@ class Finding:
 def settled(findings: Iterable[Finding], hint: str = "") -> list[Notice]:
     """Return unusual values as warnings; implausible values, too, where `lifted`.
 
-    findings: What was found.
     hint: What to do about an error; by default to look at the units of the file.
-    Raises FricError: When something is implausible, and that is not lifted.
     """
     known = list(findings)
     found = [finding for finding in known if finding.beyond()]

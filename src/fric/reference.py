@@ -20,10 +20,7 @@ MOST_LEAD = 1.0  # Largest lead [s]: four times the longest delay of a loop
 
 
 def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
-    """Return the instants of a motion [s] at a sampling rate [Hz], shape (n,).
-
-    Raises FricError: When the motion is too long to simulate.
-    """
+    """Return the instants of a motion [s] at a sampling rate [Hz], shape (n,)."""
     refuse_long(duration, sampling)
     return np.arange(ceil(duration * sampling) + more) / sampling
 
@@ -132,7 +129,6 @@ def strokes(speed: float, distance: float, sampling: float, *, ramp: float = 0.1
     sampling: Samples a second [Hz].
     ramp: Time in which the speed rises smoothly from 0, and falls to it [s].
     dwell: Rest before, between and after the strokes [s].
-    Raises FricError: When speed or distance is zero.
     """
     if speed == 0 or not distance > 0:
         raise FricError("a stroke has neither speed nor length", hint="Give a speed and a positive distance.")
@@ -155,7 +151,6 @@ def sine(amplitude: float, frequency: float, cycles: float, sampling: float, *, 
     frequency: Frequency [Hz].
     cycles, run_in: Cycles at full amplitude, and cycles before them in which it grows.
     sampling: Samples a second [Hz].
-    Raises FricError: When amplitude, frequency or cycles are not positive.
     """
     if not (amplitude > 0 and frequency > 0 and cycles > 0):
         raise FricError("a sine has no amplitude, frequency or cycles", hint="Give positive values.")
@@ -180,7 +175,6 @@ def staircase(
     steps, loops: Steps from end to end, and number of round trips.
     sampling: Samples a second [Hz].
     ramp, dwell: Time that a step takes, its speed rising and falling smoothly, and rest after it [s].
-    Raises FricError: When there is no step.
     """
     if step == 0 or steps < 1 or loops < 1 or not (ramp > 0 and dwell >= 0):
         raise FricError("a staircase has no step", hint="Give a step, a number of steps and of loops.")
@@ -200,7 +194,6 @@ def sliding_sine(mean: float, swing: float, frequency: float, cycles: int, sampl
     frequency: Frequency of the velocity [Hz].
     cycles: Whole cycles at full amplitude; two more lie before and two behind.
     sampling: Samples a second [Hz].
-    Raises FricError: When the motion would reverse.
     """
     if not 0 < swing < abs(mean):
         raise FricError(

@@ -132,10 +132,7 @@ _EVERYDAY: dict[tuple[str, str], float] = {
 
 @cache
 def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
-    """Return the factor that takes a number in ``unit`` to the SI unit of ``dimension``.
-
-    Raises FricError: When the unit is not known, or measures something else.
-    """
+    """Return the factor that takes a number in ``unit`` to the SI unit of ``dimension``."""
     si = si_unit(dimension, motion)
     if unit.strip() == si:
         return 1.0
@@ -238,10 +235,7 @@ def _measured(unit: str) -> str:
 
 @names
 def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float:
-    """Parse a quantity such as ``"30 mm"`` to SI. A bare number is an error: units are explicit.
-
-    Raises FricError: When there is no number, no unit, or the unit is of the wrong dimension.
-    """
+    """Parse a quantity such as ``"30 mm"`` to SI. A bare number is an error: units are explicit."""
     number, _, unit = str(text).strip().partition(" ")
     if not unit:
         unit = re.split(r"[\d.]", number)[-1]
@@ -288,10 +282,7 @@ def likely(number: float | str, dimension: str, motion: Motion = "linear") -> st
 
 @names
 def parse_gain(text: str | float, above: float = 0.0) -> float:
-    """Return a ratio of amplitudes: of a text in decibels, as ``"6 dB"``, or a number, which is the ratio.
-
-    Raises FricError: When it is neither, or not above ``above``.
-    """
+    """Return a ratio of amplitudes: of a text in decibels, as ``"6 dB"``, or a number, which is the ratio."""
     words = str(text).strip()
     number = words[:-2] if words[-2:].lower() == "db" else words
     try:

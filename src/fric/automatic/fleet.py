@@ -332,7 +332,6 @@ def fleet(
     folder: For all results; workers of a cluster must see it, and the logs, under the same names.
     workers: Processes; one a core where not given.
     scheduler: Address of a Dask cluster.
-    Raises FricError: When the cluster does not answer, or a process was killed.
     """
     study = FleetStudy(tuple(units), folder_made(folder).resolve(), mapping, run)
     advance(0, total=len(units))

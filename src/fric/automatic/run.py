@@ -79,10 +79,7 @@ def _named(text: str, motion: Motion = "linear") -> dict[str, str]:
 
 
 def gains_of(text: str, axis: str, motion: Motion) -> dict[str, Any]:
-    """Return the controller document of gains in a text; filter and sampling have their defaults where it has none.
-
-    Raises FricError: When a gain is missing, has a wrong unit, or is none of a controller.
-    """
+    """Return the controller document of gains in a text; filter and sampling have their defaults where it has none."""
     usual = {"velocity_filter": f"{USUAL.velocity_filter} Hz", "sampling": f"{USUAL.sampling} Hz"}
     content: dict[str, Any] = {"fric": ControllerDocument.type_name(), "axis": axis, "motion": motion}
     try:

@@ -122,7 +122,6 @@ def find_sources(
     proposals: Folder for the mapping guessed from values; None to guess none.
     assume: Take the likeliest meaning where neither header nor values decide.
     ask: Asks a question where they do not decide; the answers become a mapping beside the logs.
-    Raises FricError: When a file that is named is not there.
     """
     given = list(given)
     found, seen, asking = Sources(), list[Record](), dict[Path, str]()

@@ -64,10 +64,7 @@ class Step:
         return (*map(str, words), "--force")
 
     def make(self, advance: Advance = silent) -> Result:
-        """Call the verb, write its outputs, and return its result.
-
-        Raises FricError: As the verb.
-        """
+        """Call the verb, write its outputs, and return its result."""
         with commanded("fric", *self.words), together(*self.leaves) as made:
             result = VERBS[self.command](self, advance)
             if self.output is not None and self.command != "ingest":  # which writes as it reads

@@ -541,7 +541,6 @@ def both_directions(tests: Sequence[MeasuredCircle], feed: float | None = None) 
     """Return the circle of some tests that is diagnosed, in both directions where both exist.
 
     feed: The feed [m/s]; where it is not given, the tests must be of one circle.
-    Raises FricError: When there is none at that feed, or several circles and no feed is given.
     """
     asked = [test for test in tests if feed is None or abs(test.feed / feed - 1) < 0.02]
     circles = {(float(f"{test.radius:.3g}"), float(f"{test.feed:.3g}")) for test in asked}
@@ -663,7 +662,6 @@ def predict(
     The interval is that of machines drawn from the uncertainty of the identified machine, widened by an encoder step.
 
     known: The distribution of machines, as arguments of `Study`; None if the machine file has no intervals.
-    Raises FricError: When the machine cannot run the circle.
     """
     test = measured.test
     circle = Circle(test.radius, test.feed, 2, test.direction)

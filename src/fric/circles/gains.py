@@ -281,7 +281,6 @@ def controller_of_logs(logs: Iterable[Log]) -> FoundController:
     assumed. The change of the gains without these, and with every other sample left out, widens their intervals.
 
     logs: Records of one axis; those without reference, position and voltage are passed over.
-    Raises FricError: When no record shows the gains.
     """
     whole = [
         log for log in logs

@@ -40,10 +40,7 @@ class Learning:
 
     @classmethod
     def at(cls, feed: float, share: float | None = None, bandwidth: float | None = None) -> Learning:
-        """Return the settings of learning at a feed [m/s], with defaults for those not given.
-
-        Raises FricError: When the share is not between 0 and 1, or the bandwidth not positive.
-        """
+        """Return the settings of learning at a feed [m/s], with defaults for those not given."""
         fast = feed >= FAST
         made = cls(share or (1.0 if fast else 0.5), bandwidth or (200.0 if fast else 100.0))
         if not (0 < made.share <= 1 and made.bandwidth > 0):
@@ -105,7 +102,6 @@ def learn_from(
     machine: The machine, whose nominal plants are taken.
     how: By the feed where not given.
     before: By axis, the feedforward against friction in this round [V], shape (n,); none where not given.
-    Raises FricError: When a channel is missing, or the previous feedforward has a different length.
     """
     how = how or Learning.at(test.feed)
     time, wanted, voltage = {}, {}, {}

@@ -250,10 +250,7 @@ class MeasuredCircle:
 
 
 def measured_from_run(run: CircleRun, source: str = "") -> MeasuredCircle:
-    """Return the record of a simulated circle as a circle test, as measured by the encoders.
-
-    Raises FricError: When a single axis was simulated, or there are no traces.
-    """
+    """Return the record of a simulated circle as a circle test, as measured by the encoders."""
     test = run.circle
     axes = {
         name: AxisTrace(trace.time, trace.measured, trace.reference, trace.input) for name, trace in run.traces.items()

@@ -61,8 +61,6 @@ class LeftOver:
 
         Where the voltage was not recorded, and no compensation was on, it is what the machine's controller gives along
         the recorded motion.
-
-        Raises FricError: When a test lacks a channel.
         """
         records = {
             name: tuple(voltage_record(_with_voltage(test, machine.axes[name]), name) for test in tests)

@@ -162,8 +162,6 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
     """Return the whole revolutions of a circle test at steady feed, counted back from where the feed ends.
 
     The angle is that of the reference where it was recorded, and else of the position. A ball bar measures both.
-
-    Raises FricError: When there is no whole revolution.
     """
     errors: dict[str, Real] = {}
     if test.angle is not None and test.deviation is not None:

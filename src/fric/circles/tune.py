@@ -118,8 +118,6 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     offset of each circle are linear. First the level of friction, its stiffness, C and T_d are searched; then, if the
     residual exceeds noise and encoder effects, F_s/F_c, v_s, delta, each alpha and each k, and a level for each
     direction, each kept if it explains more. In each case the intervals are those of the whole shape.
-
-    Raises FricError: When there is no nominal GMS model, or a test lacks a channel.
     """
     if "gms" not in axis.nominal_friction.models:
         raise FricError(

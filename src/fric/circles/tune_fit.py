@@ -161,7 +161,6 @@ def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None =
     of second order at 200 Hz, there and back.
 
     like: A record of this axis along the same reference at the same instants, whose samples and angles are then used.
-    Raises FricError: When reference or voltage were not recorded, or the sampling is too slow.
     """
     from scipy.signal import decimate, sosfiltfilt
 

@@ -98,7 +98,6 @@ def validate_inverse(log: Log, plant: Plant, friction: FrictionModel, load: floa
     and backwards, central differences, both forces decimated in the same way, as `fric identify plant` does.
 
     plant, friction, load: As in `validate_closed_loop`; with a T_d of 0 if it was not measured.
-    Raises FricError: When a channel is missing, the sampling is uneven, or the record is too short for the filter.
     """
     rate = even_sampling(log)
     settings = Conditioning.of(rate)
@@ -109,10 +108,7 @@ def validate_inverse(log: Log, plant: Plant, friction: FrictionModel, load: floa
 
 
 def validate_open_loop(log: Log, plant: Plant, friction: FrictionModel, load: float = 0.0) -> Validation:
-    """Return the response of the identified axis to the measured input alone; errors of the model accumulate.
-
-    Raises FricError: When a channel is missing, or the sampling is uneven.
-    """
+    """Return the response of the identified axis to the measured input alone; errors of the model accumulate."""
     rate = even_sampling(log)
     voltage = log.input if log.input is not None else _driven(log, plant) / plant.K_f
     position, _ = _run(log, rate, plant, None, friction, load, log.require("position", "a validation"), voltage)

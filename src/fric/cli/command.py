@@ -137,11 +137,7 @@ OUTPUT = ("output", "plot", "plot_reversal", "json", "force", "help")  # Options
 
 
 def listed(homes: Mapping[str, Any], name: str, text_of: Any) -> dict[str, list[tuple[str, str]]]:
-    """Return commands by part, each with a short description; by default the first sentence of its help.
-
-    homes, name: The commands, and the name of their group.
-    text_of: Returns the help of a command.
-    """
+    """Return commands by part, each with a short description; by default the first sentence of its help."""
     parts = {"Commands": PARTS.get(f"fric {name}", {})}
     if name == "fric":
         parts = {title: known for title, known in PARTS.items() if not title.startswith("fric ")}
@@ -470,7 +466,6 @@ PLAIN: dict[str, Any] = {"rich_markup_mode": None, "pretty_exceptions_enable": F
 def group(name: str, text: str, homes: Mapping[str, Home], **settings: Any) -> typer.Typer:
     """Return a group of commands.
 
-    name, text: Its name and its help.
     homes: Where each of its commands is, by name, in the order of the help.
     settings: What else `typer.Typer` takes.
     """

@@ -220,10 +220,7 @@ def asker(given: Mapping[str, Any]) -> Callable[[Any], None] | None:
 
 
 def ask(question: Any) -> None:
-    """Print a question with pictures and answers, and read the answer; Enter is the first.
-
-    Raises FricError: When the input ends.
-    """
+    """Print a question with pictures and answers, and read the answer; Enter is the first."""
     with paused():
         lines, line = question.lines(drawn=ERR.console.encoding.lower().startswith("utf")), ""
         ERR.print("\n".join(printable(text, MOST_CHARACTERS) for text in lines), markup=False)

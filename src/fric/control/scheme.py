@@ -146,9 +146,7 @@ PAPER_SCHEMES: dict[str, Scheme] = {
 def choose_schemes(asked: str, known: Mapping[str, Scheme] | None = None) -> list[Scheme]:
     """Return the requested schemes, as ``f``, ``a,d,f`` or ``all``.
 
-    asked: Names, separated by commas, or ``all``.
     known: Schemes by name; those of the paper where not given.
-    Raises FricError: When a name is not known.
     """
     known = PAPER_SCHEMES if known is None else known
     names = list(known) if asked == "all" else [name.strip() for name in asked.strip(" ,").split(",")]

@@ -166,7 +166,6 @@ def learned_share(block: ControlBlock, loop: SampledLoop, setting: Setting) -> t
     samples does not change |l|. K. Inoue, Practical design of repetitive control systems, Proc. IEEE CDC 1990.
 
     block: A block that repeats.
-    setting: What the block is packed for.
     Raises FricError: When the motion does not repeat.
     """
     if setting.reference is None or not setting.reference.period:

@@ -27,10 +27,7 @@ def bundled(kind: str) -> dict[str, Path]:
 
 
 def located(path: Path, kind: str) -> Path:
-    """Return a path, or the bundled document of that name if there is no such file; a folder does not count.
-
-    Raises FricError: When there is neither; the message has a similar name.
-    """
+    """Return a path, or the bundled document of that name if there is no such file; a folder does not count."""
     known = bundled(kind)
     if str(path) in known and not path.is_file():
         return known[str(path)]

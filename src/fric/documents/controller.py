@@ -76,10 +76,7 @@ class ObserverPart(Physical):
     )
 
     def observer(self, motion: Motion, A: float, B: float) -> DisturbanceObserver:
-        """Return the observer in SI; A and B are those of the plant, taken where the file gives none.
-
-        Raises FricError: When there is no such filter, or its cutoff is not positive.
-        """
+        """Return the observer in SI; A and B are those of the plant, taken where the file gives none."""
         values = self.values(motion)
         q = QFilter(self.filter, values.pop("cutoff"))
         return DisturbanceObserver(q, **{"A": A, "B": B, **values})

@@ -186,10 +186,7 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
         return present + self.model_names()
 
     def friction(self, name: str) -> FrictionModel:
-        """Return a friction model of this file (``static``, ``gms``, …), with a map for each direction if it has them.
-
-        Raises FricError: When there is no such model, or the file lacks its parameters.
-        """
+        """Return a friction model of this file (``static``, …), with a map for each direction if it has them."""
         sections = {key: self.estimates(key) for key in self.sections()}
         if (model := model_type(name)) is None:
             raise FricError(f"there is no friction model '{name}'", hint=f"There are {', '.join(models())}.")
@@ -213,8 +210,6 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
         """Return a model, by default the only one, and the load [N] of the axis that it was identified with.
 
         It is the mean offset of the records that the model was fitted to by replay; else that of the static map.
-
-        Raises FricError: When the file holds several models and none is named, or not the named one.
         """
         found = self.model_names()
         if model is None:

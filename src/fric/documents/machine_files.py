@@ -204,10 +204,7 @@ class MachineDocument(Document, type="machine"):
         return self
 
     def machine(self) -> Machine:
-        """Return the machine in SI.
-
-        Raises FricError: When a value is missing or not physical, with its axis.
-        """
+        """Return the machine in SI."""
         axes = {name: _axis(name, part) for name, part in self.axes.items()}
         published = tuple(part.published() for part in self.published)
         return Machine(self.name, axes, published, warnings=self.passed_on())

@@ -202,8 +202,6 @@ class PlantDocument(AxisDocument, PlantPart, type="plant"):
         Viscous friction is a part of A, and not included here. Where each direction has F_c and F_v, A holds the mean
         of F_v, and the difference of a direction is its sigma; half the difference of F_c is the load, since a constant
         force and a Coulomb friction that differs by direction are the same in sliding.
-
-        Raises FricError: When the plant was not identified from a motion.
         """
         given = (self.fit.parameters if self.fit else None) or {}
         found = {name: parameter for name, parameter in given.items() if name.startswith(("F_c", "F_v", "offset"))}

@@ -43,9 +43,6 @@ def read_document(path: Path | str, model: type[D]) -> D:
     """Read a YAML document and validate it against its schema.
 
     A document may name other files, beside it or by a whole path: they are read too.
-
-    Raises FricError: When the file cannot be read, is no YAML, is of another type, or a value does not fit: with its
-        line.
     """
     path = located(Path(path), model.type)
     tree = read_tree(path, model.type)

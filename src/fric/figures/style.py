@@ -218,9 +218,7 @@ def views_of(parts: Sequence[Any], *, usual: bool = False) -> dict[str, Callable
 def figure_named(name: str, parts: Sequence[Any]) -> Figure:
     """Draw the figure of that name.
 
-    name: As in `view`.
     parts: What a result holds: identified models, runs, …; the first that has such a figure is drawn.
-    Raises FricError: When none has a figure of that name.
     """
     found = views_of(parts)
     require_known(name, found, "there is no figure", "Of this result there are")

@@ -63,8 +63,6 @@ def halves(logs: Sequence[Log], plant: Plant | None = None) -> Halves:
 
     Of strokes it is the static map, each stroke with the error of its mean; of motions mass and friction of the rigid
     axis.
-
-    Raises FricError: When the records hold neither strokes nor motions, or no half can be identified.
     """
     kinds = [kind_of(log) for log in logs]
     strokes = [log for log, kind in zip(logs, kinds, strict=True) if kind == "constant-velocity"]

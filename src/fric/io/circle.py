@@ -57,14 +57,10 @@ def write_runs(
 ) -> None:
     """Write the runs of schemes on a circle or a path to a run file, whole or not at all.
 
-    path: The run file.
-    runs: One run per scheme.
-    provenance: What made the file, as JSON.
     most_samples: Largest number of samples of a trace that are kept: of a longer trace every n-th sample. Radial errors
         and metrics are those of all samples. All where it is not given.
     many: What the schemes made of it on many machines.
     prediction: What these show of the identified machine.
-    force: Replace a file that exists.
     """
     with staged_hdf5(path, force=force) as (file, check):
         file.attrs.update({"fric": RUN, "provenance": provenance})
@@ -132,9 +128,7 @@ def _write_path(group: h5py.Group, run: PathRun) -> None:
 def read_runs(path: Path, *, traces: bool = True) -> list[CircleRun | PathRun]:
     """Read the runs of a run file, one per scheme.
 
-    path: The run file.
     traces: Read what each axis recorded too, which is nearly all of the file.
-    Raises FricError: When it is no run file, or cut short.
     """
     with open_file(path, hint=AGAIN) as file:
         check_type(file, path, RUN, "Give a file of `fric simulate circle`.")
@@ -234,10 +228,7 @@ def write_feedforward(path: Path, table: LearnedFeedforward, provenance: str = "
 
 
 def read_feedforward(path: Path) -> dict[str, Real]:
-    """Read the voltage that each axis fed forward against friction [V], by its name.
-
-    Raises FricError: When it is no feedforward file, or cut short, or no machine reaches a value.
-    """
+    """Read the voltage that each axis fed forward against friction [V], by its name."""
     with open_file(path) as file:
         check_type(file, path, FEEDFORWARD, "Give a file of `fric learn -o`.")
         found = {name: column(group, "voltage") for name, group in file.items()}
@@ -253,7 +244,6 @@ def read_path(path: Path, feed: float) -> PointPath | RecordedPath:
     scheme of a run file.
 
     feed: Speed along the path [m/s]; a recorded reference includes its speed.
-    Raises FricError: When a column or its unit is missing, a cell is no number, or the path cannot be followed.
     """
     try:
         if Path(path).suffix in {".h5", ".hdf5"}:
@@ -305,8 +295,6 @@ def write_circles(path: Path, tests: Sequence[MeasuredCircle], provenance: str =
     """Write circle tests to a file, whole or not at all.
 
     tests: The tests: the first at the root, further ones, of the other direction or another feed, in ``tests/``.
-    provenance: What made the file, as JSON.
-    force: Replace a file that exists.
     """
     with staged_hdf5(path, force=force) as (file, check):
         file.attrs.update({"fric": FORMAT, "provenance": provenance})
@@ -333,7 +321,6 @@ def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
     """Read the circle tests of a file of `fric ingest --kind circle`, or the circles of a run file, one a scheme.
 
     scheme: Name of the scheme of a run file; all where not given. Of a circle file it says nothing.
-    Raises FricError: When it is neither, is cut short, or has no such scheme.
     """
     path = Path(path)
     with open_file(path) as file:
@@ -378,10 +365,7 @@ def _read(group: h5py.Group, source: str) -> MeasuredCircle:
 
 
 def choose_circles(paths: Iterable[Path], scheme: str | None = None) -> list[MeasuredCircle]:
-    """Read the circle tests of some files; of a run file with several schemes a scheme must be named.
-
-    Raises FricError: As `read_circles`, and when it is not said which scheme of a run is meant.
-    """
+    """Read the circle tests of some files; of a run file with several schemes a scheme must be named."""
     found: list[MeasuredCircle] = []
     for path in map(Path, paths):
         tests = read_circles(path, scheme)

@@ -223,10 +223,8 @@ def log_writer(
 ) -> Iterator[LogWriter]:
     """Open a log file for writing; it appears under its name only when the block ends well.
 
-    path: The log file.
     axis, motion: Name and motion of the axis; with ``append`` they must be those of the file.
     append: Keep what is in the file and add to it.
-    force: Replace a file that exists.
     """
     path = Path(path)
     axis_name(axis, str(path))
@@ -247,10 +245,7 @@ def write_logs(path: Path, logs: Sequence[Record], *, force: bool = False) -> No
 
 
 def check_format(file: h5py.File, path: Path) -> tuple[str, Motion]:
-    """Return name and motion of the axis of an open HDF5 file.
-
-    Raises FricError: When it is not a log file: of records, which are groups, of one axis.
-    """
+    """Return name and motion of the axis of an open HDF5 file."""
     check_type(file, path, FORMAT, "Give a log file that `fric ingest` wrote.")
     axis, motion, records = text(file.attrs, "axis"), text(file.attrs, "motion"), file.get("records")
     if motion not in get_args(Motion):
@@ -265,10 +260,7 @@ def check_format(file: h5py.File, path: Path) -> tuple[str, Motion]:
 
 
 def read_records(path: Path) -> list[Record]:
-    """Read every record of a log file, in the order of their names as written.
-
-    Raises FricError: When the file is not a log file, is cut short, or a record is not whole.
-    """
+    """Read every record of a log file, in the order of their names as written."""
     path = Path(path)
     with open_file(path) as file:
         axis, motion = check_format(file, path)

@@ -68,10 +68,7 @@ class ClockCheck:
         self._rows: list[NDArray[np.int64]] = []
 
     def tick(self, time: Real, rows: NDArray[np.int64]) -> None:
-        """Take the next instants [s] and their rows in the file.
-
-        Raises FricError: When a stamp is repeated or time runs backwards.
-        """
+        """Take the next instants [s] and their rows in the file."""
         begins = int(self._last == -inf)
         steps, rows = np.diff(time, prepend=self._last)[begins:], rows[begins:]
         if len(steps) and steps.min() <= 0:
@@ -246,7 +243,6 @@ def joined(files: Sequence[tuple[ForeignTable, ColumnPlan]]) -> tuple[Joined, Co
     """Return one table of the channels of several files, and the meaning of its columns.
 
     files: Table and plan of each file; each plan has a time and the channels that the file holds.
-    Raises FricError: When a channel is in two files, none has a position or velocity, or a file logged no time.
     """
     parts: list[SharedClock] = []
     origins = {"time": Origin(0, 1.0)}

@@ -45,8 +45,6 @@ def circle_plan(
 
     mapping: The meaning of its columns; None where the header defines it, or there is none.
     sampling: Samples a second of a trace without time [Hz].
-    fields: The ``{fields}`` of the file.
-    Raises FricError: When there are no two axes and no ball bar, or there is no time.
     """
     warnings: list[Notice] = []
     if mapping is not None:

@@ -148,7 +148,6 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
 
     files: Keeps them open as long as their tables are needed.
     join: The files hold the channels of one record: each names those that it has.
-    Raises FricError: When a file does not read.
     """
     if join:
         opened = [next(files.enter_context(closing(tables(path, None)))) for path in paths]
@@ -236,9 +235,7 @@ def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
 def proposal(paths: Sequence[Path], *, join: bool = False, assume: bool = False) -> str:
     """Return the text of a mapping that files may have, with what is uncertain in comments.
 
-    join: The files hold the channels of one record: each names those that it has.
     assume: Take the likeliest of what is not sure.
-    Raises FricError: When a file does not read.
     """
     with ExitStack() as files:  # a table is read as long as its file is open
         return mapping_text(guesses(files_of(paths), files, join=join), assume=assume)

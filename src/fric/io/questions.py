@@ -78,10 +78,8 @@ def answered(guess: Guessed, ask: Ask, *places: Path, spent: int = 0) -> tuple[P
     """Ask what is open of files, and write the mapping of them all beside them; no file where nothing was asked.
 
     guess: What is guessed; the answers are put into it.
-    ask: Puts a question.
     places: Folders: the mapping is written into the first that lets it.
     spent: How many questions were asked before.
-    Raises FricError: When the mapping cannot be written.
     """
     if isinstance(ask, Review):
         guess = ask.state(guess) if guess.found else guess

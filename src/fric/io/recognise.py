@@ -19,10 +19,7 @@ REPORT_MARK = f'<script type="application/json" id="{DATA_ID}">'
 
 
 def read_report(path: Path) -> dict[str, Any]:
-    """Return the data that a report was made of.
-
-    Raises FricError: When the file holds no such data, or it is damaged.
-    """
+    """Return the data that a report was made of."""
     content = regular(path, MOST_TEXT).read_text(encoding="utf-8", errors="replace")
     try:
         data = json.loads(content.partition(REPORT_MARK)[2].partition("</script>")[0])
@@ -52,10 +49,7 @@ def is_hdf5(path: Path) -> bool:
 
 
 def recognise(path: Path) -> str:
-    """Return the stated type of a file: ``run/1``, ``log/1``, ``report/1``, ``friction/1``, ….
-
-    Raises FricError: When it cannot be read, or is none of fric's.
-    """
+    """Return the stated type of a file: ``run/1``, ``log/1``, ``report/1``, ``friction/1``, …."""
     with reading(path := Path(path)) as file:
         head = file.read(512)
     if head.startswith(HDF5_SIGNATURE):

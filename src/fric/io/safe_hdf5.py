@@ -119,7 +119,6 @@ def staged_hdf5(
 ) -> Iterator[tuple[h5py.File, Callable[[], None]]]:
     """Open an HDF5 file for writing that takes its name only when the block ends well.
 
-    force: Replace a file that exists.
     add: Begin with what is in the file. Yields the file, and a function to call now and then: it raises when a write
         has failed, or Ctrl-C was pressed.
     """
@@ -162,8 +161,6 @@ def open_file(
     """Open an HDF5 file for reading, with errors a user can act on; what h5py raises in it is damage of the file.
 
     most: Bytes of samples that it holds at most.
-
-    Raises FricError: When it cannot be read, leads to other files, or holds more than its size allows.
     """
     path = Path(path)
     regular(path)
@@ -288,10 +285,7 @@ def _leads_elsewhere(data: h5py.Dataset) -> bool:
 
 
 def column(group: h5py.Group, name: str, *, ndim: int = 1) -> Real:
-    """Return a dataset of numbers, checked before it is used.
-
-    Raises FricError: When it is missing, is no dataset, has another number of dimensions, or no real numbers.
-    """
+    """Return a dataset of numbers, checked before it is used."""
     data = group.get(name) if isinstance(group, h5py.Group) else None
     where = f"{group.file.filename}, '{printable(f'{group.name}/{name}', 80)}'"
     if not isinstance(data, h5py.Dataset):

@@ -126,13 +126,7 @@ def looking_like(table: ForeignTable, channel: str, taken: Collection[int]) -> l
 
 
 def refuse_left_out(table: ForeignTable, origins: Collection[str], taken: Collection[int]) -> None:
-    """Refuse a table of which a column that looks like force, position or velocity would be left out.
-
-    table: The table, read by its header alone.
-    origins: Channels that were found.
-    taken: Columns that they were found in.
-    Raises FricError: With the columns in question, and how to define them.
-    """
+    """Refuse a table of which a column that looks like force, position or velocity would be left out."""
     for channel in ("force", "position", "velocity"):
         if channel in origins or (channel == "velocity" and "position" in origins):
             continue

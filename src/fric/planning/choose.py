@@ -81,7 +81,6 @@ def prior_axis(
     """Return an axis as known, and the substitutes for what is not known: a typical machine where none is given.
 
     like: A typical log, for force noise and encoder step.
-    Raises FricError: When the machine has no such axis, or a file is of another motion.
     """
     notices: list[Notice] = []
     name = axis if friction is None else friction.axis
@@ -170,7 +169,6 @@ def choose(
 
     times: Factor of the number of strokes, cycles or periods, by kind of record.
     micro_steps: A staircase in place of the sines before sliding.
-    Raises FricError: When the limits leave no room for one of them.
     """
     more, makers = times or {}, _RECORDS | ({"presliding-sine": _micro_steps} if micro_steps else {})
     records = (made(axis, limits, more.get(kind, 1)) for kind, made in makers.items())
@@ -333,7 +331,6 @@ def narrowing(
     axis: The axis at the last result: its friction is the GMS model that was identified.
     covariances: Covariances of the parameters of its static map and of its GMS model, as in its friction file.
     between: Standard deviation of strokes beyond their noise [N].
-    Raises FricError: When the friction is no GMS model of both directions, or a record cannot be made.
     """
     model = axis.friction
     if not isinstance(model, GMS):

@@ -231,8 +231,6 @@ class Conditioning:
 
         The corner is five times the bandwidth of the motion, so that the filter leaves its acceleration alone; the
         decimated signals reach to twice that bandwidth, and 4.9 periods of the corner are left out at the start.
-
-        Raises FricError: When the corner is not below half the sampling rate.
         """
         cutoff = min(5 * BANDWIDTH, 0.2 * sampling) if cutoff is None else cutoff
         if not 0 < cutoff < sampling / 2:
@@ -248,7 +246,6 @@ def filtered_motion(log: Log, settings: Conditioning) -> Motion:
     """Return a record's motion behind the filter of the published fit, by central differences.
 
     log: An evenly sampled record with a position or a velocity.
-    Raises FricError: When the record is too short for the filter and its decimation.
     """
     if len(log) < settings.border + 30 * settings.decimation:
         raise FricError(

@@ -63,7 +63,6 @@ def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", 
 
     log: A record with a force, or with an input where the force constant is known.
     drive: The plant, or its known part: a logged force lags its voltage.
-    Raises FricError: When there is neither a force nor an input.
     """
     if log.force is None and drive.K_f is not None and log.input is not None:
         return drive.K_f * log.input, "input", 0.0
@@ -251,7 +250,6 @@ def prepared(
     drive: Force constant and delays, before the plant is identified.
     filters: The published filter of the motion for each record; its border is not used. By default the motion is that
         of `smooth_motion`.
-    Raises FricError: When a record has no force, or does not move.
     """
     if not 0 < len(logs) <= MOST_RECORDS:
         what = (

@@ -223,7 +223,6 @@ def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[N
     """Return the records whose force is not cut off, and the warnings about the others.
 
     most: Largest share of clipped samples: 0 where the force at reversals is the start of a branch.
-    Raises FricError: When no record is left.
     """
     counts = [0 if log.force is None else clipped_samples(log.force) for log in logs]
     kept = [log for log, count in zip(logs, counts, strict=True) if count <= most * len(log)]

@@ -225,7 +225,6 @@ def steady_segments(log: Log) -> list[Segment]:
 
     log: A record with position or, failing that, velocity. If it has a force, its settling is cut off. A record stated
         to be a sine or a frequency response has no segment.
-    Raises FricError: When position, velocity or time is not a number somewhere.
     """
     return segments_and_rests(log)[0]
 

@@ -247,8 +247,6 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
     Run files, log files, documents of friction, plant, controller and observer, and earlier reports, which contain
     their data. Of two files on the same subject, the later is reported, and the earlier is compared with it. Measured
     circles are compared with the machine file, or that of the runs.
-
-    Raises FricError: When a file cannot be read, a report does not show its kind, or there is nothing to report.
     """
     items: list[Item] = []
     tests: list[ContourTest] = []

@@ -401,8 +401,6 @@ def records_of(
 
     A record in which the control switches its mode is split by modes unless ``whole``. Of two encoders, ``encoder``
     names the one for the position.
-
-    Raises FricError: When something else is given, a file is no log file, or the records are of different axes.
     """
     found = list(_flat(given))
     if not found:
@@ -470,10 +468,7 @@ def where_of(given: Any) -> str:
 
 
 def quantity(given: str | float | None, dimension: str, motion: Motion = "linear") -> float | None:
-    """Return a positive quantity given in SI, or as a text with its unit; None if not given.
-
-    Raises FricError: When the text is no quantity of this dimension, or the value is not positive.
-    """
+    """Return a positive quantity given in SI, or as a text with its unit; None if not given."""
     return None if given is None else positive(given, dimension, motion)
 
 
@@ -498,10 +493,7 @@ def in_si(given: str | float, dimension: str, motion: Motion = "linear") -> floa
 
 
 def bounded(name: str, given: str | float, motion: Motion = "linear") -> float:
-    """Return a given quantity in SI, checked against its bound in `fric.plausibility` as those of files are.
-
-    Raises FricError: When it is no quantity of its dimension, not positive, or beyond that of any machine.
-    """
+    """Return a given quantity in SI, checked against its bound in `fric.plausibility` as those of files are."""
     dimension = BOUNDS[name].dimension
     try:
         value = positive(given, dimension, motion)

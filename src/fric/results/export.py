@@ -61,7 +61,6 @@ def trust_of(
     disagreements, compared: Where measured circles differ from the prediction; whether any was compared with the
         machine.
     drawn: What the scheme, and no compensation, left on drawn machines, by circle.
-    Raises FricError: When the scheme needs something that the axis lacks, or its loop is unstable.
     """
     given = Evidence(
         axes=(name,), resolution=machine.axis(name).encoder.resolution, compared=compared, disagreements=disagreements,
@@ -285,10 +284,7 @@ def _of_session(
 def _drawing(
     file: Path, machine: Machine, scheme: Scheme, axis: str
 ) -> tuple[dict[str, Any], list[Candidate], Prediction | None]:
-    """Return the description of a run file, the glitches with and without a scheme on its machines, and the prediction.
-
-    Raises FricError: When it belongs to another machine, or lacks the scheme or the axis.
-    """
+    """Return the description of a run file, the glitches with and without a scheme on machines, and the prediction."""
     made, left, prediction = read_run_provenance(file), read_drawn(file), read_prediction(file)
     runs = [run for run in read_runs(file, traces=False) if run.scheme == scheme or run.scheme.bare]
     of, here = ({**origin, "path": ""} for origin in (made.get("origin", {}), machine.origin))

@@ -40,7 +40,6 @@ def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None,
     """Return the document of a type that is given directly, as its file or as a result.
 
     of, to: Name and motion of the axis that it must belong to, and name of what is of that axis, for an error.
-    Raises FricError: When something else is given, or the document is of another axis or motion.
     """
     wanted = f"a {kind.type} file, or a result that holds one"
     if kind is PlantDocument and isinstance(given, Plant):
@@ -138,7 +137,6 @@ def machine_of(given: Any) -> Machine:
 def schemes_of(asked: Any, known: Any = None) -> list[Scheme]:
     """Return the requested schemes, given by name or directly.
 
-    asked: A scheme, several, or names as in ``a,c,f`` or ``all``.
     known: Schemes by name, or their file; the paper's where not given.
     """
     if isinstance(asked, Scheme):

@@ -285,8 +285,6 @@ def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, 
     """Return quantities given as numbers in SI, as a list such as "5, 10, 50 mm/s", or as a range "5 … 200 mm/s".
 
     A range has ``points`` values in geometric progression. The last unit holds for values without a unit.
-
-    Raises FricError: When a value is no quantity of this dimension, or not positive.
     """
     if not isinstance(given, str):
         found = tuple(in_si(item, dimension) for item in (given if isinstance(given, list | tuple) else [given]))

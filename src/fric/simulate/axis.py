@@ -27,10 +27,7 @@ from fric.threads import one_blas_thread
 
 
 def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:
-    """Return the data that the blocks of a scheme are packed for on an axis that starts at rest.
-
-    Raises FricError: When the scheme feeds friction forward that the axis' controller does not believe in.
-    """
+    """Return the data that the blocks of a scheme are packed for on an axis that starts at rest."""
     nominal, start = axis.nominal or axis.plant, float(reference.position[0])
     return Setting(
         nominal, axis.cascade, friction=_friction(axis, scheme), models=axis.nominal_friction.models,
@@ -152,7 +149,6 @@ def run_axis(
     halvings: How often every step of the plant is halved, to see that this changes nothing.
     accuracy: Largest error of the position by the integration of the plant [m]; 0 for the last digits.
     began: Time since the machine was switched on, for what drifts [s].
-    Raises FricError: When the scheme asks for a model or a block that the axis lacks, or the loop is not stable.
     """
     arguments = _loop_arguments(axis, reference, scheme, excitation, accuracy, began, against)
     traces, saturated = closed_loop(*arguments, halvings, sensing_of(axis))
@@ -207,7 +203,6 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
     """Raise a `FricError` with the gain margin where the loop of an axis, without friction, is not stable.
 
     controller, blocks: The blocks of its scheme. Where one is not linear the loop has no poles, and is not judged.
-    Raises FricError: When an eigenvalue of the sampled loop is outside the unit circle.
     """
     inside = tuple(block for block in blocks if block.in_loop() and not block.repeats)
     if not all(block.linear for block in (controller, *inside)):

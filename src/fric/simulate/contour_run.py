@@ -149,9 +149,6 @@ class ContourRun(ABC, Generic[Followed, Left]):
 
         A run that depends on the counts of encoders is that of the median glitch, with the errors of all places. It
         depends on them below `SLOW`, and where its glitch is less than a count.
-
-        Raises FricError: When the machine has no two linear axes at one controller rate, the feed asks for more voltage
-            than a drive has, or a run is not possible.
         """
         names = pair(machine)
         moved = [machine.axis(only).name] if only else [name for name in names if name in machine.axes]
@@ -212,7 +209,6 @@ def pair(machine: Machine, *, both: bool = False) -> tuple[str, str]:
     A machine of one linear axis runs it with another that follows its reference exactly, and is not in the machine.
 
     both: Whether it must have two.
-    Raises FricError: When there is no linear axis, or the controllers of two have different rates.
     """
     linear = [name for name, axis in machine.axes.items() if not rotates(axis.motion)]
     if len(linear) < 1 + both:

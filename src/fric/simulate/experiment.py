@@ -210,7 +210,6 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
     lines: Frequencies, spaced evenly on a logarithmic scale as far as multiples allow; 60 by default.
     periods: Periods that are logged, each of 1/lowest.
     ramp: Time in which the mean speed rises, and falls [s].
-    Raises FricError: When the highest frequency is not below half the controller's rate, or there is no peak.
     """
     usual = axis.reality.multisine or Excitation(60, 2.0, 500.0)
     mean = usual.mean if mean is None else mean

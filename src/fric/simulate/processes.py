@@ -140,7 +140,6 @@ def outcomes(study: Callable[[int], T], machines: int, *, workers: int | None = 
 
     workers: Processes, 1 for this process alone. Where not given, one a core; this process alone for few machines,
         which it runs before others have started.
-    Raises FricError: When a process was killed.
     """
     if workers is None:
         workers = min(default_workers(), machines // MACHINES_BY_START) or 1
@@ -178,10 +177,7 @@ def cluster_outcomes(
     The work is that of `outcomes`, machine by machine. When the block ends early, machines that were not begun are left
     out.
 
-    address: Address of the scheduler, as ``tcp://host:8786``.
     timeout: How long to wait for the scheduler, and for its first worker [s].
-    Raises FricError: When Dask is not installed, the scheduler does not answer, or its workers have no fric of this
-        version.
     """
     try:
         import distributed
@@ -369,9 +365,6 @@ class MonteCarlo:
 
 
 def monte_carlo(study: Study, machines: int, *, workers: int | None = None) -> MonteCarlo:
-    """Run a study on a number of machines.
-
-    Raises FricError: When a scheme cannot run on the nominal machine, or there are no machines or workers.
-    """
+    """Run a study on a number of machines."""
     with outcomes(study, machines, workers=workers) as found:
         return MonteCarlo(study, machines, tuple(found))

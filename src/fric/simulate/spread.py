@@ -268,7 +268,6 @@ def draw_machine(
     discrepancies: By axis and name, as of ``spreads``: by what factor a parameter is off beyond its interval, as a
         model or a record that is not quite right makes it.
     Returns the machine; and by ``AXIS.NAME`` the factor of each spread, or the value [SI] drawn from an interval.
-    Raises FricError: When what was drawn is no machine, as with a delay shorter than half a sample.
     """
     spreads = DEFAULT_SPREADS if spreads is None else spreads
     axes: dict[str, Axis] = {}

@@ -97,8 +97,6 @@ def period_spectra(input: Real, position: Real, period: int, sampling: float) ->
     """Return the spectra of whole periods, counted back from the end, without mean drifts.
 
     The driver is 1: the excitation is the same in each period.
-
-    Raises FricError: When there are fewer than two periods.
     """
     if period < SHORTEST:
         raise FricError(f"a period of {period} samples is too short for a response", hint="Give the right `period=`.")

@@ -214,7 +214,6 @@ def plant_records(
     A response that is recognised in a record without a kind counts as stated.
 
     method: The method, where the user chooses it; a record of any kind is then used.
-    Raises FricError: When no record is usable, or the records are of different axes.
     """
     refuse_several_axes(records)
     dynamic = [r for r in records if not isinstance(r, ForceVelocity)]

@@ -25,10 +25,7 @@ Masks = tuple[Mask, ...]  # Samples of each record, each of shape (n,)
 
 
 def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple[Masks, ...]:
-    """Return a split, the samples to fit of each record: all of the records of these names; the others are scored.
-
-    Raises FricError: When a name has no record, or no record is left to score.
-    """
+    """Return a split, the samples to fit of each record: all of the records of these names; the others are scored."""
     names = [record.log.name for record in records]
     for name in fitted:
         require_known(name, names, "there is no record", "The records are")
@@ -38,10 +35,7 @@ def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple
 
 
 def split_by_cycles(records: Sequence[Prepared], cycles: int) -> tuple[Masks, ...]:
-    """Return a split: fit the first cycles of every record after its first reversal, score the rest.
-
-    Raises FricError: When a record has no more cycles than that.
-    """
+    """Return a split: fit the first cycles of every record after its first reversal, score the rest."""
     for record in records:
         if len(record.reversals) < 2 * cycles + 2:
             raise FricError(
@@ -164,7 +158,6 @@ def compare_models(
     without memory, by more than the 95 % error of that difference, taken over the strokes between reversals.
 
     splits: The samples to fit; the others are scored.
-    Raises FricError: When there is no such model, or nothing to score.
     """
     lengths = tuple(presliding_length(record) for record in records)
     near = tuple(near_reversals(record, length) for record, length in zip(records, lengths, strict=True))

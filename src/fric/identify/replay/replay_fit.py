@@ -760,7 +760,6 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
     start: A model to start from; there is no coarse search then.
     with_level: Whether each record has a level of friction, which scales F_c and F_s of the kept static map.
     beyond: Increase of the covariance that the residuals do not show.
-    Raises FricError: When there is no such model, or no such parameter, or no sample to compare.
     """
     model = fitted_model(name)
     few = FricError("there are too few samples to compare", where=records[0].log.where, hint="Log for longer.")

@@ -85,10 +85,7 @@ class Coordinates:
         level: bool = False,
         negative: StaticMap | None = None,
     ) -> Coordinates:
-        """Return the coordinates of a model with all parameters free that are not fixed, and the level if requested.
-
-        Raises FricError: When no parameter is left to fit.
-        """
+        """Return the coordinates of a model with all parameters free that are not fixed, and the level if requested."""
         free: list[Coordinate] = []
         for section, parameters in model.declared().items():
             for p in parameters:

@@ -355,8 +355,6 @@ def fit_map(strokes: Strokes, offset: float | None = None) -> MapFit:
     parameter ends at its bound, that form is used: F_s = F_c and v_s are then assumed.
 
     The offset [N] is fixed if given.
-
-    Raises FricError: When there are too few strokes for the parameters.
     """
     fitted, held_out = solved(strokes, offset)
     standing = tuple((point, float(by)) for point, by in zip(strokes.points, fitted.beyond, strict=True) if by)

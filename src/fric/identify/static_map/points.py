@@ -68,8 +68,6 @@ def stroke_points(
 
     Each row of a table of forces and velocities gives a point. A record stated to be of constant velocity, but with too
     much ripple for a steady segment, gives its inner part.
-
-    Raises FricError: When a record logged no force, or none holds a stroke.
     """
     logs = logs_of_strokes(records)
     points, notices = table_points([record for record in records if isinstance(record, ForceVelocity)], plant)

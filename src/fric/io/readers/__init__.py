@@ -66,10 +66,7 @@ def _surest(path: Path) -> tuple[float, Any]:
 
 
 def tables(path: Path, layout: Layout | None = None) -> Generator[ForeignTable, None, None]:
-    """Read a foreign log file by the reader that recognises it, table by table.
-
-    Raises FricError: When there is no such file, it is empty, cannot be read, or is of no known format.
-    """
+    """Read a foreign log file by the reader that recognises it, table by table."""
     path = Path(path)
     sure, reader = _surest(path)
     if sure > 0:

@@ -40,10 +40,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
 
 
 def figures(path: Path) -> tuple[tuple[str, str], dict[str, Estimate]]:
-    """Return both axes of the test, and its figures in SI by name: ``circularity``, ``backlash +x``, ….
-
-    Raises FricError: When it holds none, or does not say its plane.
-    """
+    """Return both axes of the test, and its figures in SI by name: ``circularity``, ``backlash +x``, …."""
     root = read_xml(path, MOST_BYTES)
     plane = next((text for element in root.iter() if (text := element.get("TEST_PLANE", "").strip().lower())), "")
     if not re.fullmatch(r"[a-z]{2}", plane) or plane[0] == plane[1]:

@@ -95,10 +95,7 @@ def warned(path: Path, notices: list[Notice]) -> Iterator[None]:
 
 
 def library(form: Format, path: Path) -> Any:
-    """Return the module that reads a format.
-
-    Raises FricError: When it is not installed, with the command that installs it.
-    """
+    """Return the module that reads a format."""
     try:
         return import_module(form.module)
     except ImportError:
@@ -193,10 +190,7 @@ class ForeignTable(ABC):
         return f"{self.path}, {place}{beside}"
 
     def find(self, wanted: str | int, channel: str) -> int:
-        """Return the index of a column given by its name or its index from 0.
-
-        Raises FricError: When there is no such column, or more than one; lists the existing columns.
-        """
+        """Return the index of a column given by its name or its index from 0."""
         listed = self.listed()
         if isinstance(wanted, int):
             if 0 <= wanted < len(self.columns):
@@ -255,10 +249,7 @@ class _Plain(TreeBuilder):
 
 
 def read_xml(path: Path, most: int) -> Element:
-    """Return the root of XML of a bounded size [byte].
-
-    Raises FricError: When it is no whole XML, or declares a document type.
-    """
+    """Return the root of XML of a bounded size [byte]."""
     try:
         return parse(regular(path, most), XMLParser(target=_Plain())).getroot()
     except FricError as error:

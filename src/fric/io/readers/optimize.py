@@ -68,7 +68,6 @@ def cascade_of(path: Path, position_gain: float | None) -> tuple[str, Motion, Ca
     The voltage of the cascade stands for the torque of the motor: 1 V for 1 N*m.
 
     position_gain: K_v [1/s], which the file lacks.
-    Raises FricError: When the file holds no speed loop, or one that no cascade has.
     """
     from fric.control.cascade import Cascade  # it compiles the loop, which no reader needs
 

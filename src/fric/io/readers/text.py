@@ -105,7 +105,6 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     head: The first bytes of the file, uncompressed.
     layout: What the user states; it is used unchanged.
     whole: Whether ``head`` is the whole file.
-    Raises FricError: When there are no rows of numbers, or the user's layout does not fit.
     """
     encoding = layout.encoding or encoding_of(head)
     try:

@@ -30,7 +30,6 @@ def true_axis(axis: Axis, place: float, began: float) -> tuple[Step, Real, Real,
 
     place: Where it begins [m], for what depends on the position.
     began: Time since the machine was switched on [s], for what drifts.
-    Raises FricError: When the friction model cannot have the requested flaws.
     """
     plant, flaws, second = axis.plant, axis.reality, axis.second_mass
     step, state, parameters = type(axis.friction).step, axis.friction.initial_state(), axis.friction.packed()
