@@ -1,7 +1,5 @@
 """A number in results: value, unit and 95 % interval."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from math import exp, floor, inf, isinf, log, log10
@@ -53,12 +51,12 @@ class Estimate:
             raise FricError("ci95 does not fit the value", hint="Give [low, high], one such pair per value.")
 
     @classmethod
-    def around(cls, value: float, unit: str, half_width: float, *, source: str = "") -> Estimate:
+    def around(cls, value: float, unit: str, half_width: float, *, source: str = "") -> Self:
         """Return a value with a 95 % interval of the same half-width to either side."""
         return cls(value, unit, (value - half_width, value + half_width), source=source)
 
     @classmethod
-    def around_log(cls, value: float, unit: str, half_width: float) -> Estimate:
+    def around_log(cls, value: float, unit: str, half_width: float) -> Self:
         """Return a positive value with a 95 % interval that is symmetric in its logarithm."""
         factor = exp(half_width) if half_width < OPEN else inf
         return cls(value, unit, (value / factor, value * factor))
@@ -145,7 +143,7 @@ class Covariance:
     matrix: tuple[tuple[float, ...], ...]
 
     @classmethod
-    def of(cls, names: Iterable[str], matrix: Iterable[Iterable[float]], scale: Scale | Sequence[Scale]) -> Covariance:
+    def of(cls, names: Iterable[str], matrix: Iterable[Iterable[float]], scale: Scale | Sequence[Scale]) -> Self:
         """Return a covariance, with a common or each parameter's scale, without those whose interval is open."""
         names, rows = tuple(names), [tuple(map(float, row)) for row in matrix]
         scales = (scale,) * len(names) if isinstance(scale, str) else tuple(scale)

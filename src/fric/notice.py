@@ -1,7 +1,5 @@
 """Warnings: a flaw of a record or a result, with its values and its place."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from math import isfinite
 from types import MappingProxyType
@@ -41,7 +39,7 @@ class Notice(str):
         values: Mapping[str, Any] = MappingProxyType({}),
         where: str = "",
         carried: bool = False,
-    ) -> Notice:
+    ) -> "Notice":
         """Return the notice."""
         require_known(str(severity), get_args(Severity), "there is no severity")
         made = super().__new__(cls, f"{where}: {says}" if where else says)
@@ -58,7 +56,7 @@ class Notice(str):
         """The sentence without its place."""
         return str(self)[len(self.where) + 2 :] if self.where else str(self)
 
-    def at(self, where: str, *, severity: Severity | None = None, carried: bool = False) -> Notice:
+    def at(self, where: str, *, severity: Severity | None = None, carried: bool = False) -> "Notice":
         """Return the same, found in a place (outermost place first)."""
         where = ": ".join(filter(None, (where, self.where)))
         return Notice(self.says, self.code, severity or self.severity, self.values, where, carried or self.carried)
@@ -68,7 +66,7 @@ class Notice(str):
         return Notice, (self.says, self.code, self.severity, dict(self.values), self.where, self.carried)
 
     @classmethod
-    def of(cls, given: str | Mapping[str, Any]) -> Notice:
+    def of(cls, given: str | Mapping[str, Any]) -> "Notice":
         """Return a text as a doubt, or what `as_dict` gave; a notice stays what it is."""
         if isinstance(given, str):
             return given if isinstance(given, Notice) else cls(given, "", "doubt")

@@ -1,7 +1,5 @@
 """Reference motions: constant-velocity strokes, sines, circles, multisines; all start at rest."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -56,12 +54,12 @@ class Reference:
         """Sample instants [s], from 0, shape (n,)."""
         return np.arange(len(self)) / self.sampling
 
-    def __add__(self, other: Reference) -> Reference:
+    def __add__(self, other: "Reference") -> "Reference":
         """Return the sum of two motions of one length."""
         parts = ("position", "velocity", "acceleration")
         return Reference(self.sampling, *(getattr(self, part) + getattr(other, part) for part in parts))
 
-    def ahead(self, lead: float) -> Reference:
+    def ahead(self, lead: float) -> "Reference":
         """Return the motion a lead later, at the same instants.
 
         Between samples the position is the cubic of its values and velocities (Hermite), velocity and acceleration are

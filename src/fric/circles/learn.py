@@ -4,8 +4,6 @@ Results depend on the place of position 0 between two encoder counts. So a conto
 with separate rounds, and their medians are reported and judged.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import pi
@@ -39,7 +37,7 @@ class Learning:
     bandwidth: float  # Corner of the low-pass, which leaves out what does not repeat [Hz]
 
     @classmethod
-    def at(cls, feed: float, share: float | None = None, bandwidth: float | None = None) -> Learning:
+    def at(cls, feed: float, share: float | None = None, bandwidth: float | None = None) -> "Learning":
         """Return the settings of learning at a feed [m/s], with defaults for those not given."""
         fast = feed >= FAST
         made = cls(share or (1.0 if fast else 0.5), bandwidth or (200.0 if fast else 100.0))

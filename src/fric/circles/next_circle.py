@@ -5,8 +5,6 @@ a belief that was tuned the next circle is predicted (`next_circles`); `distrust
 interval.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -56,7 +54,7 @@ class LeftOver:
     seed: int = 0  # Of the change of the residual force along another motion
 
     @classmethod
-    def of(cls, tests: Sequence[MeasuredCircle], machine: Machine, axes: Sequence[str], seed: int = 0) -> LeftOver:
+    def of(cls, tests: Sequence[MeasuredCircle], machine: Machine, axes: Sequence[str], seed: int = 0) -> "LeftOver":
         """Return the data of circle tests for some axes of a machine, with reference and position of each.
 
         Where the voltage was not recorded, and no compensation was on, it is what the machine's controller gives along

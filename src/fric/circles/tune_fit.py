@@ -5,14 +5,12 @@ their bias (`Instruments`); intervals of friction and plant, and warnings about 
 a circle test is a balance of voltages, which is prepared once and replayed many times.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from math import pi
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -267,7 +265,7 @@ class BalanceCoordinates:
     side: float = 0.0  # What ``side`` is nominally, as a logarithm
 
     @classmethod
-    def of(cls, nominal: FrictionModel, T_d: float) -> BalanceCoordinates:
+    def of(cls, nominal: FrictionModel, T_d: float) -> Self:
         """Return the four coordinates about a nominal GMS model, which may have a map for each direction."""
         model = gms_of(nominal)
         if isinstance(nominal, Directed):
@@ -275,7 +273,7 @@ class BalanceCoordinates:
             return cls(replace(model, static=mean_map(static, other)), T_d, side=float(np.log(static.F_c / other.F_c)))
         return cls(model, T_d)
 
-    def full(self) -> BalanceCoordinates:
+    def full(self) -> Self:
         """Return the coordinates of the whole shape."""
         model = self.model
         blocks = range(1, len(model.alpha) + 1)
@@ -283,7 +281,7 @@ class BalanceCoordinates:
         alphas = tuple(f"alpha_{n}" for n in blocks) if len(model.alpha) > 1 else ()
         return replace(self, names=("level", "C", "T_d", *shape, *alphas, *(f"k_{n}" for n in blocks)))
 
-    def sided(self) -> BalanceCoordinates:
+    def sided(self) -> Self:
         """Return the coordinates, and the difference between the directions."""
         return replace(self, names=(*self.names, "side"))
 
@@ -328,7 +326,7 @@ class BalanceCoordinates:
         shares, C = tuple(value / sum(alpha) for value in alpha), m.C * level * self._factor(x, "C")
         return GMS(static=replace(static, F_c=F_c, F_s=F_s, v_s=v_s, delta=delta), alpha=shares, k=k, C=C)
 
-    def moved(self, other: BalanceCoordinates, x: Real) -> Real:
+    def moved(self, other: "BalanceCoordinates", x: Real) -> Real:
         """Return the point in these coordinates for a point in others about the same nominal model."""
         found = np.zeros(len(self.names))
         for n, name in enumerate(self.names):
@@ -592,7 +590,7 @@ class Instruments:
     power: float  # Variance of an independent sample [V²]
 
     @classmethod
-    def of(cls, found: FittedBalance) -> Instruments:
+    def of(cls, found: FittedBalance) -> Self:
         """Return the instruments about a fit."""
         from scipy.signal import sosfiltfilt
 
@@ -662,7 +660,7 @@ class TunedEstimates:
     covariance: Covariance  # Covariance of the logarithms of the fitted parameters
     coordinates: Real  # Covariance of the coordinates that were searched, shape (p, p)
 
-    def at(self, friction: FrictionModel) -> TunedEstimates:
+    def at(self, friction: FrictionModel) -> Self:
         """Return the estimates with another nominal friction, in which differing values are marked as fixed."""
         negative, model = friction.negative if isinstance(friction, Directed) else None, gms_of(friction)
 

@@ -1,7 +1,5 @@
 """The low-pass Q of a disturbance observer."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi, sqrt
 
@@ -55,7 +53,7 @@ class QFilter:
         require_within(self, "Q", cutoff="(0, inf)")
 
     @classmethod
-    def of_bandwidth(cls, name: str, bandwidth: float) -> QFilter:
+    def of_bandwidth(cls, name: str, bandwidth: float) -> "QFilter":
         """Return the filter that has fallen by 3 dB at the bandwidth [Hz]."""
         return cls(name, bandwidth / cls(name, 1.0).bandwidth)
 

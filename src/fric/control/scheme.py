@@ -1,10 +1,8 @@
 """What a compensation scheme is: a friction model to feed forward, a controller, and further control blocks."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from fric.control import block_type
 from fric.control.base import ControlBlock
@@ -118,7 +116,7 @@ class Scheme:
         return {key: value for key, value in given.items() if value is not None and (key, value) != ("joint", False)}
 
     @classmethod
-    def of(cls, given: Mapping[str, Any]) -> Scheme:
+    def of(cls, given: Mapping[str, Any]) -> Self:
         """Return the scheme from plain values; ``observer: true`` is from files before there were blocks."""
         values = dict(given)
         blocks = tuple(str(name) for name in values.pop("blocks", ()))

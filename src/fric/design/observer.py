@@ -1,7 +1,5 @@
 """The disturbance observer: how far Q may reach by what the nominal plant leaves out, eqs. (7) and (8), and by Ms."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf
@@ -65,7 +63,7 @@ class Perturbation:
         """|Delta| with its confidence taken in, shape (n,)."""
         return np.abs(self.Delta) + self.radius
 
-    def sure(self) -> Perturbation:
+    def sure(self) -> "Perturbation":
         """Return it by the lines alone that are known well, to `SURE` of G_n."""
         kept = self.radius < SURE
         parts = (self.frequency[kept], self.Delta[kept], self.radius[kept], self.ratio[kept])

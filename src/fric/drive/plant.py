@@ -1,7 +1,5 @@
 """The plant of one axis, eq. (1) of the paper."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -117,7 +115,7 @@ class SampledPlant:
     whole: int  # Whole samples of transport delay
 
     @classmethod
-    def of(cls, plant: LinearPlant, sampling: float) -> SampledPlant:
+    def of(cls, plant: LinearPlant, sampling: float) -> "SampledPlant":
         """Return the plant sampled at a rate [Hz]; raise `FricError` where T_d is shorter than half a sample."""
         T_s = 1.0 / sampling
         delay = plant.transport_delay(sampling)

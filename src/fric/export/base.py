@@ -1,7 +1,5 @@
 """The exported part of a machine (an axis under a scheme), targets that write it, their templates and manifest."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import textwrap
@@ -109,7 +107,7 @@ class ExportedPart:
     velocity_filter: float = 500.0  # corner of the low-pass behind the first difference of the encoder [Hz]
     K_p: float = float("nan")  # gain of the speed controller [V·s/m]
     K_i: float = float("nan")  # [V/m]
-    blocks: tuple[BlockPart, ...] = ()  # the scheme's, besides the controller
+    blocks: tuple["BlockPart", ...] = ()  # the scheme's, besides the controller
 
     @property
     def parameters(self) -> NDArray[Any]:

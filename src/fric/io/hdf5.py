@@ -1,7 +1,5 @@
 """Log files: HDF5 with ``fric = "log/1"``, one group a record, one chunked dataset a channel."""
 
-from __future__ import annotations
-
 import zlib
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -150,7 +148,7 @@ class LogWriter:
         found = {text(group.attrs, "sha256"): name for name, group in self._records.items()}
         return {digest: name for digest, name in found.items() if digest}
 
-    def create(self, name: str, **attributes: str | int | None) -> RecordWriter:
+    def create(self, name: str, **attributes: str | int | None) -> "RecordWriter":
         """Start a record; a name that is taken gets a number."""
         # to HDF5 '20 mm/s' is a group in a group, and '.' the group that holds it
         name = printable(name.replace("/", "\N{DIVISION SLASH}"), MOST_NAME).strip(" .") or "record"

@@ -5,8 +5,6 @@ velocity and with the acceleration; what is exact is a command. Each choice has 
 for the user to state.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -627,7 +625,7 @@ def _drives(
     return scores
 
 
-def _weighed(data: Samples, pairs: Pairs, n: int, movement: _Movement, motion: _Motion) -> tuple[float, int]:
+def _weighed(data: Samples, pairs: Pairs, n: int, movement: _Movement, motion: "_Motion") -> tuple[float, int]:
     """Return how much a column is the force of an axis, and its sign."""
     says = data.said[n]
     score, braking, sign = motion.score(data.x[:, n])

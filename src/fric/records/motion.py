@@ -1,9 +1,7 @@
 """The motion behind a quantised position, between encoder counts, and its reversals; zero-phase filters."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -226,7 +224,7 @@ class Conditioning:
     @classmethod
     def of(
         cls, sampling: float, cutoff: float | None = None, decimation: int | None = None, border: int | None = None
-    ) -> Conditioning:
+    ) -> Self:
         """Return the settings, with defaults for a sampling rate [Hz].
 
         The corner is five times the bandwidth of the motion, so that the filter leaves its acceleration alone; the

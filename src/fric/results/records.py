@@ -1,7 +1,5 @@
 """Records of a drive, and their uses."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -171,8 +169,8 @@ class Records(Result, Sequence[Record]):
     @overload
     def __getitem__(self, index: int) -> Record: ...
     @overload
-    def __getitem__(self, index: slice) -> Records: ...
-    def __getitem__(self, index: int | slice) -> Record | Records:
+    def __getitem__(self, index: slice) -> "Records": ...
+    def __getitem__(self, index: int | slice) -> "Record | Records":
         return Records(self.records[index]) if isinstance(index, slice) else self.records[index]
 
     def __len__(self) -> int:

@@ -5,8 +5,6 @@ within a revolution at 10 mm/s. So a glitch is the median of several runs, betwe
 between two counts (`Machine.placed`). Runs that are compared are made at the same places.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -71,7 +69,7 @@ class Chance:
         """Upper end of the interval."""
         return self.median + self.half
 
-    def __sub__(self, other: Chance) -> Chance:
+    def __sub__(self, other: "Chance") -> "Chance":
         """Return the difference, place by place; what does not depend on counts is the same at all."""
         return Chance(tuple(np.subtract(self.values, other.values).tolist()))
 
@@ -337,11 +335,11 @@ class CircleGrid:
         row, column = divmod(index, len(self.feeds))
         return Circle(self.radii[row], self.feeds[column], revolutions=1)
 
-    def not_run(self, index: int) -> Cell:
+    def not_run(self, index: int) -> "Cell":
         """Return the cell of a circle that was never begun."""
         return Cell(self.circle(index), np.full(len(self.schemes), np.nan), {})
 
-    def __call__(self, index: int) -> Cell:
+    def __call__(self, index: int) -> "Cell":
         """Run all schemes on one circle; a scheme that cannot run has no glitch, but a reason."""
         circle, glitches, why = self.circle(index), np.full(len(self.schemes), np.nan), {}
         for n, scheme in enumerate(self.schemes):

@@ -1,12 +1,10 @@
 """The paper's identification experiments on a virtual axis, and plans of them within the limits of an axis."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from inspect import signature
 from math import ceil
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
 
@@ -339,7 +337,7 @@ class Planned:
         settings: dict[str, Any] = dict(self.settings)
         return [] if self.kind == "circle" else trials_of_kind(axis, self.kind, **settings)
 
-    def changed(self, **settings: Setting) -> Planned:
+    def changed(self, **settings: Setting) -> Self:
         """Return the experiment with other settings."""
         return replace(self, settings={**self.settings, **settings})
 

@@ -1,12 +1,10 @@
 """The machine that is simulated: its axes, each with its true properties and the nominal models of its controller."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import isclose
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Protocol, Self, TypeAlias
 
 import fric
 from fric.control.cascade import Cascade
@@ -95,7 +93,7 @@ class Axis:
         known = ", ".join(self.nominal_friction.models) or "none"
         return f"axis {self.name}: plant {plant} (SI); friction {self.friction.name}, nominal friction {known}"
 
-    def believing(self, given: Belief) -> Axis:
+    def believing(self, given: Belief) -> Self:
         """Return the axis with other nominal models of its controller, as in `Machine.with_belief`."""
         if (of := getattr(given, "axis", self.name)) != self.name:
             raise FricError(f"axis {self.name} was given what is known of axis {of}")
@@ -117,7 +115,7 @@ class Axis:
         lead = self.nominal_friction.lead if asked is None else asked
         return (self.nominal or self.plant).T_d if lead == "auto" else lead
 
-    def placed(self, place: float) -> Axis:
+    def placed(self, place: float) -> Self:
         """Return the axis with position 0 elsewhere between two counts of its encoder, from 0 to 1."""
         return replace(self, encoder=replace(self.encoder, place=place))
 
@@ -182,7 +180,7 @@ class Machine:
         require_known(name, self.axes, "the machine has no axis", "Its axes are")
         return self.axes[name]
 
-    def with_belief(self, **beliefs: Belief | Sequence[Belief]) -> Machine:
+    def with_belief(self, **beliefs: Belief | Sequence[Belief]) -> Self:
         """Return the machine with other models in its controllers; its true axes do not change.
 
         beliefs: By axis: a friction model (or several by name) to feed forward, a nominal plant, a cascade, a
@@ -202,7 +200,7 @@ class Machine:
         """Write the machine as one file, which `fric.read_machine` and the command line read (`fric.write_machine`)."""
         fric.write_machine(self, path, force=force)
 
-    def placed(self, place: float) -> Machine:
+    def placed(self, place: float) -> Self:
         """Return the machine with another place of position 0 between two counts of its encoders, from 0 to 1.
 
         The n-th axis lies at n times the place, less whole counts: multiples of 1/5 put every axis on each of five

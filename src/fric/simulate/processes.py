@@ -4,8 +4,6 @@ Each machine is drawn and run by its number alone (`fric.simulate.spread`), so t
 digits on one core, on all of them, and on a Dask cluster (the extra ``dask``).
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import pickle
@@ -250,7 +248,7 @@ class Study:
         machine, drawn = draw_machine(self.machine, index, **{name: getattr(self, name) for name in names})
         return (machine if self.completion is None else self.completion(machine, index)), drawn
 
-    def __call__(self, index: int) -> Outcome:
+    def __call__(self, index: int) -> "Outcome":
         """Run all schemes on machine number ``index``; a scheme that cannot run has no glitch, but a reason."""
         count = len(self.schemes)
         quadrants, swings, saturated = np.full((count, 4), np.nan), np.full(count, np.nan), np.zeros(count, bool)

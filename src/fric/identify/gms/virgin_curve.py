@@ -18,8 +18,6 @@ N blocks with slip displacements ``d_1 < … < d_N`` give the curve ``V(z) = Σ 
 knots d_i, and concave exactly when every k_i is positive.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -195,7 +193,7 @@ class VirginCurve:
         at = int(np.argmax(below))
         return float(self.displacement[at]), max(float(below[at]), 0.0)
 
-    def without_cycles(self) -> Iterator[VirginCurve]:
+    def without_cycles(self) -> Iterator["VirginCurve"]:
         """Yield the curve with each cycle left out in turn."""
         for n in range(len(self.cycles)):
             rest = np.delete(self.cycles, n, axis=0)

@@ -1,7 +1,5 @@
 """The empirical frequency response of an excited axis, by whole periods or Welch's segments, and its uncertainty."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
@@ -39,7 +37,7 @@ class Spectra(NamedTuple):
     averages: float  # Independent rows, p less what overlapping segments share
     correlation: float  # Neighbouring lines that equal one independent line
 
-    def at(self, lines: Mask) -> Spectra:
+    def at(self, lines: Mask) -> "Spectra":
         """Return the chosen lines, shape (n,)."""
         driver, input, position = (x[:, lines] for x in (self.driver, self.input, self.position))
         return Spectra(self.frequency[lines], driver, input, position, self.averages, self.correlation)

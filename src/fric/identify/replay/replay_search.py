@@ -5,14 +5,12 @@ searched in its logarithm, a viscous coefficient linearly from zero, shares by t
 parameter that is never below another by the logarithm of their ratio. The records set the range of the search.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import exp, isfinite, isnan, log
 from operator import itemgetter
-from typing import Literal
+from typing import Literal, Self
 
 import nlopt
 import numpy as np
@@ -84,7 +82,7 @@ class Coordinates:
         held: Mapping[tuple[str, str], float],
         level: bool = False,
         negative: StaticMap | None = None,
-    ) -> Coordinates:
+    ) -> Self:
         """Return the coordinates of a model with all parameters free that are not fixed, and the level if requested."""
         free: list[Coordinate] = []
         for section, parameters in model.declared().items():
@@ -110,7 +108,7 @@ class Coordinates:
         """Upper bounds, shape (p,)."""
         return np.array([c.upper for c in self.free])
 
-    def without(self, index: int, value: float) -> Coordinates:
+    def without(self, index: int, value: float) -> Self:
         """Return the coordinates with the coordinate of a scalar parameter held at a value in SI."""
         c = self.free[index]
         held = {**self.held, (c.section, c.parameter.name): value}
@@ -318,7 +316,7 @@ class Search:
         model = self.coordinates.build(x)
         return self.projected([record.force - record.replay(model) for record in self.records])
 
-    def weighed(self, x: Real) -> Search:
+    def weighed(self, x: Real) -> Self:
         """Return the search with each sample weighted by its spread at a point, see `spread`."""
         model = self.coordinates.build(x)
         weights = [1.0 / spread(record, model) for record in self.records]

@@ -5,8 +5,6 @@ channel was sampled more slowly: no position is invented between counts of an en
 slowest channel. Channels sampled at other instants are interpolated linearly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
@@ -189,7 +187,7 @@ class _Stream:
         size, self._size = self._size, 0
         return size
 
-    def moved(self, where: str, lead: _Stream) -> list[Notice]:
+    def moved(self, where: str, lead: "_Stream") -> list[Notice]:
         """Return a warning about the shift of samples to the clock of another part; none where they lie on it."""
         if self._most <= SAME_INSTANT * min(self.interval, lead.interval):
             return []
