@@ -260,7 +260,7 @@ def test_a_limit_of_an_observer_is_a_number_or_none(tmp_path, frequency):
     if frequency == "null":
         assert "cutoff" in render_report(collect([file]))
     else:
-        with pytest.raises(FricError, match="frequency: 2 values where one is expected"):
+        with pytest.raises(FricError, match="frequency: a list of 2 where one value is expected"):
             collect([file])
 
 

@@ -130,7 +130,7 @@ def test_an_option_that_no_machine_has_is_refused(given: str | float, dimension:
 
 
 def test_a_list_in_place_of_a_parameter_of_a_block() -> None:
-    with pytest.raises(ValueError, match="2 values where one is expected"):
+    with pytest.raises(ValueError, match="a list of 2 where one value is expected"):
         block_values("kalman", {"cutoff": {"value": [1.0, 2.0], "unit": "Hz"}}, "linear", "x")
 
 

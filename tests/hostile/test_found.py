@@ -437,7 +437,7 @@ def test_a_setting_of_a_plan_has_as_many_values_as_its_experiment_takes() -> Non
     plan = PlanDocument.model_validate({"fric": "plan/1", "axis": "x", "limits": limits, "experiments": [part]})
     assert plan.planned()[0].settings == {"peaks": (0.005,), "lines": 3}
     part["settings"] = {"ramp": {"value": [0.1, 0.2], "unit": "s"}}
-    with pytest.raises(ValidationError, match="2 values where one is expected"):
+    with pytest.raises(ValidationError, match="a list of 2 where one value is expected"):
         PlanDocument.model_validate({"fric": "plan/1", "axis": "x", "limits": limits, "experiments": [part]})
 
 

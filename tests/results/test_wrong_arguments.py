@@ -135,5 +135,5 @@ def test_a_name_that_is_not_there_is_answered_with_the_like_one():
 def test_a_list_where_a_document_has_one_number_is_named(tmp_path):
     file = tmp_path / "schemes.yaml"
     file.write_text("fric: schemes/1\nschemes:\n  a:\n    lead: {value: [1, 2], unit: ms}\n")
-    with pytest.raises(FricError, match=r"schemes\.yaml.*schemes\.a: 2 values where one is expected"):
+    with pytest.raises(FricError, match=r"schemes\.yaml.*schemes\.a: a list of 2 where one value is expected"):
         fric.read_schemes(file)

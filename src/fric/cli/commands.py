@@ -168,7 +168,8 @@ EXPORT = Command(
         "single": "--float", "nominal_files": "--friction --with", "known": "--schemes", "circles": "--circle",
         "drawn": "--run",
     },
-    without=["trial"], helps={"force": "Replace files that exist, and export what is not to be trusted."},
+    without=["trial"], doing="circles",
+    helps={"force": "Replace files that exist, and export what is not to be trusted."},
     terminal=[parameter("try_it", Annotated[bool, option(
         "linuxcnc, from a checkout of fric: run circles in LinuxCNC, beside their simulation.", "--try"
     )], False)],

@@ -240,7 +240,7 @@ def single(found: dict[str, Given]) -> dict[str, Given]:
     for name, quantity in found.items():
         if isinstance(quantity.value, tuple | list):
             count = len(quantity.value)
-            raise ValueError(f"{name}: {count} values where one is expected\nGive one number with its unit.")
+            raise ValueError(f"{name}: a list of {count} where one value is expected\nGive one number with its unit.")
     return found
 
 

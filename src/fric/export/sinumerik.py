@@ -9,7 +9,7 @@ with ``e = exp(-(t - t_0)/T)``: a decay of K_p/K_i turns it into a step of volta
 acceleration at the reversal: it rises to its maximum at ACCEL1, stays until ACCEL2, falls to its minimum at ACCEL3.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from math import inf
@@ -85,19 +85,38 @@ def flat(amplitude: float, decay: float) -> Pulse:
     return Pulse(amplitude, amplitude, decay, 0.5 * least, 2 * most, 4 * most)
 
 
-def fitted(axis: Axis, part: ExportedPart) -> tuple[Pulse, list[float]]:
+def glitches_of(axis: Axis, part: ExportedPart, advance: Callable[[], None]) -> Callable[..., float]:
+    """Return a function of pulse, feed [m/s] and the encoder's place between two counts: the glitch [m] of a circle.
+
+    Of 30 mm, by simulation, once for each: with the pulse, or, where it is None, with the friction model fed forward.
+    ``advance`` is called after each.
+    """
+
+    @cache
+    def left_over(pulse: Pulse | None, feed: float, place: float = axis.encoder.place) -> float:
+        motion, other = _asked(feed, part.sampling)
+        scheme, placed = PAPER_SCHEMES["c" if part.model.name == "gms" else "b"], axis.placed(place)
+        if pulse is not None:
+            scheme = replace(scheme, friction=None, blocks=("reversal-pulse",))
+            at_once = replace(axis.nominal_friction, lead=0.0)
+            placed = replace(placed, nominal_friction=at_once, blocks={"reversal-pulse": as_block(part, pulse)})
+        run = run_axis(placed, motion, scheme, accuracy=ACCURACY)
+        advance()
+        quadrants = circularity(run.position, other.position, RADIUS).quadrants
+        return max(abs(quadrants[0]), abs(quadrants[2]))
+
+    return left_over
+
+
+def fitted(part: ExportedPart, left_over: Callable[..., float]) -> tuple[Pulse, list[float]]:
     """Return the characteristic with the least error on the circles of `FEEDS`, and the best amplitude of each [m/s].
 
     By simulation. For each decay the amplitude follows from the friction model after the fastest reversal; then
     amplitudes are tried about it at each feed. The characteristic passes through the best of each, or is flat,
-    whichever is better over all feeds beyond chance.
+    whichever is better over all feeds beyond chance; ``left_over`` as of `glitches_of`.
     """
     rise = rise_of(part)
     t = np.arange(len(rise)) / part.sampling
-
-    @cache
-    def at(pulse: Pulse, feed: float) -> float:
-        return left_over(axis, part, pulse, feed)
 
     def begun(decay: float) -> Pulse:
         pulse = through_controller(part, decay, t)
@@ -109,7 +128,7 @@ def fitted(axis: Axis, part: ExportedPart) -> tuple[Pulse, list[float]]:
         for pulse in pulses:
             total = 0.0
             for feed in FEEDS:
-                total += at(pulse, feed)
+                total += left_over(pulse, feed)
                 if total >= bound:
                     break
             else:
@@ -117,11 +136,11 @@ def fitted(axis: Axis, part: ExportedPart) -> tuple[Pulse, list[float]]:
         return best
 
     best = least(map(begun, map(float, DECAYS[::-1])))  # long pulses are usual: they leave little early
-    places = np.array([[left_over(axis.placed(n / PLACES), part, best, feed) for feed in FEEDS] for n in range(PLACES)])
+    places = np.array([[left_over(best, feed, n / PLACES) for feed in FEEDS] for n in range(PLACES)])
     chance = Chance(tuple(places.sum(axis=1))).half
     tried = [flat(float(share) * best.largest, best.decay) for share in SHARES]
     alone = [
-        tried[simplest([at(pulse, feed) for pulse in tried], Chance(tuple(each)).half)].largest
+        tried[simplest([left_over(pulse, feed) for pulse in tried], Chance(tuple(each)).half)].largest
         for feed, each in zip(FEEDS, places.T, strict=True)
     ]
     plain = least(tried, chance)
@@ -143,25 +162,13 @@ def as_block(part: ExportedPart, pulse: Pulse) -> dict[str, float]:
     }  # fmt: skip
 
 
-def left_over(axis: Axis, part: ExportedPart, pulse: Pulse | None, feed: float) -> float:
-    """Return the glitch [m] of a circle of 30 mm with the pulse, or without one with the friction model fed forward."""
-    motion, other = _asked(feed, part.sampling)
-    scheme = PAPER_SCHEMES["c" if part.model.name == "gms" else "b"]
-    if pulse is not None:
-        scheme = replace(scheme, friction=None, blocks=("reversal-pulse",))
-        at_once = replace(axis.nominal_friction, lead=0.0)
-        axis = replace(axis, nominal_friction=at_once, blocks={"reversal-pulse": as_block(part, pulse)})
-    run = run_axis(axis, motion, scheme, accuracy=ACCURACY)
-    quadrants = circularity(run.position, other.position, RADIUS).quadrants
-    return max(abs(quadrants[0]), abs(quadrants[2]))
-
-
-def sinumerik_files(part: ExportedPart, *, machine: Machine) -> Files:
+def sinumerik_files(part: ExportedPart, *, machine: Machine, advance: Callable[[], None]) -> Files:
     """Return the machine data as assignments, and a page with the simulated glitches."""
     if rotates(part.motion):
         raise FricError("the target sinumerik is for linear axes", hint="Export to c or st.")
     axis = machine.axis(part.axis)
-    pulse, alone = fitted(axis, part)
+    left_over = glitches_of(axis, part, advance)
+    pulse, alone = fitted(part, left_over)
     per_minute = 6e4  # mm/min in m/s
     data: list[tuple[str, Any, str]] = [
         ("MA_FRICT_COMP_MODE", 1, "32490: friction compensation with a constant or adaptive value"),
@@ -182,7 +189,7 @@ def sinumerik_files(part: ExportedPart, *, machine: Machine) -> Files:
     for feed in FEEDS:
         places = [n / PLACES for n in range(PLACES)] if feed < SLOW else [0.0]  # where it depends on these
         left = (
-            f"{Chance(tuple(left_over(axis.placed(place), part, program, feed) for place in places), 0.0).text()} µm"
+            f"{Chance(tuple(left_over(program, feed, place) for place in places), 0.0).text()} µm"
             for program in (idle, pulse, None)
         )
         table.append(f"| {1e3 * feed:g} mm/s | {' | '.join(left)} |")
@@ -199,5 +206,8 @@ def sinumerik_files(part: ExportedPart, *, machine: Machine) -> Files:
 
 
 TARGET = Target(
-    "sinumerik", "machine data of friction compensation at reversals", sinumerik_files, options=frozenset({"machine"})
+    "sinumerik",
+    "machine data of friction compensation at reversals",
+    sinumerik_files,
+    frozenset({"machine", "advance"}),
 )

@@ -210,9 +210,8 @@ def export_axis(
         notices = axis_notices(read_machine_document(file, nominal_files), axis)
         made_from = sources([file, *(Path(text.partition("=")[2]) for text in nominal_files)])
     made = compensation_of(subject, axis, wanted) if part == "compensation" else machine_of(subject, axis)
-    options: dict[str, Any] = {"single": True} if single else {}
-    options |= {"machine": subject} if "machine" in chosen.options else {}
-    files = chosen.files(made, **options)
+    options = {"single": single, "machine": subject, "advance": advance}
+    files = chosen.files(made, **{name: value for name, value in options.items() if name in chosen.options})
     against, distrust = list[Notice](), list[Notice]()
     if part == "compensation":
         drawings = [_drawing(Path(path), subject, wanted, axis) for path in drawn]
