@@ -121,7 +121,9 @@ def gms() -> Any:
 def exported(target: str) -> Any:
     with pytest.MonkeyPatch.context() as patch:  # whether it is to be trusted is of no matter here
         patch.setattr("fric.results.export.trust_of", lambda *given, **known: ([], []))
-        patch.setattr("fric.export.sinumerik.glitches_of", lambda *given: lambda *run: 1e-6)  # nor is what its pulses leave
+        patch.setattr(
+            "fric.export.sinumerik.glitches_of", lambda *given: lambda *run: 1e-6
+        )  # nor is what its pulses leave
         return export_axis(target, "xy-table", axis="x", scheme="f")
 
 
