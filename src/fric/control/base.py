@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 
@@ -11,10 +11,12 @@ from fric.arrays import Real
 from fric.drive.plant import LinearPlant
 from fric.errors import require_known
 from fric.friction import FrictionModel
-from fric.friction.base import Parametrised
+from fric.friction.base import Parameter, Parametrised
 from fric.kernels.block import BlockStep
 from fric.kernels.loop import CONTROLLER, FEEDFORWARD, OBSERVER, Block
 from fric.reference import Reference
+from fric.series import GAIN
+from fric.verb import require_within
 
 Kind = Literal["controller", "feedforward", "observer"]
 """controller
@@ -47,7 +49,7 @@ class Setting:
     """
 
     plant: LinearPlant
-    cascade: Any  # a Cascade, whose module imports this one
+    cascade: "CascadeGains"
     friction: FrictionModel | None = None
     models: Mapping[str, FrictionModel] = field(default_factory=dict)
     gain: float = 1.0
@@ -146,3 +148,26 @@ class ControlBlock(Parametrised):
         """Return the block as the loop runs it."""
         state, parameters = (np.ascontiguousarray(made(setting), float) for made in (self.initial_state, self.packed))
         return Block(type(self).step, ROLES[self.kind], state, parameters)
+
+
+@dataclass(frozen=True)
+class CascadeGains(ControlBlock):
+    """The gains of an axis' cascade, which other blocks are designed for; see `fric.control.cascade.Cascade`."""
+
+    K_v: Annotated[float, "rate", Parameter("rate", doc="position gain")]
+    K_p: Annotated[float, "velocity gain", Parameter("velocity gain", doc="proportional velocity gain")]
+    K_i: Annotated[float, "position gain", Parameter("position gain", doc="integral velocity gain")]
+    velocity_filter: Annotated[float, "frequency", Parameter("frequency", doc="corner of the low-pass on the velocity")]
+    sampling: Annotated[float, "frequency"]
+    limit: Annotated[float, "input"] = float("inf")
+    velocity_feedforward: Annotated[float, "ratio"] = 1.0
+
+    def __post_init__(self) -> None:
+        gains = dict.fromkeys(("K_v", "K_p", "velocity_filter", "sampling"), f"(0, {GAIN}]")
+        others = {"K_i": f"[0, {GAIN}]", "limit": "(0, inf]", "velocity_feedforward": "[0, 2]"}
+        require_within(self, "the controller", **gains, **others)
+
+    @property
+    def T_s(self) -> float:
+        """Sampling period [s]."""
+        return 1.0 / self.sampling

@@ -1,17 +1,14 @@
 """The cascade controller of one axis: position P, velocity PI."""
 
 from dataclasses import dataclass
-from typing import Annotated, Self
+from typing import Self
 
 import numpy as np
 
 from fric.arrays import Real
-from fric.control.base import ControlBlock, Setting
+from fric.control.base import CascadeGains, Setting
 from fric.drive.sensing import low_pass_pole
-from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
-from fric.series import GAIN
-from fric.verb import require_within
 
 SEEN, FILTERED, INTEGRAL, PENDING = range(4)
 
@@ -32,7 +29,7 @@ def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> 
 
 
 @dataclass(frozen=True)
-class Cascade(ControlBlock):
+class Cascade(CascadeGains):
     """Position P, velocity PI, with velocity and inverse-model feedforward (Fig. 6 of the paper).
 
     ::
@@ -62,24 +59,6 @@ class Cascade(ControlBlock):
     linear = True
     asks = "the position, a velocity from its first difference, four states"
     step = _step
-
-    K_v: Annotated[float, "rate", Parameter("rate", doc="position gain")]
-    K_p: Annotated[float, "velocity gain", Parameter("velocity gain", doc="proportional velocity gain")]
-    K_i: Annotated[float, "position gain", Parameter("position gain", doc="integral velocity gain")]
-    velocity_filter: Annotated[float, "frequency", Parameter("frequency", doc="corner of the low-pass on the velocity")]
-    sampling: Annotated[float, "frequency"]
-    limit: Annotated[float, "input"] = float("inf")
-    velocity_feedforward: Annotated[float, "ratio"] = 1.0
-
-    def __post_init__(self) -> None:
-        gains = dict.fromkeys(("K_v", "K_p", "velocity_filter", "sampling"), f"(0, {GAIN}]")
-        others = {"K_i": f"[0, {GAIN}]", "limit": "(0, inf]", "velocity_feedforward": "[0, 2]"}
-        require_within(self, "the controller", **gains, **others)
-
-    @property
-    def T_s(self) -> float:
-        """Sampling period [s]."""
-        return 1.0 / self.sampling
 
     def followed(self, reference: Real) -> Real:
         """Return the motion of a perfect axis, ``(K_v + share·s)/(K_v + s)`` times a reference that begins at rest.

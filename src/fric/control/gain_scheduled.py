@@ -31,7 +31,6 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
-from fric.control.cascade import Cascade
 from fric.errors import FricError
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
@@ -119,7 +118,7 @@ class GainScheduled(ControlBlock):
 
     def packed(self, setting: Setting) -> Real:
         """Return the cascade's gains, what is added to them, and the schedule."""
-        cascade = Cascade.designed(setting).packed(setting)
+        cascade = setting.cascade.packed(setting)
         return np.concatenate(
             [cascade, [self.proportional, self.integral, self.carried], self.schedule(setting).ravel()]
         )
