@@ -85,15 +85,15 @@ def missing(path: Path, names: Sequence[str] = ()) -> FricError:
 
 @contextmanager
 def foreign(path: Path | str, hint: str = "Make it again.", *, lacking: bool = False) -> Iterator[None]:
-    """Report what another library raises while it reads a file as damage of that file.
+    """Report what another library raises while it reads a file as damage of that file; errors without a place get it.
 
     An exception that arises in fric itself is a bug and is not changed. The exceptions are a missing key and a value of
     the wrong shape where ``lacking`` is set, for lines that read a file which fric wrote.
     """
     try:
         yield
-    except FricError:
-        raise
+    except FricError as error:
+        raise error if error.where else error.at(str(path)) from None
     except MemoryError:
         raise FricError("asks for more memory than there is", where=str(path), hint=hint) from None
     except Exception as error:

@@ -202,7 +202,7 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     if clock.column is None and clock.unit:
         t = t * parse(clock.unit, "time")
     pairs = Pairs(data, t, clock)
-    movements = [_movement(data, t, pairs, members) for members in _clusters(data, pairs)] or _by_velocity(data)
+    movements = [_movement(data, pairs, members) for members in _clusters(data, pairs)] or _by_velocity(data)
     if not movements:
         return [AxisColumns("1", "linear", 0.5, {"time": clock} if clock.column is not None else {})]
     _refuse_many(tables[0], moving * len(movements), MOST_WEIGHED)
@@ -514,11 +514,11 @@ class _Movement:
         return self.roles[channel].column if channel in self.roles else None
 
 
-def _movement(data: Samples, t: Real, pairs: Pairs, members: list[int]) -> _Movement:
+def _movement(data: Samples, pairs: Pairs, members: list[int]) -> _Movement:
     """Return the channels of an axis by its positions."""
     at_load = [n for n in members if not data.said[n].commanded and data.said[n].at_load]
     load = at_load[0] if at_load and len(members) > len(at_load) else None
-    position, reference, sure = _actual(data, t, [n for n in members if load is None or n not in at_load])
+    position, reference, sure = _actual(data, [n for n in members if load is None or n not in at_load])
     speeds = [int(v) for v in np.flatnonzero(pairs.edge[members].any(axis=0)) if v not in members]
     speeds = [v for v in speeds if not any(pairs.edge[u, v] and not pairs.edge[v, u] for u in speeds)]
     speeds = [
@@ -555,7 +555,7 @@ def _is_difference(data: Samples, n: int, reference: int, position: int) -> bool
     return bool(decade and left.var() < 0.1 * y.var())
 
 
-def _actual(data: Samples, t: Real, members: list[int]) -> tuple[int, int | None, float]:
+def _actual(data: Samples, members: list[int]) -> tuple[int, int | None, float]:
     """Return which of the positions of an axis was measured, which was commanded, and how sure that is."""
     commanded = [n for n in members if data.said[n].commanded]
     if len(members) > 1 and not commanded and all(data.said[n].quantity == "position" for n in members):

@@ -77,7 +77,7 @@ def smooth_motion(time: Real, position: Real) -> Motion:
     return Motion(t, spline(t), spline(t, 1), spline(t, 2), step)
 
 
-def between_samples(time: Real, position: Real) -> Mask:
+def between_samples(position: Real) -> Mask:
     """Return the samples at which the speed changes between samples, shape (n,); none where few do.
 
     A ramp that lasts a sample or two shows neither its acceleration nor when the motion began: there, neighbours do not

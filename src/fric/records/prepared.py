@@ -274,7 +274,7 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
         raise FricError("the force does not change", where=log.where, hint=hint)
     position = travelled(log)
     moves = filters is not None or kind in {"motion", "constant-velocity"}
-    hidden = between_samples(log.time, position) if moves else np.zeros(len(log), bool)
+    hidden = between_samples(position) if moves else np.zeros(len(log), bool)
     if filters is None and kind == "constant-velocity" and hidden.any():  # no mass is seen, and reversals are needed
         moves, hidden = False, np.zeros(len(log), bool)
     with found_in(log.where):

@@ -36,7 +36,7 @@ def recognises(path: Path, head: bytes) -> float:
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Refuse the file: it has no trace."""
     hint = f"See them beside those of the circle: `fric diagnose CIRCLE.h5 --reported {path}`."
-    raise FricError("holds the figures of a ball bar, and no trace", where=str(path), hint=hint)
+    raise FricError("holds the figures of a ball bar, and no trace", hint=hint)
 
 
 def figures(path: Path) -> tuple[tuple[str, str], dict[str, Estimate]]:

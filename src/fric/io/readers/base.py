@@ -94,15 +94,13 @@ def warned(path: Path, notices: list[Notice]) -> Iterator[None]:
         notices.append(LIBRARY_WARNS.found(str(path), message=printable(str(warning.message), 160)))
 
 
-def library(form: Format, path: Path) -> Any:
+def library(form: Format) -> Any:
     """Return the module that reads a format."""
     try:
         return import_module(form.module)
     except ImportError:
-        raise FricError(
-            f"{form.name} needs {form.module.partition('.')[0]}, which is not installed", where=str(path),
-            hint=f"pip install 'fric[{form.extra}]'",
-        ) from None  # fmt: skip
+        what = f"{form.name} needs {form.module.partition('.')[0]}, which is not installed"
+        raise FricError(what, hint=f"pip install 'fric[{form.extra}]'") from None
 
 
 class Column(NamedTuple):

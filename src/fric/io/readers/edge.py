@@ -58,7 +58,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
         moves = list(range(len(whole.columns)))
     addresses = [column.name for column in whole.columns]
     if "CYCLE" not in addresses:
-        raise FricError("lacks the column CYCLE", where=str(path), hint="Export the recording again, with CYCLE.")
+        raise FricError("lacks the column CYCLE", hint="Export the recording again, with CYCLE.")
     found: dict[str, dict[str, int]] = {}
     for n in moves:  # axes that a machine lacks are listed too, and stay at zero
         name, _, axis = addresses[n].partition("|")
@@ -66,10 +66,8 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
             found.setdefault(axis, {}).setdefault(name, n)
     found = {axis: members for axis, members in found.items() if {"position", "force"} <= _channels(members).keys()}
     if not found:
-        raise FricError(
-            "records no axis that moves with its torque, current or load", where=str(path),
-            hint="Record ENC_POS, DES_POS and CURRENT of an axis.",
-        )  # fmt: skip
+        what = "records no axis that moves with its torque, current or load"
+        raise FricError(what, hint="Record ENC_POS, DES_POS and CURRENT of an axis.")
     said = [] if step else [CYCLE_ASSUMED.found(str(path), interval=CYCLE_MS)]
     named = {axis: names.get(axis) or f"axis{axis}" for axis in found}
     for axis, members in found.items():
@@ -107,7 +105,7 @@ def _unit(name: str, axis: str) -> str | None:
 def _recording(path: Path) -> tuple[Memory, dict[str, str], float]:
     """Return the rows of a recording, the names of its axes by their numbers, and the sampling interval [ms]."""
     text = regular(path, LARGEST_FILE).read_text(encoding="utf-8-sig", errors="replace")
-    header, _ = _decoded(path, text, _begin(path, text, "Header"))
+    header, _ = _decoded(path, text, _begin(text, "Header"))
     columns, names = list[Column](), dict[str, str]()
     for signal in _listed(header, "SignalListHFData"):
         about = signal if isinstance(signal, dict) else {}
@@ -115,16 +113,15 @@ def _recording(path: Path) -> tuple[Memory, dict[str, str], float]:
         names.setdefault(columns[-1].name.partition("|")[2], str(about.get("Axis") or "").lower())
     rows, step = _rows(path, text, len(columns)), header.get("CycleTimeMs", CYCLE_MS)
     if type(step) not in (int, float) or not 1e-3 <= step <= 1e4:
-        raise FricError(f"has a CycleTimeMs of {json.dumps(step)[:20]}", where=str(path),
-                        hint="Export the recording again.")  # fmt: skip
+        raise FricError(f"has a CycleTimeMs of {json.dumps(step)[:20]}", hint="Export the recording again.")
     return Memory(path, tuple(columns), [*rows.T]), names, float(step)
 
 
-def _begin(path: Path, text: str, key: str) -> int:
+def _begin(text: str, key: str) -> int:
     """Return the place at which the value of a key of the file begins."""
     found = re.search(rf'"{key}"\s*:\s*', text)
     if found is None:
-        raise FricError(f"has no {key}", where=str(path), hint="Export the recording again.")
+        raise FricError(f"has no {key}", hint="Export the recording again.")
     return found.end()
 
 
@@ -137,8 +134,7 @@ def _decoded(path: Path, text: str, place: int) -> tuple[dict[str, Any], int]:
         raise FricError("is cut off, or no JSON", where=f"{path}, line {line}",
                         hint="Export the recording again.") from None  # fmt: skip
     if not isinstance(found, dict):
-        raise FricError(f"has {json.dumps(found)[:40]} in place of an object", where=str(path),
-                        hint="Export the recording again.")  # fmt: skip
+        raise FricError(f"has {json.dumps(found)[:40]} in place of an object", hint="Export the recording again.")
     return found, end
 
 
@@ -149,7 +145,7 @@ def _listed(holder: dict[str, Any], key: str) -> list[Any]:
 
 def _rows(path: Path, text: str, columns: int) -> Real:
     """Return the rows of the fast signals, NaN where a cell is no number."""
-    place, numbers, row = _begin(path, text, "Payload") + 1, array("d"), 0
+    place, numbers, row = _begin(text, "Payload") + 1, array("d"), 0
     while True:
         while text[place : place + 1] in set(" ,\r\n\t"):
             place += 1
@@ -163,5 +159,5 @@ def _rows(path: Path, text: str, columns: int) -> Real:
                                 hint="Export the recording again.")  # fmt: skip
             numbers.extend(float(cell) if type(cell) in (int, float) else np.nan for cell in cells)
     if not row:
-        raise FricError("holds no samples", where=str(path), hint="Export the recording again, with its fast data.")
+        raise FricError("holds no samples", hint="Export the recording again, with its fast data.")
     return np.frombuffer(numbers).reshape(row, columns)

@@ -32,7 +32,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     period = int(found[1]) * 1e-9 if found else 0.0
     rows = [line.split() for line in content.decode("utf-8", "replace").splitlines()[1:] if line.strip()]
     if not rows or not period:
-        raise FricError("holds no samples", where=str(path), hint="Save the record again.")
+        raise FricError("holds no samples", hint="Save the record again.")
     names = rows[0][0::2]
     samples = []
     for n, row in enumerate(rows, 2):

@@ -101,7 +101,7 @@ def _refuse_large(path: Path) -> None:
             file.seek(max(stored - 64, 0), io.SEEK_CUR)
     if declared > MOST_UNPACKED:
         raise FricError(
-            f"unpacks to {declared / 1e6:.0f} MB, and {MOST_UNPACKED / 1e6:.0f} MB are read at most", where=str(path),
+            f"unpacks to {declared / 1e6:.0f} MB, and {MOST_UNPACKED / 1e6:.0f} MB are read at most",
             hint="Save it with -v7.3, or only what is needed of it.",
         )  # fmt: skip
 
@@ -118,7 +118,7 @@ def _load(path: Path, changed: int, size: int) -> dict[str, Any]:
     except (EOFError, pickle.UnpicklingError):
         found = "it ends the program that reads it"
     if isinstance(found, str):
-        raise FricError(f"is no whole MATLAB file ({found})", where=str(path), hint=_AGAIN)
+        raise FricError(f"is no whole MATLAB file ({found})", hint=_AGAIN)
     return {name: value for name, value in found.items() if not name.startswith("__")}
 
 
@@ -199,7 +199,7 @@ def tables_of(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable
         _take_apart(name, value, columns, constants)
     if not columns:
         raise FricError(
-            "holds no vector of numbers", where=str(path),
+            "holds no vector of numbers",
             hint="Objects such as timeseries and timetable are not read: save their arrays.",
         )  # fmt: skip
     records = _records(columns)

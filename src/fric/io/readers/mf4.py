@@ -28,11 +28,11 @@ def recognises(path: Path, head: bytes) -> float:
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a measurement: one table; its groups, each with a separate time, are resampled to a common clock."""
-    asammdf = library(FORMAT, path)
+    asammdf = library(FORMAT)
     with heard(FORMAT, path) as notices, path.open("rb") as file:
         head = file.read(68)
         if head[64:] != b"##HD":
-            raise FricError("is no whole measurement", where=str(path), hint="Export it again.")
+            raise FricError("is no whole measurement", hint="Export it again.")
         # the library copies an unfinished measurement, and finishes the copy
         with _opened(asammdf, path if head.startswith(b"UnFin") else file) as measurement:
             sizes = [group.channel_group for group in measurement.groups]
@@ -41,7 +41,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
                 for channel in group.channels:
                     if 8 * channel.byte_offset + channel.bit_offset + channel.bit_count > 8 * size.samples_byte_nr:
                         what = f"is damaged: channel '{channel.name}' begins beyond its records"
-                        raise FricError(what, where=str(path), hint="Export it again.")
+                        raise FricError(what, hint="Export it again.")
             yield _table(path, measurement, notices)
 
 
@@ -65,7 +65,7 @@ def _opened(asammdf: Any, source: Any) -> Any:
 def _table(path: Path, measurement: Any, notices: list[Notice]) -> ForeignTable:
     parts = [part for n in range(len(measurement.groups)) if (part := _part(path, measurement, n)) is not None]
     if not parts:
-        raise FricError("holds no channel of numbers over time", where=str(path), hint="Export it again.")
+        raise FricError("holds no channel of numbers over time", hint="Export it again.")
     return Joined(path, parts, {"start": str(measurement.start_time)}, notices=notices)
 
 

@@ -44,10 +44,10 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a file: a frequency response, of the axis where the ratio of its gear is there, else of the motor."""
     root = read_xml(path, MOST_BYTES)
     tuned = _named(root, "FrequencyResponseFunction", "m_pPlant")
-    f, response, coherence = _measured(path, root) if tuned is None else _of_tuning(path, root, tuned)
+    f, response, coherence = _measured(root) if tuned is None else _of_tuning(root, tuned)
     good = np.isfinite(response) & (response != 0.0) & (f > 0.0) & (coherence > 0.0)
     if np.count_nonzero(good) < 3:
-        raise FricError("holds no frequency response", where=str(path), hint=AGAIN)
+        raise FricError("holds no frequency response", hint=AGAIN)
     f, response, coherence = f[good], response[good], coherence[good]
     ratio, linear = _gear(root)
     # of a set speed 1 V stands for 1 m/s or rad/s of the axis; of a torque for 1 N*m of the motor
@@ -98,28 +98,28 @@ def cascade_of(path: Path, position_gain: float | None) -> tuple[str, Motion, Ca
     )
 
 
-def _measured(path: Path, root: Element) -> tuple[Real, Complex, Real]:
+def _measured(root: Element) -> tuple[Real, Complex, Real]:
     """Return frequencies [Hz], response and coherence of a measurement from set speed to speed; 1 where it has none.
 
     Of n spectra noise has a coherence of 1/n: what is above is left.
     """
     nodes = {int(_number(node, "m_uNodeId")): node for node in root.iter("PlatformSignalNode")}
     if not {SPEED, SET_SPEED} <= nodes.keys():
-        raise FricError(f"measures the signals {', '.join(map(str, nodes)) or '(none)'}", where=str(path),
-                        hint="Measure the speed control loop: actual speed over speed set point.")  # fmt: skip
+        what = f"measures the signals {', '.join(map(str, nodes)) or '(none)'}"
+        raise FricError(what, hint="Measure the speed control loop: actual speed over speed set point.")
     spectra, f, count = dict[tuple[int, int], Complex](), np.empty(0), 1.0
     for info in root.iter("SigNodeCrossSpectrumInfo"):
-        if len(values := _array(path, info, "m_ValueVector")):
-            f, count = _array(path, info, "m_FrequencyVector").real, _number(info, "m_uNumSpectraInAvg")
+        if len(values := _array(info, "m_ValueVector")):
+            f, count = _array(info, "m_FrequencyVector").real, _number(info, "m_uNumSpectraInAvg")
             first, second = int(_number(info, "m_uSignodeId")), int(_number(info, "m_uSecondId"))
             spectra[first, second or first] = values
     u, y, across = (SET_SPEED,) * 2, (SPEED,) * 2, (SET_SPEED, SPEED)
     if across not in spectra and across[::-1] in spectra:
         spectra[across] = np.conj(spectra[across[::-1]])
     if not {u, y, across} <= spectra.keys():
-        spectra, f, count = _transformed(path, nodes)
+        spectra, f, count = _transformed(nodes)
     if len({len(f), *(len(spectra[pair]) for pair in (u, y, across))}) > 1:
-        raise FricError("holds spectra of different lengths", where=str(path), hint=AGAIN)
+        raise FricError("holds spectra of different lengths", hint=AGAIN)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         response, power = spectra[across] / spectra[u].real, spectra[u].real * spectra[y].real
         shared = np.nan_to_num(np.minimum(np.abs(spectra[across]) ** 2 / power, 1.0))
@@ -128,31 +128,31 @@ def _measured(path: Path, root: Element) -> tuple[Real, Complex, Real]:
     return f, response, (count * shared - 1.0) / (count - 1.0) if count > 1.0 else np.ones(len(f))
 
 
-def _transformed(path: Path, nodes: dict[int, Element]) -> tuple[dict[tuple[int, int], Complex], Real, float]:
+def _transformed(nodes: dict[int, Element]) -> tuple[dict[tuple[int, int], Complex], Real, float]:
     """Return the spectra of the time series, which are whole periods, their frequencies [Hz] and number."""
     series = {n: list(nodes[n].iter("TimeSeries")) for n in (SET_SPEED, SPEED)}
-    runs = {n: [_array(path, element, "m_ValueVector").real for element in found] for n, found in series.items()}
+    runs = {n: [_array(element, "m_ValueVector").real for element in found] for n, found in series.items()}
     lengths = [len(values) for found in runs.values() for values in found] or [0]
     end = _number(series[SPEED][0], "m_TimeVector.end") if series[SPEED] else 0.0
     n, count = lengths[0], len(runs[SPEED])
     if len(set(lengths)) > 1 or n < 8 or count != len(runs[SET_SPEED]) or end <= 0.0:
-        raise FricError("holds neither spectra nor time series of both speeds", where=str(path), hint=AGAIN)
+        raise FricError("holds neither spectra nor time series of both speeds", hint=AGAIN)
     lines = {k: np.fft.rfft(np.array(values), axis=1) for k, values in runs.items()}
     spectra = {(a, b): np.mean(np.conj(lines[a]) * lines[b], axis=0) for a in lines for b in lines}
     return spectra, np.arange(n // 2 + 1) * (n - 1) / (n * end), float(count)
 
 
-def _of_tuning(path: Path, root: Element, plant: Element) -> tuple[Real, Complex, Real]:
+def _of_tuning(root: Element, plant: Element) -> tuple[Real, Complex, Real]:
     """Return frequencies [Hz], the plant from torque to speed, and its coherence; 1 where it has none."""
-    f, values = _array(path, plant, "m_FrequencyVector").real, _array(path, plant, "m_ValueVector")
+    f, values = _array(plant, "m_FrequencyVector").real, _array(plant, "m_ValueVector")
     measured = _named(root, "FrequencyResponseFunction", "m_pMeasCoherence")
-    coherence = np.ones(len(f)) if measured is None else _array(path, measured, "m_ValueVector").real
+    coherence = np.ones(len(f)) if measured is None else _array(measured, "m_ValueVector").real
     if not len(f) == len(values) == len(coherence):
-        raise FricError("holds a plant without its frequencies, or its coherence", where=str(path), hint=AGAIN)
+        raise FricError("holds a plant without its frequencies, or its coherence", hint=AGAIN)
     return f, values, np.minimum(coherence, 1.0)
 
 
-def _array(path: Path, holder: Element, name: str) -> Complex:
+def _array(holder: Element, name: str) -> Complex:
     """Return the numbers of an array, complex ones from pairs; none where there is no array."""
     found = _named(holder, "NumericArray", name)
     raw = "".join("".join(element.text.split()) for element in (found or ()) if element.tag == "raw" and element.text)
@@ -161,10 +161,10 @@ def _array(path: Path, holder: Element, name: str) -> Complex:
     codes = _CODES[np.frombuffer(raw.replace(".", "00000").encode("latin-1", "replace"), np.uint8)]
     in_pairs = found.get("elementtype") == "ComplexNumber"
     if found.get("format", "base85") != "base85" or codes.min() < 0 or len(codes) % (20 if in_pairs else 10):
-        raise FricError(f"holds an array {name} that is not base 85, or cut off", where=str(path), hint=AGAIN)
+        raise FricError(f"holds an array {name} that is not base 85, or cut off", hint=AGAIN)
     words = codes.reshape(-1, 5) @ 85 ** np.arange(4, -1, -1)
     if words.max() >= 1 << 32:
-        raise FricError(f"holds an array {name} with a word over 32 bits", where=str(path), hint=AGAIN)
+        raise FricError(f"holds an array {name} with a word over 32 bits", hint=AGAIN)
     values = np.frombuffer(words.astype(">u4").tobytes(), ">f8").astype(float)
     return values.view(complex) if in_pairs else values.astype(complex)
 

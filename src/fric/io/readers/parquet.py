@@ -20,7 +20,7 @@ def recognises(path: Path, head: bytes) -> float:
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a Parquet file: one table."""
-    parquet = library(FORMAT, path)
+    parquet = library(FORMAT)
     with parquet.ParquetFile(path) as file:
         refuse_declared(path, 8 * file.metadata.num_rows * file.metadata.num_columns)
         yield ParquetTable(path, file)

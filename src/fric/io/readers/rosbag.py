@@ -37,19 +37,19 @@ def recognises(path: Path, head: bytes) -> float:
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a bag: one table of all its topics that hold numbers, on a common clock."""
-    reader = library(FORMAT, path)
+    reader = library(FORMAT)
     from rosbags.typesys import Stores, get_typestore
 
-    with _bounded(path), reader.AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:
+    with _bounded(), reader.AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:
         topics = [_Topic(path, bag, connection) for connection in bag.connections if connection.msgcount]
         parts = [SharedClock(topic, 0, label=topic.name) for topic in topics if len(topic.columns) > 1]
         if not parts:
-            raise FricError("holds no topic of numbers", where=str(path), hint="Record a topic such as /joint_states.")
+            raise FricError("holds no topic of numbers", hint="Record a topic such as /joint_states.")
         yield Joined(path, parts)
 
 
 @contextmanager
-def _bounded(path: Path) -> Iterator[None]:
+def _bounded() -> Iterator[None]:
     """Let the library unpack a chunk up to `MOST_CHUNK`: bz2 makes a GiB of 800 bytes, and the library has no bound.
 
     What it unpacks with belongs to the whole process: it is put back.
@@ -67,7 +67,7 @@ def _bounded(path: Path) -> Iterator[None]:
                 unpacker = make()
                 found += unpacker.decompress(data, MOST_CHUNK - len(found) + 1)
                 if len(found) > MOST_CHUNK:
-                    raise FricError("unpacks to more than is read", where=str(path), hint="Record it unpacked.")
+                    raise FricError("unpacks to more than is read", hint="Record it unpacked.")
                 if not unpacker.eof:
                     raise EOFError("a chunk is cut short")
                 data = unpacker.unused_data or b""
@@ -97,7 +97,7 @@ class _Topic(ForeignTable):
         self._bag, self._connection, self.name = bag, connection, connection.topic
         _, first = next(self._messages(), (0, None))
         if first is None:
-            raise FricError(f"{self.name} has no messages", where=str(path), hint="Record the bag again.")
+            raise FricError(f"{self.name} has no messages", hint="Record the bag again.")
         self._stamped = hasattr(getattr(first, "header", None), "stamp")
         self._taken = dict(_numbers(first, ""))
         super().__init__(path, [Column("time", "s"), *(Column(self.name + key) for key in self._taken)])

@@ -72,16 +72,16 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a trace: a table an axis, where signals name their axis; signals of different rates get a common clock."""
     trace = _Trace(regular(path, MOST_BYTES))
     if not trace.signals or not len(trace.time):
-        raise FricError("holds no samples" if trace.signals else "names no signal", where=str(path), hint=AGAIN)
+        raise FricError("holds no samples" if trace.signals else "names no signal", hint=AGAIN)
     time, values = np.frombuffer(trace.time), np.frombuffer(trace.values).reshape(len(trace.time), -1)
     values = np.where(values > NO_VALUE, np.nan, values)
     said = [SAMPLES_WITHOUT_VALUE.found(str(path), samples=trace.without)] if trace.without else []
     if not any(signal.interval for signal in trace.signals):
         if not (parts := _as_logged(path, trace.signals, time, values)):
-            raise FricError("holds no samples", where=str(path), hint=AGAIN)
+            raise FricError("holds no samples", hint=AGAIN)
         yield Joined(path, parts, notices=said)
         return
-    time, values = _filled(path, trace, time, values)
+    time, values = _filled(trace, time, values)
     axes = list(dict.fromkeys(signal.axis for signal in trace.signals if signal.axis)) or [""]
     names = " ".join(f"axis{axis}" for axis in axes) if len(axes) > 1 else ""
     for axis in axes:
@@ -114,7 +114,7 @@ def _as_logged(path: Path, signals: list[Signal], time: Real, values: Real) -> l
     return parts
 
 
-def _filled(path: Path, trace: "_Trace", time: Real, values: Real) -> tuple[Real, Real]:
+def _filled(trace: "_Trace", time: Real, values: Real) -> tuple[Real, Real]:
     """Return the trace with unchanged data filled in: missing values, and records where nothing changed."""
     order = np.argsort(time, kind="stable")
     time, values = time[order], values[order]
@@ -122,8 +122,8 @@ def _filled(path: Path, trace: "_Trace", time: Real, values: Real) -> tuple[Real
     if not trace.lost:
         count = np.maximum(np.rint(np.diff(time) / step), 1)
         if count.sum() > MOST_FILLED:
-            raise FricError(f"spans {time[-1] - time[0]:.4g} s at {step:.4g} s a sample", where=str(path),
-                            hint="Save the trace again, a shorter part of it.")  # fmt: skip
+            what = f"spans {time[-1] - time[0]:.4g} s at {step:.4g} s a sample"
+            raise FricError(what, hint="Save the trace again, a shorter part of it.")
         source = np.concatenate([np.repeat(np.arange(len(count)), count.astype(int)), [len(time) - 1]])
         within = np.arange(len(source)) - np.concatenate([[0], np.cumsum(count)])[source]
         values = np.where((within == 0)[:, None], values[source], np.nan)
@@ -178,14 +178,14 @@ class _Trace:
         except (expat.ExpatError, LookupError, ValueError) as error:  # the others: an encoding that is unknown
             if error.__traceback__ is not None and error.__traceback__.tb_next is not None:  # of what reads an element
                 raise
-            raise FricError(f"is no whole XML ({error})", where=str(path), hint="Save the trace again.") from None
+            raise FricError(f"is no whole XML ({error})", hint="Save the trace again.") from None
 
     def _begin(self, tag: str, about: dict[str, str]) -> None:
         if tag == "rec":
             self._record(about)
         elif tag == "dataSignal":
             if len(self.time):
-                raise FricError("holds several frames", where=str(self.path), hint="Save them one by one.")
+                raise FricError("holds several frames", hint="Save them one by one.")
             name = about.get("id") or f"f{len(self.signals) + 1}"
             given = (about.get("name", ""), about.get("description", ""), _number(about.get("interval")))
             self._at[name] = len(self.signals)
@@ -209,12 +209,12 @@ class _Trace:
                     row[self._at[key]] = value
         except (KeyError, ValueError):
             what = f"has a rec that does not read: {dict(islice(about.items(), 9))}"
-            raise FricError(what, where=str(self.path), hint=AGAIN) from None
+            raise FricError(what, hint=AGAIN) from None
         self.time.append(time)
         self.values.extend(row)
 
     def _refuse(self, *_: object) -> None:
-        raise FricError("declares a document type, as no trace does", where=str(self.path), hint="Save it again.")
+        raise FricError("declares a document type, as no trace does", hint="Save it again.")
 
 
 def _number(text: str | None) -> float:

@@ -80,7 +80,7 @@ def _of_text(path: Path) -> Any:
     try:
         return _columns(json.loads(text))
     except RecursionError:
-        raise FricError("nests too deep", where=str(path), hint="Export arrays.") from None
+        raise FricError("nests too deep", hint="Export arrays.") from None
     except ValueError as error:
         whole = error
     rows = []
@@ -89,7 +89,7 @@ def _of_text(path: Path) -> Any:
             rows += [json.loads(line)] if line.strip() else []
         except (ValueError, RecursionError):
             if n == 1:
-                raise FricError(f"is no JSON ({whole})", where=str(path), hint="Export it again.") from None
+                raise FricError(f"is no JSON ({whole})", hint="Export it again.") from None
             raise FricError("is no JSON, or cut off", where=f"{path}, line {n}", hint="Export it again.") from None
     return _columns(rows)
 

@@ -30,7 +30,7 @@ def recognises(path: Path, head: bytes) -> float:
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a TDMS file: a record a group where the groups hold the same channels, else one of all on a common clock."""
-    nptdms = library(FORMAT, path)
+    nptdms = library(FORMAT)
     with heard(FORMAT, path) as notices, path.open("rb") as content, nptdms.TdmsFile.open(content) as file:
         constants = {str(key): str(value) for key, value in file.properties.items()}
         groups = {
@@ -77,7 +77,7 @@ def _table(
     if not parts and len(without) == 1:
         return without[0]  # a mapping may state its rate
     if not parts:
-        raise FricError("holds no channel of numbers over time", where=str(path), hint="Export it with its time.")
+        raise FricError("holds no channel of numbers over time", hint="Export it with its time.")
     lost = [f"'{column.name}'" for table in without for column in table.columns]
     if lost:
         notices.append(CHANNELS_WITHOUT_TIME.found(str(path), channels=lost))

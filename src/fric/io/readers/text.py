@@ -367,19 +367,19 @@ def beginning(path: Path) -> tuple[bytes, bool]:
         with _opened(path, zipped) as file:
             return file.read(LOOK), zipped
     except (OSError, EOFError, zlib.error) as error:
-        raise FricError(f"cannot be read: {error}", where=str(path), hint="Is the .gz file whole?") from None
+        raise FricError(f"cannot be read: {error}", hint="Is the .gz file whole?") from None
 
 
 def shaped(path: Path, head: bytes, layout: Layout) -> Shape:
     """Return how a text is written, by its first bytes."""
     if not head.strip():
-        raise FricError("the file is empty", where=str(path), hint="Export the log again.")
+        raise FricError("the file is empty", hint="Export the log again.")
     try:
         return shape_of(head, layout, whole=len(head) < LOOK)
-    except FricError as error:
+    except FricError:
         if stated := re.match(rb"(?:\s*#[^\n]*\n)*\s*fric:\s*(\w+)/", head):
             raise other_kind(path, stated[1].decode(), "log") from None
-        raise error.at(str(path)) from None
+        raise
 
 
 class _Piece:

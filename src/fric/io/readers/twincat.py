@@ -32,12 +32,12 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     encoding = layout.encoding or encoding_of(head)
     lines = re.split(r"\r\n|\n|\r", head.decode(encoding, errors="replace"))
     delimiter = layout.delimiter or lines[0].lstrip("\ufeff")[4]
-    about, first = _about(path, [[cell.strip() for cell in line.split(delimiter)] for line in lines])
+    about, first = _about([[cell.strip() for cell in line.split(delimiter)] for line in lines])
     rows = [line.split(delimiter) for line in lines[first:-1] if line.strip()]
     commas = delimiter != "," and any(re.search(r"\d,\d", cell) for row in [*rows, *about.values()] for cell in row)
     decimal = layout.decimal or ("," if commas else ".")
     if not rows or not is_number(rows[0][0].strip(), decimal):
-        raise FricError("there is a header and no data", where=str(path), hint="Export it again, with its samples.")
+        raise FricError("there is a header and no data", hint="Export it again, with its samples.")
     names, keys = about["Name"], list(about.values())
     clocks = [n for n in range(len(names)) if all(n < len(cells) and cells[n] == cells[0] for cells in keys)]
     units = about.get("Unit", [])
@@ -52,11 +52,11 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     yield Joined(path, parts, notices=_scaled(path, about))
 
 
-def _about(path: Path, cells: Sequence[list[str]]) -> tuple[dict[str, list[str]], int]:
+def _about(cells: Sequence[list[str]]) -> tuple[dict[str, list[str]], int]:
     """Return the lines that describe the channels, by their first cell, and the number of the first line of data."""
     start = next((n for n, row in enumerate(cells) if n > 3 and row[0] == "Name"), None)
     if start is None:
-        raise FricError("names no channels", where=str(path), hint="Export it with the names of the channels.")
+        raise FricError("names no channels", hint="Export it with the names of the channels.")
     end = next((n for n, row in enumerate(cells) if n > start and not row[0][:1].isalpha()), len(cells))
     first = next((n for n, row in enumerate(cells) if n >= end and any(row)), len(cells))
     return {row[0]: row for row in cells[start:end]}, first

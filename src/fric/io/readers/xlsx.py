@@ -37,16 +37,16 @@ def recognises(path: Path, head: bytes) -> float:
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a workbook: a table a sheet; charts and sheets of a row or none are passed over."""
-    openpyxl = library(FORMAT, path)
+    openpyxl = library(FORMAT)
     try:
         with ZipFile(path) as archive:
             inside = archive.infolist()
     except BadZipFile:
-        raise FricError("is no whole workbook (cut short?)", where=str(path), hint="Save it again.") from None
+        raise FricError("is no whole workbook (cut short?)", hint="Save it again.") from None
     if sum(member.file_size for member in inside) > MOST_UNPACKED or any(
         member.file_size > _most(member) for member in inside
     ):
-        raise FricError("unpacks to more than is read", where=str(path), hint="Export it as CSV.")
+        raise FricError("unpacks to more than is read", hint="Export it as CSV.")
     notices: list[Notice] = []
     with warned(path, notices), _without_sizes():
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
@@ -56,7 +56,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
                 sheet._get_source = partial(_Rows, sheet._get_source, path)
             sheets = [sheet for sheet in book.worksheets if len(list(islice(sheet.iter_rows(), 2))) == 2]
         if not sheets:
-            raise FricError("holds no sheet with rows", where=str(path), hint="Export it again.")
+            raise FricError("holds no sheet with rows", hint="Export it again.")
         error, read = None, 0
         for sheet in sheets:
             try:
