@@ -1,6 +1,7 @@
 """What a fuzzer found that knows only the documentation: a sentence each, or what can be believed."""
 
 import io
+import json
 import math
 import re
 import sys
@@ -26,7 +27,7 @@ from fric.control.scheme import NONE
 from fric.design.cascade import design_cascade
 from fric.documents.base import CodedWarning, CovarianceBlock, Quantity
 from fric.documents.contours import CircleMapDocument
-from fric.documents.controller import ControllerDocument
+from fric.documents.controller import ControllerDocument, ObserverDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.mapping import MappingDocument
 from fric.documents.plan import PlanDocument
@@ -39,7 +40,7 @@ from fric.identify.gms.hunting import MEMORY, _left_over
 from fric.identify.static_map.map_fit import aged
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.io import roles
-from fric.io.circle import FEEDFORWARD, read_feedforward
+from fric.io.circle import FEEDFORWARD, read_feedforward, read_run_provenance
 from fric.io.ingest import ingest
 from fric.io.ingest_circle import StatedCircle, ingest_circles
 from fric.io.readers import base, matlab, tables
@@ -228,9 +229,29 @@ def test_a_ball_bar_whose_deviation_is_as_large_as_its_circle() -> None:
         MeasuredCircle(0.1, 0.02, 1, angle=angle, deviation=np.full(99, -0.53))
 
 
-def test_a_report_whose_origin_is_a_number() -> None:
-    with pytest.raises(FricError, match="what made it"):
-        ContourTest("a.html", {"origin": 1.0}, 0.05, 0.03, 1, (), ())
+@pytest.mark.parametrize(
+    "given",
+    [
+        7, {"origin": 1.0}, {"origin": {"speed": 2.0}}, {"axes": 5}, {"axes": "x"}, {"resolution": "fine"},
+        {"resolution": -1.0}, {"logs": [{"time": "1 mm"}]}, {"warnings_coded": ["late"]}, {"machine": ["xy"]},
+        {"command": None}, {"exact": {}},
+    ],
+)  # fmt: skip
+def test_what_made_a_run_is_as_fric_writes_it_or_refused(tmp_path: Path, given: Any) -> None:
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file.attrs.update({"fric": "run/1", "provenance": json.dumps(given)})
+    with pytest.raises(FricError, match=r"run\.h5: provenance.* is not as fric writes it"):
+        read_run_provenance(tmp_path / "run.h5")
+
+
+def test_an_observer_has_a_filter_and_a_log_a_file() -> None:
+    observer = {"fric": "observer/1", "axis": "x", "cutoff": "60 Hz"}
+    assert ObserverDocument.model_validate(observer).q_filter().cutoff == 60.0
+    for wrong in ({"cutoff": "0 Hz"}, {"cutoff": "60 mm"}, {"filter": "y"}):  # a page divided by the first
+        with pytest.raises(ValidationError, match="cutoff"):
+            ObserverDocument.model_validate(observer | wrong)
+    with pytest.raises(ValidationError, match="file"):  # which a page names
+        ObserverDocument.model_validate(observer | {"provenance": {"logs": [{"time": "1 mm"}]}})
 
 
 def test_a_clock_that_stands_tells_no_velocity(tmp_path: Path) -> None:

@@ -22,7 +22,19 @@ from math import inf, isfinite
 from operator import attrgetter, or_
 from pathlib import Path
 from types import UnionType
-from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import (
+    Annotated,
+    Any,
+    ClassVar,
+    Generic,
+    Literal,
+    Self,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 from pydantic import (
@@ -332,13 +344,21 @@ def sources(files: Iterable[Path]) -> list[dict[str, str]]:
 AxisName = Annotated[str, AfterValidator(refused()(axis_name))]
 
 
+class SourceFile(Part, extra="allow"):
+    """A file, and the record in it, that a document was made from."""
+
+    file: str
+    record: str = ""
+    sha256: str = ""
+
+
 class Provenance(Part, extra="allow"):
     """Origin of a document."""
 
     fric: str = ""
     created: str = ""
     command: str = ""
-    logs: list[dict[str, str]] = Field(default_factory=list)
+    logs: list[SourceFile] = Field(default_factory=list)
 
 
 class CodedWarning(Part):
@@ -355,6 +375,36 @@ class CodedWarning(Part):
     @classmethod
     def _of_a_notice(cls, given: Any) -> Any:
         return given.as_dict() if isinstance(given, Notice) else given
+
+
+class MachineOrigin(Part):
+    """Arguments of `read_machine` by which a run's machine was read."""
+
+    path: str = ""
+    nominal_files: list[str] = Field(default_factory=list)
+    friction_model: str | None = None
+    gain: float | None = None
+    lead: float | Literal["auto"] | None = None
+
+
+class RunProvenance(Provenance):
+    """Origin of a run file, with what the verdict asks of its machine; an older file has only some of it."""
+
+    machine: str = ""
+    axes: list[str] = Field(default_factory=list)
+    resolution: float = Field(0.0, ge=0.0)
+    exact: bool = False
+    origin: MachineOrigin = MachineOrigin()
+    warnings_coded: list[CodedWarning] = Field(default_factory=list)
+
+
+def run_provenance(given: Any, where: str) -> dict[str, Any]:
+    """Return what a run file says of its origin, with the keys that it has."""
+    try:
+        return RunProvenance.model_validate(given).model_dump(exclude_unset=True)
+    except ValidationError as error:
+        key = ".".join(map(str, ("provenance", *error.errors()[0]["loc"])))
+        raise FricError(f"{key} is not as fric writes it", where=where, hint="Make it again.") from None
 
 
 def nested(kind: Any, given: Any, name: str) -> Any:

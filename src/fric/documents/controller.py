@@ -75,11 +75,20 @@ class ObserverPart(Physical):
         None, description="gain of the nominal plant; the plant's where left out"
     )
 
+    @model_validator(mode="after")
+    def _has_a_filter(self) -> Self:
+        with refused("cutoff"):
+            self.q_filter()
+        return self
+
+    def q_filter(self) -> QFilter:
+        """Return the filter Q."""
+        return QFilter(self.filter, float(self.cutoff.si("frequency", "linear")))
+
     def observer(self, motion: Motion, A: float, B: float) -> DisturbanceObserver:
         """Return the observer in SI; A and B are those of the plant, taken where the file gives none."""
-        values = self.values(motion)
-        q = QFilter(self.filter, values.pop("cutoff"))
-        return DisturbanceObserver(q, **{"A": A, "B": B, **values})
+        values = {"A": A, "B": B} | self.values(motion)
+        return DisturbanceObserver(self.q_filter(), values["A"], values["B"])
 
 
 class LimitPart(Part):

@@ -22,6 +22,7 @@ from fric.circles.prediction import Prediction
 from fric.columns import BALL_BAR, channel_dimension
 from fric.contour import Circularity, ContourError, Figures, Reversal
 from fric.control.scheme import Scheme
+from fric.documents.base import run_provenance
 from fric.documents.contours import MonteCarloPart, prediction_of, prediction_tree
 from fric.errors import FricError, clean, found_in
 from fric.input import TAKEN, foreign, other_kind
@@ -138,9 +139,8 @@ def read_runs(path: Path, *, traces: bool = True) -> list[CircleRun | PathRun]:
 
 def read_run_provenance(path: Path) -> dict[str, Any]:
     """Return what made a run file: ``fric``, ``created``, ``command``, ``machine``; empty where it is not stated."""
-    with open_file(path, hint=AGAIN) as file:
-        words = json.loads(text(file.attrs, "provenance") or "{}")
-    return words if isinstance(words, dict) else {}
+    with open_file(path, hint=AGAIN) as file, foreign(path, AGAIN, lacking=True):
+        return run_provenance(json.loads(text(file.attrs, "provenance") or "{}"), str(path))
 
 
 def read_prediction(path: Path) -> Prediction | None:

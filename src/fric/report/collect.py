@@ -12,7 +12,7 @@ from fric.circles.next_circle import LEARNED, wrong_shape_measured
 from fric.circles.prediction import Prediction
 from fric.contour import QUADRANTS, Circularity
 from fric.control.scheme import Scheme
-from fric.documents.base import AxisDocument, OfAxis
+from fric.documents.base import AxisDocument, OfAxis, run_provenance
 from fric.documents.bundled import bundled, located
 from fric.documents.contours import CircleMapDocument, prediction_of, prediction_tree
 from fric.documents.friction import FrictionDocument
@@ -137,8 +137,6 @@ class ContourTest:
     def __post_init__(self) -> None:
         if len({contour.scheme.name for contour in self.contours}) < len(self.contours):
             raise FricError("holds two results of one scheme", where=self.source, hint="Make it again.")
-        if not isinstance(self.provenance.get("origin", {}), dict):
-            raise FricError("does not say as fric writes it what made it", where=self.source, hint="Make it again.")
         if not all(0.0 < size < inf for size in (self.feed, self.radius) if size is not None):
             raise FricError("holds a radius or a feed that is not above 0", where=self.source, hint="Make it again.")
 
@@ -438,7 +436,7 @@ def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
         where, hint = f"{before}{data['source']}: {error.where}", "Make it again with `fric report`."
         raise FricError(error.what, where=where, hint=hint) from None
     return ContourTest(
-        before + data["source"], dict(data["provenance"]), float(data["feed"]),
+        before + data["source"], run_provenance(data["provenance"], before + data["source"]), float(data["feed"]),
         None if data["radius"] is None else float(data["radius"]), int(data["direction"]),
         tuple(map(str, data["labels"])), contours, prediction,
     )  # fmt: skip

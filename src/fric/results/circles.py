@@ -487,11 +487,10 @@ def learn(
 def _ran_on(given: Any) -> Machine:
     """Return the machine that a run file was simulated on; raise if the circle does not name it or its file is gone."""
     made = {} if isinstance(given, MeasuredCircle) else read_run_provenance(path_of("a circle", given))
-    origin = made.get("origin")
-    path, files = (origin.get("path"), origin.get("nominal_files")) if isinstance(origin, dict) else ("", ())
-    if not (path and isinstance(path, str) and isinstance(files, list)):
+    origin = made.get("origin", {})
+    if not origin.get("path"):
         raise FricError("the circle does not say on which machine it was run", hint="Name it with `machine=`.")
-    return read_machine(located(Path(path), "machine"), nominal_files=[str(file) for file in files])
+    return read_machine(located(Path(origin["path"]), "machine"), nominal_files=origin.get("nominal_files", ()))
 
 
 @dataclass(frozen=True)
