@@ -5,7 +5,7 @@ from math import log
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import expit, fdtrc, ndtr, stdtrit
+from scipy.special import chdtrc, expit, fdtrc, ndtr, stdtrit
 
 from fric.arrays import Complex, Indices, Real
 
@@ -331,3 +331,29 @@ def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: 
     wider = float(stdtrit(count - 1, 0.975)) / quantile
     gained = wider**2 * np.einsum("rij,jk,rlk->il", shares, T, shares)
     return Between(gained, np.sqrt(np.diag(T)), off, chance)
+
+
+def pooled(values: Real, covariances: Real) -> tuple[Real, Real]:
+    """Return the mean (p,) of estimates that scatter beyond their errors, and its covariance (p, p).
+
+    Weights are ``w_r = 1/(s_r² + τ²)``, with τ² by moments (DerSimonian and Laird 1986), and s_r the error, or that
+    of the median: what the finest shows best is its own value. The variance is that by the errors or, if greater, by
+    the scatter, ``Σ w_r·(θ_r - θ)²/((R - 1)·Σ w_r)`` with Student's t of R - 1 (Hartung and Knapp 2001). Two scatter
+    where chance does not explain it (`OF_TWO`).
+
+    values, covariances: The estimates, shape (R, p), and their covariances, shape (R, p, p).
+    """
+    if not (freedom := len(values) - 1):
+        return values[0], covariances[0]
+    squares, tau2 = np.einsum("rpp->rp", covariances), 0.0
+    squares = np.maximum(squares, np.median(squares, axis=0))
+    for _ in range(2):
+        w = 1.0 / (squares + tau2)
+        total = w.sum(axis=0)
+        mean = (w * values).sum(axis=0) / total
+        Q = (w * (values - mean) ** 2).sum(axis=0)
+        seen = (freedom > 1) | (chdtrc(1, Q) < OF_TWO) | (tau2 > 0.0)
+        tau2 = np.maximum(Q - freedom, 0.0) / (total - (w**2).sum(axis=0) / total) * seen
+    covariance = np.einsum("rp,rpq,rq->pq", w / total, covariances, w / total)
+    scatter = (float(stdtrit(freedom, 0.975)) / 1.96) ** 2 * Q / (freedom * total) * seen
+    return mean, covariance + np.diag(np.maximum(scatter - np.diag(covariance), 0.0))

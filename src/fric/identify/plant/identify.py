@@ -469,7 +469,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     decimation: int | None = None,
     border: int | None = None,
     mass: float | None = None,
-    replayed: Callable[[Prepared], RigidAxis | None] | None = None,
+    replayed: Callable[[Sequence[Prepared]], RigidAxis | None] | None = None,
 ) -> MotionFit:
     """Fit a rigid axis to motions by least squares on zero-phase filtered, decimated signals.
 
@@ -485,7 +485,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     delay: T_d [s], which a motion does not show; by default half a sample. If given, it is the delay of the force after
         its voltage.
     cutoff, decimation, border: See `Conditioning`; chosen from the sampling rate where not given.
-    replayed: Gives the estimates of a motion by a law that falls with speed and yields before it slides; they are taken
+    replayed: Gives the estimates of motions by a law that falls with speed and yields before it slides; they are taken
         where their intervals are narrower, or they are outside of those of the rigid fit.
     Raises FricError: When neither force nor input was logged, the sampling is uneven, or the motion does not separate
         the terms.
@@ -545,9 +545,9 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     if between is not None:
         covariance = covariance + between.covariance
     as_usual = direction == "both" and (cutoff, decimation, border) == (None,) * 3
-    if replayed is not None and as_usual and len(served) == 1:  # levels that differ would move the mass of several
+    if replayed is not None and as_usual:
         with suppress(FricError):  # a replay needs more of a record than this fit
-            (whole,) = prepared([replace(served[0], kind="motion")], drive=drive)
+            whole = prepared([replace(log, kind="motion") for log in served], drive=drive)
             values, covariance = _finer((values, covariance), replayed(whole))
             residual = y - X @ values
 

@@ -58,7 +58,7 @@ from fric.records.inspection import CONDITION, RESOLVED, energy_changes, identif
 from fric.records.preparation import DIMENSIONS, Own
 from fric.records.prepared import Prepared, between_reversals
 from fric.records.recognition import kind_of
-from fric.statistics import DIFFERENT, OF_TWO, hac_covariance, jackknife, reach, sandwich, supposed, widened
+from fric.statistics import DIFFERENT, OF_TWO, hac_covariance, jackknife, pooled, reach, sandwich, supposed, widened
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
 
@@ -953,13 +953,19 @@ def _described(
 MOST_IN_MOTION = 20_000  # Samples of a motion that are replayed for a plant at most: of more, every n-th
 
 
-def axis_in_motion(record: Prepared) -> RigidAxis | None:
-    """Return M, F_v, F_c and offset of a rigid axis (4,) and their covariance (4, 4), from its motion.
+def axis_in_motion(records: Sequence[Prepared]) -> RigidAxis | None:
+    """Return M, F_v, F_c and offset of a rigid axis (4,) and their covariance (4, 4), from its motions.
 
     LuGre's model is replayed, so that friction which falls with speed, and yields before it slides, is in none of them.
-    The mass and offset follow by least squares. None of a motion one way, or that does not show the mass or a parameter
-    of the model.
+    The mass and offset follow by least squares. Each record is replayed alone, for its level would move its mass; the
+    mean over them is returned (`pooled`). None if half of them move one way, or do not show the mass or a
+    parameter of the model.
     """
+    told = [axis for record in records if (axis := _axis_alone(record)) is not None]
+    return pooled(*map(np.array, zip(*told, strict=True))) if 2 * len(told) > len(records) else None
+
+
+def _axis_alone(record: Prepared) -> RigidAxis | None:
     if not _moves([record]) or "offset" not in record.done.own:
         return None
     few = record.thinned(-(-len(record.force) // MOST_IN_MOTION))
@@ -973,10 +979,8 @@ def axis_in_motion(record: Prepared) -> RigidAxis | None:
     rates = Search(fit.coordinates, [replace(moving, done=replace(moving.done, own=()))]).gradient(fit.x)
     m, used = moving.motion, moving.used
     by = (moving.done.timing * np.gradient(moving.fitted(fit.model), m.time))[used]
-    X, y = (
-        np.column_stack([m.acceleration, np.ones_like(m.time)])[used],
-        (moving.force - moving.replay(fit.model))[used],
-    )
+    X = np.column_stack([m.acceleration, np.ones_like(m.time)])[used]
+    y = (moving.force - moving.replay(fit.model))[used]
     found, by, *moves = np.linalg.lstsq(X, np.column_stack([y, by, rates]), rcond=None)[0].T
     error = replay_covariance(X, y - X @ found, [moving], float(stdtrit(len(y) - 2, 0.975)))
     shown, (F_v, F_c) = slopes(fit.coordinates, fit.x), (float(fit.estimates["static"][s]) for s in ("sigma", "F_c"))
