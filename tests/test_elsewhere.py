@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
 
 SCRIPT = """
@@ -34,6 +36,7 @@ print(len(one.many))
 """
 
 
+@pytest.mark.long(6)
 def test_all_is_imported_and_many_machines_run_where_there_is_no_posix(tmp_path):
     """Every module is imported without what only POSIX has; workers are processes that start from nothing.
 

@@ -14,7 +14,7 @@ NARROW = 0.8
 ASIDE = 0.2
 """Nor estimates that are off by this many standard errors."""
 
-LONG = {"gms": 8, "leuven": 15, "lugre": 7, "maxwell_slip": 7, "static": 4}
+LONG = {"dahl": 3, "gms": 8, "leuven": 15, "lugre": 7, "maxwell_slip": 7, "static": 4}
 """Models whose statistics take longer [s]; that each is found, with intervals, is in test_replay_fit.py."""
 
 recovered = cache(lambda name: recover(name, range(SEEDS)))
