@@ -147,3 +147,8 @@ def test_an_integral_free_loop_has_no_lower_gain_limit() -> None:
 def test_what_is_no_margin_is_refused(phase: float, gain: float) -> None:
     with pytest.raises(FricError, match="are no margins"):
         Requirement(radians(phase), gain)
+
+
+def test_a_velocity_filter_that_lets_nothing_through_is_refused() -> None:
+    with pytest.raises(FricError, match="lets no velocity through"):  # the gain was 1/0
+        design_cascade(X, velocity_filter=1e-300)

@@ -223,3 +223,12 @@ def test_intervals_are_those_of_the_mean_over_records(records: int, vary: float,
         assert sum(low <= truth <= high for low, high in limits) >= fewest(count), name  # type: ignore[misc]
     told = [any(one.code == "records-vary" for one in fit.warnings) for fit in fits]
     assert all(told) if vary >= 0.05 else sum(told) <= 2 or vary > 0.0
+
+
+def test_a_force_that_no_motion_explains_shows_no_mass() -> None:
+    """LuGre's fit is viscous friction alone then, and has no Coulomb friction to compare."""
+    t = np.arange(600) * 2e-3
+    force = np.random.default_rng(1).normal(0.0, 60.0, len(t))
+    log = Log(time=t, position=0.03 * np.sin(np.pi * t), velocity=0.03 * np.pi * np.cos(np.pi * t), force=force)
+    low, high = identify_motion([log]).estimates["M"].ci95
+    assert low < 0.0 < high

@@ -29,6 +29,7 @@ from fric.drive.plant import LinearPlant, Plant
 from fric.errors import FricError
 from fric.friction.gms import GMS
 
+LOWEST = 1e-4  # Least corner of the velocity filter, and least crossover, over the sampling rate
 TRIED = 40  # crossovers or gains tried across the range, before the border is refined
 
 
@@ -117,13 +118,17 @@ def design_cascade(
         if not (value >= 1 and isfinite(value)):
             raise FricError(f"a {name} of {value:g} makes no cascade", hint=f"Give a {name} of 1 or more.")
 
+    if velocity_filter < LOWEST * sampling:
+        what = f"a velocity filter of {velocity_filter:g} Hz lets no velocity through at {sampling:g} samples a second"
+        raise FricError(what, hint=f"Give {LOWEST * sampling:g} Hz or more.")
+
     def with_crossover(f_c: float) -> Cascade:
         rate = 2 * pi * f_c
         shape = Cascade(rate / separation, 1.0, rate / corner_ratio, velocity_filter, sampling, limit)
         gain = 1.0 / float(abs(SampledLoop(plant, shape).velocity(np.array([f_c]))[0]))
         return replace(shape, K_p=gain, K_i=gain * rate / corner_ratio)
 
-    crossovers = np.geomspace(sampling * 1e-4, sampling * 0.45, TRIED)
+    crossovers = np.geomspace(sampling * LOWEST, sampling * 0.45, TRIED)
     if crossover is None:
         found = _largest(lambda f_c: _holds(plant, with_crossover(f_c), asked, "velocity"), crossovers)
         if found is None:

@@ -970,7 +970,8 @@ def _axis_alone(record: Prepared) -> RigidAxis | None:
         return None
     few = record.thinned(-(-len(record.force) // MOST_IN_MOTION))
     fit = identify_by_replay("lugre", [few.restricted(between_reversals(few.motion))])
-    if np.isnan(fit.spread).any():
+    shown = slopes(fit.coordinates, fit.x)
+    if np.isnan(fit.spread).any() or not shown.keys() >= {("static", "sigma"), ("static", "F_c")}:
         return None
     moving = fit.records[0].in_motion()  # near rests the error of the model moves M
     late = Search(fit.coordinates, fit.records)
@@ -983,7 +984,7 @@ def _axis_alone(record: Prepared) -> RigidAxis | None:
     y = (moving.force - moving.replay(fit.model))[used]
     found, by, *moves = np.linalg.lstsq(X, np.column_stack([y, by, rates]), rcond=None)[0].T
     error = replay_covariance(X, y - X @ found, [moving], float(stdtrit(len(y) - 2, 0.975)))
-    shown, (F_v, F_c) = slopes(fit.coordinates, fit.x), (float(fit.estimates["static"][s]) for s in ("sigma", "F_c"))
+    F_v, F_c = (float(fit.estimates["static"][name]) for name in ("sigma", "F_c"))
     of_M, of_offset = np.transpose(moves)
     J = np.array([of_M, shown["static", "sigma"].slope[0], F_c * shown["static", "F_c"].slope[0], of_offset])
     covariance = J @ fit.spread @ J.T
