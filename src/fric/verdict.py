@@ -532,6 +532,6 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
         run = place[1] + "/circle.h5" * evidence.command.startswith("fric auto ") if place else "run.h5"
         of_axis, folder = f"--axis {axis} --scheme {chosen.scheme.name}", machine.removesuffix("/machine.yaml")
         if run == f"{folder}/circle.h5" and f" --measured {circle} " in evidence.command:
-            yield f"fric export linuxcnc {folder} {of_axis} -o controller"  # it has machine, run and circle
+            yield f"fric export linuxcnc {folder} {of_axis} -o controller   # or twincat, sinumerik, st, c"
         else:
             yield f"fric export linuxcnc {machine} {of_axis} --run {run} --circle {circle} -o controller"
