@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import numpy as np
 
@@ -70,6 +70,24 @@ class _FromFile:
     def where(self) -> str:
         """File and record, for messages."""
         return f"{self.source}, record '{self.name}'" if self.source else f"record '{self.name}'"
+
+
+class _Table(_FromFile):
+    kind: ClassVar[Kind]
+    dimensions: ClassVar[Mapping[str, str]]  # Of its columns, the first of which it always has
+    motion: Motion
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns().values())))
+
+    def columns(self) -> dict[str, Real]:
+        """Return the columns that there are, by name."""
+        found = {name: getattr(self, name) for name in self.dimensions}
+        return {name: values for name, values in found.items() if values is not None}
+
+    def unit(self, column: str) -> str:
+        """Return the SI unit of a column on this axis."""
+        return si_unit(self.dimensions[column], self.motion)
 
 
 @typed
@@ -197,7 +215,7 @@ class Log(_FromFile):
 
 @typed
 @dataclass(frozen=True)
-class FrequencyResponse(_FromFile):
+class FrequencyResponse(_Table):
     """A measured frequency response from control voltage to position, as a table.
 
     frequency: Frequencies [Hz], increasing, shape (n,).
@@ -210,6 +228,9 @@ class FrequencyResponse(_FromFile):
     Raises FricError: Where `fric.series.keep` raises, a frequency does not increase from above 0 Hz, a magnitude is not
         positive, or a coherence is not above 0 and at most 1.
     """
+
+    kind = "frequency-response"
+    dimensions = RESPONSE_DIMENSIONS
 
     frequency: Real
     magnitude: Real
@@ -224,7 +245,7 @@ class FrequencyResponse(_FromFile):
 
     def __post_init__(self) -> None:
         axis_name(self.axis, self.where)
-        keep(self, RESPONSE_DIMENSIONS, self.where, motion=self.motion, least=3)
+        keep(self, self.dimensions, self.where, motion=self.motion, least=3)
         above = float(np.finfo(float).tiny)
         _require_least(self, {"frequency": above, "magnitude": above, "coherence": above, "deviation": 0.0})
         if not (np.diff(self.frequency) > 0).all() or (self.coherence is not None and self.coherence.max() > 1 + 1e-9):
@@ -250,7 +271,7 @@ class FrequencyResponse(_FromFile):
 
 @typed
 @dataclass(frozen=True)
-class ForceVelocity(_FromFile):
+class ForceVelocity(_Table):
     """Mean forces at constant velocities, as a table: strokes that were averaged before.
 
     velocity: Mean velocities [m/s or rad/s], signed, shape (n,).
@@ -261,6 +282,9 @@ class ForceVelocity(_FromFile):
     name, axis, motion, source, sha256: As in `Log`.
     Raises FricError: Where `fric.series.keep` raises, or an error, a deviation or a number of samples is negative.
     """
+
+    kind = FORCE_VELOCITY
+    dimensions = FORCE_VELOCITY_DIMENSIONS
 
     velocity: Real
     force: Real
@@ -275,25 +299,11 @@ class ForceVelocity(_FromFile):
 
     def __post_init__(self) -> None:
         axis_name(self.axis, self.where)
-        keep(self, FORCE_VELOCITY_DIMENSIONS, self.where, motion=self.motion)
+        keep(self, self.dimensions, self.where, motion=self.motion)
         _require_least(self, {"deviation": 0.0, "error": 0.0, "n": 1.0})
 
     def __repr__(self) -> str:
-        return f"<ForceVelocity '{self.name}' of the {self.motion} axis {self.axis}: {len(self.velocity)} velocities>"
-
-    @property
-    def kind(self) -> Kind:
-        """The kind of the record."""
-        return FORCE_VELOCITY
-
-    def columns(self) -> dict[str, Real]:
-        """Return the columns that there are, by name."""
-        found = {name: getattr(self, name) for name in FORCE_VELOCITY_DIMENSIONS}
-        return {name: values for name, values in found.items() if values is not None}
-
-    def unit(self, column: str) -> str:
-        """Return the SI unit of a column on this axis."""
-        return si_unit(FORCE_VELOCITY_DIMENSIONS[column], self.motion)
+        return f"<ForceVelocity '{self.name}' of the {self.motion} axis {self.axis}: {len(self)} velocities>"
 
 
 Record = Log | FrequencyResponse | ForceVelocity

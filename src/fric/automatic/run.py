@@ -111,18 +111,15 @@ def find_gains(
         session.write(gains_of(text, axis, motion), typed)
         return typed
     shown: Path | None = None
-    for path in found.circles:
-        if shown:
+    options = {"axis": axis} | ({"motion": motion} if is_effort(motion) else {})
+    for path, test in ((file, test) for file in found.circles for test in choose_circles([file])):
+        trace = test.axes.get(axis)
+        follows = trace is not None and trace.reference is not None and test.scheme in ("", "a")
+        if not follows or test.of_effort({axis: motion}).axes[axis].input is None:
+            continue
+        if session.take(step(f"{axis}: gains", "identify controller", [path], options, output=made)):
+            shown = made
             break
-        for test in choose_circles([path]):
-            trace = test.axes.get(axis)
-            follows = trace is not None and trace.reference is not None and test.scheme in ("", "a")
-            if not follows or test.of_effort({axis: motion}).axes[axis].input is None:
-                continue
-            options = {"axis": axis} | ({"motion": motion} if is_effort(motion) else {})
-            if session.take(step(f"{axis}: gains", "identify controller", [path], options, output=made)):
-                shown = made
-                break
     driven = [log.path for log in logs if log.driven]
     if shown and _are_known(shown):
         return shown

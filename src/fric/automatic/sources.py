@@ -136,7 +136,8 @@ def find_sources(
         if kind in {"circle/1", "run/1"}:
             try:
                 choose_circles([path])
-                _add_circle(path, found)
+                same = any(cmp(path, other, shallow=False) for other in found.circles)
+                (found.copies if same else found.circles).append(path)
             except FricError as error:
                 found.description.append(FILE_LEFT_OUT.found(str(path), why=error.what, propose=""))
         elif kind == "log/1":
@@ -177,11 +178,6 @@ def find_sources(
     for name, files in found.guessed.items():
         found.description.append(MAPPING_BUNDLED.found(mapping=name, files=first_of(files)))
     return found
-
-
-def _add_circle(path: Path, found: Sources) -> None:
-    same = any(cmp(path, other, shallow=False) for other in found.circles)
-    (found.copies if same else found.circles).append(path)
 
 
 def _guessed(

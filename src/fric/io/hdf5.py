@@ -163,16 +163,11 @@ class LogWriter:
 
     def write(self, log: Record) -> None:
         """Append one whole record."""
-        kind = "frequency-response" if isinstance(log, FrequencyResponse) else log.kind
         dropped = log.dropped or None if isinstance(log, Log) else None
         labels = "\n".join(log.labels) or None if isinstance(log, Log) else None
         about = {"source": log.source, "sha256": log.sha256, "dropped": dropped, "labels": labels}
-        record = self.create(log.name, kind=kind, **about)
-        if isinstance(log, FrequencyResponse):
-            values = {name: getattr(log, name) for name in RESPONSE_DIMENSIONS}
-            record.extend({name: column for name, column in values.items() if column is not None})
-        else:
-            record.extend(log.channels() if isinstance(log, Log) else log.columns())
+        record = self.create(log.name, kind=log.kind, **about)
+        record.extend(log.channels() if isinstance(log, Log) else log.columns())
         record.close()
 
 

@@ -236,13 +236,10 @@ def ingest_circles(
             warnings += table.notices
             samples += len(next(iter(channels.values())))
             found += _tests(channels, chosen.motion, stated, str(source), digest)
-    for test in found:
-        if (
-            stated.radius is None
-            and not test.is_ball_bar
-            and any(axis.reference is None for axis in test.axes.values())
-        ):
-            warnings.append(RADIUS_ASSUMED.found(test.source, radius=Estimate(test.radius, "m")))
+    if stated.radius is None:
+        blind = [test for test in found if any(axis.reference is None for axis in test.axes.values())]
+        shown = [test for test in blind if not test.is_ball_bar]
+        warnings += [RADIUS_ASSUMED.found(test.source, radius=Estimate(test.radius, "m")) for test in shown]
     write_circles(output, [*held, *found], json.dumps(provenance() | {"format": FORMAT}), force=force or append)
     return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)))
 

@@ -155,9 +155,7 @@ QUANTITIES = {
     "load": LOAD,
 }
 """Words of each quantity, in the order in which they are tried."""
-OF_UNITS = {"time": "time", "position": "position", "velocity": "velocity", "force": "force", "input": "input",
-            "acceleration": "acceleration"}  # fmt: skip
-"""Dimensions that a unit shows, and the quantity of each."""
+OF_UNITS = ("time", "position", "velocity", "force", "input", "acceleration")  # Dimensions that a unit shows
 DRIVE_UNITS = ("A", "mA", "%", "count")
 """Units of a force that is logged in a unit of the drive; a signal in V is an input first."""
 ROWS = frozenset({"index", "row", "sample", "samples", "no", "nr", "count", "idx", "counter", "punkt"})
@@ -377,10 +375,7 @@ def _quantity_of(unit: str) -> str | None:
     """Return the quantity of a unit; ``other`` for a unit of no channel."""
     if unit in DRIVE_UNITS or unit.endswith(" %") or converts(unit, "force", "linear/A"):
         return "force"
-    for dimension, quantity in OF_UNITS.items():
-        if any(converts(unit, dimension, motion) for motion in PLAIN):
-            return quantity
-    return "other"
+    return next((of for of in OF_UNITS if any(converts(unit, of, motion) for motion in PLAIN)), "other")
 
 
 # --- units that fit together ------------------------------------------------------------------------------------------

@@ -264,7 +264,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
         elif kind == "log":
             of_file = read_records(path)
             records += of_file
-            kinds = dict.fromkeys(str(getattr(record, "kind", "frequency-response")) for record in of_file)
+            kinds = dict.fromkeys(str(record.kind) for record in of_file)
             logs.append((path.name, ", ".join(kinds)))
         elif kind == "circle":
             measured.append(path)

@@ -28,7 +28,7 @@ from fric.estimate import Covariance, estimate_rows
 from fric.figures.circle import scheme_look
 from fric.flaws import flaw_of
 from fric.io.recognise import REPORT_MARK
-from fric.log import ForceVelocity, FrequencyResponse, Log
+from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.report import plots
 from fric.report.collect import (
@@ -401,7 +401,7 @@ def perturbation(inputs: ReportInput, item: Item) -> Perturbation | None:
     for record in inputs.records:
         if isinstance(record, ForceVelocity) or record.axis != item.axis:
             continue
-        if isinstance(record, FrequencyResponse) or record.kind == "frequency-response":
+        if record.kind == "frequency-response":
             return perturbation_of(record, given.document)[0]
     cutoff = float(item.sections()["observer"]["cutoff"])
     return model_perturbation(plant, 40 * cutoff)

@@ -392,11 +392,7 @@ def measured_record(given: Any, name: str | None, of: tuple[str, Motion]) -> Log
         record
         for record in records
         if not isinstance(record, ForceVelocity)
-        and (
-            record.name == name
-            if name
-            else isinstance(record, FrequencyResponse) or record.kind == "frequency-response"
-        )
+        and (record.name == name if name else record.kind == "frequency-response")
     ]
     if len(found) != 1:
         text = f"{len(found)} records " + (f"of the name '{name}'" if name else "of a frequency response")

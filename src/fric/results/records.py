@@ -12,7 +12,7 @@ from fric.documents.inspection import InspectionDocument
 from fric.documents.listings import RecordsDocument
 from fric.estimate import estimate_rows
 from fric.io.hdf5 import write_logs
-from fric.log import ForceVelocity, FrequencyResponse, Log, Record
+from fric.log import ForceVelocity, Log, Record
 from fric.notice import Notice
 from fric.records.inspection import Channel, Inspected, Inspection, ResponseInspection, TableInspection
 from fric.records.inspection import inspect as inspect_record
@@ -187,13 +187,13 @@ class Records(Result, Sequence[Record]):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Kind and samples by record."""
-        records = {log.name: {"kind": _kind(log), "samples": _samples(log)} for log in self.records}
+        records = {log.name: {"kind": log.kind, "samples": len(log)} for log in self.records}
         return RecordsDocument.made({"axis": self.axis, "records": records}).tree()
 
     def report(self) -> list[Piece]:
         """Return a line for each record."""
         rows = [
-            (log.name, str(_kind(log)), str(_samples(log)), readable(log.time[-1], "s") if isinstance(log, Log) else "")
+            (log.name, str(log.kind), str(len(log)), readable(log.time[-1], "s") if isinstance(log, Log) else "")
             for log in self.records
         ]
         return [Table(("record", "kind", "samples", "time"), rows), f"{len(self)} records of axis {self.axis}"]
@@ -220,16 +220,6 @@ class Records(Result, Sequence[Record]):
                 columns = {"magnitude": log.magnitude, "phase": log.phase}
                 frames[log.name] = pd.DataFrame(columns, index=pd.Index(log.frequency, name="frequency"))
         return pd.concat(frames, names=["record"])
-
-
-def _kind(log: Record) -> str | None:
-    return "frequency-response" if isinstance(log, FrequencyResponse) else log.kind
-
-
-def _samples(log: Record) -> int:
-    if isinstance(log, ForceVelocity):
-        return len(log.velocity)
-    return len(log.frequency) if isinstance(log, FrequencyResponse) else len(log)
 
 
 @verb

@@ -59,14 +59,6 @@ def usual_cascade(plant: Plant, sampling: float, lags: float) -> Cascade:
     return Cascade(crossover / 3, K_p, K_p * crossover / 10, FILTER, sampling, inf)
 
 
-def usual_plant(stiffness: float) -> Plant:
-    """Return the plant of a usual drive: a mass that swings on its contact with `RESONANCE`, and a `DELAY`.
-
-    stiffness: Of all blocks together, before one slips.
-    """
-    return Plant(0.0, (2 * pi * RESONANCE) ** 2, DELAY, stiffness)
-
-
 @dataclass(frozen=True)
 class Hunting:
     """Contribution of hunting between two counts to the covariance of a fit by replay."""
@@ -98,7 +90,9 @@ class Hunting:
         error: the step is shrunk by James and Stein's rule, to 0 where it is within its covariance.
         """
         model = as_filed(search.coordinates.build(x))
-        plant = as_filed(self.plant or usual_plant(float(np.sum(search.coordinates.values(x)["gms"]["k"]))))
+        stiffness = float(np.sum(search.coordinates.values(x)["gms"]["k"]))
+        usual = Plant(0.0, (2 * pi * RESONANCE) ** 2, DELAY, stiffness)  # a mass that swings on its contact
+        plant = as_filed(self.plant or usual)
         hunting = [record for record in search.records if _counts(record)]
         again = [self._made_again(record, model, plant, lags, rng) for record in hunting]
         rest = [record for record in search.records if not _counts(record)]
