@@ -76,9 +76,8 @@ def of_effort(motion: Motion) -> Motion:
 def kinds_of(motion: Motion | None) -> tuple[Motion, ...]:
     """Return the motions that agree with a stated motion: those in the drive's units, where none is stated."""
     return tuple(
-        name for name in MOTIONS
-        if name == motion or (motion in {None, name.partition("/")[0]} and not is_effort(name))
-    )  # fmt: skip
+        name for name in MOTIONS if name == motion or (motion in {None, name.partition("/")[0]} and not is_effort(name))
+    )
 
 
 def in_units_of(motion: Motion, unit: str | None) -> Motion:

@@ -667,9 +667,7 @@ class IdentifiedMachine:
 
     def drawn(self) -> dict[str, Any]:
         """Return the uncertainty that a study draws its machines from."""
-        return {
-            "intervals": self.intervals, "covariances": self.covariances, "discrepancies": self.discrepancies
-        }  # fmt: skip
+        return {"intervals": self.intervals, "covariances": self.covariances, "discrepancies": self.discrepancies}
 
 
 @verb

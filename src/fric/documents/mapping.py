@@ -122,7 +122,7 @@ class FileMapping(Part):
                 raise FricError(
                     f"'{name}' is not a channel of a circle test",
                     hint="Channels are time, x.reference, x.position, x.input, x.force, for y too; angle, deviation.",
-                )  # fmt: skip
+                )
         elif name not in known:
             raise FricError(f"'{name}' is not a channel", hint=f"Channels are {', '.join(known)}.")
         if name != "time" and (channel.rate or channel.period):

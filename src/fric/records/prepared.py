@@ -296,7 +296,7 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
         force = force - inertia - damping
         done = replace(
             done, plant=plant, mass=plant.M, damping=plant.damping, inertia_share=shares[0], damping_share=shares[1]
-        )  # fmt: skip
+        )
     elif moves and filters is None:
         back, forth = float(motion.velocity.min()), float(motion.velocity.max())
         if min(-back, forth) < ONE_WAY * max(-back, forth):  # an offset is friction, and what trembles at rest is none

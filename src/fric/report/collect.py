@@ -327,7 +327,7 @@ def _sorted(items: Sequence[Item], tests: Sequence[ContourTest], records: Sequen
         test_pairs += [(earlier, runs[-1]) for earlier in runs[:-1]]
     return ReportInput(
         tuple(newest), tuple(last_tests), tuple(records), tuple(pairs), tuple(test_pairs), tuple(replaced)
-    )  # fmt: skip
+    )
 
 
 def _by_date(things: list[T]) -> list[T]:

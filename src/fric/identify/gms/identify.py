@@ -121,9 +121,7 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     return replace(result, warnings=(*warnings, *amiss, *doubtful, *left_out, *kicked, *unsuited))
 
 
-def _suited(
-    records: Sequence[Prepared], cycles: tuple[int, int] | None
-) -> tuple[list[Prepared], list[Notice]]:  # fmt: skip
+def _suited(records: Sequence[Prepared], cycles: tuple[int, int] | None) -> tuple[list[Prepared], list[Notice]]:
     """Return the records with whole cycles, and the warnings about the others; all records if none has any."""
     kept, left_out = [], []
     for record in records:

@@ -179,10 +179,8 @@ def _at_one_speed(strokes: Strokes, amiss: Sequence[Notice]) -> StaticFit:
     if len(F) > 1:
         half = max(half, float(stdtrit(len(F) - 1, 0.975)) * float(np.std(F, ddof=1)) / sqrt(len(F)))
     half = float(np.hypot(half, rounded_by(strokes.points)))
-    velocity, force = (
-        asked.of(speed, "velocity"),
-        Estimate.around(float(np.mean(F)), si_unit("force", asked.motion), half),
-    )
+    force = Estimate.around(float(np.mean(F)), si_unit("force", asked.motion), half)
+    velocity = asked.of(speed, "velocity")
     warnings = (*amiss, *strokes.notices, ONE_SPEED.found(speed=velocity))
     return StaticFit(
         strokes.records[0].axis, asked.motion, tuple(strokes.points), None, None,

@@ -63,5 +63,5 @@ class _Record(TextTable):
                         f"{problem}: the count jumps from {count[n]:.0f} to {count[n + 1]:.0f}",
                         where=self.place(block.row + n + 1 - (len(count) - len(block.columns[0])), column),
                         hint="Record it again, with a deeper sampler or fewer pins; or cut the file there.",
-                    )  # fmt: skip
+                    )
             yield RowBlock(block.row, block.columns[: len(wanted)], block.size)

@@ -103,7 +103,7 @@ def _refuse_large(path: Path) -> None:
         raise FricError(
             f"unpacks to {declared / 1e6:.0f} MB, and {MOST_UNPACKED / 1e6:.0f} MB are read at most",
             hint="Save it with -v7.3, or only what is needed of it.",
-        )  # fmt: skip
+        )
 
 
 @lru_cache(maxsize=2)
@@ -201,7 +201,7 @@ def tables_of(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable
         raise FricError(
             "holds no vector of numbers",
             hint="Objects such as timeseries and timetable are not read: save their arrays.",
-        )  # fmt: skip
+        )
     records = _records(columns)
     found = {name: match for name in records if (match := _AXIS.fullmatch(name))}
     axes = {name: (match["letter"] or match["name"]).lower() for name, match in found.items()}
