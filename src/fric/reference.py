@@ -248,7 +248,6 @@ def multisine(frequencies: Real, peak: float, samples: int, sampling: float, rng
     frequencies: Frequencies [Hz], shape (m,).
     peak: Largest velocity of the sum [m/s].
     samples, sampling: Length, and samples a second [Hz].
-    rng: Generator of the phases.
     """
     every = np.append(sampling, frequencies) / np.min(frequencies)
     repeats = every[0] <= samples and bool(np.all(np.abs(every - np.rint(every)) < 1e-9))

@@ -163,10 +163,7 @@ def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | No
 def score_covariance(
     regressors: Real, residual: Real, lengths: Sequence[int] | None = None, most: float = 12.0
 ) -> Real:
-    """Return the long-run covariance (p, p) of the sum of the scores ``x_i·e_i``; arguments as `hac_covariance`.
-
-    most: Order of the autoregressions at most, for a hundred values.
-    """
+    """Return the long-run covariance (p, p) of the sum of the scores ``x_i·e_i``; arguments as `hac_covariance`."""
     n, p = regressors.shape
     scores = np.ascontiguousarray(regressors.T) * residual
     ends = np.cumsum(lengths if lengths is not None else [n])

@@ -266,7 +266,6 @@ def evidence_of(
         against the prediction. With unknown gains it explains nothing: the machines agree with any circle.
     disagreements: By file of a measured circle, where it differs from the prediction of the machine file. It is settled
         for a circle that all machines were made to agree with.
-    compared, more: Further fields of `Evidence`.
     """
     distrust = prediction.distrust if prediction else ()
     files = [where.partition(", test ")[0] for where in (prediction.measured if prediction else ())]

@@ -393,7 +393,6 @@ def axis_steps(
     shaken: Records that give the plant: responses or a motion, of motions strokes alone, or none.
     lean: Only identify: no figures, controller or observer; the static map has one form, so that dates compare.
     controller: The file of the controller's gains; designed where there is none.
-    encoder: Of two encoders, the one whose position friction is identified on.
     """
     axis = logs[0].axis
     which = {"encoder": encoder} if encoder != "motor" and any(log.loaded for log in logs) else {}

@@ -88,7 +88,6 @@ def completed(friction: FrictionModel, left: Sequence[tuple[VoltageRecord, Real]
     Between travels that were met it is interpolated over their root: so it rises with time near a reversal of a circle.
 
     left: Records, each with the residual force of the model at the samples used [N].
-    share: Share of it that is taken.
     """
     grid = travels(2 * max(record.radius for record, _ in left))
     sums, counts = np.zeros((2, len(grid))), np.zeros((2, len(grid)))

@@ -240,7 +240,6 @@ def parameter_of(given: Argument, flags: str = "", *, place: bool = False) -> Pa
     """Return the parameter of a command for an argument of its verb.
 
     flags: Names of the option, if they differ from that of the argument.
-    place: Whether it is positional.
     """
     kinds, default = kinds_of(given.hint), given.default
     read, many = _read(given.hint)
@@ -467,7 +466,6 @@ def group(name: str, text: str, homes: Mapping[str, Home], **settings: Any) -> t
     """Return a group of commands.
 
     homes: Where each of its commands is, by name, in the order of the help.
-    settings: What else `typer.Typer` takes.
     """
 
     @cache

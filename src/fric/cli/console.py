@@ -105,7 +105,6 @@ def finish(
     make: Makes the result; its argument is the progress callback.
     output, into, plot: File, or folder, that the result is saved to, and file of its figure; ``NAME=FILE`` names it.
     doing: What a progress bar says meanwhile.
-    also: Further figures, by file.
     writes: Format of ``output``, as `fric.output.FORMATS` calls it.
     worded: Replaces arguments by options in a warning.
     """

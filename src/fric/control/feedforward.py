@@ -16,8 +16,6 @@ def inverse_model(plant: LinearPlant, reference: Reference) -> Real:
 def friction_feedforward(model: FrictionModel, reference: Reference, K_f: float, gain: float = 1.0) -> Real:
     """Return the voltage ``gain·F(reference)/K_f`` that compensates friction [V], shape (n,).
 
-    model: The friction that the controller believes.
-    reference: The motion the model is replayed along.
     K_f: Force constant [N/V].
     gain: Share of the nominal friction that is fed forward.
     """

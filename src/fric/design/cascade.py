@@ -35,10 +35,7 @@ TRIED = 40  # crossovers or gains tried across the range, before the border is r
 
 @dataclass(frozen=True)
 class Requirement:
-    """The margins that velocity loop and position loop must have.
-
-    Raises FricError: When they leave no room for stability.
-    """
+    """The margins that velocity loop and position loop must have."""
 
     phase_margin: float = radians(60.0)  # Phase margin [rad]
     gain_margin: float = 10 ** (13.8 / 20)  # Gain margin, a factor above 1

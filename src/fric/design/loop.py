@@ -165,7 +165,6 @@ def learned_share(block: ControlBlock, loop: SampledLoop, setting: Setting) -> t
     of its compiled step (`fric.control.probe`), of a short period with the same share of a sample: a delay by whole
     samples does not change |l|. K. Inoue, Practical design of repetitive control systems, Proc. IEEE CDC 1990.
 
-    block: A block that repeats.
     Raises FricError: When the motion does not repeat.
     """
     if setting.reference is None or not setting.reference.period:

@@ -27,10 +27,7 @@ SURE = 0.5
 
 @dataclass(frozen=True)
 class StructuralMode:
-    """A structural mode that eq. (1) does not have: it takes G to G·(1 + share·s²/(s² + 2ζωs + ω²)).
-
-    Raises FricError: When it is no damped resonance.
-    """
+    """A structural mode that eq. (1) does not have: it takes G to G·(1 + share·s²/(s² + 2ζωs + ω²))."""
 
     frequency: float  # ω/2π [Hz]
     damping: float  # ζ, below 1

@@ -26,8 +26,6 @@ class Resonance:
     ratio: mass of the table over that of both; assumed where the encoder is there [1]
     damping: damping ratio ζ of the resonance [1]
     encoder: where the encoder is: the position is that of the motor (Z_1) or of the table (Z_2)
-
-    Raises FricError: When a value is out of its range.
     """
 
     frequency: Annotated[float, "frequency"]

@@ -284,7 +284,6 @@ def overlay_figure(
     Lines are called ``now:NAME`` and ``earlier:NAME``, the rings of the grid and their labels ``ring:-3`` to
     ``ring:2``, so that a page can switch and magnify them.
 
-    contours, earlier: The schemes, and those of an earlier run.
     magnification: How many times larger the error is drawn than the circle [1].
     """
     R = radius * 1e6 / magnification  # the radius of the reference circle, in µm of error

@@ -28,8 +28,6 @@ def draw_diagnosis(found: Diagnosis, agreement: Agreement | None = None) -> Figu
     On the polar plot the mean of the revolutions, a colour for each direction, and as a thin line the part that
     geometry and pitch explain. Beside it the deviation around each reversal less that part: the glitch, with the
     prediction, if any.
-
-    agreement: What was predicted of it.
     """
     test = found.test
     with new_figure(9.4, 4.6) as figure:

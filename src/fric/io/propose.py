@@ -242,11 +242,7 @@ def proposal(paths: Sequence[Path], *, join: bool = False, assume: bool = False)
 
 
 def mapping_text(found: Sequence[Guess], *, assume: bool = False) -> str:
-    """Return the text of the mapping of guesses: of several axes, or several kinds of files, in parts.
-
-    found: The guesses.
-    assume: Take the likeliest of what is not sure.
-    """
+    """Return the text of the mapping of guesses: of several axes, or several kinds of files, in parts."""
     names = list(dict.fromkeys(path.name for guess in found for path in guess.files))
     listed, join = " ".join(names[:3]) + " …" * (len(names) > 3), bool(found[0].joined)
     lines = [

@@ -458,7 +458,6 @@ def readings(
     time: Unit of the clock; empty where it is not known, and then any of `TIME_UNITS`.
     ratio: Velocity per slope of the position, as logged; None where there is no such pair.
     sizes: Travel and speed, as logged.
-    with_position, with_velocity: Whether there are these channels.
     """
     nothing = tuple((motion, "", 1.0, 1.0) for motion in PLAIN)
     positions = _candidates(first.unit, "position") if with_position else nothing

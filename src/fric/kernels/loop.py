@@ -196,9 +196,7 @@ def closed_loop(  # noqa: PLR0913 - what the compiled loop takes
     step, state, parameters: The true friction: its compiled step, its state (changed in place), its parameters.
     plant, board: The axis, and what lies before its drive.
     blocks: The controller, and up to three more blocks.
-    command: The commands to the axis.
     halvings: How often every step of the plant is halved, to see that this changes nothing.
-    sensing: The errors of its encoder.
     """
     plant, board = PlantConstants(*map(float, plant)), Board(*map(float, board))
     late, lengths = parts_of_a_sample(plant, board.T_s)

@@ -449,10 +449,7 @@ COARSE = 12  # Number of steps in the force's range up to which steps affect mea
 
 
 def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
-    """Return the warnings of records with any motion: forces and inputs that are clipped, and their clock.
-
-    purpose: Their purpose, as in `clock_flaws`.
-    """
+    """Return the warnings of records with any motion: forces and inputs that are clipped, and their clock."""
     found = []
     for name, flaw in (("input", INPUT_CLIPPED), ("force", FORCE_CLIPPED)):
         if name == "force" or purpose == "plant":

@@ -169,7 +169,6 @@ UNEVEN = 1.3  # Ratio of the glitches of two axes, or of the two ends of an axis
 def observations(test: ContourTest, presliding: float | None = None) -> list[str]:
     """Return the relevant differences between contours of a test, in addition to the verdict.
 
-    test: Result of each scheme on one contour.
     presliding: Displacement over which friction builds up after a reversal [m], where a friction file holds it.
     """
     found = [*overcompensation(test), *too_weak(test.contours), *observer_share(test), *observer_spoils(test)]

@@ -20,7 +20,6 @@ class StepCache:
     is gone or was edited.
 
     folder: The folder; made where it is not there.
-    Raises FricError: When the folder cannot be made.
     """
 
     def __init__(self, folder: Path) -> None:

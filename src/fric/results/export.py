@@ -56,8 +56,6 @@ def trust_of(
     against the scheme at either feed, or a drive that saturates, counts too. Doubts are that no machines were drawn,
     and that no circle was measured.
 
-    machine, name, scheme: The machine, its axis, and the scheme to switch on.
-    notices: Warnings of the machine's files.
     disagreements, compared: Where measured circles differ from the prediction; whether any was compared with the
         machine.
     drawn: What the scheme, and no compensation, left on drawn machines, by circle.

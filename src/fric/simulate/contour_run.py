@@ -205,8 +205,6 @@ def pair(machine: Machine, *, both: bool = False) -> tuple[str, str]:
     """Return the names of the two axes that make a circle: ``x`` and ``y``, or the first two.
 
     A machine of one linear axis runs it with another that follows its reference exactly, and is not in the machine.
-
-    both: Whether it must have two.
     """
     linear = [name for name, axis in machine.axes.items() if not rotates(axis.motion)]
     if len(linear) < 1 + both:
@@ -257,10 +255,7 @@ def reduction(run: ContourRun[Any, Any], runs: Sequence[ContourRun[Any, Any]]) -
 
 @dataclass(frozen=True)
 class Circle:
-    """A circular test.
-
-    Raises FricError: When radius, feed or revolutions are not positive.
-    """
+    """A circular test."""
 
     radius: float = 0.03  # Radius [m]
     feed: float = 0.1  # Speed along the circle [m/s]
@@ -312,10 +307,7 @@ def run_circle(machine: Machine, scheme: Scheme, test: Circle | None = None, **h
 
 @dataclass(frozen=True)
 class CircleGrid:
-    """What is run on each of many circles; a circle by its number, radius by radius.
-
-    Raises FricError: When there is no feed or no radius.
-    """
+    """What is run on each of many circles; a circle by its number, radius by radius."""
 
     machine: Machine  # The machine
     schemes: tuple[Scheme, ...]  # The compensation schemes

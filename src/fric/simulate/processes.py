@@ -218,10 +218,7 @@ ACCURACY = 5e-9  # Largest error of a glitch by the integration of the plant [m]
 
 @dataclass(frozen=True)
 class Study:
-    """What is run on each of many machines.
-
-    Raises FricError: When a spread names no parameter of the machine, or the accuracy is negative.
-    """
+    """What is run on each of many machines."""
 
     machine: Machine  # The nominal machine
     schemes: tuple[Scheme, ...]  # The compensation schemes

@@ -72,10 +72,7 @@ def declared_parameters(model: FrictionModel) -> list[Parameter]:
 def friction_intervals(
     model: FrictionModel, sections: Mapping[str, Mapping[str, Estimate]]
 ) -> tuple[dict[str, tuple[float, float]], list[str]]:
-    """Return the intervals of a friction model's parameters, and the names of those that cannot be drawn from.
-
-    sections: The sections of the friction file that the model is from.
-    """
+    """Return the intervals of a friction model's parameters, and the names of those that cannot be drawn from."""
     found: dict[str, tuple[float, float]] = {}
     refused: list[str] = []
     law = model.model if isinstance(model, Directed) else model

@@ -134,11 +134,7 @@ LEVEL = 0.03  # Deviation of Σ alpha from 1 that gives a warning
 
 
 def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[Notice]:
-    """Yield the warnings of a fit.
-
-    sliding_logged: Whether a record in sliding was among the logs.
-    plant_given: Whether inertia and damping were subtracted.
-    """
+    """Yield the warnings of a fit."""
     metre, newton, F_s = si_unit("position", fit.motion), si_unit("force", fit.motion), fit.static.F_s
     if not fit.static_given:
         yield blocks.NO_STATIC_MAP.found(F_s=Estimate(F_s, newton))

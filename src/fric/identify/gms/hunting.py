@@ -149,8 +149,6 @@ def hunting_share(measured: Real, simulated: Real, count: int) -> float:
 
     Noise of the force adds to lag 0 alone: the squared share is the least-squares ratio at the other lags, and two of
     its standard errors for white residuals, ``γ_0/√n``; it is at most the ratio at lag 0.
-
-    count: Number n of measured samples.
     """
     whole, size = measured[0] / max(simulated[0], 1e-300), max(float(np.linalg.norm(simulated[1:])), 1e-300)
     share = (measured[1:] @ simulated[1:] / size + 2.0 * measured[0] / np.sqrt(count)) / size

@@ -225,7 +225,6 @@ def solve(
     The residual is ``ln(G_m/G)``, its real part the log magnitude, its imaginary part the phase, both over the relative
     deviation of the line. With friction, A of each response is ``A + F_c/M·reversing``.
 
-    friction: Fit F_c/M, too.
     misfits: Relative deviation to be added for each response; by default estimated.
     resonance: Start of the search for a second mass; by default eq. (1) alone.
     start: Start of the search for A, ln B, T_d, and F_c/M if fitted; by default from a grid and 0.

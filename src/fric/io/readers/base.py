@@ -125,7 +125,6 @@ class ForeignTable(ABC):
     columns: Names and units.
     constants: Values that the file holds once: scalars, lines of the preamble. They serve as ``{fields}`` of a mapping.
     said: What the file itself says of the record: ``axis``, ``motion``, ``name``, ``kind``, ``sha256``, ``source``.
-    Raises FricError: Where the columns are more than any log has.
     """
 
     notices: Sequence[Notice] = ()
