@@ -3,10 +3,10 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, replace
-from functools import cache, wraps
+from functools import cache
 from inspect import get_annotations
 from math import nan
-from typing import Any, ClassVar, Literal, Self, cast, get_origin
+from typing import Any, ClassVar, Literal, Self, get_origin
 
 import numpy as np
 
@@ -97,19 +97,6 @@ class FrictionModel(Parametrised):
     identified: ClassVar[bool] = True
     """False for a model that is simulated only, and that no `fric identify` looks for."""
 
-    def __init_subclass__(cls) -> None:
-        super().__init_subclass__()
-        if given := vars(cls).get("steady_state"):
-
-            @wraps(given)
-            def steady_state(self: Self, v: Real | float) -> Real | float:
-                try:
-                    return cast("Real", given(self, v))
-                except (TypeError, ValueError):
-                    raise refused("steady_state", "v as numbers", v) from None
-
-            cls.steady_state = steady_state  # type: ignore[assignment,method-assign]
-
     def __post_init__(self) -> None:
         require_numbers(self, *_names(type(self)))
         for name in _names(type(self))[1]:  # given as an array, say, whose truth is not that of a tuple
@@ -156,9 +143,16 @@ class FrictionModel(Parametrised):
         sections = cls.declared().items()
         return cls.from_sections({name: {p.name: Estimate(p.typical, "") for p in of} for name, of in sections})
 
+    def steady_state(self, v: Real | float) -> Real:
+        """Return the friction force [N] after a long time at constant velocity v [m/s], of any shape."""
+        try:
+            return self.sliding_force(np.asarray(v, float))
+        except (TypeError, ValueError):
+            raise refused("steady_state", "v as numbers", v) from None
+
     @abstractmethod
-    def steady_state(self, v: Real | float) -> Real | float:
-        """Return the friction force [N] after a long time at constant velocity v [m/s]."""
+    def sliding_force(self, v: Real) -> Real:
+        """Return the force of `steady_state`."""
 
     def packed(self) -> Real:
         """Return the parameters as the step reads them: numbers, then the values of all blocks, in their order."""
@@ -206,9 +200,9 @@ class Wrapped(FrictionModel):
         """The name of the model within."""
         return self.model.name
 
-    def steady_state(self, v: Real | float) -> Real | float:
-        """Return the friction force of the model within after a long time at constant velocity [N]."""
-        return self.model.steady_state(v)
+    def sliding_force(self, v: Real) -> Real:
+        """Return the force of the model within."""
+        return self.model.sliding_force(v)
 
     def initial_state(self) -> Real:
         """Return the state of the model within at rest."""

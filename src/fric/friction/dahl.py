@@ -70,9 +70,9 @@ class Dahl(FrictionModel):
     properties: ClassVar[frozenset[Property]] = frozenset({"bounded", "passive", "pre-sliding"})
     step: ClassVar[Step] = _step
 
-    def steady_state(self, v: Real | float) -> Real:
+    def sliding_force(self, v: Real) -> Real:
         """Return ``F_c·sign(v) + sigma·v`` [N] at velocity v [m/s]."""
-        return self.F_c * np.sign(v) + self.sigma * np.asarray(v)
+        return self.F_c * np.sign(v) + self.sigma * v
 
     def initial_state(self) -> Real:
         """Return ``[v, F_0]`` at rest."""

@@ -53,10 +53,9 @@ class Directed(Wrapped):
             return replace(self.model, static=self.negative)
         return self.negative
 
-    def steady_state(self, v: Real | float) -> Real:
+    def sliding_force(self, v: Real) -> Real:
         """Return the friction force [N] after a long time at constant velocity v [m/s]."""
-        v = np.asarray(v, float)
-        return np.where(v < 0, self.backward.steady_state(v), self.model.steady_state(v))
+        return np.where(v < 0, self.backward.sliding_force(v), self.model.sliding_force(v))
 
     @property
     def layout(self) -> str:

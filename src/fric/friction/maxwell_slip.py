@@ -71,9 +71,9 @@ class MaxwellSlip(FrictionModel):
         if not (min(self.W) >= 0 and all(k > 0 for k in self.k)):
             raise FricError("W of maxwell_slip must not be negative, and k must be positive")
 
-    def steady_state(self, v: Real | float) -> Real:
+    def sliding_force(self, v: Real) -> Real:
         """Return ``Σ W_i·sign(v) + sigma·v`` [N] at velocity v [m/s]."""
-        return sum(self.W) * np.sign(v) + self.sigma * np.asarray(v)
+        return sum(self.W) * np.sign(v) + self.sigma * v
 
     def initial_state(self) -> Real:
         """Return ``[v, F_1 … F_N]`` at rest."""

@@ -82,9 +82,9 @@ class StaticMap(FrictionModel):
         """Return |s(v)| [N], the Stribeck curve without sign and without the viscous part."""
         return np.asarray(self.F_c + (self.F_s - self.F_c) * stribeck_shares(v, self.v_s, self.delta))
 
-    def steady_state(self, v: Real | float) -> Real:
+    def sliding_force(self, v: Real) -> Real:
         """Return the force of eq. (2) [N] at velocity v [m/s]."""
-        return np.sign(v) * self.level(v) + self.sigma * np.asarray(v)
+        return np.sign(v) * self.level(v) + self.sigma * v
 
     def initial_state(self) -> Real:
         """Return an empty state: the map has no memory."""
@@ -122,9 +122,9 @@ class OnStaticMap(FrictionModel):
         """Return ``[F_c, F_s, v_s, delta, sigma]`` of the static map, then the parameters of the model."""
         return np.append(self.static.packed(), super().packed())
 
-    def steady_state(self, v: Real | float) -> Real:
+    def sliding_force(self, v: Real) -> Real:
         """Return the force of the static map [N] at velocity v [m/s]."""
-        return self.static.steady_state(v)
+        return self.static.sliding_force(v)
 
 
 @dataclass(frozen=True)
