@@ -1,7 +1,5 @@
 """Searches of NLopt, which an error in their cost ends."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import inf
 from typing import TYPE_CHECKING
@@ -14,7 +12,7 @@ if TYPE_CHECKING:
     import nlopt
 
 
-def minimised(search: nlopt.opt, cost: Callable[[Real], float], start: Real) -> Real:
+def minimised(search: "nlopt.opt", cost: Callable[[Real], float], start: Real) -> Real:
     """Return where a search of NLopt finds the least cost, shape (n,).
 
     An exception of the cost ends the search and is raised. NLopt itself would go on with the error set and raise nested

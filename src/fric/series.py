@@ -1,7 +1,5 @@
 """Checks of foreign series of numbers at construction, so that consumers need none."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -62,7 +60,7 @@ def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Moti
         require_rising(found["time"], where)
 
 
-def require_plausible(name: str, values: Real, dimension: str, where: str, *, motion: Motion = "linear") -> None:
+def require_plausible(name: str, values: "Real", dimension: str, where: str, *, motion: Motion = "linear") -> None:
     """Raise a `FricError` if a value is no number or beyond all machines, or all are too small (in SI units)."""
     import numpy as np
 
@@ -82,7 +80,7 @@ def require_plausible(name: str, values: Real, dimension: str, where: str, *, mo
     )  # fmt: skip
 
 
-def require_rising(time: Real, where: str) -> None:
+def require_rising(time: "Real", where: str) -> None:
     """Raise a `FricError` where times [s] do not rise from sample to sample, or faster than any log does."""
     import numpy as np
 

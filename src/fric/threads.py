@@ -1,7 +1,5 @@
 """One thread for the linear algebra of small matrices and long vectors."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -12,7 +10,7 @@ if TYPE_CHECKING:
 
 
 @cache
-def _controller() -> ThreadpoolController:
+def _controller() -> "ThreadpoolController":
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()

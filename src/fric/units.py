@@ -7,8 +7,6 @@ axis: a force is in N on a linear axis and a torque in N·m on a rotary axis. Wh
     is 1.
 """
 
-from __future__ import annotations
-
 import re
 from functools import cache
 from math import inf, isfinite
@@ -111,7 +109,7 @@ def si_unit(dimension: str, motion: Motion = "linear") -> str:
 
 
 @cache
-def _registry() -> pint.UnitRegistry[Any]:
+def _registry() -> "pint.UnitRegistry[Any]":
     import pint  # 290 ms: only when a unit is met that is not SI already
 
     try:

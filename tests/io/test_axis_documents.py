@@ -46,7 +46,7 @@ def test_documents_of_an_axis_read_as_types_in_si(tmp_path: Path) -> None:
         ("axis: x", "axis: x\nmass: 3 kg", r"line 3: mass: is not a key that is known here\n.*fric schema plant"),
         ("T_d: 0.65 ms", "T_d: 0.65 ms\nprovenance: me", r"line 6: provenance: takes keys.*\n.*fric schema plant"),
         ("fric: plant/1\n", "", r"does not say what it is\nStart it with 'fric: plant/1'"),
-        ("value: 4.526", "value: [4.5, 4.6]", "line 4: B: 2 values"),
+        ("value: 4.526", "value: [4.5, 4.6]", "line 4: B: a list of 2 where one value"),
     ],
 )
 def test_what_does_not_fit_is_told_with_its_line(tmp_path: Path, was: str, now: str, told: str) -> None:

@@ -1,7 +1,5 @@
 """A circle test as it was measured: traces of two axes, or angle and radial deviation of a ball bar."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import pi
@@ -102,7 +100,7 @@ class AxisTrace:
         found = {name: getattr(self, name) for name in CHANNELS}
         return {name: values for name, values in found.items() if values is not None}
 
-    def part(self, cut: slice) -> AxisTrace:
+    def part(self, cut: slice) -> "AxisTrace":
         """Return a part of the samples."""
         return AxisTrace(**{name: values[cut] for name, values in self.channels().items()}, unit=self.unit)
 
@@ -220,7 +218,7 @@ class MeasuredCircle:
         there: Any = {name: np.interp(t, second.time, values) for name, values in second.channels().items()}
         return first, replace(second, **there | {"time": t})
 
-    def following(self, *names: str) -> MeasuredCircle:
+    def following(self, *names: str) -> "MeasuredCircle":
         """Return the test with axes that follow their reference exactly."""
         axes = {
             name: replace(trace, position=trace.position if trace.reference is None else trace.reference)
@@ -235,7 +233,7 @@ class MeasuredCircle:
             for name, trace in self.axes.items()
         ]
 
-    def of_effort(self, motions: Mapping[str, Motion]) -> MeasuredCircle:
+    def of_effort(self, motions: Mapping[str, Motion]) -> "MeasuredCircle":
         """Return the test with the force of axes whose force is the drive's input as the input."""
         of = {name: trace for name, trace in self.axes.items() if is_effort(motions.get(name, ""))}
         for name, trace in of.items():
@@ -244,12 +242,12 @@ class MeasuredCircle:
             of[name] = replace(trace, input=trace.input if force is None and unit == "V" else force)
         return replace(self, axes={**self.axes, **of})
 
-    def stated(self, radius: float | None, feed: float | None) -> MeasuredCircle:
+    def stated(self, radius: float | None, feed: float | None) -> "MeasuredCircle":
         """Return the test with another nominal radius [m] and feed [m/s], where they are given."""
         return replace(self, radius=radius or self.radius, feed=feed or self.feed)
 
 
-def measured_from_run(run: CircleRun, source: str = "") -> MeasuredCircle:
+def measured_from_run(run: "CircleRun", source: str = "") -> MeasuredCircle:
     """Return the record of a simulated circle as a circle test, as measured by the encoders."""
     test = run.circle
     axes = {

@@ -1,7 +1,5 @@
 """A prediction of a circle: the glitch of each scheme, and reasons not to trust it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf
@@ -83,7 +81,7 @@ UNSTABLE = 0.05  # Largest share of machines with an unstable loop, for a truste
 
 
 def predicted(
-    many: MonteCarlo,
+    many: "MonteCarlo",
     *,
     widened: Mapping[str, tuple[Notice, ...]] | None = None,
     measured: Sequence[str] = (),

@@ -1,7 +1,5 @@
 """What commands print: tables and words for people through Rich, JSON for programs, warnings on standard error."""
 
-from __future__ import annotations
-
 import codecs
 import os
 import re
@@ -38,7 +36,7 @@ class Stream:
     stderr: bool  # Whether it is standard error
 
     @cached_property
-    def console(self) -> Console:
+    def console(self) -> "Console":
         """Rich's console; a file takes lines of any length."""
         from rich.console import Console
 
@@ -88,7 +86,7 @@ OUT, ERR = Stream(stderr=False), Stream(stderr=True)
 
 
 def finish(
-    make: Callable[[Any], Result],
+    make: Callable[[Any], "Result"],
     output: Path | None = None,
     plot: Path | None = None,
     *,

@@ -1,7 +1,5 @@
 """Files of control blocks: ``fric: controller/1``, ``observer/1`` and ``block/1``."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import log10
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
@@ -119,7 +117,7 @@ class ObserverDocument(AxisDocument, ObserverPart, type="observer"):
     )
 
 
-def observer_parts(design: ObserverDesign, motion: Motion) -> dict[str, Any]:
+def observer_parts(design: "ObserverDesign", motion: Motion) -> dict[str, Any]:
     """Return an observer with its limits, by key of the observer file."""
     q, robust = design.observer.q, design.robust
     limits: dict[str, Any] = {
@@ -202,7 +200,7 @@ class BlockDocument(OfAxis, type="block"):
         return schema
 
 
-def block_parts(design: BlockDesign, motion: Motion, cascade: Cascade | None = None) -> dict[str, Any]:
+def block_parts(design: "BlockDesign", motion: Motion, cascade: Cascade | None = None) -> dict[str, Any]:
     """Return a control block, by key of the block file."""
     block = design.block
     parameters = in_units(vars(block), {parameter.name: parameter.dimension for parameter in block.parameters}, motion)

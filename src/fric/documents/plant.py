@@ -1,7 +1,5 @@
 """The plant file: ``fric: plant/1``."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -83,7 +81,7 @@ METHODS = (
 )
 
 
-def _solved(name: str) -> Callable[[ResponseFit], Estimate]:
+def _solved(name: str) -> Callable[["ResponseFit"], Estimate]:
     return lambda fit: fit.solution.estimates(fit.measured.table.motion)[name]
 
 
@@ -110,7 +108,7 @@ class ResponseFitPart(Written):
     T_d: Quantity = of(_solved("T_d"))
 
 
-def _gain(fit: PlantFit) -> Estimate | None:
+def _gain(fit: "PlantFit") -> Estimate | None:
     gains = tuple(map(float, fit.friction.gains))
     return None if np.isnan(gains).any() else Estimate(gains, f"s/{si_unit('position', fit.motion)}")
 
@@ -230,7 +228,7 @@ def plant_part(plant: Plant, motion: Motion) -> PlantPart:
     return PlantPart.model_validate(PlantPart.of(plant, motion))
 
 
-def plant_tree(fit: PlantFit | MotionFit, records: Sequence[Record]) -> dict[str, Any]:
+def plant_tree(fit: "PlantFit | MotionFit", records: Sequence[Record]) -> dict[str, Any]:
     """Return the plant document of a plant that was identified from records, ready to be written or printed."""
     of_responses: Any = fit if hasattr(fit, "responses") else None
     estimates: Any = of_responses.estimates if of_responses else fit.plant

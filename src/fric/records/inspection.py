@@ -1,7 +1,5 @@
 """The content of a record, its information on friction, and its uses."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -50,7 +48,7 @@ class Identifiability:
     resolved: float  # Shortest travel after a reversal that is seen [m]: a count, and that in `SAMPLES` samples
 
 
-def identifiability_of(records: Sequence[Prepared]) -> Identifiability:
+def identifiability_of(records: Sequence["Prepared"]) -> Identifiability:
     """Return the information of prepared records on friction."""
     slopes, peaks, resolved = [], [], []
     for record in records:
@@ -66,7 +64,7 @@ def identifiability_of(records: Sequence[Prepared]) -> Identifiability:
     return Identifiability(slope < RISES, slope, max(peaks, default=0.0), min(resolved, default=0.0))
 
 
-def _of_speed(record: Prepared) -> Real | float:
+def _of_speed(record: "Prepared") -> Real | float:
     """Return inertia and damping [N], shape (n,), of a record with a fitted mass: they rise like a stiffness.
 
     By least squares of the force on acceleration, sign of the velocity, velocity and an offset, while it moves. A
@@ -82,7 +80,7 @@ def _of_speed(record: Prepared) -> Real | float:
     return m.acceleration * mass + m.velocity * max(damping, 0.0) if mass > 0.0 < coulomb else 0.0
 
 
-def too_coarse(records: Sequence[Prepared]) -> list[Notice]:
+def too_coarse(records: Sequence["Prepared"]) -> list[Notice]:
     """Return the records whose encoder is too coarse for their motion, judged as by `inspect`, with warnings."""
     found = []
     for record in records:
@@ -232,7 +230,7 @@ def energy_warnings(energies: Real, ends: Real) -> list[Notice]:
     return [ENERGY_DRIFTS.found(change=change / usual, half=half / abs(usual))]
 
 
-def energy_changes(record: Prepared, modelled: Real, seen: Mask) -> Iterator[Notice]:
+def energy_changes(record: "Prepared", modelled: Real, seen: Mask) -> Iterator[Notice]:
     """Yield the warnings about changes during a record, by the ratio of its cycles' energy to that of a model.
 
     modelled: The model's force along the motion [N], shape (n,).

@@ -2,8 +2,6 @@
 results.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -89,14 +87,14 @@ def friction_of(given: Any, axis: str, motion: Motion) -> FrictionDocument | Non
     return None if given is None else document_of(FrictionDocument, given, (axis, motion))
 
 
-def some_circles(given: Iterable[Any], scheme: str | None = None) -> list[MeasuredCircle]:
+def some_circles(given: Iterable[Any], scheme: str | None = None) -> list["MeasuredCircle"]:
     """Return measured circles as `circles_of` does; raise a `FricError` if there are none."""
     if not (found := circles_of(given, scheme)):
         raise FricError("no circle was given", hint=f"Give {CIRCLES}.")
     return found
 
 
-def circles_of(given: Iterable[Any], scheme: str | None = None) -> list[MeasuredCircle]:
+def circles_of(given: Iterable[Any], scheme: str | None = None) -> list["MeasuredCircle"]:
     """Return measured circles that are given directly, as files or in lists; of a run file those of a scheme."""
     from fric.circles.measured import MeasuredCircle
 

@@ -1,7 +1,5 @@
 """What every reader gives: tables of columns, read block by block as float64, NaN where a cell is no number."""
 
-from __future__ import annotations
-
 import logging
 import re
 import warnings
@@ -114,7 +112,7 @@ class RowBlock(NamedTuple):
     """Consecutive rows: the number of the first, the wanted columns, and the bytes of the file they took."""
 
     row: int
-    columns: list[Real]
+    columns: list["Real"]
     size: int
 
 
@@ -271,7 +269,7 @@ def plain_name(name: str) -> str:
     return " ".join(named(name).name.casefold().split())
 
 
-def numbers(values: Any) -> Real:
+def numbers(values: Any) -> "Real":
     """Return an array as floats: stamps in seconds (since the epoch), NaN where there is none or it is no number."""
     import numpy as np
 

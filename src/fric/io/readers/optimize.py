@@ -7,8 +7,6 @@ a second one, or its time series; an auto-tuning result holds the plant ``m_pPla
 and the speed loop before and behind the tuning. All values are in SI, of the motor. The order of elements is free.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -62,7 +60,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     yield table
 
 
-def cascade_of(path: Path, position_gain: float | None) -> tuple[str, Motion, Cascade]:
+def cascade_of(path: Path, position_gain: float | None) -> tuple[str, Motion, "Cascade"]:
     """Return axis, motion and cascade of an auto-tuning result, of which the tuned loop is the last.
 
     The voltage of the cascade stands for the torque of the motor: 1 V for 1 N*m.
