@@ -17,7 +17,7 @@ import pytest
 from typer.testing import CliRunner
 
 import fric
-from fric.automatic.run import Stated, find_gains, gains_of
+from fric.automatic.run import Stated, _found, find_gains, gains_of
 from fric.automatic.sources import find_sources
 from fric.automatic.steps import Session, axis_steps, identify_axes, trace_step
 from fric.cli.main import app
@@ -653,3 +653,14 @@ def test_a_file_in_the_place_of_the_folder_is_refused_before_logs_are_read(tmp_p
         fric.auto(DATA, output=tmp_path / "out", controllers=["K_v=100 1/s"])
     with pytest.raises(FricError, match="velocity_feedforward of the controller is 5"):
         gains_of("K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m, velocity_feedforward=5", "x", "linear")
+
+
+def test_the_table_marks_values_of_the_negative_direction(tmp_path: Path):
+    """Both maps of a machine whose friction depends on the direction were shown as F_c."""
+    static = {"F_c": {"value": 24.0, "unit": "N"}, "fit": {"value": 1.0, "unit": "1"}}
+    negative = {"F_c": {"value": 19.0, "unit": "N"}}
+    file = tmp_path / "static.yaml"
+    file.write_text(json.dumps({"static": static, "static_negative": negative}), encoding="utf-8")
+    none = tmp_path / "none.yaml"
+    table = _found("x", SimpleNamespace(files={"plant": none, "controller": none, "friction": file}))
+    assert [row[:2] for row in table.rows] == [("F_c", "24"), ("negative.F_c", "19")]

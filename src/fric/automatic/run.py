@@ -233,13 +233,18 @@ def _found(name: str, outcome: AxisOutcome) -> Table:
     for part, wanted in FOUND.items():
         path = outcome.files[part]
         tree = plain(read_tree(path)) if path.exists() else {}
-        sections = [tree.get(section) or {} for section in wanted] if part == "friction" else [tree]
+        sections = {name: tree.get(name) or {} for name in wanted} if part == "friction" else {part: tree}
         of_motion |= (tree.get("fit") or {}).get("parameters") or {} if part == "plant" else {}
-        if part == "friction" and of_motion and (not tree or None in (sections[0].get("F_c") or {}).get("ci95", ())):
-            sections = [of_motion]  # a replay that leaves Coulomb friction open says nothing beside the plant's fit
-        for section in sections:
+        if (
+            part == "friction"
+            and of_motion
+            and (not tree or None in (sections["static"].get("F_c") or {}).get("ci95", ()))
+        ):
+            sections = {"": of_motion}  # a replay that leaves Coulomb friction open says nothing beside the plant's fit
+        for of, section in sections.items():
             known = {key: value for key, value in section.items() if key in SHOWN and isinstance(value, dict)}
-            rows += [row for row in estimate_rows(known) if row[0] in SHOWN]
+            mark = "negative." * (of == "static_negative")  # as in its covariance
+            rows += [(mark + symbol, *row) for symbol, *row in estimate_rows(known) if symbol in SHOWN]
             if isinstance(alpha := section.get("alpha"), dict):
                 rows.append(("blocks", str(len(alpha["value"])), "", ""))
     return named(("", "value", "95 % interval", "unit"), rows, f"axis {name}")
