@@ -396,7 +396,7 @@ def inspect_response(record: FrequencyResponse) -> ResponseInspection:
     """Return the content of a measured frequency response."""
     frequency = record.frequency
     coherence = None if record.coherence is None else float(np.min(record.coherence))
-    decades = float(np.log10(frequency[-1] / frequency[0])) if len(frequency) > 1 and frequency[0] > 0 else 0.0
+    decades = float(np.log10(frequency[-1] / frequency[0]))
     good = len(frequency) >= 8 and decades >= 1.0
     why = f"{len(frequency)} frequencies over {decades:.1f} decades"
     why += "" if good else ": 8 over one decade are needed"
