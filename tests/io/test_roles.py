@@ -365,6 +365,15 @@ def test_counts_of_position_and_velocity_leave_their_units_open(tmp_path: Path) 
     assert axis.roles["position"].unit_likelihood < SURE
 
 
+def test_a_velocity_in_counts_is_left_to_the_position(tmp_path: Path) -> None:
+    """`Vel_estimate (counts/s)` in turns a second refused a log whose position says all."""
+    a = axis_of_a_drive()
+    turns, speed = a["position"] / 6.283, a["velocity"] / 6.283
+    head = "Time (s);Pos_estimate;Vel_estimate (counts/s);current (A)"
+    (axis,) = told(write(tmp_path / "log.txt", head, a["t"], turns, speed, a["current"]))
+    assert {channel: role.column for channel, role in axis.roles.items()} == {"time": 0, "position": 1, "force": 3}
+
+
 def test_signals_of_simulink_and_units_above_a_header(tmp_path: Path) -> None:
     a = axis_of_a_drive()
     signals = [{"values": a[name][:, None], "label": label} for name, label in (

@@ -234,9 +234,16 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
         axis.name = str(n)
         if (mode := _mode(data, _first_column(axis))) is not None:
             axis.roles["mode"] = Role("mode", mode, "1", 0.97, 1.0, "by its name")
-        for channel, role in axis.roles.items():  # a file that says counts says that it is in no unit
-            if role.column is not None and role.unit in _OF_MOTION and in_counts(data.columns[role.column]):
-                axis.roles[channel] = replace(role, unit_likelihood=0.5 * role.unit_likelihood)
+        counted = [
+            channel for channel, role in axis.roles.items()
+            if role.column is not None and role.unit in _OF_MOTION and in_counts(data.columns[role.column])
+        ]  # fmt: skip
+        if counted == ["velocity"] and "position" in axis.roles:  # the derivative of the position will do
+            del axis.roles["velocity"]
+            continue
+        for channel in counted:  # a file that says counts says that it is in no unit
+            role = axis.roles[channel]
+            axis.roles[channel] = replace(role, unit_likelihood=0.5 * role.unit_likelihood)
     return axes
 
 
