@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from fric.errors import FricError
+from fric.friction.lugre import LuGre
+from fric.friction.stribeck import StaticMap
 from fric.identify.plant.identify import identify_motion
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.log import Log
@@ -56,3 +58,23 @@ def test_friction_of_an_axis_that_rests_most_of_the_time_is_not_drawn_towards_ze
     found = identify_motion([log]).estimates
     assert float(found["F_c"]) == pytest.approx(F_C, rel=0.01)
     assert found["F_c"].ci95[0] < F_C < found["F_c"].ci95[1]
+
+
+def test_what_a_motion_hides_between_few_samples_is_not_taken_for_friction() -> None:
+    """At 20 Hz, beside rests: F_c was 3.2 % low, F_v 1.5 % high, and nothing was said."""
+    r, position = np.random.default_rng(5), [np.zeros(300)]
+    for _ in range(30):
+        goal, n = r.uniform(-0.5, 0.5), int(1e3 * r.uniform(0.8, 2.0))
+        s = np.arange(1, n + 1) / n
+        position += [(goal - position[-1][-1]) * s**3 * (10 - 15 * s + 6 * s**2) + position[-1][-1], np.full(300, goal)]
+    z = np.concatenate(position)
+    t = 1e-3 * np.arange(len(z))
+    v = np.gradient(z, t)
+    law = LuGre(StaticMap(F_c=F_C, F_s=1.2 * F_C, v_s=0.05, sigma=F_V), sigma_0=200 * F_C, sigma_1=15.4)
+    force = M * np.gradient(v, t) + law.replay(t, z, v) + r.normal(0.0, 0.02, len(t))
+    some = slice(int(r.integers(50)), None, 50)
+    fit = identify_by_replay("lugre", prepared([Log(t[some], position=z[some], force=force[some], kind="motion")]))
+    assert [notice.code for notice in fit.warnings] == ["changes-between"]
+    for name, true in (("F_c", F_C), ("sigma", F_V)):
+        low, high = fit.estimates["static"][name].ci95
+        assert 0.99 * true < low < true < high < 1.01 * true, name

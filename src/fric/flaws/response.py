@@ -52,7 +52,7 @@ AMPLITUDES_DISAGREE = Flaw("amplitudes-disagree", "doubt",
 FRICTION_IN_RESPONSE = Flaw("friction-in-response", "note",
     "Friction is seen: A is {low:.4g} to {high:.4g} 1/s here, {A:.4g} 1/s without ({coulomb} times the mass).")
 CHANGES_BETWEEN = Flaw("changes-between", "doubt",
-    "The speed changes between samples: {share:.0%} of them, around starts and stops, are left out.",
+    "The speed changes between samples: {share:.0%} of them, around starts and stops, {less:weigh less|are left out}.",
     "Log at a higher rate, or start and stop slower.")
 NOT_PHYSICAL = Flaw("not-physical", "wrong", "{name} is {value}, which no axis has.",
     "{falls:Log a faster motion: friction falls with speed in this record.|Check the sign of the force.}")

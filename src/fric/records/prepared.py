@@ -177,14 +177,16 @@ class Prepared:
 
     def moved(self, late: float) -> Prepared:
         """Return the record with its motion at the instants of the force, which was logged later by a time [s]."""
-        from scipy.interpolate import CubicHermiteSpline  # not at the start
-
-        m = self.motion
-        known = (m.position, m.velocity, m.acceleration, np.gradient(m.acceleration, m.time))
-        z, v, a = (CubicHermiteSpline(m.time, *pair)(m.time - late) for pair in pairwise(known))
-        motion = Motion(m.time, z, v, a, m.step)
+        motion = _between(self.motion, self.motion.time - late)
+        motion = replace(motion, time=self.motion.time)
         done = replace(self.done, delay=self.done.delay - late)
         return replace(self, motion=motion, used=self.used & between_reversals(motion), done=done)
+
+    @cached_property
+    def coarse(self) -> Prepared:
+        """The record with its motion as every second sample shows it."""
+        m = self.motion
+        return replace(self, motion=_between(smooth_motion(m.time[::2], m.position[::2]), m.time))
 
     def in_motion(self) -> Prepared:
         """Return the record with the samples compared that are apart from rests and reversals."""
@@ -316,6 +318,15 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
     if log.force is not None and source == "force":
         used &= ~(clipped(log.force) | drive_off(log))
     return Prepared(log, motion, np.asarray(force, float), used, reversals, done)
+
+
+def _between(m: Motion, time: Real) -> Motion:
+    """Return a motion at other instants (n,)."""
+    from scipy.interpolate import CubicHermiteSpline  # not at the start
+
+    known = (m.position, m.velocity, m.acceleration, np.gradient(m.acceleration, m.time))
+    z, v, a = (CubicHermiteSpline(m.time, *pair)(time) for pair in pairwise(known))
+    return Motion(time, z, v, a, m.step)
 
 
 def between_reversals(motion: Motion) -> Mask:

@@ -705,7 +705,7 @@ def _warnings(
 ) -> Iterator[Notice]:
     hidden = [float(np.mean(~record.used[border:])) for record in records]
     if any(hidden):
-        yield CHANGES_BETWEEN.found(share=max(hidden))
+        yield CHANGES_BETWEEN.found(share=max(hidden), less=False)
     for name, estimate in estimates.items():
         if (name == "M" or name.startswith(("F_v", "F_c"))) and float(estimate) <= 0:
             falls = name.startswith("F_v") and float(estimates["M"]) > 0

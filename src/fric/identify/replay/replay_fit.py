@@ -33,6 +33,7 @@ from fric.estimate import TWOFOLD, Covariance, Estimate, Interval, Scale
 from fric.flaws.blocks import EXPLAINS_LITTLE, NEVER_SLIDES, PARAMETER_AT_BOUND, PARAMETER_AT_EDGE, PARAMETER_UNSEEN
 from fric.flaws.channel import FORCE_LATE, FORCE_LATE_OPEN, STIFFNESS_UNRESOLVED
 from fric.flaws.drift import RECORDS_VARY
+from fric.flaws.response import CHANGES_BETWEEN
 from fric.friction import FrictionModel, Parameter, models
 from fric.friction.directed import Directed
 from fric.friction.gms import GMS
@@ -48,9 +49,11 @@ from fric.identify.replay.replay_search import (
     Ranges,
     Search,
     coordinates_of,
+    few_a_swing,
     search_ranges,
     side_by_side,
     times,
+    unseen,
 )
 from fric.notice import Notice
 from fric.records.flaws import record_flaws
@@ -930,6 +933,11 @@ def _described(
     warnings += [*notices, *record_notices(records, model), *solved.edges()]
     residual = replace(search, weights=None).residual(x)
     force = np.concatenate([record.force[record.used] for record in records])
+    parts = [(hidden, squares.mean()) for squares, hidden in (unseen(record, model) for record in records)]
+    less = [float(np.mean(2.0 * hidden > of)) for hidden, of in parts if hidden.mean() > 0.5 * of]
+    left = [1.0 - float(record.used.mean()) for record in records if few_a_swing(record) and not record.done.starts]
+    if less or left:
+        warnings.append(CHANGES_BETWEEN.found(share=max(less + left), less=not left))
     rmse = float(np.sqrt(np.mean(residual**2)))
     r2 = 1.0 - rmse**2 / float(np.var(force))
     if r2 < 0.5:

@@ -14,6 +14,7 @@ from typing import Literal, Self
 
 import nlopt
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.linalg import block_diag
 from scipy.optimize import least_squares, nnls
 
@@ -28,6 +29,7 @@ from fric.friction.stribeck import StaticMap
 from fric.kernels.replay import replay_loads
 from fric.progress import tried
 from fric.records.inspection import identifiability_of
+from fric.records.motion import BANDWIDTH
 from fric.records.prepared import Prepared
 from fric.records.resolution import noise_level
 from fric.search import minimised
@@ -441,23 +443,49 @@ class Search:
         return x
 
 
+FEW_A_SWING = 75  # Samples from reversal to reversal below which a motion may change between them
+
+
+def few_a_swing(record: Prepared) -> bool:
+    """Return whether few samples show a swing, at a rate that is low for what a position loop passes."""
+    slow = 5.0 * BANDWIDTH * float(np.median(np.diff(record.motion.time))) > 1.0
+    return slow and len(record.force) < FEW_A_SWING * len(record.reversals)
+
+
+def unseen(record: Prepared, model: FrictionModel) -> tuple[Real, Real]:
+    """Return the squared residuals [N²] at the samples used, and what of them is due to motion between samples.
+
+    Where few samples show a swing, the fitted force differs along the motion of every second sample, most beside starts
+    and stops. If by more than the residual, the squares of that, by sample and neighbours, are a shape of the variance,
+    whose rest is that of the samples below the median. The level of the record is fitted.
+    """
+    replayed = record.replay(model)
+    terms = np.column_stack([record.own, replayed])[record.used]
+    terms /= np.abs(terms).max(axis=0, initial=1e-300)
+    rest = (record.force - replayed)[record.used]
+    squares = (rest - terms @ np.linalg.lstsq(terms, rest, rcond=None)[0]) ** 2
+    if "mass" in record.done.own and record.done.starts and few_a_swing(record):
+        moved = record.own - record.coarse.own
+        apart = replayed - record.coarse.replay(model) + moved @ record.record_part(record.force - replayed)
+        shape = sliding_window_view(np.pad(apart**2, 1), 3).max(axis=1)[record.used]
+        more = squares.mean() - squares[shape <= np.median(shape)].mean()
+        if shape.mean() > squares.mean() and more > 0.0:
+            return squares, shape * more / shape.mean()
+    return squares, np.zeros_like(squares)
+
+
 def spread(record: Prepared, model: FrictionModel) -> Real:
     """Return the standard deviation of each residual [N] at the samples used: ``σ² = σ_F² + (σ_z·dF/dz)²``.
 
     The stiffness of the contact magnifies the remaining encoder steps in the motion (effective variance: Orear, Am. J.
     Phys. 50 (1982) 912). σ_F and σ_z are fitted to the squared residuals, with σ_z up to ``step/√12`` of a plain count,
     so that errors of the model near a reversal do not count as those of the encoder, and the level of the record is
-    fitted, so that levels near their mean do not weigh more.
+    fitted, so that levels near their mean do not weigh more. Where samples are few the second term is that of `unseen`.
     """
-    replayed = record.replay(model)
-    terms = np.column_stack([record.own, replayed])[record.used]
-    terms /= np.abs(terms).max(axis=0, initial=1e-300)
-    rest = (record.force - replayed)[record.used]
-    residual = rest - terms @ np.linalg.lstsq(terms, rest, rcond=None)[0]
-    squares = residual**2
+    replayed, (squares, hidden) = record.replay(model), unseen(record, model)
     floor = max(0.01 * float(squares.mean()), 1e-12 * float(np.mean(record.force[record.used] ** 2)), 1e-300)
-    if record.motion.step == 0.0:
-        return np.full(len(residual), np.sqrt(max(float(squares.mean()), floor)))
+    if record.motion.step == 0.0 or hidden.any():
+        return np.sqrt(np.maximum(squares.mean() - hidden.mean() + hidden, floor))
     stiffness = _stiffness(record, replayed)[record.used]
     size = max(float(stiffness.max()), 1e-300)
     shape = (stiffness / size) ** 2
