@@ -48,6 +48,7 @@ def trust_of(
     *,
     compared: bool = False,
     drawn: Sequence[Evidence] = (),
+    advance: Advance = silent,
 ) -> tuple[list[Notice], list[Notice]]:
     """Return the reasons against a scheme on an axis, and further doubts of the verdict.
 
@@ -70,9 +71,10 @@ def trust_of(
         on_circle = False
     against: list[Notice] = []
     for feed in (0.1, 0.01) if on_circle else ():
-        runs = [
-            run_circle(machine, scheme, Circle(feed=feed), only=name) for scheme in (replace(NONE, gain=None), scheme)
-        ]
+        runs = []
+        for tried in (replace(NONE, gain=None), scheme):
+            runs.append(run_circle(machine, tried, Circle(feed=feed), only=name))
+            advance()
         alone, with_it = candidates_of(runs)
         exact = machine.is_nominal([scheme.friction], [name])
         given = replace(given, candidates=(alone, with_it), exact=exact)
@@ -219,7 +221,9 @@ def export_axis(
         around = [
             evidence_of(*drawing, compared=bool(circles), disagreements=held, notices=notices) for drawing in drawings
         ]
-        against, distrust = trust_of(subject, axis, wanted, notices, apart, compared=bool(circles), drawn=around)
+        against, distrust = trust_of(
+            subject, axis, wanted, notices, apart, compared=bool(circles), drawn=around, advance=advance
+        )
     arcs: list[TriedCircle] = []
     if trial is not None:
         if target != "linuxcnc":
