@@ -959,6 +959,7 @@ def _described(
 
 
 MOST_IN_MOTION = 20_000  # Samples of a motion that are replayed for a plant at most: of more, every n-th
+MOST_MOTIONS = 10  # Motions that are replayed for a plant at most, a second each: of more, every n-th
 
 
 def axis_in_motion(records: Sequence[Prepared]) -> RigidAxis | None:
@@ -969,6 +970,7 @@ def axis_in_motion(records: Sequence[Prepared]) -> RigidAxis | None:
     mean over them is returned (`pooled`). None if half of them move one way, or do not show the mass or a
     parameter of the model.
     """
+    records = records[:: -(-len(records) // MOST_MOTIONS)]
     told = [axis for record in records if (axis := _axis_alone(record)) is not None]
     return pooled(*map(np.array, zip(*told, strict=True))) if 2 * len(told) > len(records) else None
 
