@@ -94,7 +94,7 @@ WORSE_SCHEMES = {
 def test_the_name_of_a_scheme_stays_a_comment(tmp_path: Path, target: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Line by line the files are those of a scheme with an ordinary name; what circles leave hangs on no name."""
     monkeypatch.setattr("fric.results.export.trust_of", lambda *given, **known: ([], []))
-    monkeypatch.setattr("fric.export.sinumerik.left_over", lambda axis, part, pulse, feed: 1e-6)
+    monkeypatch.setattr("fric.export.sinumerik.glitches_of", lambda *given: lambda *run: 1e-6)
 
     def made(name: str) -> dict[str, str]:
         schemes = tmp_path / "schemes.yaml"

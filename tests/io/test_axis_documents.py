@@ -61,6 +61,5 @@ def test_a_plant_without_force_constant_is_read_but_cannot_be_simulated(tmp_path
 
 
 def test_an_unknown_filter_is_told(tmp_path: Path) -> None:
-    document = read_document(written(tmp_path, OBSERVER.replace("binomial2", "chebyshev")), ObserverDocument)
     with pytest.raises(FricError, match="'chebyshev' is no Q-filter"):
-        document.observer("linear", 20.0, 4.0)
+        read_document(written(tmp_path, OBSERVER.replace("binomial2", "chebyshev")), ObserverDocument)

@@ -9,7 +9,7 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 from fric.control import block_type, blocks
 from fric.control.cascade import Cascade
 from fric.control.inverse_model import DisturbanceObserver
-from fric.control.q_filter import QFilter
+from fric.control.q_filter import Q_FILTERS, QFilter
 from fric.documents.base import (
     AxisDocument,
     FilePart,
@@ -75,7 +75,7 @@ class ObserverPart(Physical):
 
     @model_validator(mode="after")
     def _has_a_filter(self) -> Self:
-        with refused("cutoff"):
+        with refused("cutoff" if self.filter in Q_FILTERS else "filter"):
             self.q_filter()
         return self
 
