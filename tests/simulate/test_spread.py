@@ -158,7 +158,7 @@ def test_intervals_replace_spreads_and_shares_of_blocks_sum_to_one():
     assert np.quantile(F_c, [0.025, 0.975]) == pytest.approx([100, 110], abs=2)
 
 
-@pytest.mark.parametrize("limits", [(0.0, 1.0), (1.3, 0.7), (-1.0, 1.0), (1.0, float("inf"))])
+@pytest.mark.parametrize("limits", [(0.0, 1.0), (1.3, 0.7), (-1.0, 1.0), (1.0, float("inf")), (1e-9, 1e19)])
 def test_factors_are_positive_and_in_order(limits):
     with pytest.raises(FricError, match=r"of the spread is|falls"):
         Spread(*limits)

@@ -123,7 +123,7 @@ class Spread:
     low, high: The limits of the factor [1]; for ``normal`` and ``log-normal`` its 95 % interval.
     distribution: ``uniform`` or ``normal`` in the factor, ``log-uniform`` or ``log-normal`` in its logarithm.
     source: Why so much.
-    Raises FricError: When the limits are not positive or not in order, or the distribution is not known.
+    Raises FricError: When a limit is not between 1e-9 and 1e9, they are not in order, or the distribution is not known.
     """
 
     low: float
@@ -132,7 +132,7 @@ class Spread:
     source: str = ""
 
     def __post_init__(self) -> None:
-        require_within(self, "the spread", low="(0, inf)", high="(0, inf)")
+        require_within(self, "the spread", low="[1e-9, 1e9]", high="[1e-9, 1e9]")
         if self.low > self.high:
             raise FricError(f"the spread from {self.low:g} to {self.high:g} falls", hint="Give the lower factor first.")
         require_known(self.distribution, get_args(Distribution), "there is no distribution")
