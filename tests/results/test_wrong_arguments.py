@@ -24,7 +24,7 @@ FRAME = {"time": [0.0, 1e-3, 2e-3], "position": [0.0, 1.0, 2.0]}
     (lambda: fric.PointPath(np.zeros(5), np.arange(5.0), "100 mm/s"), "takes feed as a number, and was given a str"),
     (lambda: fric.Spread(0.8), "was not given high"),
     (lambda: fric.Spread(10**400, 1), "takes low as a number"),
-    (lambda: fric.Spread(0.0, 1.0), "low of the spread is 0\nlow must be at least 1e-09 and at most 1e+09"),
+    (lambda: fric.Spread(0.0, 1.0), "low of the spread is 0\nlow must be at least 1e-09"),
     (lambda: fric.Spread(1.0, 1.2, np.zeros(2)), "takes distribution as"),
     (lambda: fric.StaticResult(1, []), "StaticResult takes fit as StaticFit, and was given an int"),
     (lambda: fric.CirclesResult(1.0), "CirclesResult takes done as IngestedCircles, and was given a float"),
