@@ -30,6 +30,7 @@ FRAME = {"time": [0.0, 1e-3, 2e-3], "position": [0.0, 1.0, 2.0]}
     (lambda: fric.CirclesResult(1.0), "CirclesResult takes done as IngestedCircles, and was given a float"),
     (lambda: fric.MeasuredCircle(0.03, 0.05, 1, source=pd.Series([1, 2])), "takes source as a text"),
     (lambda: fric.MaxwellSlip(W=np.zeros(0), k=np.ones(2)), "has 0 W and 2 k"),
+    (lambda: fric.circle("virtual-rig", RING), "names of schemes"),
     (lambda: fric.inspect(RING), "log files, or records that fric.read returns"),
     (lambda: fric.design_observer("plant.yaml", resonances=10.0), "takes resonances as a list"),
     (lambda: fric.Spread("a", "b"), "takes low as a number, and was given a str"),

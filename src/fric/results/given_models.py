@@ -137,18 +137,16 @@ def schemes_of(asked: Any, known: Any = None) -> list[Scheme]:
 
     known: Schemes by name, or their file; the paper's where not given.
     """
-    if isinstance(asked, Scheme):
-        return [asked]
+    given = [*asked] if isinstance(asked, Iterable) and not isinstance(asked, str | Scheme) else [asked]
     if isinstance(known, str | Path):
         known = read_schemes(Path(known))
     if known is not None and not (
         isinstance(known, Mapping) and all(isinstance(item, Scheme) for item in known.values())
     ):
         raise UnfitError("schemes by name, or their file", known)
-    if not isinstance(asked, Iterable):
+    if not all(isinstance(item, str | Scheme) for item in given):
         raise UnfitError("names of schemes, as a,c,f or all", asked)
-    every = (schemes_of(item, known) for item in asked)
-    found = choose_schemes(asked, known) if isinstance(asked, str) else [scheme for part in every for scheme in part]
-    if not found:
+    every = ([item] if isinstance(item, Scheme) else choose_schemes(item, known) for item in given)
+    if not (found := [scheme for part in every for scheme in part]):
         raise FricError("there is no scheme to run", hint="Name one, as 'f', of schemes that there are.")
     return found

@@ -97,7 +97,8 @@ class Coordinates:
         if level:
             free.append(Coordinate("static", LEVEL, None, "log", -log(5.0), log(5.0)))
         if not free:
-            raise FricError(f"every parameter of {model.name} is given, and none is left to fit")
+            what = f"every parameter of {model.name} is given, and none is left to fit"
+            raise FricError(what, hint="Fix fewer of them, or leave out the friction file that gives them.")
         return cls(model, tuple(free), dict(held), blocks, negative)
 
     @property
