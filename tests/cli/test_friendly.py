@@ -28,6 +28,8 @@ from fric.progress import tried
 ROOT = Path(__file__).parents[2]
 RUN = CliRunner()
 
+UNWRITTEN = "error: standard output cannot be written: {}\nSend it to another file or disk.\n"
+
 
 def run(*words, **given):
     return subprocess.run(["fric", *words], text=True, stderr=subprocess.PIPE, check=False, **given)
@@ -92,7 +94,7 @@ def test_a_full_standard_output_is_told_in_a_line(words, warm):
     with Path("/dev/full").open("w") as full:
         done = run(*words, stdout=full, env=warm)
         assert done.returncode == 1
-        assert done.stderr == "error: standard output cannot be written: No space left on device\n"
+        assert done.stderr == UNWRITTEN.format("No space left on device")
         assert subprocess.run(["fric", *words], stdout=full, stderr=full, env=warm, check=False).returncode == 1
 
 
@@ -100,7 +102,7 @@ def test_a_standard_output_that_may_not_grow_is_told_in_a_line(warm, tmp_path):
     """As a file beyond `ulimit -f`, or on a file system of small files."""
     with (tmp_path / "out.json").open("w") as short:
         done = run("schema", "friction", stdout=short, env=warm, preexec_fn=lambda: setrlimit(RLIMIT_FSIZE, (0, -1)))
-        assert done.stderr == "error: standard output cannot be written: File too large\n"
+        assert done.stderr == UNWRITTEN.format("File too large")
 
 
 @pytest.mark.parametrize(

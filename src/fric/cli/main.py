@@ -99,7 +99,7 @@ def main() -> None:
         if error.filename is not None or error.errno not in _FULL:
             raise
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - nothing is flushed there at the end
-        _fail(f"standard output cannot be written: {error.strerror}", 1)
+        _fail(f"standard output cannot be written: {error.strerror}\nSend it to another file or disk.", 1)
     except (_InterruptedError, SystemError):
         if not _STRUCK:
             raise
