@@ -441,9 +441,10 @@ def _of_axis(axis: Axis, where: str) -> Iterator[Finding]:
     for plant in filter(None, (axis.plant, axis.nominal)):
         yield from of_plant(plant, axis.motion, where)
     for model in (axis.friction, *axis.nominal_friction.models.values()):
-        static = model if isinstance(model, StaticMap) else getattr(model, "static", None)
-        if static is not None:
-            yield from of_friction(static, axis.motion, axis.plant.M, where)
+        for part in (model.model, model.backward) if isinstance(model, Directed) else (model,):
+            static = part if isinstance(part, StaticMap) else getattr(part, "static", None)
+            if static is not None:
+                yield from of_friction(static, axis.motion, axis.plant.M, where)
     yield Finding("sampling", axis.cascade.sampling, axis.motion, where)
 
 

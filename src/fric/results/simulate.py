@@ -332,7 +332,8 @@ def circle_map(
         bounded(name, max(values))
     grid = contour_run.CircleGrid(subject, chosen, *over, in_si(accuracy, "small length"))
     advance(0, total=len(grid))
-    cells = run_all(grid, len(grid), workers=workers, scheduler=scheduler, advance=advance, interrupted=interrupted)
+    how: Any = {"workers": workers, "scheduler": scheduler, "advance": advance, "interrupted": interrupted}
+    cells = run_all(grid, len(grid), memory=grid.memory, **how)
     if not cells:
         raise FricError("no circle was done", hint="Nothing was written.")
     done = len(cells)

@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from math import floor, inf
+from math import floor, inf, pi
 from typing import Any, Generic, Literal, Protocol, Self, TypedDict, TypeVar, Unpack
 
 import numpy as np
@@ -21,7 +21,7 @@ from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.flaws.prediction import NO_REVERSAL, NOT_LINEAR, SATURATES
 from fric.notice import Notice
-from fric.reference import Reference, circle, cubic_spline, instants, refuse_long, smooth_step
+from fric.reference import SAMPLE_BYTES, Reference, circle, cubic_spline, instants, refuse_long, smooth_step
 from fric.series import LARGEST, keep
 from fric.simulate.axis import Trace, run_axis
 from fric.simulate.machine import Axis, Machine
@@ -321,6 +321,13 @@ class CircleGrid:
 
     def __len__(self) -> int:
         return len(self.feeds) * len(self.radii)
+
+    @property
+    def memory(self) -> float:
+        """Memory of the longest circle while it is simulated [byte]."""
+        axes = [self.machine.axes[name] for name in pair(self.machine)]
+        samples = 2 * pi * max(self.radii) / min(self.feeds) * max(axis.cascade.sampling for axis in axes)
+        return len(axes) * samples * SAMPLE_BYTES
 
     def circle(self, index: int) -> Circle:
         """Return a circle by its number."""

@@ -29,6 +29,7 @@ from fric.errors import FricError
 from fric.estimate import Covariance
 from fric.flaws.prediction import DRIVE_SATURATES, SCHEME_FAILED, SPREAD_UNUSED
 from fric.notice import Notice
+from fric.reference import MOST_BYTES
 from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.machine import Machine
 from fric.simulate.spread import DEFAULT_SPREADS, Intervals, Spread, check_spreads, draw_machine
@@ -109,6 +110,7 @@ def run_all(
     *,
     workers: int | None = None,
     scheduler: str | None = None,
+    memory: float = 0.0,
     advance: Callable[[], object] = lambda: None,
     interrupted: Callable[[], bool] = lambda: False,
 ) -> list[T]:
@@ -118,7 +120,10 @@ def run_all(
     advance, interrupted: Called for each machine; called after each whether to stop.
     Others, and what is raised, as `outcomes` and `cluster_outcomes`.
     """
-    opened = cluster_outcomes(study, machines, scheduler) if scheduler else outcomes(study, machines, workers=workers)
+    if scheduler:
+        opened = cluster_outcomes(study, machines, scheduler)
+    else:
+        opened = outcomes(study, machines, workers=workers, memory=memory)
     done = []
     with opened as found:
         for outcome in found:
@@ -130,7 +135,9 @@ def run_all(
 
 
 @contextmanager
-def outcomes(study: Callable[[int], T], machines: int, *, workers: int | None = None) -> Iterator[Iterator[T]]:
+def outcomes(
+    study: Callable[[int], T], machines: int, *, workers: int | None = None, memory: float = 0.0
+) -> Iterator[Iterator[T]]:
     """Give the outcomes of machines 0, 1, 2, … in their order, as soon as they are ready.
 
     The machines are shared out among processes, see `_apart`. When the block ends early, machines that were not begun
@@ -138,9 +145,12 @@ def outcomes(study: Callable[[int], T], machines: int, *, workers: int | None = 
 
     workers: Processes, 1 for this process alone. Where not given, one a core; this process alone for few machines,
         which it runs before others have started.
+    memory: Memory of a machine at most [byte]: there are as many processes as fit in `MOST_BYTES` together.
     """
     if workers is None:
         workers = min(default_workers(), machines // MACHINES_BY_START) or 1
+    if memory:
+        workers = min(workers, max(1, int(MOST_BYTES // memory)))
     if (workers := min(workers, machines)) == 1:
         yield map(study, range(machines))
         return
