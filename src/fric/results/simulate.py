@@ -332,8 +332,15 @@ def circle_map(
         bounded(name, max(values))
     grid = contour_run.CircleGrid(subject, chosen, *over, in_si(accuracy, "small length"))
     advance(0, total=len(grid))
-    how: Any = {"workers": workers, "scheduler": scheduler, "advance": advance, "interrupted": interrupted}
-    cells = run_all(grid, len(grid), memory=grid.memory, **how)
+    cells = run_all(
+        grid,
+        len(grid),
+        memory=grid.memory,
+        workers=workers,
+        scheduler=scheduler,
+        advance=advance,
+        interrupted=interrupted,
+    )
     if not cells:
         raise FricError("no circle was done", hint="Nothing was written.")
     done = len(cells)
