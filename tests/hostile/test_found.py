@@ -40,6 +40,7 @@ from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Scale
 from fric.figures.style import new_figure, save_figure
 from fric.friction.directed import Directed
+from fric.friction.stribeck import StaticMap
 from fric.identify.gms.hunting import MEMORY, _left_over
 from fric.identify.static_map.map_fit import aged
 from fric.identify.static_map.stribeck_fit import StribeckProblem
@@ -559,3 +560,25 @@ def test_a_map_of_the_negative_direction_has_bounds_too() -> None:
     backwards = dataclasses.replace(forwards, F_c=1e9, F_s=1e9)
     found = machine_files._of_axis(dataclasses.replace(axis, friction=Directed(axis.friction, backwards)), "")
     assert [finding.value for finding in found if finding.name == "friction" and finding.beyond()] == [1e9]
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("mass", "1e18 kg"), ("level", "1e16"), ("offset", "1e12 N"), ("level", "3 N"), ("mass", "-1 kg")],
+)
+def test_what_differs_between_records_has_bounds_and_a_unit(name: str, value: str) -> None:
+    """A mass of 1e18 kg between the records of a fit was read, and so was a level in N."""
+    head = {"fric": "friction/1", "axis": "x", "static": {"F_c": "90 N", "F_s": "100 N", "v_s": "1 mm/s"}}
+    right = {"level": "0.05", "offset": "0.2 N", "mass": "0 kg"}
+    assert FrictionDocument.model_validate(head | {"fit": {"between_records": right}}).fit is not None
+    with pytest.raises(ValidationError, match="between"):
+        FrictionDocument.model_validate(head | {"fit": {"between_records": right | {name: value}}})
+
+
+def test_a_stribeck_velocity_is_one_that_an_axis_reaches() -> None:
+    """v_s of 1e16 m/s was read without a word; where F_s is F_c it has no effect, and any is taken."""
+    axis = fric.read_machine("xy-table").axes["x"]
+    for F_s, beyond in ((100.0, ["stribeck"]), (90.0, [])):
+        static = StaticMap(F_c=90.0, F_s=F_s, v_s=1e16)
+        found = machine_files._of_axis(dataclasses.replace(axis, friction=static), "")
+        assert [finding.name for finding in found if finding.beyond()] == beyond

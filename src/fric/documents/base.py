@@ -232,7 +232,7 @@ def in_units(values: Mapping[str, Any], dimensions: Mapping[str, str], motion: M
     }
 
 
-def quantities(given: Mapping[str, Any], dimensions: dict[str, str], motion: Motion, where: str) -> dict[str, Estimate]:
+def quantities(given: Mapping[Any, Any], dimensions: dict[str, str], motion: Motion, where: str) -> dict[str, Estimate]:
     """Parse named quantities of known dimensions to SI; raise ValueError with a remedy on a misfit."""
     found: dict[str, Estimate] = {}
     for name, value in given.items():

@@ -8,7 +8,19 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fric.documents.base import FOOT, HEAD, CovarianceBlock, FilePart, OfAxis, Part, Quantity, known, nested, quantities
+from fric.documents.base import (
+    FOOT,
+    HEAD,
+    CovarianceBlock,
+    FilePart,
+    OfAxis,
+    Part,
+    Quantity,
+    known,
+    nested,
+    quantities,
+    refused,
+)
 from fric.documents.plant import PlantPart, plant_part
 from fric.drive.plant import Plant
 from fric.errors import FricError
@@ -18,6 +30,7 @@ from fric.friction.directed import directed
 from fric.friction.stribeck import StaticMap
 from fric.log import Log, Record
 from fric.notice import Notice
+from fric.plausibility import Finding, settled
 from fric.records.preparation import Preparation
 from fric.units import Motion, si_unit
 
@@ -92,6 +105,7 @@ class Fit(Part):
 
 
 AT_SPEED = {"velocity": "velocity", "force": "force"}
+SCATTER = {"level": "ratio", "offset": "force", "mass": "mass"}
 
 
 class FrictionDocument(OfAxis, type="friction", extra="allow"):
@@ -119,6 +133,10 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
     def _parameters_fit(self) -> Self:
         for name in self.sections():
             self.estimates(name)
+            where = f"{name}: between_records"
+            found = quantities(self.fit_of(name).between_records or {}, SCATTER, self.motion, where)
+            with refused(where):
+                settled(Finding(f"scatter-{of}", float(size), self.motion) for of, size in found.items())
         return self
 
     @classmethod
