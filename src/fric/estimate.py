@@ -48,7 +48,7 @@ class Estimate:
                 raise refused("Estimate", f"{name} as {WORDS[kind]}", getattr(self, name))
         pairs: Any = (self.ci95,) if values is None else self.ci95
         if self.ci95 is not None and [*map(_is_interval, pairs)] != [True] * len((0.0,) if values is None else values):
-            raise FricError("ci95 does not fit the value", hint="Give [low, high], one such pair per value.")
+            raise FricError("ci95 does not fit the value", hint="Give [low, high], low first, one such pair per value.")
 
     @classmethod
     def around(cls, value: float, unit: str, half_width: float, *, source: str = "") -> Self:
@@ -157,7 +157,11 @@ class Covariance:
 
 
 def _is_interval(given: Any) -> bool:
-    return isinstance(given, tuple) and len(given) == 2 and all(limit is None or is_number(limit) for limit in given)
+    """Return whether it is a pair of limits, of which the lower is not above the upper."""
+    if not (isinstance(given, tuple) and len(given) == 2):
+        return False
+    numbers = [limit for limit in given if limit is not None]
+    return all(map(is_number, numbers)) and not (len(numbers) == 2 and numbers[0] > numbers[1])
 
 
 def _closed(limits: Any) -> Any:

@@ -25,6 +25,7 @@ from fric import reference
 from fric.circles.diagnose import minimum_zone
 from fric.circles.measured import MeasuredCircle
 from fric.cli.main import main
+from fric.control.gain_scheduled import GainScheduled
 from fric.control.scheme import NONE
 from fric.design.cascade import design_cascade
 from fric.documents import machine_files
@@ -40,6 +41,8 @@ from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Scale
 from fric.figures.style import new_figure, save_figure
 from fric.friction.directed import Directed
+from fric.friction.gms import GMS
+from fric.friction.maxwell_slip import MaxwellSlip
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.hunting import MEMORY, _left_over
 from fric.identify.static_map.map_fit import aged
@@ -51,12 +54,13 @@ from fric.io.ingest_circle import StatedCircle, ingest_circles
 from fric.io.readers import base, matlab, tables
 from fric.io.readers.ball_bar import figures
 from fric.io.safe_hdf5 import BLOCK, _heaps, open_file
-from fric.log import FrequencyResponse, Log
+from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.records.flaws import _around_reversals
 from fric.records.motion import thinned
 from fric.records.recognition import force_rises
 from fric.report.collect import Contour, ContourTest, contour_test
 from fric.simulate import contour_run, processes
+from fric.simulate.axis import setting_of
 from fric.simulate.contour_run import Circle, run_circle
 from fric.units import parse_gain
 
@@ -582,3 +586,37 @@ def test_a_stribeck_velocity_is_one_that_an_axis_reaches() -> None:
         static = StaticMap(F_c=90.0, F_s=F_s, v_s=1e16)
         found = machine_files._of_axis(dataclasses.replace(axis, friction=static), "")
         assert [finding.name for finding in found if finding.beyond()] == beyond
+
+
+def test_a_row_that_hardly_moves_is_at_rest() -> None:
+    """A velocity of 5e-324 m/s in a table ended in NLopt's `invalid_argument`."""
+    v = np.array([-2e-2, -8e-3, -2e-3, -1e-3, 5e-324, 1e-3, 2e-3, 8e-3, 2e-2])
+    table = ForceVelocity(
+        v, np.sign(v) * (90.0 + 30.0 * np.exp(-np.abs(v) / 2e-3)), error=np.full(9, 1.0), name="means"
+    )
+    assert "rows-at-rest" in [notice.code for notice in fric.identify_static(table, delta=4.0).warnings]
+
+
+def test_the_lower_limit_of_an_interval_is_not_the_upper() -> None:
+    """Limits of 0.8 mm/s … 4e-33 mm/s were read, and handed on to a friction file and a report."""
+    with pytest.raises(FricError, match="ci95"):
+        Estimate(2.5e-3, "m/s", (8e-4, 4e-36))
+    with pytest.raises(ValidationError, match="ci95"):
+        Quantity.model_validate({"value": [1.0, 2.0], "unit": "N", "ci95": [[0.0, 2.0], [3.0, 1.0]]})
+    assert Quantity.model_validate({"value": 1.0, "unit": "N", "ci95": [1.0, None]}).ci95 == [1.0, None]
+
+
+@pytest.mark.parametrize("W", [(60.0, 30.0, 10.0), (60.0, 40.0, 0.0)])
+def test_gains_follow_the_blocks_of_maxwell_slip_as_those_of_gms(W: tuple[float, ...]) -> None:
+    """Maxwell-slip friction ended in an AttributeError; a block that takes no force divided by zero."""
+    axis = fric.read_machine("xy-table").axes["x"]
+    k = (1e8, 2e6, 2e5)
+    static = StaticMap(F_c=100.0, F_s=100.0, v_s=1e-3)
+    gms = GMS(static, tuple(force / 100.0 for force in W), k, C=1.0)
+    maxwell = MaxwellSlip(W, k)
+    setting = setting_of(axis, NONE, reference.circle(2e-3, 0.02, 3, 4000.0)[0])
+    block = GainScheduled(1.0, 5.0, 0.85)
+    found = [block.schedule(dataclasses.replace(setting, models={model.name: model})) for model in (gms, maxwell)]
+    assert np.allclose(*found)
+    assert np.all(found[0] > 0.0)
+    assert len(found[0]) == np.count_nonzero(W)

@@ -32,7 +32,8 @@ import numpy as np
 from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.errors import FricError
-from fric.friction.base import Parameter
+from fric.friction.base import Parameter, Wrapped
+from fric.friction.maxwell_slip import MaxwellSlip
 from fric.kernels.block import Sample, compiled_block
 
 SEEN, FILTERED, INTEGRAL, PENDING, TURNED, HEADING, LEVEL, BEFORE, ALONG, HANDED, DONE = range(11)
@@ -108,13 +109,19 @@ class GainScheduled(ControlBlock):
                 "the gains of 'gain-scheduled' follow the friction's slip blocks, and the controller believes in none",
                 hint="Identify them: fric identify gms.",
             )
-        alpha, k = np.array(model.alpha), np.array(model.k)  # type: ignore[attr-defined]
-        ends = SOFTER * 2.0 * alpha * float(model.static.F_s) / k  # type: ignore[attr-defined]
+        while isinstance(model, Wrapped):
+            model = model.model
+        W = np.array(model.W if isinstance(model, MaxwellSlip) else model.alpha)  # type: ignore[attr-defined]
+        if not W.any():
+            raise FricError("no slip block takes a force", hint="Identify the friction again: fric identify gms.")
+        scale = 1.0 if isinstance(model, MaxwellSlip) else float(model.static.F_s)  # type: ignore[attr-defined]
+        k, W = np.array(model.k)[W > 0.0], W[W > 0.0]  # type: ignore[attr-defined]
+        ends = SOFTER * 2.0 * W * scale / k
         order = np.argsort(ends)
         stiffness = np.cumsum(k[order][::-1])[::-1]
         frequency = np.sqrt(stiffness * setting.plant.B / setting.K_f)
         corner = 0.4 * setting.plant.B * setting.cascade.K_p
-        return np.column_stack([ends[order], np.minimum(1.0, frequency / corner), alpha[order] / alpha.sum()])
+        return np.column_stack([ends[order], np.minimum(1.0, frequency / corner), W[order] / W.sum()])
 
     def packed(self, setting: Setting) -> Real:
         """Return the cascade's gains, what is added to them, and the schedule."""

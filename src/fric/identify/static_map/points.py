@@ -24,6 +24,7 @@ from fric.statistics import robust_deviation
 from fric.units import Motion, readable, si_unit
 
 Average = Literal["robust", "median"]
+STILL = 1e-12  # Speed below which a row is at rest: no drive takes eleven days for 1 µm
 ROW = ", row "  # Separator of the name of a table and the number of a row
 SWINGS = 0.03  # Root mean square of the velocity about its mean, over that mean, above which a stroke swings
 UNEVEN = 0.25  # Largest relative difference in speed of the halves of a stroke with ripple
@@ -251,10 +252,10 @@ def table_points(tables: Sequence[ForceVelocity], plant: Plant | None) -> tuple[
         errors = standard_errors(table)
         counts = np.ones_like(table.force) if table.n is None else table.n
         for row, (v, F, error, n) in enumerate(zip(table.velocity, table.force, errors, counts, strict=True)):
-            if v != 0.0:
+            if abs(v) >= STILL:
                 name = f"{table.name}{ROW}{row + 1}"
                 points.append(SpeedPoint(float(v), float(F - damping * v), float(error), int(n), name, 0.0, 0.0))
-        if still := int(np.count_nonzero(table.velocity == 0.0)):
+        if still := int(np.count_nonzero(np.abs(table.velocity) < STILL)):
             notices.append(ROWS_AT_REST.found(f"'{table.name}'", rows=still))
         notices += _error_notices(table)
     return points, notices
