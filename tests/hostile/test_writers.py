@@ -289,3 +289,13 @@ def test_a_writer_that_meets_a_full_disk_leaves_nothing(tmp_path: Path, name: st
 @pytest.mark.parametrize("name", WRITERS | SLOW)
 def test_whichever_operation_of_a_writer_fails_it_leaves_nothing(tmp_path: Path, name: str) -> None:
     _fails_everywhere(name, tmp_path, lambda last: iter(range(1, last + 1)))
+
+
+def test_a_result_of_python_is_written_under_a_name_of_its_format_too(tmp_path: Path) -> None:
+    """`fric.circle(…).save("run.yaml")` wrote HDF5 into it; the command refused the name."""
+    logs = fric.read("data/constant-velocity.h5")
+    for name in ("log.yaml", "log.csv"):
+        with pytest.raises(FricError, match="what is written is HDF5"):
+            write_logs(tmp_path / name, list(logs))
+    write_logs(tmp_path / "log.hdf5", list(logs))
+    assert [file.name for file in tmp_path.iterdir()] == ["log.hdf5"]

@@ -17,7 +17,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.errors import FricError, printable
 from fric.input import TAKEN, foreign, other_kind, refuse_declared, regular
-from fric.output import staged
+from fric.output import refuse_ending, staged
 
 
 class Unfailing:
@@ -122,6 +122,7 @@ def staged_hdf5(
     add: Begin with what is in the file. Yields the file, and a function to call now and then: it raises when a write
         has failed, or Ctrl-C was pressed.
     """
+    refuse_ending(path, "HDF5")
     with staged(path, force=force or add) as draft:
         if add:
             shutil.copyfile(path, draft)
