@@ -620,3 +620,17 @@ def test_gains_follow_the_blocks_of_maxwell_slip_as_those_of_gms(W: tuple[float,
     assert np.allclose(*found)
     assert np.all(found[0] > 0.0)
     assert len(found[0]) == np.count_nonzero(W)
+
+
+@pytest.mark.parametrize(("samples", "read"), [(16, False), (72, False), (90, True), (360, True)])
+def test_a_circle_sampled_too_coarsely_for_its_glitches_is_refused(samples: int, read: bool) -> None:
+    """A table of a ball bar by 5° ended in the argmax of an empty sequence, one of 16 samples in a singular matrix."""
+    angle = np.arange(samples + 1) * 2.0 * np.pi / samples
+    behind = (angle + np.pi / 4) % (np.pi / 2) - np.pi / 4
+    deviation = 8e-6 * np.exp(-np.abs(behind) / 0.1) * (behind >= 0.0)
+    test = MeasuredCircle(radius=0.1, feed=0.05, direction=1, angle=angle, deviation=deviation)
+    if read:
+        assert fric.diagnose(test).report()
+    else:
+        with pytest.raises(FricError, match="apart, too far for it"):
+            fric.diagnose(test)

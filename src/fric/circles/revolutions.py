@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import floor, log10, pi, sqrt
+from math import floor, log10, pi, radians, sqrt
 
 import numpy as np
 from scipy.special import stdtrit
@@ -190,10 +190,24 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
     start = int(np.flatnonzero(turned >= 2 * pi * whole - spare)[-1])
     revolution = np.minimum((np.abs(angle[start:] - angle[start]) / (2 * pi) + 1e-9).astype(np.intp), whole - 1)
     errors = {name: error[inside][start:] for name, error in errors.items()}
+    _refuse_coarse(angle[start:], test.where)
     return Revolutions(test, angle[start:], deviation[start:], revolution, errors)
 
 
+def _refuse_coarse(angle: Real, where: str) -> None:
+    """Raise where around a reversal the samples of all revolutions are more than `COARSE` apart."""
+    for n in range(len(QUADRANTS)):
+        phi = (angle - n * pi / 2 + pi) % (2 * pi) - pi
+        gap = float(np.diff(np.sort(np.append(phi[np.abs(phi) <= WINDOW], [-WINDOW, WINDOW]))).max())
+        if gap > COARSE:
+            raise FricError(
+                f"the samples around the reversal at {90 * n}° are {np.degrees(gap):.0f}° apart, too far for it",
+                where=where, hint="Sample faster, or run the circle slower: 90 samples a revolution are the least.",
+            )  # fmt: skip
+
+
 LEAST = 12  # Least number of samples for a parabola
+COARSE = radians(4.5)  # Largest angle between samples around a reversal; a glitch is a few degrees wide
 NARROWER = 0.45
 """Share of the widest window with a valid parabola that is used for the peak: its bias is then a quarter of the noise.
 At 0.6 it was 0.7 of it, and intervals held 86 %."""
