@@ -14,6 +14,7 @@ from fric.documents.friction import static_tree
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document, write_document
 from fric.errors import FricError
+from fric.estimate import Covariance, Estimate
 from fric.friction.gms import GMS
 from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs
@@ -133,3 +134,24 @@ def test_the_points_are_those_that_the_map_was_fitted_to(tmp_path: Path) -> None
     offset = static.document["static"]["offset"]["value"]
     found, fitted = ([point.force for point in ones] for ones in (points, static.fit.points))
     np.testing.assert_allclose(np.array(found) + offset, fitted, rtol=1e-3)
+
+
+def test_a_band_by_the_covariance_of_logarithms_is_that_of_the_values() -> None:
+    """A replay gives that of logarithms: the band was too narrow by the values, and without F_c it was an error."""
+    values = np.array([50.0, 70.0, 2e-3])
+    names, deviation = ("F_c", "F_s", "v_s"), 0.02 * values
+    ends = np.column_stack([values - 2.0 * deviation, values + 2.0 * deviation])
+    static = {
+        name: Estimate(value, "1", tuple(limits))
+        for name, value, limits in zip(names, values.tolist(), ends.tolist(), strict=True)
+    } | {"sigma": Estimate(100.0, "1"), "delta": Estimate(1.0, "1")}
+    related = np.array([[1.0, 0.3, -0.2], [0.3, 1.0, 0.4], [-0.2, 0.4, 1.0]])
+    speed = np.geomspace(1e-4, 0.05, 50)
+    linear, logarithmic = (
+        map_band(static, speed, Covariance.of(names, related * np.outer(by, by), scale))
+        for by, scale in ((deviation, "linear"), (deviation / values, "log"))
+    )
+    assert np.allclose(linear.high - linear.low, logarithmic.high - logarithmic.low, rtol=2e-3)
+    assert float(linear.high[-1] - linear.low[-1]) == pytest.approx(4.0 * deviation[0], rel=1e-3)
+    without = Covariance.of(names[1:], related[1:, 1:] * np.outer(deviation[1:], deviation[1:]), "linear")
+    assert np.all(map_band(static, speed, without).high >= linear.y)

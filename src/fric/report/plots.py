@@ -273,7 +273,8 @@ def map_band(static: Mapping[str, Estimate], speed: Real, covariance: Covariance
     if covariance is None:
         return Band(speed, *_in_quadrature(force, {name: static[name] for name in values}))
     kept = [n for n, name in enumerate(covariance.names) if name in values]
-    matrix = np.array(covariance.matrix)[np.ix_(kept, kept)]
+    slope = [values[covariance.names[n]] if covariance.scales[n] == "log" else 1.0 for n in kept]
+    matrix = np.array(covariance.matrix)[np.ix_(kept, kept)] * np.outer(slope, slope)
     steps = 1e-3 * np.sqrt(np.diag(matrix))
     moved = [
         (force({name: values[name] + step}) - force({name: values[name] - step})) / (2 * step) if step else 0.0 * speed
@@ -285,11 +286,16 @@ def map_band(static: Mapping[str, Estimate], speed: Real, covariance: Covariance
 
 
 def _quantile(static: Mapping[str, Estimate], covariance: Covariance) -> float:
-    """Return half an interval in standard deviations, of the offset or of F_c: about 2 with many strokes."""
-    name = "offset" if "offset" in covariance.names else "F_c"
-    low, high = static[name].limits
-    deviation = covariance.matrix[covariance.names.index(name)][covariance.names.index(name)] ** 0.5
-    return float(np.clip(0.5 * (high - low) / deviation, 1.96, 4.0)) if deviation > 0 else 1.96
+    """Return half an interval in standard deviations, of the offset or else of F_c: about 2 with many strokes."""
+    for name in ("offset", "F_c"):
+        if name in static and name in covariance.names and static[name].ci95:
+            n = covariance.names.index(name)
+            limits = np.array(static[name].limits)
+            if covariance.scales[n] == "log":
+                limits = np.log(np.maximum(limits, 1e-300))
+            if covariance.matrix[n][n] > 0.0:
+                return float(np.clip(0.5 * (limits[1] - limits[0]) / covariance.matrix[n][n] ** 0.5, 1.96, 4.0))
+    return 1.96
 
 
 def virgin_band(sections: Mapping[str, Mapping[str, Estimate]], longest: float) -> Band:
