@@ -86,6 +86,7 @@ def of_friction(static: StaticMap, motion: Motion, mass: float | None = None, wh
     """Yield the quantities of a static map with physical bounds, and its size relative to the mass that it moves."""
     level = max(abs(static.F_s), abs(static.F_c))
     yield Finding("friction", level, motion, where, usual=0.5)
+    yield Finding("viscous", static.sigma, motion, where)
     if static.F_s > static.F_c:  # else v_s has no effect
         yield Finding("stribeck", static.v_s, motion, where)
     if mass:

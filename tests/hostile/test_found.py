@@ -55,6 +55,7 @@ from fric.io.readers import base, matlab, tables
 from fric.io.readers.ball_bar import figures
 from fric.io.safe_hdf5 import BLOCK, _heaps, open_file
 from fric.log import ForceVelocity, FrequencyResponse, Log
+from fric.plausibility import of_friction
 from fric.records.flaws import _around_reversals
 from fric.records.motion import thinned
 from fric.records.recognition import force_rises
@@ -586,6 +587,13 @@ def test_a_stribeck_velocity_is_one_that_an_axis_reaches() -> None:
         static = StaticMap(F_c=90.0, F_s=F_s, v_s=1e16)
         found = machine_files._of_axis(dataclasses.replace(axis, friction=static), "")
         assert [finding.name for finding in found if finding.beyond()] == beyond
+
+
+def test_viscous_friction_has_a_bound_where_no_mass_is_known_too() -> None:
+    """A sigma of 1e15 N·s/m in a friction file was handed on by a replay of GMS."""
+    for sigma, beyond in ((1e15, True), (1e6, False)):
+        found = of_friction(StaticMap(F_c=90.0, F_s=100.0, v_s=1e-3, sigma=sigma), "linear")
+        assert ("viscous" in [finding.name for finding in found if finding.beyond()]) == beyond
 
 
 def test_a_row_that_hardly_moves_is_at_rest() -> None:

@@ -66,6 +66,8 @@ BOUNDS: Mapping[str, Bound] = {
         "both are of one axis", "the force of either log"),
     "stribeck": Bound("v_s", "velocity", (0.0, 125.0), (0.0, 1e6),
         "the force falls from F_s to F_c at speeds that an axis reaches", "the velocity"),
+    "viscous": Bound("the viscous friction", "viscous", (0.0, 1e12), (0.0, 1e12),
+        "at 1 µm/s it would take the force of 100 t", "the force and the velocity"),
     "scatter-level": Bound("the scatter of friction between records", "ratio", (0.0, 20.0), (0.0, 20.0),
         "all records are of one axis", "the force"),
     "scatter-offset": Bound("the scatter of the offset between records", "force", (0.0, 5e4), (0.0, 5e4),
