@@ -7,12 +7,12 @@ from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, wraps
 from importlib import import_module
-from inspect import CO_VARARGS, BoundArguments, Parameter, cleandoc, signature, unwrap
+from inspect import CO_VARARGS, BoundArguments, Parameter, cleandoc, formatannotation, signature, unwrap
 from math import isfinite
 from numbers import Integral, Real
 from pathlib import Path
 from types import FunctionType, NoneType, UnionType
-from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, ForwardRef, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
 from fric.errors import FricError, Typed, near, of_path
 
@@ -49,7 +49,31 @@ def verb(function: Callable[P, R]) -> Callable[P, R]:
     made, code = _checked(function, function.__name__), unwrap(function).__code__
     count = code.co_argcount + code.co_kwonlyargcount + bool(code.co_flags & CO_VARARGS)
     made.__doc__ = documented(cleandoc(function.__doc__ or ""), code.co_varnames[:count], SHARED)
+    seen = signature(made)
+    taken = [one.replace(annotation=_Shown(one.annotation)) for one in seen.parameters.values()]
+    made.__signature__ = seen.replace(parameters=taken)  # type: ignore[attr-defined]
     return made
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """An annotation as ``help`` shows it: the type alone."""
+
+    hint: Any
+
+    def __repr__(self) -> str:
+        return _type_text(self.hint)
+
+
+def _type_text(hint: Any) -> str:
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return _type_text(inner[0])
+    if origin in {Union, UnionType}:
+        return " | ".join(map(_type_text, inner))
+    if isinstance(hint, str | ForwardRef):
+        return str(getattr(hint, "__forward_arg__", hint))
+    return "None" if hint is NoneType else formatannotation(hint)
 
 
 def documented(doc: str, names: Iterable[str], shared: Mapping[str, str]) -> str:

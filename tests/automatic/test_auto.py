@@ -400,6 +400,8 @@ def test_what_is_next_names_files_that_are_there(tmp_path):
         counted = []
         found = fric.auto(tmp_path / "logs", output=tmp_path / "out", advance=lambda n=1, **of: counted.append((n, of)))
     assert 0 < sum(n for n, _ in counted) <= counted[0][1]["total"]
+    totals = [of["total"] for _, of in counted if of.get("total")]
+    assert found.steps == sum(n for n, _ in counted) == totals[-1]  # the bar ended at 7 of 10
     assert any(text.startswith("K_f") for text in found.axes["x"].missing)
     assert "MACHINE.yaml" not in str(found)
     assert "next: fric plan" in str(found)

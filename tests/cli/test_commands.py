@@ -40,7 +40,7 @@ def test_the_source_of_a_verb_says_what_python_sees(name):
     """A form is read from the source alone; here the verb is imported, too."""
     form = VerbForm(MADE[name].verb)
     verb = found(MADE[name].verb)
-    seen = signature(verb).parameters
+    seen = signature(verb.__wrapped__).parameters
     assert form.names == list(seen)
     for one in set(form.names) - GIVEN - {*MADE[name].without}:
         assert form[one].default == seen[one].default
@@ -161,3 +161,26 @@ def test_commands_are_listed_by_the_order_of_the_work_and_help_of_one_is_shown()
         shown = RUN.invoke(app, ["help", *topic.split()])
         assert shown.exit_code == 0
         assert shown.output.startswith(f"Usage: fric {topic} ")
+
+
+def test_help_shows_the_types_alone():
+    """What fric checks of an argument, ``Annotated[ForwardRef(…), Kind(read=…)]``, made `help` hard to read."""
+    shown = str(signature(fric.identify_static))
+    assert shown.startswith("(*logs: Record | Path | str | Iterable[Record | Path | str], plant: Plant | PlantDoc")
+    assert "load: float | str | None = None" in shown
+    for name in fric.__all__:
+        if hasattr(verb := getattr(fric, name), "__wrapped__"):
+            assert not {word for word in ("Annotated", "Kind(", "ForwardRef") if word in str(signature(verb))}
+
+
+def test_the_feed_of_a_simulation_is_named_as_elsewhere():
+    """`fric plan`, `ingest` and `diagnose` have --feed; here it was unknown, and --lead or --seed were proposed."""
+    done = [
+        CliRunner().invoke(
+            app, ["simulate", "circle", "xy-table", "--scheme", "a", "--revolutions", "1", name, "50 mm/s"]
+        )
+        for name in ("--velocity", "--feed")
+    ]
+    assert [one.exit_code for one in done] == [0, 0]
+    assert done[0].stdout == done[1].stdout
+    assert "50 mm/s" in done[1].stdout

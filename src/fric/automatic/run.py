@@ -364,6 +364,7 @@ def auto(
         return find_gains(session, found, of_axis, stated, ask, needed=whole and machine is None)
 
     axes = identify_axes(session, found, gains, encoder)
+    advance(0, total=session.steps + 2 + 2 * len(found.circles))  # steps that lack a record are not to come
     subject = _machine(session, axes, given)
     _circles(session, found, axes, subject, given is not None)
     pages = [path for axis in axes.values() for path in axis.there]
@@ -372,6 +373,7 @@ def auto(
     if pages:
         pages += [subject] if subject is not None else []
         read = [*pages, *(path for axis in axes.values() for path in axis.logs)]
+        advance(0, total=session.steps + 1)
         failed = [f"{name}: {failure}" for name, failure in session.failed.items()]
         asked = {"circle": found.circles, "tolerance": None if allowed is None else f"{allowed!r} m", "failed": failed}
         session.take(step("report", "report", read, asked, [*read, *found.circles], output=folder / "report.html"))

@@ -86,6 +86,7 @@ RUN = Output("RUN.h5", "Keep traces and metrics in this file.", required=False, 
 BELIEFS = ("nominal_files", "gain", "lead")
 """Options for the nominal models of a machine's controllers, instead of those in its file."""
 CONTOUR = {"schemes": "--scheme", "known": "--schemes", "nominal_files": "--friction --with"}
+FEED = {"velocity": "--velocity --feed"}
 
 SIMULATE: dict[str, Home] = {
     "experiment": Command(
@@ -93,7 +94,8 @@ SIMULATE: dict[str, Home] = {
         doing="experiments",
     ),
     "circle": Command(
-        "fric.results.simulate:circle", RUN, plot=True, doing="circles", flags=CONTOUR | {"machines": "--monte-carlo"},
+        "fric.results.simulate:circle", RUN, plot=True, doing="circles",
+        flags=CONTOUR | FEED | {"machines": "--monte-carlo"},
         further={READ_MACHINE: (*BELIEFS, "friction_model")}, run="fric.cli.special:circle",
         more="With --monte-carlo the test runs on many machines and reports how the glitch of each scheme is "
             "distributed, and how often each scheme is the best. Ctrl-C keeps the machines that are done.",
@@ -107,7 +109,8 @@ SIMULATE: dict[str, Home] = {
         ],
     ),
     "path": Command(
-        "fric.results.simulate:path", RUN, plot=True, doing="schemes", flags=CONTOUR, further={READ_MACHINE: BELIEFS},
+        "fric.results.simulate:path", RUN, plot=True, doing="schemes", flags=CONTOUR | FEED,
+        further={READ_MACHINE: BELIEFS},
     ),
     "map": Command(
         "fric.results.simulate:circle_map", Output("MAP.yaml", "Keep the map in this file.", required=False),
@@ -209,7 +212,7 @@ COMMANDS: dict[str, Home] = {
     "learn": Command(
         "fric.results.circles:learn",
         Output("OUT.h5", "Run file of the rounds; or feedforward of the next.", required=False, writes="HDF5"),
-        plot=True, doing="circles", flags={"observer": "--observer/--no-observer"}, run="fric.cli.special:learn",
+        plot=True, doing="circles", flags=FEED | {"observer": "--observer/--no-observer"}, run="fric.cli.special:learn",
     ),
     "validate": Command("fric.results.compare:validate", plot=True, doing="replaying"),
     "export": EXPORT,
