@@ -85,7 +85,7 @@ class FricError(Exception):
 
     def at(self, where: str) -> "FricError":
         """Return the same error with the place where it was found (outermost place first)."""
-        place = f"{where}: {self.where}" if self.where else where
+        place = f"{where}: {self.where}" if self.where not in {"", where} else where
         return FricError(self.what, where=place, hint=self.hint, form=self.form)
 
 

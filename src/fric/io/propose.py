@@ -22,7 +22,7 @@ from fric.io.channels import plan
 from fric.io.readers import tables
 from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, plain_name
 from fric.io.recognise import is_hdf5
-from fric.io.roles import LIKELY, SURE, AxisColumns, Role, axes_of, in_memory
+from fric.io.roles import LIKELY, SURE, AxisColumns, Role, axes_of, in_memory, is_supply
 from fric.io.words import (
     OF_MEANS,
     axis_of,
@@ -204,9 +204,10 @@ def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> Axi
     """Return what the values show of an axis, and the names that they leave open."""
     taken = {role.column for role in axis.roles.values()}
     for channel, role in by_name.roles.items():
+        values = next(table.read([role.column])).columns[0] if channel == "input" and role.column is not None else ()
         if role.column is not None and (
             spoken(table.columns[role.column]).quantity == "other"
-            or (channel == "input" and len(np.unique(next(table.read([role.column])).columns[0])) < 2)
+            or (channel == "input" and is_supply(np.asarray(values), by_unit="unit" in role.why))
         ):
             continue  # a supply is in V, and no input; nor is what never changes
         if channel == "velocity" or (channel == "position" and "velocity" in axis.roles):

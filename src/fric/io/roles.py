@@ -52,6 +52,8 @@ PAIR, NAMED_PAIR = 0.985, 0.8
 SAME = 0.97  # Correlation of increments above which two positions are of one axis
 EXACT = 0.99999  # Share of the variance above which a derivative is that of a command
 BRAKED = 0.1  # Share that the sign of the velocity explains of a force at least; an acceleration has less
+JITTERS, ALONG = 0.82, 0.08
+"""How even stamps without a name count that come when they can; how far from even ones they are, of their range."""
 REPEATED = 0.01  # Share of repeated stamps above which stamps are rounded
 UNUSUAL, BY_CHANCE = 0.01, 0.1
 """Weight of unusual units, relative to that of usual units; how often these have a usual factor."""
@@ -219,9 +221,10 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
         best, better = (
             max((s for found in group for s, _ in found.values()), default=0.0) for group in (scores, others)
         )
-        movements, scores = (speeds, others) if better > 2.0 * best else (movements, scores)
+        movements, scores = (speeds, others) if better > max(2.0 * best, BRAKED) else (movements, scores)
     drives = [_driven(data, score) for score in scores]
     movements = [_by_force(data, t, m, pushed.get("force")) for m, pushed in zip(movements, drives, strict=True)]
+    _open_motions(data, movements, drives)
     whole = [(movement, movement.roles | pushed) for movement, pushed in zip(movements, drives, strict=True)]
     found = [_in_units(data, t, movement, roles, clock) for movement, roles in whole]
     turning = [rotates(axis.motion) for axis in found if axis]
@@ -288,6 +291,8 @@ def _first_column(axis: AxisColumns) -> int:
 def _clock(data: Samples) -> Role:
     """Return the column that is the time: a rising column, by its name, its unit, and how even its steps are."""
     best: tuple[float, int] = (0.0, -1)
+    unnamed = [column.name == f"column {k}" for k, column in enumerate(data.columns)]
+    first, uneven = data.starts[1] if len(data.starts) > 1 else 0, set[int]()
     for n in map(int, np.flatnonzero(data.moving)):
         steps = np.diff(data.x[:, n])
         steps = np.delete(steps, data.starts[1:] - 1)[1:]  # the first row may be another run's last
@@ -298,26 +303,43 @@ def _clock(data: Samples) -> Role:
             continue  # the number of a line of a program
         usual = float(np.median(steps)) or float(np.quantile(steps, 0.9)) or np.inf
         even = 1.0 - min(float(np.subtract(*np.quantile(steps, [0.9, 0.1]))) / usual, 1.0)
+        if unnamed[n] and even < JITTERS and _advances(data.x[: first or None, n]):
+            even, uneven = JITTERS, {*uneven, n}
         score = 3.0 * (says.quantity == "time") + 0.5 * (says.quantity == "row") + even + 0.2 / (1 + n)
         score -= 2.0 * (says.quantity not in {None, "time", "row"})
         best = max(best, (score, -n))
     if best[0] < 0.9:
         return Role("time", None, "", 1.0, 0.0, "no column rises evenly")
     n = -best[1]
-    unnamed = [column.name == f"column {k}" for k, column in enumerate(data.columns)]
     if (data.said[n].quantity == "row" or (unnamed[n] and not all(unnamed))) and np.mean(
         np.diff(data.x[:, n]) == 1.0
     ) > 0.999:
         return Role("time", None, "", 1.0, 0.0, f"'{data.columns[n].name}' counts rows")
-    says, stamps = data.said[n], data.x[: data.starts[1] if len(data.starts) > 1 else None, n]
-    if says.unit and (np.diff(stamps) == 0.0).mean() > REPEATED and _is_rounded(stamps):
+    says, stamps = data.said[n], data.x[: first or None, n]
+    if (np.diff(stamps) == 0.0).mean() > REPEATED and _is_rounded(stamps):
         period = float(stamps[-1] - stamps[0]) / (len(stamps) - 1)
-        return Role("time", None, f"{period:.6g} {says.unit}", 0.97, 0.97, "its stamps are rounded, and even")
-    sure = 0.99 if says.quantity == "time" else 0.97 if best[0] > 1.05 else 0.9
+        weights = {says.unit: 1.0} if says.unit else time_units(period, len(stamps))
+        unit = max(weights, key=lambda unit: weights[unit])
+        if weights[unit] > SURE * sum(weights.values()):
+            return Role("time", None, f"{period:.6g} {unit}", 0.97, 0.97, "its stamps are rounded, and even")
+    sure = 0.99 if says.quantity == "time" else 0.97 if best[0] > 1.05 or n in uneven else 0.9
     since_1970 = (u for u, size in TIME_UNITS.items() if 1e9 < stamps[0] * size < 2.5e9 and np.ptp(stamps) * size < 1e6)
     since_1601 = FILETIME if 1.26e10 < stamps[0] * 1e-7 < 1.42e10 and np.ptp(stamps) < 1e13 else ""
     unit = since_1601 or says.unit or next(since_1970, "")
-    return Role("time", n, unit, sure, 1.0 if unit else 0.0, "it rises evenly")
+    why = "it rises with every row" if n in uneven else "it rises evenly"
+    return Role("time", n, unit, sure, 1.0 if unit else 0.0, why)
+
+
+def _advances(x: Real) -> bool:
+    """Return whether a column rises with every row, on average alike, as stamps do that a program takes when it can.
+
+    A position at one speed does, too: its steps change little from row to row, those of stamps as much as they differ.
+    """
+    steps = np.diff(x)
+    if len(steps) < 32 or not (steps > 0.0).all():
+        return False
+    along = np.abs(x - np.linspace(x[0], x[-1], len(x))).max()
+    return bool(along < ALONG * np.ptp(x) and np.diff(steps).std() > 0.7 * steps.std())
 
 
 def _stamps(data: Samples, t: Real) -> Mask:
@@ -615,19 +637,21 @@ def _drives(
     """Return how much each column follows sign(v) and acceleration of each axis, and the sign by which it brakes."""
     motions = [_Motion(data, t, movement.column("position"), movement.column("velocity")) for movement in movements]
     scores: list[dict[int, tuple[float, int]]] = [{} for _ in movements]
+    mains = [next(m.column(of) or 0 for of in ("position", "velocity") if of in m.roles) for m in movements]
+    named = {data.tags[main] for main in mains} - {None}
+    least = BRAKED if any(data.moving[n] and says.quantity == "force" for n, says in enumerate(data.said)) else 0.02
     for n in np.flatnonzero(data.moving):
         says = data.said[n]
         is_mode = data.levels[n] <= MODES and says.quantity is None
         if is_mode or n in used or says.quantity not in {None, "force", "input"}:
             continue
         of_axes = []
-        for movement, motion in zip(movements, motions, strict=True):
-            main = next(movement.column(of) for of in ("position", "velocity") if of in movement.roles)
-            apart = main is not None and _apart(data, main, int(n))
+        for main, movement, motion in zip(mains, movements, motions, strict=True):
+            apart = data.tags[main] != data.tags[n] if data.tags[n] in named else _apart(data, main, int(n))
             of_axes.append((0.0, 1) if apart else _weighed(data, pairs, int(n), movement, motion))
         best = max(pair[0] for pair in of_axes)
         for of_axis, (score, sign) in zip(scores, of_axes, strict=True):
-            if score >= 0.5 * best and score > (0.02 if says.quantity != "force" else 0.0):
+            if score >= 0.5 * best and score > (least if says.quantity != "force" else 0.0):
                 of_axis[int(n)] = score if score == best else 0.3 * score, sign
     return scores
 
@@ -666,6 +690,18 @@ def _by_force(data: Samples, t: Real, movement: _Movement, force: Role | None) -
     return movement
 
 
+def _open_motions(data: Samples, movements: Sequence[_Movement], drives: Sequence[Mapping[str, Role]]) -> None:
+    """Leave the position open where the only force of a table may be that of another one, and no name tells which."""
+    moved = [m.roles["position"] for m in movements if "position" in m.roles]
+    named = {role.column or 0: 1 for role in moved if data.said[role.column or 0].quantity == "position"}
+    pushed = [(m.roles, of["force"].column or 0) for m, of in zip(movements, drives, strict=True) if "force" in of]
+    if len(named) > 1 and len(pushed) == 1:
+        roles, force = pushed[0]
+        others = {n: sign for n, sign in named.items() if n != roles["position"].column} if "position" in roles else {}
+        if len(others) < len(named) and data.tags[force] is None and data.said[force].quantity == "force":
+            roles["position"] = replace(roles["position"], likelihood=0.8, others=others)
+
+
 def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Role]:
     """Return force and input of an axis by the scores of its columns."""
     roles: dict[str, Role] = {}
@@ -673,7 +709,7 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
         kept = {n: score for n, score in scores.items() if (data.said[n].quantity == "input") == (channel == "input")}
         if channel == "input":
             kept = {n: pair for n, pair in kept.items() if pair[0] > DRIVING and not data.said[n].commanded}
-            supplies = {n for n in kept if data.x[:, n].std() < 0.2 * abs(data.x[:, n].mean())}
+            supplies = {n for n in kept if is_supply(data.x[:, n])}
             force = data.columns[roles["force"].column or 0].name if "force" in roles else ""
             supplies |= {n for n in kept if data.columns[n].name == force}  # what its sensor gives out
             kept = {n: pair for n, pair in kept.items() if n not in supplies}
@@ -701,6 +737,11 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
     if "force" not in roles and "input" in roles and not data.said[roles["input"].column or 0].unit:
         roles["force"] = replace(roles.pop("input"), channel="force")  # what is put in, in a unit of the drive
     return roles
+
+
+def is_supply(values: Real, *, by_unit: bool = True) -> bool:
+    """Return whether a voltage hardly changes, as that of a supply; where its name tells it, whether it never does."""
+    return bool(np.nanstd(values) <= (0.2 if by_unit else 0.0) * abs(np.nanmean(values)))
 
 
 def _alike(data: Samples, n: int, k: int) -> float:
@@ -947,7 +988,7 @@ def _weighed_by_names(found: Sequence[Reading], data: Samples, force: Spoken, po
     step = None if position is None or len({r.position for r in found}) < 2 else lattice_step(position[:ROWS])
 
     def fits(reading: Reading) -> float:
-        weight = custom if reading.position == usual else 1.0
+        weight = custom if usual in {reading.position, reading.velocity} else 1.0
         if step is None or reading.motion != "rotary":
             return weight
         turn = 2.0 * np.pi / (step * si_factor(reading.position, "position", "rotary"))

@@ -228,14 +228,14 @@ def spoken(column: Column) -> Spoken:
     return Spoken(quantity, unit, commanded, measured, moves, _has(name, AT_LOAD), means)
 
 
-CUSTOMS = (("rev", 1e4, re.compile(r"(pos|vel)_estimate")), ("mm", 20.0, re.compile(r"^joint\.\d+\.")), (
+CUSTOMS = (("rev", 1e4, re.compile(r"(pos|vel)_estimate|\bodrive")), ("mm", 20.0, re.compile(r"^joint\.\d+\.")), (
     "rad", 20.0, re.compile(r"joint_?states?\b|\beffort|(\b|_)((d?q|qd|q_?dot)_?\[?\d|(theta|omega)(\b|_))")
-))  # fmt: skip
-"""Units of positions by names, with their weights: ODrive, LinuxCNC, joint states of ROS, symbols of robots."""
+), ("rpm", 20.0, re.compile(r"\bmotor[ _]speed|motordrehzahl")))  # fmt: skip
+"""Units by names, with their weights: ODrive, LinuxCNC, joint states of ROS, symbols of robots, speeds of motors."""
 
 
 def customary_unit(columns: Sequence[Column]) -> tuple[str, float]:
-    """Return the unit in which a program whose names these are logs positions, and its weight."""
+    """Return the unit in which a program whose names these are logs positions or speeds, and its weight."""
     names = [column.name.casefold() for column in columns]
     return next(((unit, weight) for unit, weight, known in CUSTOMS if any(map(known.search, names))), ("", 1.0))
 
@@ -286,7 +286,7 @@ def bare(column: Column) -> str:
 
 
 _SILENT = frozenset({"motor", "load", "link", "drive", "raw", "filtered", "filt", "est", "estimated", "sim", "value",
-                     "signal", "data", "channel", "left"})  # fmt: skip
+                     "signal", "data", "channel"})  # fmt: skip
 """Words of a name that are of no axis, though several columns have them."""
 
 

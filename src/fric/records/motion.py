@@ -245,12 +245,10 @@ def filtered_motion(log: Log, settings: Conditioning) -> Motion:
 
     log: An evenly sampled record with a position or a velocity.
     """
-    if len(log) < settings.border + 30 * settings.decimation:
-        raise FricError(
-            f"{len(log)} samples are too few for a border of {settings.border} and a decimation of "
-            f"{settings.decimation}", where=log.where, hint="Log a longer motion, or give a smaller `decimation=`.",
-        )  # fmt: skip
     dt = float(log.time[-1] - log.time[0]) / (len(log) - 1)
+    if len(log) < (needed := settings.border + 30 * settings.decimation):
+        hint = f"Log a motion of {needed * dt:.2g} s or more, or give a smaller `decimation=`."
+        raise FricError(f"{len(log)} samples are too few: {needed} are needed", where=log.where, hint=hint)
     sos = butterworth(settings.cutoff, 1 / dt)
     if log.position is not None:
         position = zero_phase(sos, log.position, 4)

@@ -40,6 +40,10 @@ _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff",
 _NUMBER_OF = re.compile(r"(?i)(\b|_)(id|joint|motor|axis|node|servo|channel|achse|gelenk)(\b|_|$)")
 """The name of a column that says of which motor a row is."""
 _NUMBERED = re.compile(r"[#%\s]*((?:[A-Za-z][A-Za-z _]*?)?)[ _]?(\d{1,3})\s*[=:]\s*(\S.*)")
+_BY_NUMBERS = re.compile(
+    r"(?i)[#%;/\s]*[#%;/]\s*(?:col(?:umn)?s?\.?\s*)?(\d{1,3}(?:(?:\s*(?:\.\.+|,|-|to)\s*|\s+)\d{1,3})*)[\s:.)=-]+([^\W\d].*)"
+)
+"""A line above the data that says what numbered columns are, as ``%  7  8 Motor current left, right [A]: 0.1 0.0``."""
 OF_UNITS = re.compile(r"unit|einheit|unidad", re.IGNORECASE)  # Begins a line above the header that names units
 
 
@@ -165,7 +169,30 @@ def _listed(lines: Sequence[str], width: int) -> list[str] | None:
     }  # fmt: skip
     units = next((whole.pop(group) for group in [*whole] if OF_UNITS.search(group)), [])
     names = next((names for names in whole.values() if any(re.match("[^\\W\\d]", name) for name in names)), None)
-    return [f"{name} [{unit}]" for name, unit in zip(names, units, strict=True)] if names and units else names
+    if names is None:
+        return _by_numbers(lines, width)
+    return [f"{name} [{unit}]" for name, unit in zip(names, units, strict=True)] if units else names
+
+
+def _by_numbers(lines: Sequence[str], width: int) -> list[str] | None:
+    """Return the names that comments give to each of the numbered columns, counted from 0 or 1; or None."""
+    found: dict[int, str] = {}
+    for said in filter(None, map(_BY_NUMBERS.fullmatch, lines)):
+        numbers = re.findall(r"\d+|\.\.|-|to", said[1])
+        ends = [int(text) for text in numbers if text.isdigit()]
+        columns = [*range(ends[0], ends[-1] + 1)] if len(ends) == 2 and len(numbers) > 2 else ends
+        text = re.sub(r"(?<=\s)[-+(]*\d[\d.,e+-]*\)?(?=\s|$)", "", re.split(r":(?=\s|$)", said[2])[0])  # an example
+        unit = re.search(r"\[([^\]]*)\]", text)
+        plain = " ".join(re.sub(r"\[[^\]]*\]", " ", text).split())
+        head, _, last = plain.partition(",")[0].rpartition(" ")
+        each, units = [last, *plain.split(",")[1:]], unit[1].split(",") if unit else [""]
+        for k, column in enumerate(columns):
+            name = f"{head} {each[k].strip()}" if len(each) == len(columns) else f"{plain} {column}"
+            of = units[k % len(units)].strip()
+            found[column] = f"{name.strip()} [{of}]" if of else name.strip()
+    start = min(found, default=0)
+    whole = [*range(start, start + width)]
+    return [found[n] for n in whole] if start < 2 and sorted(found) == whole else None
 
 
 def _heads(line: str, delimiter: str, width: int) -> list[str]:

@@ -1,0 +1,158 @@
+"""Forms of logs that were first met in other people's: stamps that jitter, numbered comments, two sides of a robot."""
+
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fric
+from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.identify.plant.identify import _plant
+from fric.io.hdf5 import read_logs
+from fric.io.propose import guesses
+from fric.io.roles import SURE
+from tests.io.test_roles import axis_of_a_drive, told
+
+
+def rows(path: Path, header: str, *columns: np.ndarray, mark: str = " ") -> Path:
+    lines = [mark.join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
+    path.write_text("\n".join([*header.splitlines(), *lines]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_stamps_that_a_program_takes_when_it_can_are_the_time(tmp_path: Path, place: int) -> None:
+    """Milliseconds that go on by 1 to 4 a row were no clock: the period was asked, and the stamps were a motion."""
+    a = axis_of_a_drive(n=1500, dt=2.5e-3)
+    stamps = np.cumsum(np.random.default_rng(1).integers(1, 5, 1500)).astype(float)
+    position = np.rad2deg(np.interp(stamps * 1e-3, a["t"], a["position"]))
+    current = np.interp(stamps * 1e-3, a["t"], a["current"])
+    columns = [stamps, position, current] if place == 0 else [position, stamps, current]
+    (axis,) = told(rows(tmp_path / "log.txt", "", *columns))
+    assert {channel: role.column for channel, role in axis.roles.items()} == {
+        "time": place, "position": 1 - place, "force": 2,
+    }  # fmt: skip
+    assert axis.roles["time"].unit == "ms"
+
+
+def test_a_motion_at_one_speed_is_no_clock_of_its_log(tmp_path: Path) -> None:
+    """A stroke in one direction rises with every row, too, but evenly or smoothly; an even clock goes before it."""
+    a = axis_of_a_drive(n=1500)
+    stroke = np.cumsum(1.0 + 0.4 * np.sin(2 * np.pi * a["t"] / 0.7)) * 1e-3
+    (axis,) = told(rows(tmp_path / "log.txt", "", stroke, a["t"], a["current"]))
+    assert axis.roles["time"].column == 1
+
+
+def test_rounded_stamps_without_a_header_are_evened(tmp_path: Path) -> None:
+    """Some stamps stood twice: their samples were dropped, and the record was uneven to what followed."""
+    a = axis_of_a_drive(n=2000)
+    t = np.maximum.accumulate(np.round(a["t"] + 5.5e-4 * np.random.default_rng(2).random(2000), 3))
+    assert 0.03 < np.mean(np.diff(t) == 0.0) < 0.5
+    path = rows(tmp_path / "log.txt", "", t, a["position"], a["velocity"], a["current"])
+    done = fric.ingest(path, output=tmp_path / "log.h5", assume=True)
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert done.done.dropped == 0
+    assert np.ptp(np.diff(log.time)) < 1e-9
+
+
+NUMBERED = """%% log of robot 7
+%  1    time 0.000 sec
+%  2    mission (0) state 2
+%  3  4 Motor voltage [V] left, right: 2.1 2.1
+%  5  6 Motor current left, right [A]: 0.003 -0.000
+%  7  8 Wheel velocity [m/s] left, right: 0.0000 0.0000
+%  9    Turnrate [r/s]: 0.0000
+% 10 11 Pose x,h [m,rad]: 0.0 0.0
+% 12 .. 14 Line sensor: values -13 6 -13
+% 15    Battery voltage [V]: 12.18"""
+
+
+def test_numbered_comments_name_columns(tmp_path: Path) -> None:
+    """Without them the battery's voltage was the force, and the pose the position."""
+    a, b = axis_of_a_drive(n=3000), axis_of_a_drive(n=3000, seed=3)
+    left, right = 0.05 * a["velocity"], 0.05 * np.roll(b["velocity"], 400)
+    noise = np.round(20.0 * np.random.default_rng(4).standard_normal((4, 3000)))
+    path = rows(
+        tmp_path / "log.txt", NUMBERED, a["t"], np.full(3000, 2.0), np.full(3000, 2.1), np.full(3000, 2.1),
+        a["current"], np.roll(b["current"], 400), left, right, (right - left) / 0.2, np.cumsum(left + right) * 5e-4,
+        np.cumsum(right - left) * 5e-3, *noise[:3], 12.0 - 0.05 * np.abs(a["current"]) + 1e-3 * noise[3],
+    )  # fmt: skip
+    one, other, *rest = told(path)
+    for axis, force, velocity in ((one, 4, 6), (other, 5, 7)):
+        assert (axis.roles["force"].column, axis.roles["force"].unit) == (force, "A")
+        assert (axis.roles["velocity"].column, axis.roles["velocity"].unit) == (velocity, "m/s")
+        assert min(axis.roles["force"].likelihood, axis.roles["velocity"].likelihood) >= SURE
+    assert all("force" not in axis.roles for axis in rest)  # no sensor of a line is one
+
+
+@pytest.mark.parametrize("numbers", ["# {} : {}", "% col {}: {}", "#{}) {}", "// {} - {}"])
+def test_comments_number_columns_in_several_ways(tmp_path: Path, numbers: str) -> None:
+    a = axis_of_a_drive(n=1000)
+    said = ["time [s]", "joint angle [rad]", "motor current [A]"]
+    header = "\n".join(numbers.format(n, name) for n, name in enumerate(said, 1))
+    (axis,) = told(rows(tmp_path / "log.txt", header, a["t"], a["position"], a["current"]))
+    assert axis.open == []
+
+
+def test_a_supply_that_its_unit_alone_shows_is_no_input(tmp_path: Path) -> None:
+    """16.1 to 16.3 V beside a motion both ways was taken for what drives the axis."""
+    a = axis_of_a_drive(n=2000)
+    psu = np.round(16.3 - 0.1 * np.abs(a["current"]), 1)
+    path = rows(tmp_path / "log.csv", "time [s];motor_pos [rad];motor_psu [V];motor_current [A]", a["t"], a["position"],
+                psu, a["current"], mark=";")  # fmt: skip
+    with ExitStack() as files:
+        (guess,) = guesses([path], files)
+    assert guess.axis.roles.keys() == {"time", "position", "force"}
+
+
+@pytest.mark.parametrize(
+    ("header", "unit"), [("time,ODrive 0 Position,ODrive 0 Velocity,ODrive 0 Current", "rev"), ("time,pos,vel,iq", "m")]
+)
+def test_positions_of_an_odrive_are_in_turns(tmp_path: Path, header: str, unit: str) -> None:
+    """What creeps by 0.01 was sure to be in metres."""
+    a = axis_of_a_drive(n=2000)
+    path = rows(
+        tmp_path / "log.csv", header, a["t"], 3e-3 * a["position"], 3e-3 * a["velocity"], a["current"], mark=","
+    )
+    (axis,) = told(path)
+    assert axis.roles["position"].unit == unit
+
+
+def test_the_speed_of_a_motor_is_likely_in_rpm(tmp_path: Path) -> None:
+    a = axis_of_a_drive(n=2000)
+    header = "time [ms],Servo motor speed,Torque"
+    (axis,) = told(rows(tmp_path / "log.csv", header, 1e3 * a["t"], 300.0 * a["velocity"], a["current"], mark=","))
+    assert axis.roles["velocity"].unit == "rpm"
+    assert axis.roles["velocity"].unit_likelihood < SURE
+
+
+def test_the_only_current_beside_two_angles_leaves_open_which_it_moves(tmp_path: Path) -> None:
+    """Of a wheel on a pendulum, which both follow the current, the pendulum was taken without a word."""
+    a = axis_of_a_drive(n=3000)
+    wheel, pendulum = np.round(a["position"] / 0.13) * 0.13, -0.1 * a["position"] + 0.02 * np.sin(7.0 * a["t"])
+    header = "time(s),current(A),rw angle(rad),pendulum angle(rad)"
+    path = rows(tmp_path / "log.csv", header, a["t"], a["current"], wheel, pendulum, mark=",")
+    (pushed,) = [axis for axis in told(path) if "force" in axis.roles]
+    position = pushed.roles["position"]
+    assert position.likelihood < SURE
+    assert {position.column, *position.others} == {2, 3}
+
+
+def test_a_mass_below_0_has_an_interval_that_is_not_turned() -> None:
+    """The limits of its B were, and the refusal of that was all that `fric auto` said of such a motion."""
+    found = _plant(np.array([-0.2, 0.1, 0.5, 0.0]), 1e-4 * np.eye(4), 2.0, "both", "force",
+                   Estimate(1.0, "A/A", fixed=True), None, 1e-4, "rotary/A")  # fmt: skip
+    low, high = found["B"].limits
+    assert low < float(found["B"]) == -5.0 < high < 0.0
+
+
+def test_a_motion_that_is_too_short_says_once_where_and_how_long(tmp_path: Path) -> None:
+    a = axis_of_a_drive(n=200, dt=7e-4)
+    path = rows(tmp_path / "log.csv", "time [s],position [rad],force [A]", a["t"], a["asked"], a["current"], mark=",")
+    fric.ingest(path, output=(log := tmp_path / "log.h5"), motion="rotary/A", kind="motion")
+    said = r"200 samples are too few: \d+ are needed\nLog a motion of 0\.\d+ s"
+    with pytest.raises(FricError, match=said) as refused:
+        fric.identify_plant(log, method="motion")
+    assert str(refused.value).count("log.h5") == 1
