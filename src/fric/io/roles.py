@@ -741,7 +741,8 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
 
 def is_supply(values: Real, *, by_unit: bool = True) -> bool:
     """Return whether a voltage hardly changes, as that of a supply; where its name tells it, whether it never does."""
-    return bool(np.nanstd(values) <= (0.2 if by_unit else 0.0) * abs(np.nanmean(values)))
+    real = values[np.isfinite(values)]
+    return not len(real) or bool(real.std() <= (0.2 if by_unit else 0.0) * abs(real.mean()))
 
 
 def _alike(data: Samples, n: int, k: int) -> float:
