@@ -52,14 +52,15 @@ class Estimate:
 
     @classmethod
     def around(cls, value: float, unit: str, half_width: float, *, source: str = "") -> Self:
-        """Return a value with a 95 % interval of the same half-width to either side."""
-        return cls(value, unit, (value - half_width, value + half_width), source=source)
+        """Return a value with a 95 % interval of the same half-width, without its sign, to either side."""
+        return cls(value, unit, (value - abs(half_width), value + abs(half_width)), source=source)
 
     @classmethod
     def around_log(cls, value: float, unit: str, half_width: float) -> Self:
         """Return a positive value with a 95 % interval that is symmetric in its logarithm."""
         factor = exp(half_width) if half_width < OPEN else inf
-        return cls(value, unit, (value / factor, value * factor))
+        low, high = sorted((value / factor, value * factor))
+        return cls(value, unit, (low, high))
 
     @property
     def limits(self) -> Interval:

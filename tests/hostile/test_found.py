@@ -612,6 +612,8 @@ def test_the_lower_limit_of_an_interval_is_not_the_upper() -> None:
     with pytest.raises(ValidationError, match="ci95"):
         Quantity.model_validate({"value": [1.0, 2.0], "unit": "N", "ci95": [[0.0, 2.0], [3.0, 1.0]]})
     assert Quantity.model_validate({"value": 1.0, "unit": "N", "ci95": [1.0, None]}).ci95 == [1.0, None]
+    assert Estimate.around(-2.0, "N", -0.5).ci95 == (-2.5, -1.5)  # a share of a negative value
+    assert Estimate.around_log(-2.0, "N", math.log(2.0)).ci95 == pytest.approx((-4.0, -1.0))
 
 
 @pytest.mark.parametrize("W", [(60.0, 30.0, 10.0), (60.0, 40.0, 0.0)])

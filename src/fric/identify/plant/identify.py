@@ -125,7 +125,7 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     notices = list(described(fits, solution, influence, estimates, rate))
     if {A_OPEN.code, A_HOLDS_FRICTION.code} <= {notice.code for notice in notices if notice.severity != "note"}:
         # the rest is friction: strokes show all viscous friction, where no damping is subtracted
-        high = float(estimates["A"]) + float(solution.half_widths()[0])
+        high = max(float(estimates["A"]), 0.0) + float(solution.half_widths()[0])
         estimates["A"] = replace(estimates["A"], value=0.0, ci95=(0.0, high), assumed=True)
     return PlantFit(
         fits[0].measured.table.axis, motion, estimates, solution, tuple(fits), influence, rate, transport,
