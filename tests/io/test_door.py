@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 
 import fric
+from fric.documents.mapping import MappingDocument
+from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.plant.identify import _plant
 from fric.io.hdf5 import read_logs
-from fric.io.propose import guesses
+from fric.io.ingest_circle import ingest_circles
+from fric.io.propose import guesses, proposal
 from fric.io.roles import SURE
 from tests.io.test_roles import axis_of_a_drive, told
 
@@ -85,6 +88,17 @@ def test_numbered_comments_name_columns(tmp_path: Path) -> None:
         assert (axis.roles["velocity"].column, axis.roles["velocity"].unit) == (velocity, "m/s")
         assert min(axis.roles["force"].likelihood, axis.roles["velocity"].likelihood) >= SURE
     assert all("force" not in axis.roles for axis in rest)  # no sensor of a line is one
+
+
+def test_two_axes_of_velocities_alone_are_no_circle(tmp_path: Path) -> None:
+    """`fric auto` looked for circles in their positions, and ended in a traceback."""
+    a, b = axis_of_a_drive(n=1000), axis_of_a_drive(n=1000, seed=3)
+    header = "time [s],left velocity [m/s],right velocity [m/s],left current [A],right current [A]"
+    path = rows(tmp_path / "log.csv", header, a["t"], 0.05 * a["velocity"], 0.05 * b["velocity"], a["current"],
+                b["current"], mark=",")  # fmt: skip
+    (tmp_path / "map.yaml").write_text(proposal([path], assume=True))
+    with pytest.raises(FricError, match="no whole circle"):
+        ingest_circles(path, tmp_path / "circle.h5", mapping=read_document(tmp_path / "map.yaml", MappingDocument))
 
 
 @pytest.mark.parametrize("numbers", ["# {} : {}", "% col {}: {}", "#{}) {}", "// {} - {}"])
