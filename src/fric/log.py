@@ -161,11 +161,12 @@ class Log(_FromFile):
             raise refused("Log.from_frame", "units by channel", units)
         if not isinstance(motion, str) or motion not in MOTIONS:
             raise refused("Log.from_frame", f"a motion ({', '.join(MOTIONS)})", motion)
-        found = dict[str, Any]()
+        found, read = dict[str, Any](), list[Any]()
         for column in frame:
             channel, _, unit = str(column).partition("[")
             channel, unit = channel.strip(), unit.rstrip("] ")
             if channel in CHANNELS:
+                read.append(column)
                 unit = str((units or {}).get(channel, unit))
                 scale = factor(unit, channel_dimension(channel), motion) if unit else 1.0
                 try:
@@ -177,6 +178,10 @@ class Log(_FromFile):
                 named = f"Its columns are {', '.join(map(str, frame))}."
                 hint = f"{named} Rename them to {', '.join(CHANNELS)}, as in 'time [ms]'."
                 raise FricError(f"no column is named {lacking}", hint=hint)
+        left = [str(column) for column in frame if column not in read]
+        if left and found.keys() <= {"time", "position", "velocity", "mode"}:
+            hint = f"Rename the one that is the force or the input, as in 'force [N]', or leave out {', '.join(left)}."
+            raise FricError("no column is named force or input", hint=hint)
         for channel in (units or {}).keys() - found.keys():
             hint = f"{near(channel, found)}Its channels are {', '.join(found)}."
             raise FricError(f"`units=` names '{channel}', and no column is of this channel", hint=hint)
@@ -191,7 +196,7 @@ class Log(_FromFile):
         return len(self.time)
 
     def channels(self) -> dict[str, Real]:
-        """Return the channels that were logged, by name, time first."""
+        """Return the channels that were logged, by name, time first, in SI units: ``DataFrame(log.channels())``."""
         found = {channel: getattr(self, channel) for channel in CHANNELS}
         return {channel: values for channel, values in found.items() if values is not None}
 

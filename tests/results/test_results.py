@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 
 import fric
 from fric.cli.main import app
+from fric.columns import CHANNELS
 from fric.documents import document_types
 from fric.documents.yaml import plain, read_tree
 from fric.errors import FricError
@@ -316,6 +317,14 @@ def test_a_model_predicts_the_force_over_a_motion(static, gms):
             gms.predict(**wrong)
 
 
+@pytest.mark.parametrize("motion", ["linear", "rotary", "linear/A/A", "rotary/%/%"])
+def test_a_record_is_a_frame_and_a_record_again(motion):
+    values = {channel: np.linspace(0.0, 1.0, 5) for channel in CHANNELS}
+    log = fric.Log(**values | {"mode": np.array([0.0, 0.0, 1.0, 1.0, 0.0])}, motion=motion)
+    again = fric.Log.from_frame(pd.DataFrame(log.channels()), motion=motion)
+    assert all(np.array_equal(getattr(again, channel), getattr(log, channel)) for channel in CHANNELS)
+
+
 def test_a_frame_is_a_record_and_a_run_is_a_circle():
     (log, *_) = fric.read(STROKES)
     frame = pd.DataFrame({"time [ms]": 1e3 * log.time, "position": 1e6 * log.position, "force [N]": log.force, "x": 0})
@@ -325,6 +334,9 @@ def test_a_frame_is_a_record_and_a_run_is_a_circle():
     for broken, why in ((frame.drop(columns="time [ms]"), "no column is named time"), (frame[::-1], "time")):
         with pytest.raises(fric.FricError, match=why):
             fric.Log.from_frame(broken, {"position": "um"})
+    with pytest.raises(fric.FricError, match="no column is named force or input") as refused:  # was left out unsaid
+        fric.Log.from_frame(frame.rename(columns={"force [N]": "torque [N]"}), {"position": "um"})
+    assert "leave out torque [N], x." in refused.value.hint
     run = fric.circle("virtual-rig", "a,b")
     with pytest.raises(fric.FricError, match="holds 2 circles") as refused:
         fric.diagnose(run)

@@ -95,7 +95,7 @@ def _reversal(axes: Axes, found: Diagnosis, agreement: Agreement | None, name: s
         if n == 0:
             glitch = found.glitches[name]
             axes.plot(glitch.place / test.feed * 1e3, glitch.value * 1e6, "o", color=VERMILION, markersize=3.5)
-            axes.set_title(f"{name}: {glitch.value * 1e6:+.2f} µm", fontsize=8)
+            axes.set_title(f"{name}: {glitch.value * 1e6:+.2f} µm".replace("-", "−"), fontsize=8)
     if agreement is not None and name in agreement.agrees:  # what has no model is not predicted
         test = agreement.predicted.test
         phi, mean = smoothed(agreement.predicted.pulses()[name], np.radians(0.4))
