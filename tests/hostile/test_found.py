@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
 from pydantic import ValidationError
+from scipy import signal
 from scipy.io import savemat
 
 import fric
@@ -644,3 +645,12 @@ def test_a_circle_sampled_too_coarsely_for_its_glitches_is_refused(samples: int,
     else:
         with pytest.raises(FricError, match="apart, too far for it"):
             fric.diagnose(test)
+
+
+def test_an_axis_that_rests_while_its_reference_makes_micro_steps_is_inspected() -> None:
+    """A recorded position of 0 throughout ended in a division by zero."""
+    time = np.arange(400) * 0.06
+    asked = 6e-6 * np.abs(signal.sawtooth(2.0 * np.pi * time / 6.0, 0.5))
+    force = np.random.default_rng(0).normal(0.0, 20.0, 400)
+    log = Log(time=time, position=np.zeros(400), reference=asked, force=force, kind="micro-steps")
+    assert not next(use for use in fric.inspect(log).found[0].uses if use.purpose == "gms").good

@@ -484,7 +484,8 @@ def inspect(record: Record, *, flaws: bool = True) -> Inspected:
     )  # fmt: skip
     seen = 0.0
     if log.position is not None and len(reversals) > 2:
-        seen = resolved_travel(log.position, reversals) / float(np.median(np.abs(np.diff(log.position[reversals]))))
+        stroke = float(np.median(np.abs(np.diff(log.position[reversals]))))
+        seen = resolved_travel(log.position, reversals) / stroke if stroke else 0.0  # where the reference alone moves
     kicked = any(notice.code == FOREIGN_COMPENSATION.code for notice in warnings)
     gms = Use("gms", False, "the control compensates friction at reversals") if kicked else None
     gms = gms or _too_slow(log, rises) or _gms_use(found, seen, stairs)
