@@ -959,7 +959,7 @@ def _described(
 
 
 MOST_IN_MOTION = 20_000  # Samples of a motion that are replayed for a plant at most: of more, every n-th
-MOST_MOTIONS = 10  # Motions that are replayed for a plant at most, a second each: of more, every n-th
+MOST_MOTIONS = 5  # Motions that are replayed for a plant at most, some seconds each: those that show the mass best
 
 
 def axis_in_motion(records: Sequence[Prepared]) -> RigidAxis | None:
@@ -967,10 +967,11 @@ def axis_in_motion(records: Sequence[Prepared]) -> RigidAxis | None:
 
     LuGre's model is replayed, so that friction which falls with speed, and yields before it slides, is in none of them.
     The mass and offset follow by least squares. Each record is replayed alone, for its level would move its mass; the
-    mean over them is returned (`pooled`). None if half of them move one way, or do not show the mass or a
-    parameter of the model.
+    mean over them is returned (`pooled`), of many over those of the greatest acceleration. None if half of them move
+    one way, or do not show the mass or a parameter of the model.
     """
-    records = records[:: -(-len(records) // MOST_MOTIONS)]
+    shown = [float(np.std(record.motion.acceleration)) for record in records]
+    records = [records[n] for n in sorted(np.argsort(shown)[-MOST_MOTIONS:])]
     told = [axis for record in records if (axis := _axis_alone(record)) is not None]
     return pooled(*map(np.array, zip(*told, strict=True))) if 2 * len(told) > len(records) else None
 
