@@ -246,7 +246,7 @@ def test_of_many_motions_those_that_accelerate_most_are_replayed(monkeypatch: py
 
     monkeypatch.setattr(replay_fit, "_axis_alone", alone)
     gains = (0.2, 1.0, 0.1, 0.9, 0.3, 0.8, 0.7, 0.6)
-    identify_motion([faster(n, gain) for n, gain in enumerate(gains)])
+    identify_motion([faster(n, gain) for n, gain in enumerate(gains)], replayed=replay_fit.axis_in_motion)
     assert taken == ["1", "3", "5", "6", "7"]
 
 
