@@ -23,6 +23,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws import CATALOGUE
 from fric.flaws.base import HALF_WIDTHS, SMALL, by_size
+from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.response import FALSE, RESPONSE_MISFIT, UNSURE
 from fric.flaws.static_map import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
@@ -606,3 +607,14 @@ def test_what_is_said_of_a_flaw_elsewhere_is_asked_of_the_catalogue() -> None:
     assert not {"force-turned", "A-holds-friction", "samples-lost"} & settled_by_it
     assert {code for code, flaw in CATALOGUE.items() if flaw.no_response} == {"T_d-assumed", "observer-assumed"}
     assert all(0 < share <= 2.0 for flaw in CATALOGUE.values() for share in flaw.widens.values())
+
+
+@pytest.mark.parametrize(
+    ("scatter", "motions", "severity"), [(0.003, True, "note"), (0.003, False, "doubt"), (0.02, True, "doubt")]
+)
+def test_a_slight_difference_of_unlike_motions_is_a_note(scatter: float, motions: bool, severity: str) -> None:
+    """Half of the sessions of a machine that keeps its friction had a doubt, of 0.3 % between two amplitudes."""
+    found = RECORDS_VARY.found(
+        by=["friction by 0.3%"], order=["1.0"], one_speed=False, within=False, motions=motions, scatter=scatter
+    )
+    assert found.severity == severity

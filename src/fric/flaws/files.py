@@ -36,7 +36,7 @@ COLUMNS_BY_CONTENT = Flaw("columns-by-content", "doubt",
     "Say otherwise in a mapping, and where the voltage is.")
 COLUMNS_LEFT_OUT = Flaw("columns-left-out", "doubt", "Columns are left out: {columns}.")
 CELLS_DROPPED = Flaw("cells-dropped", "doubt",
-    "{dropped} of {samples} samples are dropped: a cell is no number, or time stands.")
+    "{dropped} of {samples} samples are dropped: a cell is not a number, or a time comes twice.")
 SAMPLES_MISSING = Flaw("samples-missing", "doubt", "Samples are missing at regular intervals: {rates}.")
 UNIT_FAILED = Flaw("unit-failed", "doubt", "{why}")
 NO_LOG = Flaw("no-log", "doubt", "There is no log.")

@@ -697,7 +697,7 @@ def _varies(between: Between | None, estimates: Mapping[str, Estimate]) -> Itera
             for name, size, unit in zip(estimates, between.deviations, units, strict=True) if size > 0.0
         ]  # fmt: skip
         order = [f"M {readable(float(estimates['M']) + float(off), units[0], 4)}" for off in between.off[:, 0]]
-        yield RECORDS_VARY.found(by=by, order=order, one_speed=False, within=False, motions=False)
+        yield RECORDS_VARY.found(by=by, order=order, one_speed=False, within=False, motions=False, scatter=1.0)
 
 
 def _warnings(

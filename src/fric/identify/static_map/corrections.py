@@ -93,7 +93,9 @@ def between_records(strokes: Strokes) -> Correction | None:
         most = int(vary.argmax())
         shares = found.predicted[most * len(names) : (most + 1) * len(names)]
         order = [f"{1.0 + share:.3f} of {'the ' * (not within)}{list(levels)[most]}" for share in shares]
-        notices.append(RECORDS_VARY.found(by=by, order=order, one_speed=one_speed, within=within, motions=False))
+        notices.append(
+            RECORDS_VARY.found(by=by, order=order, one_speed=one_speed, within=within, motions=False, scatter=1.0)
+        )
     return Correction(points=points, together=together, notices=notices, between_records=scatter)
 
 
