@@ -50,7 +50,7 @@ def verb(function: Callable[P, R]) -> Callable[P, R]:
     count = code.co_argcount + code.co_kwonlyargcount + bool(code.co_flags & CO_VARARGS)
     made.__doc__ = documented(cleandoc(function.__doc__ or ""), code.co_varnames[:count], SHARED)
     seen = signature(made)
-    taken = [one.replace(annotation=_Shown(one.annotation)) for one in seen.parameters.values()]
+    taken = [parameter.replace(annotation=_Shown(parameter.annotation)) for parameter in seen.parameters.values()]
     made.__signature__ = seen.replace(parameters=taken)  # type: ignore[attr-defined]
     return made
 

@@ -25,7 +25,7 @@ multipliers over a period show whether it is stable (tests/control/test_gain_sch
 """
 
 from dataclasses import dataclass
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 
@@ -103,7 +103,7 @@ class GainScheduled(ControlBlock):
 
     def schedule(self, setting: Setting) -> Real:
         """Return how far from a reversal each share ends, the share, and alpha [m], [1], [1], shape (blocks, 3)."""
-        model = setting.models.get("gms") or setting.models.get("maxwell_slip")
+        model: Any = setting.models.get("gms") or setting.models.get("maxwell_slip")
         if model is None:
             raise FricError(
                 "the gains of 'gain-scheduled' follow the friction's slip blocks, and the controller believes in none",
@@ -111,12 +111,11 @@ class GainScheduled(ControlBlock):
             )
         while isinstance(model, Wrapped):
             model = model.model
-        W = np.array(model.W if isinstance(model, MaxwellSlip) else model.alpha)  # type: ignore[attr-defined]
+        W = np.array(model.W) if isinstance(model, MaxwellSlip) else model.static.F_s * np.array(model.alpha)
         if not W.any():
             raise FricError("no slip block takes a force", hint="Identify the friction again: fric identify gms.")
-        scale = 1.0 if isinstance(model, MaxwellSlip) else float(model.static.F_s)  # type: ignore[attr-defined]
-        k, W = np.array(model.k)[W > 0.0], W[W > 0.0]  # type: ignore[attr-defined]
-        ends = SOFTER * 2.0 * W * scale / k
+        k, W = np.array(model.k)[W > 0.0], W[W > 0.0]
+        ends = SOFTER * 2.0 * W / k
         order = np.argsort(ends)
         stiffness = np.cumsum(k[order][::-1])[::-1]
         frequency = np.sqrt(stiffness * setting.plant.B / setting.K_f)

@@ -556,10 +556,7 @@ class PartOf(Physical, Generic[T]):
         if field.name == "warnings":
             aliases = AliasChoices("warnings_coded", "warnings")
             coded: Any = Field(default_factory=list, validation_alias=aliases)
-            return {
-                "warnings": (list[str], Field(default_factory=list)),
-                "warnings_coded": (list[CodedWarning], coded),
-            }
+            return {"warnings": (list[str], Field(default_factory=list)), "warnings_coded": (list[CodedWarning], coded)}
         return {field.name: (cls.of_type(kind), Field(description=text))}
 
     @classmethod

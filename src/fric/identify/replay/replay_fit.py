@@ -951,10 +951,9 @@ def _described(
         others = [f"the {name} by {readable(float(by), by.unit, 2)}" for name, by in between.items() if name != "level"]
         each = [f"{1.0 + item:.3f} of the friction" for item in levels.each]
         by = [f"friction by {levels.deviation:.1%}", *others]
-        apart = [levels.deviation, float(between.get("offset", 0.0)) / (0.5 * float(np.ptp(force)))]
-        warnings.append(RECORDS_VARY.found(
-            by=by, order=each, one_speed=False, within=False, motions=not levels.alike, scatter=max(apart),
-        ))  # fmt: skip
+        says = {"by": by, "order": each, "one_speed": False, "within": False, "motions": not levels.alike}
+        apart = max(levels.deviation, 2.0 * float(between.get("offset", 0.0)) / float(np.ptp(force)))
+        warnings.append(RECORDS_VARY.found(**says, scatter=apart))
     return ReplayFit(
         model, records[0].log.axis, motion, estimates, records, level, nuisances, rmse, r2, independent, coordinates, x,
         covariance, solved.joint(), lateness(search, best, quantile), tuple(warnings), between,
