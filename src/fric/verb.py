@@ -321,6 +321,8 @@ def _fits(given: Any, hint: Any) -> bool:
         return callable(given)
     if isinstance(origin, type) and issubclass(origin, Iterable):
         right = isinstance(given, origin) and not isinstance(given, str | bytes) and getattr(given, "ndim", 1) != 0
+        if origin is tuple and ... not in inner:
+            return right and len(given) == len(inner) and all(map(_fits, given, inner))
         return right and (issubclass(origin, Mapping) or all(_fits(item, inner[0]) for item in _again(given)))
     return hint is Any or not isinstance(hint, type) or isinstance(given, hint)
 

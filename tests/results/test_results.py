@@ -366,3 +366,14 @@ def test_results_take_the_place_of_their_files(gms, tmp_path):
     object.__setattr__(nameless, "source", "")
     with pytest.raises(fric.FricError, match="has no file"):
         nameless.save(tmp_path / "tuned")
+
+
+def test_what_a_tuple_holds_may_be_of_several_types() -> None:
+    """Once `fric.FormatsResult` was touched, as completion in a notebook does, `fric.formats()` was refused."""
+    for name in fric.__all__:
+        getattr(fric, name)
+    found = fric.formats()
+    assert len(found.rows) > 9
+    for rows in ((found.rows[0][:4],), (("Text", ".txt", "", "", ""),)):
+        with pytest.raises(fric.FricError, match="FormatsResult takes rows"):
+            type(found)(rows)
