@@ -57,7 +57,7 @@ class Estimate:
 
     @classmethod
     def around_log(cls, value: float, unit: str, half_width: float) -> Self:
-        """Return a positive value with a 95 % interval that is symmetric in its logarithm."""
+        """Return a value with a 95 % interval that is symmetric in the logarithm of its size."""
         factor = exp(half_width) if half_width < OPEN else inf
         low, high = sorted((value / factor, value * factor))
         return cls(value, unit, (low, high))

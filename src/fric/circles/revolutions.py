@@ -200,10 +200,9 @@ def _refuse_coarse(angle: Real, where: str) -> None:
         phi = (angle - n * pi / 2 + pi) % (2 * pi) - pi
         gap = float(np.diff(np.sort(np.append(phi[np.abs(phi) <= WINDOW], [-WINDOW, WINDOW]))).max())
         if gap > COARSE:
-            raise FricError(
-                f"the samples around the reversal at {90 * n}° are {np.degrees(gap):.0f}° apart, too far for it",
-                where=where, hint="Sample faster, or run the circle slower: 90 samples a revolution are the least.",
-            )  # fmt: skip
+            what = f"samples at the reversal at {90 * n}° are {np.degrees(gap):.0f}° apart, too far to show its glitch"
+            hint = "Sample faster, or run the circle slower: 90 samples a revolution are the least."
+            raise FricError(what, where=where, hint=hint)
 
 
 LEAST = 12  # Least number of samples for a parabola

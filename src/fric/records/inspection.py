@@ -544,6 +544,8 @@ def _gms_use(found: Inspection, seen: float, stairs: Staircase | None) -> Use:
         return Use(purpose, False, f"the force is clipped in {clipped} samples")
     position, step = found.channels["position"], found.encoder_step
     amplitude = found.sine.amplitude if found.sine else 0.5 * (position.high - position.low)
+    if not amplitude:
+        return Use(purpose, False, "the position does not move")
     if found.kind == "sliding-sine" and len(found.reversals) < 3:
         return Use(purpose, True, "for the attraction parameter C; knots take a sine in pre-sliding")
     if len(found.reversals) < 3:

@@ -291,8 +291,7 @@ def _quantile(static: Mapping[str, Estimate], covariance: Covariance) -> float:
         if name in static and name in covariance.names and static[name].ci95:
             n = covariance.names.index(name)
             limits = np.array(static[name].limits)
-            if covariance.scales[n] == "log":
-                limits = np.log(np.maximum(limits, 1e-300))
+            limits = np.log(np.maximum(limits, 1e-300)) if covariance.scales[n] == "log" else limits
             if covariance.matrix[n][n] > 0.0:
                 return float(np.clip(0.5 * (limits[1] - limits[0]) / covariance.matrix[n][n] ** 0.5, 1.96, 4.0))
     return 1.96

@@ -665,7 +665,7 @@ def _plant(  # noqa: PLR0913 - what a motion tells and what is given besides
         relative = quantile * float(np.sqrt(covariance[0, 0])) / abs(float(M))
         if channel == "force" and K_f is not None and isinstance(K_f.ci95, tuple):
             relative = float(np.hypot(relative, K_f.half_width / k))
-        found["B"] = Estimate.around(B, si_unit("acceleration per input", motion), abs(B) * relative)
+        found["B"] = Estimate.around(B, si_unit("acceleration per input", motion), B * relative)
     unit = si_unit("time", motion)
     found["T_d"] = Estimate(assumed, unit, assumed=True) if delay is None else Estimate(delay, unit, fixed=True)
     if K_f is not None:
