@@ -19,7 +19,7 @@ from fric.friction.gms import GMS
 from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs
 from fric.report.collect import collect
-from fric.report.plots import friction_curves, map_band, presliding, virgin_band
+from fric.report.plots import friction_curves, friction_map, map_band, presliding, virgin_band
 
 from .conftest import LOGS
 
@@ -155,3 +155,14 @@ def test_a_band_by_the_covariance_of_logarithms_is_that_of_the_values() -> None:
     assert float(linear.high[-1] - linear.low[-1]) == pytest.approx(4.0 * deviation[0], rel=1e-3)
     without = Covariance.of(names[1:], related[1:, 1:] * np.outer(deviation[1:], deviation[1:]), "linear")
     assert np.all(map_band(static, speed, without).high >= linear.y)
+
+
+def test_the_page_says_that_an_open_limit_is_not_drawn(tmp_path: Path) -> None:
+    """The upper edge of the band was the curve itself where F_s had no upper limit."""
+    for high, said in (("110", False), ("null", True)):
+        path = tmp_path / f"{high}.yaml"
+        values = f"F_c: 90 N\n  F_s: {{value: 100, unit: N, ci95: [95, {high}]}}\n  v_s: 1 mm/s\n"
+        path.write_text(f"fric: friction/1\naxis: x\nstatic:\n  {values}", encoding="utf-8")
+        inputs = collect([path])
+        wide, *_ = friction_map(inputs.items[0], friction_curves(inputs, inputs.items[0]))
+        assert ("open is not drawn" in str(wide)) == said

@@ -201,8 +201,7 @@ def _refuse_coarse(angle: Real, where: str) -> None:
         gap = float(np.diff(np.sort(np.append(phi[np.abs(phi) <= WINDOW], [-WINDOW, WINDOW]))).max())
         if gap > COARSE:
             what = f"samples at the reversal at {90 * n}° are {np.degrees(gap):.0f}° apart, too far to show its glitch"
-            hint = "Sample faster, or run the circle slower: 90 samples a revolution are the least."
-            raise FricError(what, where=where, hint=hint)
+            raise FricError(what, where=where, hint="Sample faster or run slower: 90 samples a revolution at least.")
 
 
 LEAST = 12  # Least number of samples for a parabola

@@ -316,7 +316,7 @@ def virgin_band(sections: Mapping[str, Mapping[str, Estimate]], longest: float) 
 def _in_quadrature(
     force: Callable[[Mapping[str, float]], Real], parameters: Mapping[str, Estimate]
 ) -> tuple[Real, Real, Real]:
-    """Return a curve and its limits; an open limit has no effect."""
+    """Return a curve and its limits; an open limit has no effect, and the page says so."""
     middle = force({})
     below, above = np.zeros_like(middle), np.zeros_like(middle)
     for name, estimate in parameters.items():
@@ -425,6 +425,9 @@ def friction_map(item: Item, curves: FrictionCurves) -> list[PageFigure]:
         f"{readable(first.x[lowest], per_second)}; at the highest speed drawn it is {readable(first.y[-1], unit)}."
     )
     text = "The band is that of the fit." if curves.fitted else BAND_CAPTION
+    parts = [item.sections().get(name, {}) for name in ("static", "static_negative")]
+    if any(inf in np.abs(estimate.limits) for part in parts for estimate in part.values() if estimate.ci95):
+        text += " A limit that the records leave open is not drawn."
     text += f" Points: {len(curves.points)} measured strokes with 95 % intervals." if curves.points else ""
     wide, near = (map_figure(found, logarithmic=logarithmic) for logarithmic in (False, True))
     return [

@@ -190,8 +190,7 @@ def _by_numbers(lines: Sequence[str], width: int) -> list[str] | None:
             name = f"{head} {each[k].strip()}" if len(each) == len(columns) else f"{plain} {column}"
             of = units[k % len(units)].strip()
             found[column] = f"{name.strip()} [{of}]" if of else name.strip()
-    start = min(found, default=0)
-    whole = [*range(start, start + width)]
+    whole = [*range(start := min(found, default=0), start + width)]
     return [found[n] for n in whole] if start < 2 and sorted(found) == whole else None
 
 
