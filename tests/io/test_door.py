@@ -60,16 +60,16 @@ def test_rounded_stamps_without_a_header_are_evened(tmp_path: Path) -> None:
     assert np.ptp(np.diff(log.time)) < 1e-9
 
 
-NUMBERED = """%% log of robot 7
-%  1    time 0.000 sec
-%  2    mission (0) state 2
-%  3  4 Motor voltage [V] left, right: 2.1 2.1
-%  5  6 Motor current left, right [A]: 0.003 -0.000
-%  7  8 Wheel velocity [m/s] left, right: 0.0000 0.0000
-%  9    Turnrate [r/s]: 0.0000
-% 10 11 Pose x,h [m,rad]: 0.0 0.0
-% 12 .. 14 Line sensor: values -13 6 -13
-% 15    Battery voltage [V]: 12.18"""
+NUMBERED = """% a cart on two drives
+%  1 clock [s]: 0.0
+%  2 phase: 1
+%  3  4 Terminal voltage [V] left, right: 1.5 1.6
+%  5  6 Drive current left, right [A]: 0.1 0.1
+%  7  8 Drive speed [m/s] left, right: 0 0
+%  9 Yaw rate [r/s]: 0
+% 10 11 Cart pose [m,rad]: 0 0
+% 12 .. 14 Floor brightness: 5 5 5
+% 15 Battery voltage [V]: 12"""
 
 
 def test_numbered_comments_name_columns(tmp_path: Path) -> None:

@@ -43,7 +43,7 @@ _NUMBERED = re.compile(r"[#%\s]*((?:[A-Za-z][A-Za-z _]*?)?)[ _]?(\d{1,3})\s*[=:]
 _BY_NUMBERS = re.compile(
     r"(?i)[#%;/\s]*[#%;/]\s*(?:col(?:umn)?s?\.?\s*)?(\d{1,3}(?:(?:\s*(?:\.\.+|,|-|to)\s*|\s+)\d{1,3})*)[\s:.)=-]+([^\W\d].*)"
 )
-"""A line above the data that says what numbered columns are, as ``%  7  8 Motor current left, right [A]: 0.1 0.0``."""
+"""A line above the data that says what numbered columns are, as ``%  5  6 Drive current left, right [A]: 0.1 0.0``."""
 OF_UNITS = re.compile(r"unit|einheit|unidad", re.IGNORECASE)  # Begins a line above the header that names units
 
 
