@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import fric
 from fric.automatic.run import Stated, _found, find_gains, gains_of
 from fric.automatic.sources import find_sources
-from fric.automatic.steps import Session, axis_steps, identify_axes, trace_step
+from fric.automatic.steps import AxisOutcome, Session, axis_steps, identify_axes, trace_step
 from fric.cli.main import app
 from fric.documents.controller import ControllerDocument
 from fric.documents.mapping import MappingDocument
@@ -666,3 +666,14 @@ def test_the_table_marks_values_of_the_negative_direction(tmp_path: Path):
     none = tmp_path / "none.yaml"
     table = _found("x", SimpleNamespace(files={"plant": none, "controller": none, "friction": file}))
     assert [row[:2] for row in table.rows] == [("F_c", "24"), ("negative.F_c", "19")]
+
+
+def test_a_circle_without_compensation_needs_no_gms(tmp_path):
+    missing = [
+        "GMS: slow sines of some ten micrometres before sliding",
+        "K_f, and so the circle: a record with voltage",
+    ]
+    axis = AxisOutcome("linear", missing=missing, files={"plant": tmp_path / "none.yaml"})
+    found = fric.AutoResult(tmp_path, {"x": axis}, [], 1, 1, [], None)
+    assert found.verdict.headline.endswith("Missing for a circle: K_f.")
+    assert any("GMS" in str(piece) for piece in found.report())  # it is named where the axis is

@@ -233,6 +233,13 @@ def test_tests_that_are_not_of_one_circle_are_refused():
         revolutions(MeasuredCircle(0.1, 0.1, 1, angle=np.linspace(0, 5, 500), deviation=np.zeros(500)))
 
 
+def test_what_encoders_cannot_see_has_no_value_in_the_table():
+    test = replace(circle(Faults(), np.random.default_rng(7)), instrument="encoders")
+    rows = {row[0]: row for row in DiagnosisResult(diagnose([test]))._geometry().rows}
+    assert rows["squareness"][1:3] == ["", "not determined"], rows["squareness"]
+    assert rows["mismatch of the loops"][1]
+
+
 def test_the_document_holds_what_the_design_asks_for():
     tests = [circle(Faults(), np.random.default_rng(6), direction=s) for s in (1, -1)]
     found = DiagnosisResult(diagnose(tests)).document

@@ -87,6 +87,8 @@ def test_pages_are_listed_shown_and_guessed():
     assert [line.split()[0] for line in listed] == list(bundled.topics())
     assert RUN.invoke(app, ["help", "limits"]).output == (ROOT / "docs/limits.md").read_text(encoding="utf-8")
     assert "Is it limits?" in str(RUN.invoke(app, ["help", "limts"]).exception)
+    assert RUN.invoke(app, ["help", "gms"]).output.startswith("GMS model: ")  # a word of the glossary, in any case
+    assert "no page 'word'" in str(RUN.invoke(app, ["help", "word"]).exception)  # the head of its table is none
 
 
 @pytest.mark.parametrize("words", [["schema", "friction"], ["ingest", "--list"]])

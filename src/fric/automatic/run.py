@@ -167,6 +167,7 @@ def _question(axis: str, motion: Motion, answer: list[dict[str, Any]]) -> Questi
     )
 
 
+SPARED = ("GMS:", "C of the GMS model:", "observer:")  # What a circle with schemes (a) and (b) does not need
 MACHINES = 24  # Machines that are drawn from the intervals of what was identified
 
 
@@ -194,7 +195,8 @@ class AutoResult(Result, schema=AutoDocument):
         inputs = self.page.inputs if self.page else None
         if inputs and inputs.tests:
             return inputs.verdict(inputs.tests[-1])
-        missing = tuple(text for axis in self.axes.values() for text in axis.missing if not axis.whole)
+        lacks = (text for axis in self.axes.values() for text in axis.missing if not axis.whole)
+        missing = tuple(text for text in lacks if not text.startswith(SPARED))
         return decide(Evidence(axes=tuple(self.axes), rotary=self.rotary, missing=missing))
 
     def report(self) -> list[Piece]:

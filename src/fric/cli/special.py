@@ -26,9 +26,7 @@ def manual(
     ctx: typer.Context,
     words: Annotated[
         list[str] | None,
-        argument(
-            "A page, a command, or the code of a warning; else all pages.", metavar="TOPIC", autocompletion=topics
-        ),
+        argument("A page, command, word or code of a warning; else all pages.", metavar="TOPIC", autocompletion=topics),
     ] = None,
 ) -> None:
     """Show a page of the documentation, the help of a command, or the meaning of a warning's code."""

@@ -83,6 +83,9 @@ def page(name: str) -> str:
 
         if name in CATALOGUE:
             return as_options(entry(CATALOGUE[name]))
+        rows = re.findall(r"^\| (.+?) \| (.+) \|$", known["glossary"].read_text("utf-8"), re.MULTILINE)[1:]
+        if found := [f"{word}: {meaning}\n" for word, meaning in rows if name.casefold() in word.casefold().split()]:
+            return "".join(found)
         hint = f"{near(name, [*known, *CATALOGUE])}`fric help` lists the pages; the glossary has the symbols."
         raise FricError(f"there is no page '{name}'", hint=hint)
     return known[name].read_text("utf-8")

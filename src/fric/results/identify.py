@@ -183,7 +183,7 @@ class PlantResult(Identified, tree=plant_tree):
             rows = [(*row, f"{fit['parameters'][row[0]]['deviation']:.4g}") for row in estimate_rows(fit["parameters"])]
             pieces += [
                 named(("", "value", "95 % interval", "unit", "deviation"), rows),
-                f"{fit['points']} points, relative error {100 * fit['relative_error']['value']:.4f} %, "
+                f"{fit['points']} points, relative error {100 * fit['relative_error']['value']:.5g} %, "
                 f"condition number {fit['condition_number']:.4f}",
             ]
             return pieces
