@@ -91,11 +91,11 @@ class FricError(Exception):
 
 @contextmanager
 def found_in(where: str) -> Iterator[None]:
-    """Add the place to an error of a block, where it was found."""
+    """Add the place to an error of a block, where it was found; nothing where the place is empty."""
     try:
         yield
     except FricError as error:
-        raise error.at(where) from None
+        raise error.at(where) if where else error from None
 
 
 def of_path(error: OSError) -> OSError | FricError:

@@ -25,7 +25,7 @@ from fric.notice import Notice, once
 from fric.units import OF_FORCE, Motion, drive_unit, rotates, si_unit
 
 if TYPE_CHECKING:  # which compile
-    from fric.drive.plant import Plant
+    from fric.drive.plant import LinearPlant, Plant
     from fric.friction.stribeck import StaticMap
 
 TOGETHER = 0.99  # Correlation of position and reference above which the position follows the reference
@@ -135,9 +135,9 @@ def of_shares(shares: Iterable[tuple[Log, float | None, float | None]]) -> Itera
                 yield Finding(name, share, log.motion, log.where)
 
 
-def of_plant(plant: Plant, motion: Motion, where: str = "") -> Iterator[Finding]:
-    """Yield the quantities of a plant with physical bounds."""
-    for name, value in (("A", plant.A), ("B", plant.B), ("T_d", plant.T_d), ("mass", plant.M)):
+def of_plant(plant: LinearPlant, motion: Motion, where: str = "") -> Iterator[Finding]:
+    """Yield the quantities of a plant with physical bounds; the mass is known with the force constant alone."""
+    for name, value in (("A", plant.A), ("B", plant.B), ("T_d", plant.T_d), ("mass", getattr(plant, "M", nan))):
         yield Finding(name, value, motion, where)
 
 

@@ -8,6 +8,7 @@ import os
 import re
 import sys
 import warnings
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,6 +16,7 @@ from typing import Any, cast
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 from nptdms import ChannelObject, TdmsWriter
 from pydantic import ValidationError
@@ -440,6 +442,24 @@ def test_an_interval_that_fits_no_value(value: Any, ci95: Any) -> None:
         Estimate(value, "N", ci95)
     with pytest.raises(FricError, match="Estimate takes value as a number"):
         Estimate(cast("Any", "x"), "N")
+
+
+def test_a_plant_that_no_drive_has_is_refused_wherever_it_is_taken(tmp_path: Path) -> None:
+    """`validate` replayed a B of 2.4e-30 m/(s^2*V), that is a mass of 6e31 kg, and printed an error of 7.5e18 GN."""
+    plant = LinearPlant(16.9, 2.4e-30, 6e-4)
+    file = tmp_path / "plant.yaml"
+    quantities = {"A": "1/s", "B": "m/(s^2*V)", "T_d": "s"}
+    rows = [f"{name}: {{value: {getattr(plant, name)}, unit: '{unit}'}}" for name, unit in quantities.items()]
+    file.write_text("\n".join(["fric: plant/1", "axis: x", "motion: linear", *rows, "K_f: {value: 150, unit: N/V}"]))
+    t = np.arange(9e3) * 1e-3
+    frame = pd.DataFrame({"time [s]": t, "position [m]": 1e-5 * np.sin(t), "force [N]": np.cos(t)})
+    log = fric.Log.from_frame(frame, kind="presliding-sine")
+    for call in (fric.validate, fric.identify_static, fric.identify_gms):
+        with pytest.raises(FricError, match=r"B is 2\.4e-30|the moving mass"):
+            call(log, plant=file)
+    for verb in (fric.design_controller, fric.design_observer, partial(fric.design_block, "kalman")):
+        with pytest.raises(FricError, match=r"B is 2\.4e-30|the moving mass"):
+            verb(file)
 
 
 def test_a_covariance_is_of_what_is_not_open() -> None:

@@ -15,7 +15,7 @@ from fric.documents.plant import PlantDocument
 from fric.documents.schemes import read_schemes
 from fric.documents.yaml import read_document
 from fric.drive.plant import Plant
-from fric.errors import FricError
+from fric.errors import FricError, found_in
 from fric.estimate import as_filed
 from fric.friction.stribeck import StaticMap
 from fric.plausibility import of_plant, settled
@@ -50,6 +50,9 @@ def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None,
         found = kind.model_validate(as_filed(given.document))  # as its file would say: digits hang on no way
     else:
         found = given if isinstance(given, kind) else read_document(path_of(wanted, given), kind)
+    if isinstance(found, PlantDocument) and found.B is not None:
+        with found_in(where_of(given)):
+            settled(of_plant(found.plant(found.motion) if found.K_f else found.linear(found.motion), found.motion))
     if of is not None and not found.belongs(*of):
         raise FricError(
             f"is the {kind.type} of the {found.motion} axis {found.axis}, and the {to} is of the {of[1]} axis {of[0]}",
@@ -64,12 +67,8 @@ def plant_of(given: Any, axis: str, motion: Motion) -> Plant | None:
     if given is None or isinstance(given, Plant):
         return given
     document = document_of(PlantDocument, given, (axis, motion))
-    try:
-        plant = document.plant(motion)
-        settled(of_plant(plant, motion))
-        return plant
-    except FricError as error:
-        raise error.at(where_of(given)) if where_of(given) else error from None
+    with found_in(where_of(given)):
+        return document.plant(motion)
 
 
 def cascade_of(given: Any, axis: str, motion: Motion, to: str = "log") -> Cascade | None:
