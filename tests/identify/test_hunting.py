@@ -12,10 +12,11 @@ from fric.design.cascade import assess_cascade
 from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder
 from fric.friction.gms import GMS
+from fric.identify.gms import hunting
 from fric.identify.gms.hunting import LAGS, MEMORY, Hunting, hunting_share, usual_cascade
 from fric.identify.gms.identify import identify_gms
 from fric.simulate.experiment import experiment
-from tests.identify.presliding import PAPER
+from tests.identify.presliding import PAPER, record
 
 THREE = GMS(PAPER, (0.565, 0.396, 0.039), (99.94e6, 2.445e6, 0.119e6), 1e4)
 """Table 1 of the paper with the two blocks in one that slip alike."""
@@ -110,3 +111,10 @@ def test_noise_of_the_force_is_not_taken_for_hunting():
     assert share(0.5 * ripple, ripple) == pytest.approx(0.5, abs=0.02)
     assert share(0.5 * ripple + noise, ripple) == pytest.approx(0.5, abs=0.06)  # 1.12 by rms
     assert share(3.0 * ripple, ripple) == pytest.approx(3.0, abs=1e-9)  # not above the rms ratio
+
+
+def test_a_sine_too_slow_for_a_simulated_cycle_adds_nothing(monkeypatch):
+    """With an hour a cycle, a million samples of a controller at 4 kHz are over before it reverses; here 8,000 are."""
+    monkeypatch.setattr(hunting, "MOST_SIMULATED", 8000)
+    fit = identify_gms([record(15e-6)], static=PAPER, blocks=2)
+    assert np.isfinite(fit.alpha.ci95).all()

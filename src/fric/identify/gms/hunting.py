@@ -93,9 +93,13 @@ class Hunting:
         stiffness = float(np.sum(search.coordinates.values(x)["gms"]["k"]))
         usual = Plant(0.0, (2 * pi * RESONANCE) ** 2, DELAY, stiffness)  # a mass that swings on its contact
         plant = as_filed(self.plant or usual)
-        hunting = [record for record in search.records if _counts(record)]
-        again = [self._made_again(record, model, plant, lags, rng) for record in hunting]
-        rest = [record for record in search.records if not _counts(record)]
+        pairs = {n: self._made_again(r, model, plant, lags, rng) for n, r in enumerate(search.records) if _counts(r)}
+        # hunting is over between the samples of records too slow to be simulated for a cycle: their residuals hold it
+        pairs = {n: made for n, made in pairs.items() if len(made.reversals) > 1}
+        if not pairs:
+            return np.zeros(seen.shape[1])
+        hunting, again = [search.records[n] for n in pairs], list(pairs.values())
+        rest = [record for n, record in enumerate(search.records) if n not in pairs]
         made = Search(search.coordinates, [*again, *rest]).weighed(x)
         residual, gradient = made.residual(x), made.gradient(x) @ seen
         of_again = sum(int(record.used.sum()) for record in again)
