@@ -90,6 +90,47 @@ def test_numbered_comments_name_columns(tmp_path: Path) -> None:
     assert all("force" not in axis.roles for axis in rest)  # no sensor of a line is one
 
 
+@pytest.mark.parametrize("place", ["Place, heading", "pose", "odometry", "alpha"])
+@pytest.mark.parametrize(("sides", "turns"), [("left right", 0.3), ("1 2", 0.02), ("port starboard", 0.0)])
+def test_a_force_of_a_side_moves_no_whole(tmp_path: Path, place: str, sides: str, turns: float) -> None:
+    """The place of a cart was taken for the position of its left drive: the mass would be that of the cart's middle."""
+    a, rng = axis_of_a_drive(n=3000), np.random.default_rng(5)
+    turn = turns * np.sin(2 * np.pi * a["t"] / 0.9)
+    moved = [0.05 * (a["velocity"] + sign * turn) + 2e-4 * rng.standard_normal(3000) for sign in (1, -1)]
+    pushed = [a["current"] + 0.03 * rng.standard_normal(3000), 0.2 * a["current"] + 0.03 * rng.standard_normal(3000)]
+    left, right = sides.split()
+    header = ";".join(["time [s]", f"drive current {left} [A]", f"drive current {right} [A]",
+                       f"wheel speed {left} [m/s]", f"wheel speed {right} [m/s]", f"{place} [m]"])  # fmt: skip
+    middle = 1e-3 * np.cumsum(0.05 * a["velocity"])
+    axes = told(rows(tmp_path / "log.csv", header, a["t"], *pushed, *moved, middle, mark=";"))
+    found = [(axis.roles["velocity"].column, axis.roles["force"].column, axis.roles.get("position"))
+             for axis in axes if "force" in axis.roles]  # fmt: skip
+    assert found == [(3, 1, None), (4, 2, None)]
+
+
+def test_a_position_without_a_side_is_that_of_the_side_whose_velocity_it_has(tmp_path: Path) -> None:
+    a, b = axis_of_a_drive(n=3000), axis_of_a_drive(n=3000, seed=3)
+    header = "time [s];left current [A];right current [A];left speed [rad/s];right speed [rad/s];encoder [rad]"
+    shift = 400
+    path = rows(tmp_path / "log.csv", header, a["t"], a["current"], np.roll(b["current"], shift), a["velocity"],
+                np.roll(b["velocity"], shift), a["position"], mark=";")  # fmt: skip
+    found = [{of: role.column for of, role in axis.roles.items() if of != "time"} for axis in told(path)]
+    assert {"position": 5, "velocity": 3, "force": 1} in found
+    assert {"velocity": 4, "force": 2} in found
+
+
+def test_which_of_two_motors_moves_a_beam_is_asked(tmp_path: Path) -> None:
+    """The stronger current of two that share the work was taken for all of it, sure to 99 %."""
+    a, rng = axis_of_a_drive(n=3000), np.random.default_rng(6)
+    weak = 0.01 * a["current"] + 0.3 * rng.standard_normal(3000)
+    header = "time [s];motor 1 current [A];motor 2 current [A];motor 1 temp;motor 2 temp;beam position [mm]"
+    warm = 40.0 + 0.01 * np.cumsum(rng.standard_normal((2, 3000)), axis=1)
+    path = rows(tmp_path / "log.csv", header, a["t"], a["current"], weak, *warm, 10.0 * a["position"], mark=";")
+    (axis,) = told(path)
+    assert axis.roles["force"].likelihood < SURE
+    assert {axis.roles["force"].column, *axis.roles["force"].others} == {1, 2}
+
+
 def test_two_axes_of_velocities_alone_are_no_circle(tmp_path: Path) -> None:
     """`fric auto` looked for circles in their positions, and ended in a traceback."""
     a, b = axis_of_a_drive(n=1000), axis_of_a_drive(n=1000, seed=3)

@@ -70,6 +70,7 @@ CLEARLY = 0.8  # What the actual position leaves of a force, relative to what th
 JUMPS = 0.5  # Step from row to row, relative to the spread, from which on a position cannot be followed
 LOOKED_AT = 2000  # Rows that the different values of a column are counted in
 MODES = 4  # Values that a mode has at most
+OF_SIDE = 0.1  # What the velocity of its side leaves of a position, relative to those of other sides, at most
 
 
 @dataclass(frozen=True)
@@ -204,14 +205,16 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     if clock.column is None and clock.unit:
         t = t * parse(clock.unit, "time")
     pairs = Pairs(data, t, clock)
-    movements = [_movement(data, pairs, members) for members in _clusters(data, pairs)] or _by_velocity(data)
+    movements = [_movement(data, pairs, members) for members in _clusters(data, pairs)]
+    movements += _by_velocity(data, movements)
     if not movements:
         return [AxisColumns("1", "linear", 0.5, {"time": clock} if clock.column is not None else {})]
     _refuse_many(tables[0], moving * len(movements), MOST_WEIGHED)
     used = {n for movement in movements for n in movement.columns} | {clock.column}
     scores = _drives(data, t, pairs, movements, used)
     moved = [(movement, movement.roles["position"]) for movement in movements if "position" in movement.roles]
-    if moved and not pairs.edge.any() and not any(says.quantity == "position" for says in data.said):
+    named = any(says.quantity == "position" for says in data.said)
+    if len(moved) == len(movements) and not (named or pairs.edge.any()):
         # what is smooth may be a velocity, if a force goes with it
         speeds = [
             replace(movement, roles={"velocity": replace(main, channel="velocity", why=SMOOTH)})
@@ -439,7 +442,7 @@ class Pairs:
         edge = np.zeros((m, m), bool)
         for p, v in zip(*np.nonzero(self.share > NAMED_PAIR), strict=True):
             first, second = data.said[p], data.said[v]
-            if _apart(data, int(p), int(v)) or "error" in {first.quantity, second.quantity}:
+            if _apart(data, int(p), int(v)) or "error" in {first.quantity, second.quantity} or self._of_all(data, p, v):
                 continue
             wrong = first.quantity in _NO_POSITION or second.quantity in _NO_VELOCITY
             speaks = first.quantity == "position" and second.quantity == "velocity"
@@ -454,6 +457,12 @@ class Pairs:
             edge[p, v] = speaks or (self.share[p, v] > PAIR and (fits or self.share[p, v] > 0.9995))
         return edge
 
+    def _of_all(self, data: Samples, p: int, v: int) -> bool:
+        """Return whether a position of no side is as near to the velocity of another side, as that of a cart is."""
+        sides = [n for n in _sided(data, "velocity") if data.tags[n] != data.tags[v] and data.moving[n]]
+        nearest = max(self.share[p, sides], default=-np.inf) if data.tags[p] is None and data.tags[v] else -np.inf
+        return bool(1.0 - self.share[p, v] > OF_SIDE * (1.0 - nearest))
+
 
 _NO_POSITION = {"velocity", "acceleration", "force", "input", "mode", "time", "row", "other"}
 _NO_VELOCITY = {"position", "acceleration", "force", "input", "mode", "time", "row", "other"}
@@ -463,6 +472,12 @@ def _apart(data: Samples, first: int, second: int) -> bool:
     """Return whether two names are of different axes."""
     a, b = data.tags[first], data.tags[second]
     return a is not None and b is not None and a != b
+
+
+def _sided(data: Samples, *quantities: str) -> list[int]:
+    """Return the measured columns of quantities whose names are of an axis."""
+    said = enumerate(data.said)
+    return [n for n, says in said if says.quantity in quantities and data.tags[n] and not says.commanded]
 
 
 def _clusters(data: Samples, pairs: Pairs) -> list[list[int]]:
@@ -541,6 +556,11 @@ class _Movement:
     def column(self, channel: str) -> int | None:
         """Return the column of a channel."""
         return self.roles[channel].column if channel in self.roles else None
+
+    def tag(self, data: Samples) -> str | None:
+        """Return the axis that the names show."""
+        shown = [data.tags[n] for of in ("position", "velocity") if (n := self.column(of)) is not None]
+        return next(filter(None, shown), None)
 
 
 def _movement(data: Samples, pairs: Pairs, members: list[int]) -> _Movement:
@@ -637,8 +657,8 @@ def _drives(
     """Return how much each column follows sign(v) and acceleration of each axis, and the sign by which it brakes."""
     motions = [_Motion(data, t, movement.column("position"), movement.column("velocity")) for movement in movements]
     scores: list[dict[int, tuple[float, int]]] = [{} for _ in movements]
-    mains = [next(m.column(of) or 0 for of in ("position", "velocity") if of in m.roles) for m in movements]
-    named = {data.tags[main] for main in mains} - {None}
+    shown = [movement.tag(data) for movement in movements]
+    named = ({*shown} | {data.tags[n] for n in _sided(data, "position", "velocity")}) - {None}
     least = BRAKED if any(data.moving[n] and says.quantity == "force" for n, says in enumerate(data.said)) else 0.02
     for n in np.flatnonzero(data.moving):
         says = data.said[n]
@@ -646,8 +666,8 @@ def _drives(
         if is_mode or n in used or says.quantity not in {None, "force", "input"}:
             continue
         of_axes = []
-        for main, movement, motion in zip(mains, movements, motions, strict=True):
-            apart = data.tags[main] != data.tags[n] if data.tags[n] in named else _apart(data, main, int(n))
+        for tag, movement, motion in zip(shown, movements, motions, strict=True):
+            apart = tag != data.tags[n] and (data.tags[n] in named or bool(tag and data.tags[n]))
             of_axes.append((0.0, 1) if apart else _weighed(data, pairs, int(n), movement, motion))
         best = max(pair[0] for pair in of_axes)
         for of_axis, (score, sign) in zip(scores, of_axes, strict=True):
@@ -690,8 +710,13 @@ def _by_force(data: Samples, t: Real, movement: _Movement, force: Role | None) -
     return movement
 
 
-def _open_motions(data: Samples, movements: Sequence[_Movement], drives: Sequence[Mapping[str, Role]]) -> None:
-    """Leave the position open where the only force of a table may be that of another one, and no name tells which."""
+def _open_motions(data: Samples, movements: Sequence[_Movement], drives: Sequence[dict[str, Role]]) -> None:
+    """Leave open which of several sides moves what is of none, and which position the only force of a table moves."""
+    for movement, roles in zip(movements, drives, strict=True):
+        for of, role in roles.items():
+            sides = {data.tags[n] for n in (role.column or 0, *role.others)} - {None}
+            if movement.tag(data) is None and len(sides) > 1:
+                roles[of] = replace(role, likelihood=min(role.likelihood, 0.8))
     moved = [m.roles["position"] for m in movements if "position" in m.roles]
     named = {role.column or 0: 1 for role in moved if data.said[role.column or 0].quantity == "position"}
     pushed = [(m.roles, of["force"].column or 0) for m, of in zip(movements, drives, strict=True) if "force" in of]
@@ -836,11 +861,16 @@ def _left(basis: Real, y: Real) -> tuple[float, Real]:
     return float(((y - basis @ weights) ** 2).sum()) + 1e-300, np.asarray(weights, float)
 
 
-def _by_velocity(data: Samples) -> list[_Movement]:
-    """Return axes with a velocity and no position, by its name or unit."""
+def _by_velocity(data: Samples, movements: Sequence[_Movement]) -> list[_Movement]:
+    """Return axes with a velocity and no position, by its name or unit; beside others those of a force's side."""
     speeds = [n for n in range(len(data.columns)) if data.said[n].quantity == "velocity"]
+    wanted = [n for n in speeds if not data.said[n].commanded] or speeds[:1]
+    if movements:
+        pushed = {data.tags[n] for n, says in enumerate(data.said) if says.quantity == "force" and data.moving[n]}
+        pushed -= {None, *(movement.tag(data) for movement in movements)}
+        wanted = [n for n in wanted if data.moving[n] and data.tags[n] in pushed]
     found = []
-    for v in [n for n in speeds if not data.said[n].commanded] or speeds[:1]:
+    for v in wanted:
         beside = frozenset(n for n in speeds if not _apart(data, n, v))
         found.append(_Movement({"velocity": Role("velocity", v, "", 0.97, 0.0, "by its name or unit")}, beside))
     return found
