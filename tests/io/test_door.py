@@ -1,6 +1,6 @@
 """Forms of logs that were first met in other people's: stamps that jitter, numbered comments, two sides of a robot."""
 
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from fric.identify.plant.identify import _plant
 from fric.io.hdf5 import read_logs
 from fric.io.ingest_circle import ingest_circles
 from fric.io.propose import guesses, proposal
+from fric.io.readers import tables
 from fric.io.roles import SURE
 from tests.io.test_roles import axis_of_a_drive, told
 
@@ -211,3 +212,18 @@ def test_a_motion_that_is_too_short_says_once_where_and_how_long(tmp_path: Path)
     with pytest.raises(FricError, match=said) as refused:
         fric.identify_plant(log, method="motion")
     assert str(refused.value).count("log.h5") == 1
+
+
+@pytest.mark.parametrize("step", [1.0, 3000.0])
+@pytest.mark.parametrize("mark", [";", ",", "\t"])
+def test_a_delimiter_at_the_end_of_rows_without_a_header_shifts_no_column(
+    tmp_path: Path, step: float, mark: str
+) -> None:
+    """Their first column, evenly spaced whole numbers, was an index to pandas: each column held what the next does."""
+    a = axis_of_a_drive(n=2000)
+    path = rows(tmp_path / "scope.sco", "%[DATA]", step * np.arange(2000), a["position"], a["current"], mark=mark)
+    path.write_text(path.read_text().replace("\n", f"{mark}\n").replace(f"%[DATA]{mark}", "%[DATA]"))
+    with closing(tables(path)) as found:
+        (block, *_) = next(found).read(range(3))
+    assert np.array_equal(block.columns[0][:9], step * np.arange(9))
+    assert np.allclose(block.columns[2], a["current"][: len(block.columns[2])])

@@ -513,10 +513,12 @@ class TextTable(ForeignTable):
             first = bytes(piece[0][: MOST_LINE >> 5]).partition(b"\n")[0] if piece else b""
             if mark and first.count(mark) > len(names) + MOST_EMPTY:
                 raise pd.errors.ParserError("too many fields in line")
-            if not self._ragged:
+            # the first cells of a row that is too long are an index to pandas, evenly spaced ones even a RangeIndex
+            longer = (first.count(mark) if mark else len(first.split()) - 1) >= len(names)
+            if not self._ragged and not longer:
                 with suppress(pd.errors.ParserError):
                     frame = read_csv(_Piece(piece), names=names, **options)
-                    if isinstance(frame.index, pd.RangeIndex):  # no row is so long that its first cells are an index
+                    if isinstance(frame.index, pd.RangeIndex):
                         return frame
                 self._ragged = True
             # columns behind those of the header catch rows that are too long: those with a cell there that is not empty
