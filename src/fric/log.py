@@ -177,6 +177,7 @@ class Log(_FromFile):
             if found.keys().isdisjoint(lacking.split(" or ")):
                 named = f"Its columns are {', '.join(map(str, frame))}."
                 hint = f"{named} Rename them to {', '.join(CHANNELS)}, as in 'time [ms]'."
+                hint += " Of a value a row, take frame.pivot(index=…, columns=…, values='value')." * ("value" in frame)
                 raise FricError(f"no column is named {lacking}", hint=hint)
         left = [str(column) for column in frame if column not in read]
         if left and found.keys() <= {"time", "position", "velocity", "mode"}:

@@ -351,7 +351,7 @@ def _of_lists(path: Path, head: bytes) -> Memory | None:
     data = _LIST.sub(lambda found: _ITEMS.sub(mark, found[1].strip()), path.read_bytes().partition(b"\n")[2])
     with foreign(path, "Export it again."):
         frame = pd.read_csv(io.BytesIO(data), sep=mark.decode(), header=None, names=range(len(names)), index_col=False)
-    return Memory(path, tuple(map(named, names)), [_numbers(frame[n], ".") for n in range(len(names))])
+    return Memory(path, tuple(map(named, names)), [as_numbers(frame[n], ".") for n in range(len(names))])
 
 
 def _in_turns(head: bytes, shape: Shape) -> tuple[int, list[str]] | None:
@@ -439,6 +439,16 @@ class TextTable(ForeignTable):
         self._comment, self._ragged = layout.comment, False
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
+        """Read the wanted columns as numbers."""
+        row = 0
+        for frame, size in self.frames():
+            columns = [
+                self._states(frame[n]) if n == self.states else as_numbers(frame[n], self.shape.decimal) for n in wanted
+            ]
+            yield RowBlock(row, columns, size)
+            row += len(frame)
+
+    def frames(self) -> Iterator[tuple[pd.DataFrame, int]]:
         """Read the file piece by piece through pandas; the next pieces are parsed while a piece is processed."""
         row = 0
         waiting: deque[tuple[int, Future[pd.DataFrame]]] = deque()
@@ -448,12 +458,7 @@ class TextTable(ForeignTable):
                     waiting.append((sum(map(len, piece)), threads.submit(self._parsed, piece)))
                 if waiting and (piece is None or len(waiting) == AHEAD):
                     size, parsed = waiting.popleft()
-                    frame = self._frame(parsed, row)
-                    columns = [
-                        self._states(frame[n]) if n == self.states else _numbers(frame[n], self.shape.decimal)
-                        for n in wanted
-                    ]
-                    yield RowBlock(row, columns, size)
+                    yield (frame := self._frame(parsed, row)), size
                     row += len(frame)
 
     def _states(self, column: "pd.Series[Any]") -> Real:
@@ -582,7 +587,7 @@ class TextTable(ForeignTable):
                     yield number, content
 
 
-def _numbers(column: "pd.Series[Any]", decimal: str) -> Real:
+def as_numbers(column: "pd.Series[Any]", decimal: str) -> Real:
     """Return a column as floats, NaN where a cell is no number."""
     if pd.api.types.is_bool_dtype(column):
         return np.full(len(column), np.nan)
