@@ -16,7 +16,9 @@ from fric.io.hdf5 import read_logs
 from fric.io.ingest_circle import ingest_circles
 from fric.io.propose import guesses, proposal
 from fric.io.readers import tables
+from fric.io.readers.base import Column
 from fric.io.roles import SURE
+from fric.io.words import spoken
 from tests.io.test_roles import axis_of_a_drive, told
 
 
@@ -227,3 +229,28 @@ def test_a_delimiter_at_the_end_of_rows_without_a_header_shifts_no_column(
         (block, *_) = next(found).read(range(3))
     assert np.array_equal(block.columns[0][:9], step * np.arange(9))
     assert np.allclose(block.columns[2], a["current"][: len(block.columns[2])])
+
+
+def test_units_are_written_out_in_names(tmp_path: Path) -> None:
+    """``speed_meters_per_sec`` was a time in s, and counts that have no unit were taken in place of metres."""
+    a = axis_of_a_drive(n=2000)
+    header = "ms_today;erpm;tachometer;speed_meters_per_sec;tacho_meters;q_axis_current;d_axis_current;torque_enable"
+    path = rows(
+        tmp_path / "log.csv", header, 1e3 * a["t"], 401.1 * a["velocity"], np.round(42.0 * a["position"]),
+        0.4 * a["velocity"], 0.4 * a["position"], a["current"], 0.02 * np.roll(a["current"], 7), np.ones(2000),
+        mark=";",
+    )  # fmt: skip
+    (axis,) = told(path)
+    assert {channel: (role.column, role.unit) for channel, role in axis.roles.items()} == {
+        "time": (0, "ms"), "position": (4, "m"), "velocity": (3, "m/s"), "force": (5, "A"),
+    }  # fmt: skip
+    assert "force" not in {open_role.channel for open_role in axis.open}
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("wheel_degrees_per_second", "deg/s"), ("vel_rad_per_s", "rad/s"), ("feed mm per min", "mm/min"),
+     ("angle_radians", "rad"), ("motor_amps", "A"), ("load_per_sec", None)],
+)  # fmt: skip
+def test_units_in_words(name: str, unit: str | None) -> None:
+    assert spoken(Column(name, None)).unit == unit

@@ -608,7 +608,7 @@ def _actual(data: Samples, members: list[int]) -> tuple[int, int | None, float]:
     """Return which of the positions of an axis was measured, which was commanded, and how sure that is."""
     commanded = [n for n in members if data.said[n].commanded]
     if len(members) > 1 and not commanded and all(data.said[n].quantity == "position" for n in members):
-        return next((n for n in members if data.said[n].measured), members[0]), None, 0.9  # two encoders
+        return max(members, key=lambda n: (data.said[n].measured, bool(data.said[n].unit))), None, 0.9  # two encoders
     rest = [n for n in members if n not in commanded] or members
     measured = [n for n in rest if data.said[n].measured]
     if commanded and rest != members:
@@ -645,7 +645,8 @@ def _velocity(data: Samples, pairs: Pairs, speeds: list[int], position: int, ref
         exact = [v for v in actual if pairs.share[reference, v] > max(EXACT, pairs.share[position, v])]
         actual = [v for v in actual if v not in exact]
     named = [v for v in measured or actual if data.said[v].quantity == "velocity" and pairs.share[position, v] > PAIR]
-    return max(named or measured or actual, key=lambda v: pairs.share[position, v], default=None)
+    unit = [v for v in named if data.said[v].unit and not is_electrical(data.columns[v])]
+    return max(unit or named or measured or actual, key=lambda v: pairs.share[position, v], default=None)
 
 
 # --- force ------------------------------------------------------------------------------------------------------------

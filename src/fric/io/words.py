@@ -35,8 +35,8 @@ VELOCITY = ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehz
 FORCE = ("force", "torque", "tau", "effort", "trq", "frc", "ff", "fm", "fx", "fy", "fz",
          "friction", "kraft", "moment(?!an)", "drehmoment", "reibung", "forza", "coppia",
          "attrito", "fuerza", "load cell", "kraftmessdose", r"\w*トルク")  # fmt: skip
-CURRENT = ("current", "curr", "cur", "iq", "i q", "amp", "amps", "ampere", "strom", "corrente", "courant", "corriente",
-           "intensidad", r"\w*電流")  # fmt: skip
+CURRENT = ("current", "curr", "cur", "iq", "i q", "i ist", "i act", "amp", "amps", "ampere", "strom", "corrente",
+           "courant", "corriente", "intensidad", r"\w*電流")  # fmt: skip
 LOAD = ("load", "last", "auslastung", "carico", "charge", "carga")
 ACCELERATION = ("acceleration", "accel", "acc", "ddq", "qdd", "q ?ddot", "beschleunigung", "accelerazione",
                 "accélération", "aceleración", "aceleracion", "jerk", "ruck")  # fmt: skip
@@ -44,7 +44,8 @@ BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "températu
                  "zwischenkreis", "pressure", "druck", "status", "state", "zustand", "mode(?!l)",
                  "modus", "flag", "id", "i d", "ud", "u d", "vd", "v d", "stato", "estado", "état", "vibration", "batt",
                  "[uv]bus", "[uv]dc", "tcp", "pose", "cartesian",
-                 "battery", "hours", "fault", "current in(?:put)?", "in(?:put)? current")  # fmt: skip
+                 "battery", "hours", "fault", "current in(?:put)?", "in(?:put)? current", "d axis",
+                 "enabled?")  # fmt: skip
 """What drives log beside a motion."""
 MODE = ("mode(?!l)", "modus", "enabled?", "freigabe", "control ?word", "servo on", "state", "zustand", "stato",
         "estado", "état", "status")  # fmt: skip
@@ -176,8 +177,12 @@ LINEAR = ("linear", "slide", "carriage", "table", "tisch", "schlitten", "stage",
 SUFFIX = {"rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "deg_s": "deg/s", "degps": "deg/s", "mm_s": "mm/s",
           "mmps": "mm/s", "m_s": "m/s", "mps": "m/s", "mm_min": "mm/min", "rpm": "rpm", "nm": "N*m", "deg": "deg",
           "rad": "rad", "mm": "mm", "um": "um", "a": "A", "ma": "mA", "pct": "%", "percent": "%", "ms": "ms",
-          "us": "us", "sec": "s", "ns": "ns", "mnm": "mN*m"}  # fmt: skip
+          "us": "us", "sec": "s", "ns": "ns", "mnm": "mN*m", "meters": "m", "metres": "m", "degrees": "deg",
+          "degs": "deg", "radians": "rad", "revs": "rev", "revolutions": "rev", "turns": "rev", "millimeters": "mm",
+          "millimetres": "mm", "newtons": "N", "amps": "A", "milliamps": "mA", "volts": "V"}  # fmt: skip
 """Units behind a name, in small letters."""
+_RATIO = re.compile(r"(?i)(?:^|[_\s])([a-z]+)[_\s]per[_\s](s|sec|secs|seconds?|min|minute)$")
+"""The unit of a velocity behind a name, as in ``speed_meters_per_sec``."""
 
 
 TURNS: Mapping[Motion, float] = {"rotary": 1e3}  # What a velocity in 1/s shows: radians, or revolutions, no metres
@@ -280,6 +285,8 @@ def bare(column: Column) -> str:
     """Return the name of a column without the unit that it ends in."""
     if column.unit or _unit_of(column) is None:
         return column.name.removesuffix(f"_{column.unit}")
+    if ratio := _RATIO.search(column.name):
+        return column.name[: ratio.start()] or column.name
     parts = re.split(r"(?<=[^_\s])[_\s]+(?=[^_\s])", column.name)
     two = len(parts) > 2 and "_".join(parts[-2:]).casefold() in SUFFIX
     return " ".join(parts[: -2 if two else -1]) or column.name
@@ -362,6 +369,10 @@ def _unit_of(column: Column) -> str | None:
         return "0.1 %"
     if unit in {"A", "mA"} or (unit not in {"", "1", "-"} and is_unit(unit)):
         return unit
+    if ratio := _RATIO.search(column.name):
+        of = ratio[1].casefold()
+        text = f"{SUFFIX.get(of, of)}/{ratio[2].casefold()[: 3 if ratio[2][0] in 'mM' else 1]}"
+        return text if is_unit(text) or is_counted(text) else None  # counts per sec are no time
     tail = re.split(r"[\s,;:/(]+|_(?=[a-zA-Z%µ/]+$)|_(?=[a-z]+_[a-z]+$)", named(column.name).name.strip())[-1]
     low = tail.casefold()
     if low == "rpm" or (tail != column.name and low in SUFFIX and (len(low) > 1 or tail == "A")):
