@@ -254,3 +254,11 @@ def test_units_are_written_out_in_names(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_units_in_words(name: str, unit: str | None) -> None:
     assert spoken(Column(name, None)).unit == unit
+
+
+def test_a_flag_named_of_a_torque_is_no_force(tmp_path: Path) -> None:
+    """Of a log without a force it was said that the force is ``torque_enable``."""
+    a = axis_of_a_drive(n=1000)
+    path = rows(tmp_path / "log.csv", "time,position,torque_enable", a["t"], a["position"], np.ones(1000), mark=",")
+    with pytest.raises(FricError, match="no column is a force"):
+        fric.auto(path, output=tmp_path / "found", assume=True)

@@ -27,7 +27,7 @@ from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
 from fric.io.pairs import with_joined
-from fric.io.propose import Guessed, axes_said, first_of, guessed, says_all
+from fric.io.propose import NO_POSITION, Guessed, axes_said, first_of, guessed, says_all
 from fric.io.questions import Ask, answered, beside
 from fric.io.readers import endings, marked, tables
 from fric.io.recognise import is_hdf5, recognise
@@ -203,7 +203,9 @@ def _guessed(
         for path in {path for guess in found.open.found for path in guess.files}:
             del asking[path]
         for part in (part for part in guess.found if not part.whole and part.open):
-            asking |= {path: "; ".join(part.open) for path in part.files if path in asking}
+            pushed_or_several = {"force", "input"} & part.axis.roles.keys() or len(guess.found) > 1
+            whys = part.open if pushed_or_several or NO_POSITION in part.open else [NO_FORCE]
+            asking |= {path: "; ".join(whys) for path in part.files if path in asking}
         if not wanted:
             return
         sure = replace(guess, found=wanted)

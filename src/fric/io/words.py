@@ -179,7 +179,7 @@ SUFFIX = {"rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "deg_s": "deg/s",
           "rad": "rad", "mm": "mm", "um": "um", "a": "A", "ma": "mA", "pct": "%", "percent": "%", "ms": "ms",
           "us": "us", "sec": "s", "ns": "ns", "mnm": "mN*m", "meters": "m", "metres": "m", "degrees": "deg",
           "degs": "deg", "radians": "rad", "revs": "rev", "revolutions": "rev", "turns": "rev", "millimeters": "mm",
-          "millimetres": "mm", "newtons": "N", "amps": "A", "milliamps": "mA", "volts": "V"}  # fmt: skip
+          "millimetres": "mm", "newtons": "N", "amps": "A", "milliamps": "mA"}  # fmt: skip
 """Units behind a name, in small letters."""
 _RATIO = re.compile(r"(?i)(?:^|[_\s])([a-z]+)[_\s]per[_\s](s|sec|secs|seconds?|min|minute)$")
 """The unit of a velocity behind a name, as in ``speed_meters_per_sec``."""
