@@ -69,7 +69,7 @@ def plain(text: str) -> str:
     return "\n".join(line.rstrip() for line in text.strip("\n").splitlines() if not PROGRESS.fullmatch(line))
 
 
-PROGRESS = re.compile(r"[\w ]+: (?:\d+ %, )?\d+ s")
+PROGRESS = re.compile(r"[\w ]+: (?:\d+ %, )?\d+ s(?: \(.*\))?")
 
 
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")

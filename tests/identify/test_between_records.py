@@ -17,7 +17,7 @@ from fric.identify.static_map.corrections import corrected
 from fric.identify.static_map.identify import StaticFit, identify_static
 from fric.identify.static_map.map_fit import fit_map
 from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
-from fric.log import ForceVelocity
+from fric.log import ForceVelocity, Log
 from fric.records.prepared import prepared
 from fric.statistics import DIFFERENT, between_records, mixed_model, reach
 from tests.chance import fewest, most
@@ -316,3 +316,26 @@ def test_an_F_s_that_drifts_within_a_record_is_covered_in_its_quarters() -> None
     level, strokes = fit(np.full_like(F_s, 2.395))
     assert level.half_width < 0.5 * found.half_width
     assert not strokes.between_records
+
+
+def test_motions_logged_twice_show_whether_friction_changed_or_the_model_misses_one() -> None:
+    """A loop that is 2 % larger than the model has it widened shares by Student's t of one, logged twice or not."""
+
+    def sines(seed: int, *levels: float) -> list[Log]:
+        logs = zip(pair(APART, cycles=3, dt=2e-2, step=0.0, seed=seed), levels, strict=True)
+        return [replace(log, name=f"{log.name}, {seed}", force=log.force * by) for log, by in logs]
+
+    single, twice, changed = (
+        identify_gms(logs, static=PAPER, blocks=4)
+        for logs in (
+            sines(1, 0.99, 1.01),
+            [*sines(1, 0.99, 1.01), *sines(2, 0.99, 1.01)],
+            [*sines(1, 0.99, 1.01), *sines(2, 1.03, 0.97)],
+        )
+    )
+    of = [[notice.code for notice in fit.warnings if notice.code == "records-vary"] for fit in (single, twice, changed)]
+    assert of == [["records-vary"], [], ["records-vary"]]
+    assert float(twice.between_records["level"]) < 1e-3
+    assert float(changed.between_records["level"]) == pytest.approx(0.04 / 2**0.5, rel=0.2)
+    single_half, half = ((high - low) / 2 for fit in (single, twice) for low, high in [fit.alpha.ci95[0]])
+    assert half < 0.5 * single_half

@@ -8,14 +8,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.special import logit
 
 import fric
 from fric.documents.machine_files import read_machine
+from fric.estimate import Covariance
+from fric.friction.gms import GMS
 from fric.identify.gms.hunting import Hunting
 from fric.identify.gms.virgin_curve import find_cycles
 from fric.identify.replay.replay_fit import replay_information
 from fric.identify.replay.replay_search import search_ranges
-from fric.planning.choose import by_what_they_leave, choose, identified, prior_axis
+from fric.planning.choose import _known_of, _moved, by_what_they_leave, choose, identified, prior_axis
 from fric.records.prepared import prepared
 from fric.simulate.experiment import CandidateRecord, Limits, Planned, runs_of
 
@@ -85,6 +90,25 @@ def test_the_record_that_is_said_to_narrow_most_narrows_a_file_that_lacks_it(tmp
     again.save(tmp_path / "with.yaml")
     after = fric.plan_next(tmp_path / "with.yaml", machine="xy-table").document["narrowing"]["half_width"]["value"]
     assert after == pytest.approx(best["half_width"]["value"], rel=0.5)
+
+
+@given(share=st.floats(1e-4, 0.1), by=st.floats(-0.5, 0.5))
+def test_a_moved_share_leaves_the_last_block_something(share: float, by: float) -> None:
+    """Of 0.56, 0.40 and 0.04 the second may err by 0.04 alone: moved up by that, no share was left for the third."""
+    model = replace(GMS.typical(), alpha=(0.58 - share, 0.42, share), k=(1e8, 2e6, 1e5))
+    moved, step = _moved(model, "alpha_2", by, linear=False)
+    assert moved.alpha[-1] > 0.0
+    assert step == pytest.approx(logit(moved.alpha[1]) - logit(0.42), abs=1e-9)
+    assert 0.0 <= step / by <= 1.0 + 1e-9 if abs(by) > 1e-6 else abs(step) <= 1e-6
+
+
+def test_parameters_are_moved_by_what_they_may_err_if_the_others_are_known() -> None:
+    """Two shares that add up to nearly 1 err by 0.14 of a logit each, and against each other by a fifth of it."""
+    matrix = 0.14**2 * np.array([[1.0, -0.98, 0.0], [-0.98, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    stated = Covariance(("alpha_1", "alpha_2", "k_1"), ("logit", "logit", "log"), matrix)
+    known = _known_of([stated], replace(GMS.typical(), alpha=(0.56, 0.40, 0.04), k=(1e8, 2e6, 1e5)))
+    assert known.deviation["alpha_1"] == pytest.approx(0.14 * np.sqrt(1 - 0.98**2))
+    assert known.deviation["k_1"] == pytest.approx(0.14)
 
 
 def test_a_file_without_gms_is_refused_with_what_to_do() -> None:

@@ -393,9 +393,9 @@ def _parts(record: Planned) -> Iterator[Planned]:
 
 @dataclass(frozen=True)
 class _Known:
-    """The uncertain parameters by name: standard deviations, on a linear scale or not, and the covariance."""
+    """The uncertain parameters by name: deviations of each alone, on a linear scale or not, and the covariance."""
 
-    deviation: dict[str, float]
+    deviation: dict[str, float]  # Where all others are known: shares that add up to nearly 1 move by less than 1 - sum
     linear: frozenset[str]
     matrix: Real
 
@@ -416,7 +416,8 @@ def _known_of(covariances: Sequence[Covariance], model: GMS) -> _Known:
             names.append(name)
             blocks.append(np.array([[deviation**2]]))
     matrix = block_diag(*blocks)
-    return _Known(dict(zip(names, np.sqrt(np.diag(matrix)), strict=True)), frozenset(linear), matrix)
+    alone = np.minimum(np.diag(np.linalg.pinv(matrix, hermitian=True)) ** -0.5, np.diag(matrix) ** 0.5)
+    return _Known(dict(zip(names, map(float, alone), strict=True)), frozenset(linear), matrix)
 
 
 def _deviation(slopes: Real, covariance: Real) -> float:
@@ -464,10 +465,11 @@ def _moved(model: GMS, name: str, by: float, *, linear: bool) -> tuple[GMS, floa
     n = int(number) - 1
     if symbol == "k":
         return replace(model, k=tuple(k * exp(by) if i == n else k for i, k in enumerate(model.k))), by
-    share = 1 / (1 + (1 / model.alpha[n] - 1) * exp(-by))
+    before, last = model.alpha[n], model.alpha[-1]
+    share = min(1 / (1 + (1 / before - 1) * exp(-by)), before + 0.999 * last)  # what it gains the last block loses
     alpha = [share if i == n else a for i, a in enumerate(model.alpha)]
-    alpha[-1] = 1 - sum(alpha[:-1])
-    return replace(model, alpha=tuple(alpha)), by
+    alpha[-1] = before + last - share
+    return replace(model, alpha=tuple(alpha)), log(share / (1 - share)) - log(before / (1 - before))
 
 
 def _information(logs: Sequence[Log], axis: Axis, model: GMS, known: _Known, between: float, ranges: Ranges) -> Real:

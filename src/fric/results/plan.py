@@ -3,6 +3,7 @@
 After a first identification: the further record that would narrow the predicted glitch most.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -123,8 +124,13 @@ class NextRecordResult(PlanResult):
             )
             for candidate in found.candidates
         ]  # fmt: skip
-        shares = sorted(found.shares.items(), key=lambda item: -item[1])
-        described = ", ".join(f"{name} {share:.0%}" for name, share in shares if share > 0.02)
+        shares = dict[str, float]()
+        for name, share in found.shares.items():  # those of blocks depend on each other: alone some are above 1
+            symbol = re.sub(r"_\d+$", "", name)
+            shares[symbol] = shares.get(symbol, 0.0) + share
+        described = ", ".join(
+            f"{name} {share:.0%}" for name, share in sorted(shares.items(), key=lambda item: -item[1]) if share > 0.02
+        )
         feed, radius = readable(found.test.feed, "m/s"), readable(found.test.radius, "m")
         return [
             f"the glitch of scheme ({found.scheme}) at {feed} on a circle of {radius} is known to "

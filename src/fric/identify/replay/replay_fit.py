@@ -26,7 +26,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.special import chdtrc, expit, stdtrit
 
-from fric.arrays import Mask, Real
+from fric.arrays import Indices, Mask, Real
 from fric.columns import PRESLIDING
 from fric.errors import FricError, require_known
 from fric.estimate import TWOFOLD, Covariance, Estimate, Interval, Scale
@@ -136,6 +136,8 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
     Record r shows ``(1 + u_r)·F``. The contrasts of u are estimated beside all parameters, by one Gauss-Newton step,
     with the covariance V of `replay_covariance`: ``s² = Σu²/(R - 1)``, with the error ``v = tr V/(R - 1)`` in it. With
     H, how parameters move with each u, they gain ``H·Hᵀ·(r²/1.96² - v)`` beyond their covariance; r is the `reach`.
+    Where motions were logged again, contrasts are those within records of one motion: what a model misses differs
+    between motions, and stays in the residual.
 
     shown: Derivatives of the residual by what is seen, shape (n, s).
     """
@@ -146,20 +148,38 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
     member = np.eye(len(records))[:, [not record.slides for record in records]]
     replayed = [np.outer(record.replay(model), row) for record, row in zip(records, member, strict=True)]
     columns = search.projected(replayed)
-    contrasts = np.linalg.qr(np.eye(count) - 1.0 / count)[0][:, : count - 1]
-    X = np.column_stack([columns @ contrasts, shown])
+    of = _motions(spans)
+    alike = bool(of.max() < count - 1)  # else no motion was logged twice, and all contrasts count
+    each = np.equal.outer(np.unique(of), of) if alike else np.ones((1, count), dtype=bool)
+    contrasts = np.hstack([
+        np.eye(count)[:, rows] @ np.linalg.qr(np.eye(number) - 1.0 / number)[0][:, : number - 1]
+        for rows, number in zip(each, each.sum(axis=1), strict=True)
+    ])  # fmt: skip
+    free = contrasts.shape[1]
+    between = (each[1:] - each[1:].mean(axis=1, keepdims=True)).T
+    X = np.column_stack([columns @ contrasts, columns @ between, shown])
     size = np.linalg.norm(X, axis=0)
     if np.linalg.cond(X / size) > CONDITION:
         return None
     found = np.linalg.lstsq(X, best.residual, rcond=None)[0]
-    V = replay_covariance(X, best.residual - X @ found, records, quantile)[: count - 1, : count - 1]
-    u, error = found[: count - 1], float(np.trace(V)) / (count - 1)
-    deviation = float(np.sqrt(u @ u / (count - 1)))
-    beyond = max((reach(deviation, error**0.5, count) / 1.96) ** 2 - error, 0.0)
-    chance = float(chdtrc(count - 1, float(u @ np.linalg.solve(V, u))))
+    V = replay_covariance(X, best.residual - X @ found, records, quantile)[:free, :free]
+    u, error = found[:free], float(np.trace(V)) / free
+    deviation = float(np.sqrt(u @ u / free))
+    beyond = max((reach(deviation, error**0.5, free + 1) / 1.96) ** 2 - error, 0.0)
+    chance = float(chdtrc(free, float(u @ np.linalg.solve(V, u))))
     H = np.linalg.lstsq(shown, columns, rcond=None)[0]
-    alike, left = max(spans) < SPANS_ALIKE * min(spans), best.residual - columns @ contrasts @ u
-    return Levels(deviation, contrasts @ u, chance, count > 2 or chance < OF_TWO, alike, beyond * H @ H.T, left)
+    left = best.residual - columns @ contrasts @ u
+    return Levels(deviation, contrasts @ u, chance, free > 1 or chance < OF_TWO, alike, beyond * H @ H.T, left)
+
+
+def _motions(spans: Sequence[float]) -> Indices:
+    """Return the number of each record's motion: the spans of one motion differ by less than `SPANS_ALIKE`."""
+    found, number, begun = np.zeros(len(spans), dtype=int), -1, 0.0
+    for n in np.argsort(spans):
+        if spans[n] >= SPANS_ALIKE * begun:
+            number, begun = number + 1, spans[n]
+        found[n] = number
+    return found
 
 
 class Slopes(NamedTuple):
