@@ -136,8 +136,8 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
     Record r shows ``(1 + u_r)·F``. The contrasts of u are estimated beside all parameters, by one Gauss-Newton step,
     with the covariance V of `replay_covariance`: ``s² = Σu²/(R - 1)``, with the error ``v = tr V/(R - 1)`` in it. With
     H, how parameters move with each u, they gain ``H·Hᵀ·(r²/1.96² - v)`` beyond their covariance; r is the `reach`.
-    Where motions were logged again, contrasts are those within records of one motion: what a model misses differs
-    between motions, and stays in the residual.
+    Where motions were logged again, these contrasts are those within records of one motion. Those between motions are
+    then what the model misses, and what they move counts as an error once.
 
     shown: Derivatives of the residual by what is seen, shape (n, s).
     """
@@ -168,8 +168,10 @@ def levels_of(search: Search, best: Point, shown: Real, quantile: float) -> Leve
     beyond = max((reach(deviation, error**0.5, free + 1) / 1.96) ** 2 - error, 0.0)
     chance = float(chdtrc(free, float(u @ np.linalg.solve(V, u))))
     H = np.linalg.lstsq(shown, columns, rcond=None)[0]
-    left = best.residual - columns @ contrasts @ u
-    return Levels(deviation, contrasts @ u, chance, free > 1 or chance < OF_TWO, alike, beyond * H @ H.T, left)
+    missed = between @ found[free : count - 1]
+    left, gained = best.residual - columns @ (contrasts @ u + missed), beyond * H @ H.T
+    gained += np.outer(H @ missed, H @ missed)
+    return Levels(deviation, contrasts @ u, chance, free > 1 or chance < OF_TWO, alike, gained, left)
 
 
 def _motions(spans: Sequence[float]) -> Indices:
