@@ -153,11 +153,19 @@ def test_an_encoder_too_coarse_for_slow_strokes_leaves_no_break_away_force() -> 
         lambda: fric.experiment("xy-table", "constant-velocity", speeds=[1e-15]),
         lambda: fric.design_controller(plant_document(), sampling=1e12),
         lambda: fric.design_controller(plant_document(T_d="10 s"), sampling=4000.0),
+        lambda: lifted_controller(plant_document(T_d="10 s")),
     ],
 )
 def test_absurd_settings_end_in_an_error_before_memory_does(absurd) -> None:
-    with pytest.raises(FricError, match=r"are simulated at most|is no frequency that a machine has|400 are at most"):
+    with pytest.raises(
+        FricError, match=r"simulated at most|no frequency that a machine has|no servo loop closes|400 are at most"
+    ):
         absurd()
+
+
+def lifted_controller(plant):
+    with fric.plausibility.lifted():
+        return fric.design_controller(plant, sampling=4000.0)
 
 
 def plant_document(T_d: str = "0.6 ms"):
