@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from io import StringIO
 
+import numpy as np
 from rich.console import Console
 
+import fric
 from fric.estimate import Estimate
 from fric.flaws.blocks import C_WITHOUT_PLANT, LEVEL_DIFFERS
 from fric.flaws.static_map import SIGMA_IN_A
@@ -62,3 +64,13 @@ def test_a_table_that_is_wider_than_the_terminal_comes_in_parts_and_cuts_no_cell
     assert all(cell in out.getvalue() for cell in cells)
     assert "…" not in out.getvalue()
     assert lines.count("circle") == 1
+
+
+def test_a_name_that_does_not_print_reaches_neither_terminal_nor_notebook():
+    t = np.arange(1000) * 0.01
+    position, force = 30e-6 * np.sin(np.pi * t), 60.0 * np.sign(np.cos(np.pi * t))
+    log = fric.Log(t, position, force=force, kind="presliding-sine", name="x\x00\x1b[31my")
+    found = fric.inspect(log)
+    for text in (repr(found), str(found), found._repr_html_()):
+        assert text.replace("\n", "").isprintable()
+        assert "[31my" in text

@@ -13,7 +13,7 @@ from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 
-from fric.errors import FricError, names, printable, require_known
+from fric.errors import FricError, clean, names, printable, require_known
 from fric.estimate import Estimate, elements, estimate_rows
 from fric.flaws import flaw_of
 from fric.flaws.unit import BOUNDS
@@ -296,10 +296,10 @@ class Result(ABC):
         write_document(Path(path), self.document, force=force)
 
     def __repr__(self) -> str:
-        return plain([*self.report(), *(f"{text.head} {text}" for text in told_alone(self.warnings))])
+        return clean(plain([*self.report(), *(f"{text.head} {text}" for text in told_alone(self.warnings))]))
 
     def _repr_html_(self) -> str:
-        return html(self.report(), told_alone(self.warnings))
+        return clean(html(self.report(), told_alone(self.warnings)))
 
 
 class Identified(Result):
