@@ -262,3 +262,32 @@ def test_a_flag_named_of_a_torque_is_no_force(tmp_path: Path) -> None:
     path = rows(tmp_path / "log.csv", "time,position,torque_enable", a["t"], a["position"], np.ones(1000), mark=",")
     with pytest.raises(FricError, match="no column is a force"):
         fric.auto(path, output=tmp_path / "found", assume=True)
+
+
+def test_topics_that_fill_their_cells_in_rows_of_their_instants(tmp_path: Path) -> None:
+    """As PlotJuggler exports them: the log had no position, for most of its cells are empty."""
+    a = axis_of_a_drive(n=3000)
+    lines = ["__time,/joint_states/elbow/position,/joint_states/elbow/velocity,/drive/current,/drive/temperature"]
+    for k, t in enumerate(a["t"]):
+        lines += [f"{1.6e9 + t:.6f},{a['position'][k]:.6f},{a['velocity'][k]:.6f},,"]
+        lines += [f"{1.6e9 + t + 4e-4:.6f},,,{a['current'][k]:.5f},"] if k % 2 == 0 else []
+        lines += [f"{1.6e9 + t + 6e-4:.6f},,,,{30 + 1e-3 * k:.1f}"] if k % 100 == 50 else []
+    path = tmp_path / "export.csv"
+    path.write_text("\n".join(lines) + "\n")
+    fric.ingest(path, output=tmp_path / "log.h5", assume=True)
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert log.force is not None
+    assert len(log) == 1500  # the instants of the current, though a temperature is slower
+    assert np.allclose(log.force, a["current"][::2], atol=1e-5)
+    assert np.allclose(np.diff(log.position), np.diff(np.interp(a["t"][::2] + 4e-4, a["t"], a["position"])), atol=1e-6)
+
+
+def test_a_column_that_is_seldom_written_changes_no_others(tmp_path: Path) -> None:
+    a = axis_of_a_drive(n=1000)
+    lines = [f"{t:.3f},{x:.6f},{f:.4f},{'31' if k % 9 == 0 else ''}"
+             for k, (t, x, f) in enumerate(zip(a["t"], a["position"], a["current"], strict=True))]  # fmt: skip
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["time [s],angle [rad],current [A],temperature", *lines]) + "\n")
+    with closing(tables(path)) as found:
+        blocks = [*next(found).read(range(3))]
+    assert np.allclose(np.concatenate([block.columns[1] for block in blocks]), a["position"], atol=1e-6)

@@ -23,6 +23,8 @@ from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.input import foreign, other_kind
 from fric.io.readers.base import Column, ForeignTable, Format, Memory, RowBlock, named
+from fric.io.readers.joined import GAP
+from fric.io.words import spoken
 from fric.units import is_unit
 
 SNIFFED = 300  # Lines from which delimiter and decimal mark are determined
@@ -308,6 +310,9 @@ MOST_TURNS = 16  # Words that may take turns from row to row
 _LIST = re.compile(rb'"?[\[(]\s*([^\[\]()"]*[^\[\]()"\s,;][\s,;]+[^\[\]()"]*)[\])]"?')
 """A cell with two items or more in brackets."""
 _ITEMS = re.compile(rb"[\s,;]+")
+MOTION = {"position", "velocity", "force", "input"}
+HELD, LEAST_ROWS = 0.1, 31
+"""How often, relative to the most frequent, a column is written that is held; rows by which empty cells are known."""
 MOST_STATES = 64  # Words of a column of states at most: others are no state
 
 _DATE = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d")
@@ -331,7 +336,54 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
         return
     table = TextTable(path, layout)
     labels = _in_turns(head, table.shape)
+    topics = _of_topics(table) if labels is None and _has_gaps(head, table.shape) else None
+    if topics is not None:
+        yield topics
+        return
     yield table if labels is None else _beside_each_other(table, *labels)
+
+
+def _has_gaps(head: bytes, shape: Shape) -> bool:
+    """Return whether a column behind the first, which is filled, is empty in many rows but not in all."""
+    lines = head.decode(shape.encoding, "replace").splitlines()[shape.first : -1]
+    width = len(shape.columns)
+    rows = [cells[:width] for cells in (split(line, shape.delimiter) for line in lines) if len(cells) >= width]
+    filled = np.array([[bool(cell) for cell in row] for row in rows], bool).reshape(-1, width)
+    share = filled.mean(axis=0) if len(filled) > LEAST_ROWS and shape.delimiter != "whitespace" else np.zeros(0)
+    return bool(len(share) > 2 and share[0] == 1.0 and np.any((share[1:] > 0.0) & (share[1:] < 0.7)))
+
+
+def _of_topics(table: ForeignTable) -> Memory | None:
+    """Return a table of topics, which fill their cells in different rows, at the instants of the slowest of a motion.
+
+    What is written less than a tenth as often, as a temperature, is held until it is written again. None where all
+    but such columns are filled in the same rows.
+    """
+    every = range(len(table.columns))
+    time, *rest = (np.concatenate(pieces) for pieces in zip(*(b.columns for b in table.read(every)), strict=True))
+    groups: dict[bytes, list[int]] = {}
+    for n, values in enumerate(rest):
+        groups.setdefault(np.isfinite(values).tobytes(), []).append(n)
+    filled = {tuple(members): np.flatnonzero(np.isfinite(rest[members[0]])) for members in groups.values()}
+    most = max(map(len, filled.values()))
+    fast = [members for members, rows in filled.items() if len(rows) > HELD * most]
+    if len(fast) < 2 or not np.all(np.diff(time) >= 0.0):
+        return None
+    said = {members: [spoken(table.columns[n + 1]) for n in members] for members in fast}
+    moved = [m for m in fast if any(of.quantity in MOTION and not of.commanded for of in said[m])]
+    lead = filled[min(moved, key=lambda m: len(filled[m])) if moved else max(fast, key=lambda m: len(filled[m]))]
+    at = time[lead]
+    columns = [np.full(len(at), np.nan) for _ in rest]
+    for members, rows in ((members, rows) for members, rows in filled.items() if len(rows) > 1):
+        stamps, held = time[rows], members not in fast
+        after = np.clip(np.searchsorted(stamps, at, "right"), 1, len(rows) - 1)
+        between = (stamps[0] <= at) & (at <= stamps[-1])  # nor across a gap is anything interpolated
+        between &= (stamps[after] - stamps[after - 1] < GAP * np.median(np.diff(stamps))) | np.isin(at, stamps)
+        last = np.maximum(np.searchsorted(stamps, at, "right") - 1, 0)
+        for n in members:
+            values = rest[n][rows]
+            columns[n] = values[last] if held else np.where(between, np.interp(at, stamps, values), np.nan)
+    return Memory(table.path, table.columns, [at, *columns], table.constants)
 
 
 def _of_lists(path: Path, head: bytes) -> Memory | None:
