@@ -291,3 +291,26 @@ def test_a_column_that_is_seldom_written_changes_no_others(tmp_path: Path) -> No
     with closing(tables(path)) as found:
         blocks = [*next(found).read(range(3))]
     assert np.allclose(np.concatenate([block.columns[1] for block in blocks]), a["position"], atol=1e-6)
+
+
+def test_a_temperature_each_second_hides_no_motion(tmp_path: Path) -> None:
+    """All channels were looked at by its clock: of four seconds four samples were left, and no position."""
+    a = axis_of_a_drive(n=4000)
+    about = {"Name": ("ActPos", "ActVelo", "ActCurrent", "MotorTemp"), "SymbolComment": ("", "", "", ""),
+             "SampleTime[ms]": ("1", "1", "1", "1000"),
+             "Unit": ("(None)", "(None)", "A (Current)", "(None)")}  # fmt: skip
+    lines = ["Name\tScope", "File\tscope.csv", "Starttime of export\t132959733843760000\tMonday", "", ""]
+    lines += ["\t".join([key, *cells[:3], key, cells[3]]) for key, cells in about.items()] + [""]
+    for k in range(4000):
+        slow = f"{1000 * k}\t{31 + 0.1 * k:.1f}" if k < 4 else "\t"
+        lines.append(f"{k}\t{a['position'][k]:.6f}\t{a['velocity'][k]:.6f}\t{a['current'][k]:.5f}\t{slow}")
+    path = tmp_path / "scope.csv"
+    path.write_text("\n".join(lines) + "\n")
+    (axis,) = told(path)
+    assert {channel: role.column for channel, role in axis.roles.items()} == {
+        "time": 0, "position": 1, "velocity": 2, "force": 3,
+    }  # fmt: skip
+    fric.ingest(path, output=tmp_path / "log.h5", assume=True)
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert len(log) > 2900
+    assert np.median(np.diff(log.time)) == pytest.approx(1e-3)

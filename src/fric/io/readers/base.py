@@ -163,6 +163,10 @@ class ForeignTable(ABC):
         if not rows:
             raise FricError("holds no samples", where=str(self.path), hint="Export it again, with its samples.")
 
+    def quick(self) -> Sequence[int]:
+        """Return the columns that are logged often enough to be of a motion beside the others."""
+        return range(len(self.columns))
+
     def place(self, row: int, column: int | None = None) -> str:
         """Return where a row (counted from 0) and a column are, for messages."""
         return self._described(f"sample {row + 1}", column)

@@ -6,6 +6,7 @@ slowest channel. Channels sampled at other instants are interpolated linearly.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
@@ -22,6 +23,7 @@ from fric.series import LARGEST
 
 SAME_INSTANT = 1e-3  # Share of a sampling interval up to which two instants are equal
 GAP = 2.5  # Sampling intervals above which a part has a gap, across which nothing is interpolated
+SLOWEST = 50.0  # Ratio of the sampling rates of two channels above which the slower one is of no motion
 MOST_SLOWER = 1e9  # Largest ratio of the sampling rates of two channels
 
 
@@ -126,6 +128,15 @@ class Joined(ForeignTable):
         if every > 1:
             self.notices.append(JOINED_THINNED.found(str(self.path), channels=lead.listed, every=every))
         self.notices += [note for other in others for note in other.moved(str(self.path), lead)]
+
+    def quick(self) -> list[int]:
+        """Return the columns of all parts but those so slow that others would be thinned to a few samples."""
+        intervals = [np.inf] * len(self._parts)
+        for n, part in enumerate(self._parts):
+            with suppress(FricError):  # a part without samples
+                intervals[n] = _Stream(part, [(n, column) for column in part.channels()[:1]]).interval
+        fast = [interval <= SLOWEST * min(intervals) for interval in intervals]
+        return [0, *(k for k, (n, _) in enumerate(self._places, 1) if fast[n])]
 
     def _asked(self, part: int, wanted: Sequence[int]) -> list[tuple[int, int]]:
         """Return the requested channels of a part."""
