@@ -1,5 +1,6 @@
 """Forms of logs that were first met in other people's: stamps that jitter, numbered comments, two sides of a robot."""
 
+import warnings
 from contextlib import ExitStack, closing
 from pathlib import Path
 
@@ -314,3 +315,12 @@ def test_a_temperature_each_second_hides_no_motion(tmp_path: Path) -> None:
     (log,) = read_logs(tmp_path / "log.h5")
     assert len(log) > 2900
     assert np.median(np.diff(log.time)) == pytest.approx(1e-3)
+
+
+def test_a_column_that_falls_and_mostly_stands_warns_of_nothing(tmp_path: Path) -> None:
+    """NumPy warned of an invalid value in a difference."""
+    a = axis_of_a_drive(n=600)
+    path = rows(tmp_path / "log.txt", "", np.where(np.arange(600) < 300, 0.5, 0.2), a["position"], a["current"])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        told(path)

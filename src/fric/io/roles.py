@@ -357,7 +357,7 @@ def _stamps(data: Samples, t: Real) -> Mask:
             slope = (x[-1] - x[0]) / ((t[first][-1] - t[0]) or 1.0)
             left = np.abs(x - x[0] - slope * (t[first] - t[0])).max()
             near = 1e-4 if of else 1e-5 if np.all(x == np.rint(x)) else 1e-9  # a motion at one speed is not so even
-            decade = np.log10(slope) if slope > 0.0 else np.inf  # of units of a time
+            decade = np.log10(slope) if slope > 0.0 else 0.5  # of units of a time
             steps = np.median(np.diff(x)) == 0.0 and left < 1.01 and (of or abs(decade - np.rint(decade)) < 1e-2)
             found[n] = left < near * np.ptp(x) or steps
     return found
