@@ -324,3 +324,12 @@ def test_a_column_that_falls_and_mostly_stands_warns_of_nothing(tmp_path: Path) 
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         told(path)
+
+
+def test_what_lacks_a_unit_is_not_said_to_show_no_friction(tmp_path: Path) -> None:
+    """A log with a force, whose speed counts turns of pole pairs, was said to show no friction."""
+    a = axis_of_a_drive(n=1500)
+    path = rows(tmp_path / "log.csv", "time [s];erpm;current_motor [A]", a["t"], 300.0 * a["velocity"], a["current"],
+                mark=";")  # fmt: skip
+    with pytest.raises(FricError, match=r"can be used: 'erpm'.*counts turns of pole pairs"):
+        fric.auto(path, output=tmp_path / "found", assume=True)

@@ -396,7 +396,7 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
             hint="Give logs of a drive, or their folder. `fric ingest --list` lists the formats.",
         )
     ((why, files), *more) = sorted(found.refused.items(), key=lambda item: "column" not in item[0])
-    what = f"no log here shows friction: {why}"
+    what = f"no log here can be used: {why}"
     beside = [f"{first_of(others)}: {reason}" for reason, others in more[:3]]
     hint = (
         "Log time, position or velocity, and force, torque or current of a moving axis; where they are there, name "
