@@ -187,6 +187,37 @@ def test_the_speed_of_a_motor_is_likely_in_rpm(tmp_path: Path) -> None:
     assert axis.roles["velocity"].unit_likelihood < SURE
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e3])
+@pytest.mark.parametrize(("seed", "trust"), [(0, 0.97), (1, 0.97), (1, 0.95), (3, 0.97)])
+def test_an_angle_that_was_roughly_integrated_is_no_velocity(
+    tmp_path: Path, seed: int, trust: float, unit: float
+) -> None:
+    """A filter of rate and tilt makes an angle of which the rate is not quite the slope, and was taken for a force."""
+    rng, dt, n = np.random.default_rng(seed), 5e-3, 300
+    t = 3.0 + np.cumsum(rng.uniform(0.9, 1.1, n) * dt)
+    swing = 20.0 * np.tanh((t - t.mean()) / 0.3) + np.sin(2.6 * np.pi * t + seed)
+    rate = np.gradient(swing, t) + rng.standard_normal(n)
+    tilt = swing + 5.0 * np.sin(4.0 * np.pi * t)
+    angle = tilt.copy()
+    for k in range(1, n):
+        angle[k] = trust * (angle[k - 1] + rate[k] * dt) + (1.0 - trust) * tilt[k]
+    command = np.cumsum(np.round(-4.0 * angle - 0.3 * rate))
+    axes = told(rows(tmp_path / "balance.dat", "", unit * t, rate, angle, command))
+    (axis,) = [axis for axis in axes if 2 in {role.column for role in axis.roles.values()}]
+    assert (axis.roles["position"].column, axis.roles["velocity"].column) == (2, 1)
+    assert axis.roles["position"].likelihood < SURE
+    assert all(other.roles["force"].column != 1 for other in axes if "force" in other.roles)
+
+
+@pytest.mark.parametrize("mass", [0.1, 0.5])
+def test_a_force_beside_a_velocity_stays_one(tmp_path: Path, mass: float) -> None:
+    """The slope of a velocity explains most of the force of a heavy axis, too, but at any factor."""
+    a = axis_of_a_drive(n=3000)
+    force = mass * a["acceleration"] + 3.0 * a["current"]
+    (axis,) = told(rows(tmp_path / "log.dat", "", a["t"], a["velocity"], force))
+    assert {of: role.column for of, role in axis.roles.items()} == {"time": 0, "velocity": 1, "force": 2}
+
+
 def test_the_only_current_beside_two_angles_leaves_open_which_it_moves(tmp_path: Path) -> None:
     """Of a wheel on a pendulum, which both follow the current, the pendulum was taken without a word."""
     a = axis_of_a_drive(n=3000)

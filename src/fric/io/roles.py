@@ -49,6 +49,7 @@ WINDOWS = (2, 8, 32, 128, 512)
 """Rows over which increments are taken: short ones show lags, long ones are robust to quantisation and noise."""
 PAIR, NAMED_PAIR = 0.985, 0.8
 """Share of the variance that makes a column the derivative of another; where names or units show it, too."""
+NEARLY = 0.05  # Deviation from 1, in SI, of the factor of a rate and an angle that was roughly integrated from it
 SAME = 0.97  # Correlation of increments above which two positions are of one axis
 EXACT = 0.99999  # Share of the variance above which a derivative is that of a command
 BRAKED = 0.1  # Share that the sign of the velocity explains of a force at least; an acceleration has less
@@ -410,6 +411,7 @@ class Pairs:
     def __init__(self, data: Samples, t: Real, clock: Role) -> None:
         x, m = data.x, len(data.columns)
         steps = np.diff(t, prepend=t[:1])
+        self.step = float(np.median(steps))
         sums = np.cumsum(0.5 * (x + np.roll(x, 1, axis=0)) * steps[:, None], axis=0)
         self.share, self.factor, self.alike = np.full((m, m), -np.inf), np.ones((m, m)), np.zeros((m, m))
         self.slope = np.ones((m, m))
@@ -441,7 +443,10 @@ class Pairs:
     def _edges(self, data: Samples, clock: Role) -> Mask:
         """Return which pairs are a position and its velocity."""
         m = len(data.columns)
-        edge = np.zeros((m, m), bool)
+        edge, rough = np.zeros((m, m), bool), np.zeros((m, m), bool)
+        unit = clock.unit if clock.column is not None else "s" if clock.unit else ""
+        likely = {unit: 1.0} if unit or clock.column is None else time_units(self.step, len(data.x))
+        size = si_factor(max(likely, key=lambda unit: likely[unit]), "time") if {*likely} != {""} else np.inf
         for p, v in zip(*np.nonzero(self.share > NAMED_PAIR), strict=True):
             first, second = data.said[p], data.said[v]
             if _apart(data, int(p), int(v)) or "error" in {first.quantity, second.quantity} or self._of_all(data, p, v):
@@ -451,13 +456,14 @@ class Pairs:
             factor = self.factor[p, v]
             if wrong or (factor < 0 and not speaks) or data.levels[p] <= MODES:
                 continue
-            unit = clock.unit if clock.column is not None else "s" if clock.unit else ""
             fits = bool(clock.column is not None or unit) and bool(readings(first, second, unit, factor))
             fits |= second.quantity == "velocity" and bool(second.unit) and not first.unit  # which may be in counts
             if first.unit and second.unit and unit and not fits:
                 continue  # of the other side of a gear
+            # nearly 1 in SI: an angle that was integrated roughly; a force has it by chance in one log of 200
+            rough[p, v] = {first.quantity, second.quantity} == {None} and abs(np.log(factor * size)) < NEARLY
             edge[p, v] = speaks or (self.share[p, v] > PAIR and (fits or self.share[p, v] > 0.9995))
-        return edge
+        return edge if edge.any() else rough  # where one axis has its velocity, the others have theirs
 
     def _of_all(self, data: Samples, p: int, v: int) -> bool:
         """Return whether a position of no side is as near to the velocity of another side, as that of a cart is."""
@@ -579,6 +585,8 @@ def _movement(data: Samples, pairs: Pairs, members: list[int]) -> _Movement:
     velocity = _velocity(data, pairs, speeds, position, reference)
     paired = bool(pairs.edge[position].any())
     why = "a velocity is its derivative" if paired else "smooth as a position is"
+    if paired and not data.said[position].quantity and pairs.share[position, pairs.edge[position]].max() <= PAIR:
+        sure, why = min(sure, 0.9), "a velocity is nearly its derivative"
     roles = {"position": Role("position", position, "", sure, 0.0, why)}
     if load is not None:
         roles["load_position"] = Role("load_position", load, "", 0.97, 0.0, "by its name, it moves with the position")
