@@ -15,7 +15,8 @@ from fric.estimate import Estimate
 from fric.identify.plant.identify import _plant
 from fric.io.hdf5 import read_logs
 from fric.io.ingest_circle import ingest_circles
-from fric.io.propose import guesses, proposal
+from fric.io.propose import Guessed, guesses, proposal
+from fric.io.questions import Question, answered
 from fric.io.readers import tables
 from fric.io.readers.base import Column
 from fric.io.roles import SURE
@@ -218,6 +219,64 @@ def test_a_force_beside_a_velocity_stays_one(tmp_path: Path, mass: float) -> Non
     assert {of: role.column for of, role in axis.roles.items()} == {"time": 0, "velocity": 1, "force": 2}
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(("friction", "resistance"), [(0.05, 1.0), (0.2, 0.5), (0.1, 3.0)])
+def test_a_current_that_falls_as_a_drive_speeds_up_still_drives_it(
+    tmp_path: Path, friction: float, resistance: float, sign: int
+) -> None:
+    """At a constant voltage a current falls with the speed, which was taken for friction that counts the other way."""
+    dt, rng, v, rotor = 1e-3, np.random.default_rng(7), 0.0, 0.02
+    speed, current = np.zeros(600), np.zeros(600)
+    for k in range(600):
+        current[k] = (2.0 - v) / resistance
+        v += dt / rotor * (current[k] - friction)
+        speed[k] = v
+    t = dt * np.arange(600)
+    logged = np.round(speed + 0.01 * rng.standard_normal(600), 3), sign * (current + 0.003 * rng.standard_normal(600))
+    (axis,) = told(rows(tmp_path / "log.csv", "time [s],speed [rad/s],current [A]", t, *logged, mark=","))
+    assert axis.roles["force"].sign == sign
+    assert axis.roles["force"].likelihood >= SURE
+
+
+def swing(friction: float) -> tuple[np.ndarray, ...]:
+    """Return time, angle, and the torque of a damper that a motor makes at a swing whose weight it carries, too."""
+    t = 2e-3 * np.arange(3000)
+    angle = 0.4 * np.sin(2.0 * np.pi * 0.7 * t) + 0.15 * np.sin(2.0 * np.pi * 1.9 * t)
+    velocity = np.gradient(angle, t)
+    torque = 0.02 * np.gradient(velocity, t) + friction * (velocity + 0.3 * np.sign(velocity))
+    return t, np.round(angle, 5), torque + 0.01 * np.random.default_rng(8).standard_normal(3000)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_sign_by_which_the_mass_is_below_0_is_asked(tmp_path: Path, sign: int) -> None:
+    """What friction shows was taken, sure to 99 %, and a mass below 0 was identified."""
+    t, angle, torque = swing(-0.15)
+    path = rows(tmp_path / "log.csv", "time [s],angle [rad],torque [N*m]", t, angle, sign * torque, mark=",")
+    with ExitStack() as files:
+        found = Guessed(tuple(guesses([path], files)))
+        force = found.found[0].axis.roles["force"]
+        assert force.likelihood < SURE
+        assert force.others == {2: -force.sign}
+        assert f"'torque' with sign: {-force.sign}" in " ".join(found.found[0].open)
+        asked: list[Question] = []
+        answered(found, lambda question: (asked.append(question), question.take("2")), tmp_path)
+        assert [text for text, _ in asked[0].choices] == ["'torque'", "'torque', turned"][:: force.sign]
+        assert found.found[0].axis.roles["force"].sign == -force.sign
+        assert found.sure
+
+
+@pytest.mark.parametrize("late", [-4e-3, 0.0, 4e-3])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_sign_that_friction_and_inertia_share_is_sure(tmp_path: Path, late: float, sign: int) -> None:
+    """Nor is it asked where a filter delays the force or the position."""
+    t, angle, torque = swing(0.15)
+    torque = sign * np.interp(t - late, t, torque)
+    path = rows(tmp_path / "log.csv", "time [s],angle [rad],torque [N*m]", t, angle, torque, mark=",")
+    (axis,) = told(path)
+    assert axis.roles["force"].sign == sign
+    assert axis.roles["force"].likelihood >= SURE
+
+
 def test_the_only_current_beside_two_angles_leaves_open_which_it_moves(tmp_path: Path) -> None:
     """Of a wheel on a pendulum, which both follow the current, the pendulum was taken without a word."""
     a = axis_of_a_drive(n=3000)
@@ -228,6 +287,23 @@ def test_the_only_current_beside_two_angles_leaves_open_which_it_moves(tmp_path:
     position = pushed.roles["position"]
     assert position.likelihood < SURE
     assert {position.column, *position.others} == {2, 3}
+
+
+def test_of_two_angles_the_one_whose_mass_is_above_0_is_likelier(tmp_path: Path) -> None:
+    """A wheel on a pendulum: its torque turns the wheel one way, and swings the pendulum the other."""
+    dt, wheel, tilt, state = 2e-3, np.zeros(2500), np.zeros(2500), np.zeros(4)
+    t = dt * np.arange(2500)
+    current = 2.0 + np.sin(2.0 * np.pi * 0.9 * t) + np.sin(2.0 * np.pi * 1.7 * t)
+    for k in range(2500):
+        speed, swing = state[1], state[3]
+        push = current[k] - 0.05 * speed
+        state += dt * np.array([speed, push / 0.02, swing, -push / 2.0 - 60.0 * state[2] - 0.3 * swing])
+        wheel[k], tilt[k] = state[0], state[2]
+    header = "time(s),current(A),rotor angle(rad),arm angle(rad)"
+    path = rows(tmp_path / "log.csv", header, t, current, np.round(wheel / 0.13) * 0.13, tilt, mark=",")
+    (pushed,) = [axis for axis in told(path) if "force" in axis.roles]
+    assert (pushed.roles["position"].column, pushed.roles["force"].sign) == (2, 1)
+    assert pushed.roles["position"].likelihood < SURE
 
 
 def test_a_mass_below_0_has_an_interval_that_is_not_turned() -> None:

@@ -73,7 +73,7 @@ class Guess:
         for channel, role in wanted_roles(self.axis).items():
             name = f"'{self.table.columns[role.column].name}'" if role.column is not None else "the sampling period"
             if role.likelihood < SURE and channel in NEEDED:
-                beside = " or ".join(f"'{self.table.columns[n].name}'" for n in role.others)
+                beside = " or ".join(_other(self.table, role, n) for n in role.others)
                 is_it = f"{name} ({role.likelihood:.0%}{', or ' + beside if beside else ''})"
                 found[f"the {channel} is {is_it}"] = self.files, channel, self.stems(role)
             if channel in NEEDED and not _known_unit(role, self.axis.motion):
@@ -117,6 +117,10 @@ class Guess:
         rest = [column for n, column in enumerate(self.table.columns) if n not in taken]
         unread = "force" not in self.axis.roles and any(named_as(column) == "force" for column in rest)
         return not (self.open or unread) and bool(self.kind or "time" in self.axis.roles)
+
+
+def _other(table: ForeignTable, role: Role, n: int) -> str:
+    return f"'{table.columns[n].name}'" + f" with sign: {role.others[n]}" * (role.others[n] != role.sign)
 
 
 def _dimension(channel: str) -> str:
@@ -420,7 +424,7 @@ def _line(table: ForeignTable, role: Role, motion: Motion, file: str, *, assume:
         unit = 'unit: "?"'
         why += f"; the file gives no unit: {likely or 'as ' + si}"
     why += f" ({role.likelihood:.0%})" if role.likelihood < SURE else ""
-    why += "".join(f"; or '{table.columns[k].name}'" for k in role.others)
+    why += "".join(f"; or {_other(table, role, k)}" for k in role.others)
     sign = ""
     if role.sign < 0:
         sign, why = ", sign: -1", why + "; turned, for it counts the other way"

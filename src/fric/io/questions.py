@@ -166,13 +166,14 @@ def _of_column(found: Sequence[Guess]) -> Question | None:
 
     def apply(chosen: Role) -> None:
         for other, its in alike:
-            signs = {its.column or 0: its.sign, **its.others}
+            signs = {**its.others, its.column or 0: its.sign}
             n = next(n for n in signs if other.stem(n) == guess.stem(chosen.column))
-            other.axis.roles[its.channel] = replace(its, column=n, sign=signs[n], others={}, likelihood=1.0)
+            turned = chosen.sign * role.sign if chosen.column == role.column else 1
+            other.axis.roles[its.channel] = replace(its, column=n, sign=turned * signs[n], others={}, likelihood=1.0)
 
     return Question(
         f"Which column is the {role.channel} of {_named([other for other, _ in alike])}?",
-        [(f"'{guess.table.columns[role.column or 0].name}'", role) for role in taken],
+        [(f"'{guess.table.columns[it.column or 0].name}'{', turned' * (it.sign < 0)}", it) for it in taken],
         apply,
         [picture(_column(guess, role.column)) for role in taken],
     )

@@ -6,7 +6,7 @@ for the user to state.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import log
 
@@ -52,6 +52,7 @@ PAIR, NAMED_PAIR = 0.985, 0.8
 NEARLY = 0.05  # Deviation from 1, in SI, of the factor of a rate and an angle that was roughly integrated from it
 SAME = 0.97  # Correlation of increments above which two positions are of one axis
 EXACT = 0.99999  # Share of the variance above which a derivative is that of a command
+SEEN = 0.5  # Share that the acceleration explains of what the velocity leaves, from which on a mass is well seen
 BRAKED = 0.1  # Share that the sign of the velocity explains of a force at least; an acceleration has less
 JITTERS, ALONG = 0.82, 0.08
 """How even stamps without a name count that come when they can; how far from even ones they are, of their range."""
@@ -230,7 +231,7 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
         movements, scores = (speeds, others) if better > max(2.0 * best, BRAKED) else (movements, scores)
     drives = [_driven(data, score) for score in scores]
     movements = [_by_force(data, t, m, pushed.get("force")) for m, pushed in zip(movements, drives, strict=True)]
-    _open_motions(data, movements, drives)
+    _open_motions(data, t, movements, drives)
     whole = [(movement, movement.roles | pushed) for movement, pushed in zip(movements, drives, strict=True)]
     found = [_in_units(data, t, movement, roles, clock) for movement, roles in whole]
     turning = [rotates(axis.motion) for axis in found if axis]
@@ -721,21 +722,34 @@ def _by_force(data: Samples, t: Real, movement: _Movement, force: Role | None) -
     return movement
 
 
-def _open_motions(data: Samples, movements: Sequence[_Movement], drives: Sequence[dict[str, Role]]) -> None:
-    """Leave open which of several sides moves what is of none, and which position the only force of a table moves."""
+def _open_motions(data: Samples, t: Real, movements: Sequence[_Movement], drives: Sequence[dict[str, Role]]) -> None:
+    """Leave open which of several sides moves what is of none, which position the only force moves, and its sign."""
+    moved = [m.roles["position"].column or 0 if "position" in m.roles else -1 for m in movements]
+    named = [n for n in moved if n >= 0 and data.said[n].quantity == "position"]
+    motions = [_Motion(data, t, movement.column("position"), movement.column("velocity")) for movement in movements]
+    pushed = [k for k, roles in enumerate(drives) if "force" in roles]
+    for k in pushed:
+        force, values = drives[k]["force"], data.x[:, drives[k]["force"].column or 0]
+        free = data.tags[force.column or 0] is None and data.said[force.column or 0].quantity == "force"
+        both = {n: motions[moved.index(n)] for n in named} if len(pushed) == 1 and len(named) > 1 and free else {}
+        whole = [n for n, motion in both.items() if motion.score(values)[0] > BRAKED and not motion.is_torn(values)]
+        if motions[k].is_torn(values) and moved[k] in both and whole:  # the mass of that one is above 0
+            force = replace(drives[k].pop("force"), sign=both[whole[0]].score(values)[2])
+            k = moved.index(whole[0])
+            drives[k]["force"] = force
+        elif motions[k].is_torn(values):
+            others = {force.column or 0: -force.sign, **force.others}
+            why = f"{force.why}; friction and inertia show another sign each"
+            drives[k]["force"] = replace(force, likelihood=min(force.likelihood, 0.8), others=others, why=why)
+        if moved[k] in both:
+            others = {n: both[n].score(values)[2] * force.sign for n in named if n != moved[k]}
+            roles = movements[k].roles
+            roles["position"] = replace(roles["position"], likelihood=0.8, others=others)
     for movement, roles in zip(movements, drives, strict=True):
         for of, role in roles.items():
             sides = {data.tags[n] for n in (role.column or 0, *role.others)} - {None}
             if movement.tag(data) is None and len(sides) > 1:
                 roles[of] = replace(role, likelihood=min(role.likelihood, 0.8))
-    moved = [m.roles["position"] for m in movements if "position" in m.roles]
-    named = {role.column or 0: 1 for role in moved if data.said[role.column or 0].quantity == "position"}
-    pushed = [(m.roles, of["force"].column or 0) for m, of in zip(movements, drives, strict=True) if "force" in of]
-    if len(named) > 1 and len(pushed) == 1:
-        roles, force = pushed[0]
-        others = {n: sign for n, sign in named.items() if n != roles["position"].column} if "position" in roles else {}
-        if len(others) < len(named) and data.tags[force] is None and data.said[force].quantity == "force":
-            roles["position"] = replace(roles["position"], likelihood=0.8, others=others)
 
 
 def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Role]:
@@ -840,36 +854,53 @@ class _Motion:
         without = np.column_stack([np.abs(basis[:, 1]), sign * basis[:, 2], basis[:, 3]])
         return _left(without, y)[0] < _left(basis, y)[0]
 
+    def _over(self, values: Real) -> Iterator[tuple[Real, Real, float]]:
+        """Yield the motion over each window, the means of a column there, and their squares."""
+        sums = np.concatenate([[0.0], np.cumsum(values)])
+        for rows, width, basis in self.bases:
+            y = (sums[rows + width + 1] - sums[rows]) / (width + 1)
+            yield basis, y, float(((y - y.mean()) ** 2).sum())
+
     def left(self, values: Real) -> float:
         """Return the least share of a column's squares that the motion leaves, of the windows."""
-        sums = np.concatenate([[0.0], np.cumsum(values)])
-        means = [(basis, (sums[rows + width + 1] - sums[rows]) / (width + 1)) for rows, width, basis in self.bases]
-        shares = [_left(basis, y)[0] / (float(((y - y.mean()) ** 2).sum()) + 1e-300) for basis, y in means]
+        shares = [_left(basis, y)[0] / (spread + 1e-300) for basis, y, spread in self._over(values)]
         return min(shares, default=1.0)
 
     def score(self, values: Real) -> tuple[float, float, int]:
         """Return how much of a column follows sign(v) and a, sign(v) alone, and the sign by which it brakes."""
         best, braking, sign = 0.0, 0.0, 1
-        sums = np.concatenate([[0.0], np.cumsum(values)])
-        for rows, width, basis in self.bases:
-            y = (sums[rows + width + 1] - sums[rows]) / (width + 1)
+        for basis, y, spread in self._over(values):
             whole, weights = _left(basis, y)
-            spread = float(((y - y.mean()) ** 2).sum())
             if not spread > 0 or whole < 1e-9 * spread:
                 continue  # exactly of the motion itself
             parts = [1.0 - whole / _left(np.delete(basis, k, 1), y)[0] for k in (0, 2)]
             joint = 1.0 - whole / _left(basis[:, 2:], y)[0]
             score = parts[0] + (parts[1] if parts[0] > 0.01 else 0.2 * parts[1]) + 0.2 * joint
             if score > best:
-                brakes, accelerates = basis[:, :2] @ weights[:2], basis[:, 2] * weights[2]
-                push = np.sign(brakes @ basis[:, 1]) * brakes.var() + np.sign(weights[2]) * accelerates.var()
-                best, braking, sign = score, parts[0], -1 if push < 0 and score > 0.1 else 1
+                best, braking, sign = score, parts[0], -1 if sum(_pushes(basis, weights)) < 0 and score > 0.1 else 1
         return best, braking, sign
+
+    def is_torn(self, values: Real) -> bool:
+        """Return whether friction brakes by one sign of a force, and the mass is above 0 by the other."""
+        best = (1.0, 0.0, 0.0, 0.0)
+        for basis, y, spread in self._over(values):
+            left, weights = _left(basis, y)
+            of_mass = 1.0 - left / _left(np.delete(basis, 2, 1), y)[0]
+            best = min(best, (left / (spread + 1e-300), of_mass, *_pushes(basis, weights) / (y.var() or 1.0)))
+        _, of_mass, brakes, accelerates = best
+        return of_mass > SEEN and brakes * accelerates < 0.0 and min(abs(brakes), abs(accelerates)) > BRAKED
 
 
 def _left(basis: Real, y: Real) -> tuple[float, Real]:
     weights, *_ = np.linalg.lstsq(basis, y, rcond=1e-9)
     return float(((y - basis @ weights) ** 2).sum()) + 1e-300, np.asarray(weights, float)
+
+
+def _pushes(basis: Real, weights: Real) -> Real:
+    """Return the variance that friction and inertia explain of a force, below 0 where they drive: shape (2,)."""
+    braking = [0, 1, 3] if np.ptp(basis[:, 0]) == 0.0 else [0, 1]  # in one direction its level is friction
+    brakes, accelerates = basis[:, braking] @ weights[braking], basis[:, 2] * weights[2]
+    return np.array([np.sign(brakes @ basis[:, 1]) * brakes.var(), np.sign(weights[2]) * accelerates.var()])
 
 
 def _by_velocity(data: Samples, movements: Sequence[_Movement]) -> list[_Movement]:
