@@ -1,5 +1,6 @@
 """Forms of logs that were first met in other people's: stamps that jitter, numbered comments, two sides of a robot."""
 
+import threading
 import warnings
 from contextlib import ExitStack, closing
 from pathlib import Path
@@ -401,7 +402,7 @@ def test_a_column_that_is_seldom_written_changes_no_others(tmp_path: Path) -> No
     assert np.allclose(np.concatenate([block.columns[1] for block in blocks]), a["position"], atol=1e-6)
 
 
-def test_a_temperature_each_second_hides_no_motion(tmp_path: Path) -> None:
+def test_a_temperature_each_second_hides_no_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """All channels were looked at by its clock: of four seconds four samples were left, and no position."""
     a = axis_of_a_drive(n=4000)
     about = {"Name": ("ActPos", "ActVelo", "ActCurrent", "MotorTemp"), "SymbolComment": ("", "", "", ""),
@@ -414,7 +415,9 @@ def test_a_temperature_each_second_hides_no_motion(tmp_path: Path) -> None:
         lines.append(f"{k}\t{a['position'][k]:.6f}\t{a['velocity'][k]:.6f}\t{a['current'][k]:.5f}\t{slow}")
     path = tmp_path / "scope.csv"
     path.write_text("\n".join(lines) + "\n")
+    monkeypatch.setattr("fric.io.readers.text.PIECE", 4096)
     (axis,) = told(path)
+    assert not any(thread.name.startswith("parse") for thread in threading.enumerate())  # as they were, until collected
     assert {channel: role.column for channel, role in axis.roles.items()} == {
         "time": 0, "position": 1, "velocity": 2, "force": 3,
     }  # fmt: skip

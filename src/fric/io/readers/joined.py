@@ -5,7 +5,7 @@ channel was sampled more slowly: no position is invented between counts of an en
 slowest channel. Channels sampled at other instants are interpolated linearly.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from math import ceil
@@ -84,6 +84,13 @@ class Joined(ForeignTable):
         """Read the parts beside each other, block by block of the clock."""
         used = list(dict.fromkeys(self._places[n - 1][0] for n in wanted if n)) or [0]
         streams = {n: _Stream(self._parts[n], self._asked(n, wanted)) for n in used}
+        try:
+            yield from self._beside(streams, wanted)
+        finally:
+            for stream in streams.values():
+                stream.close()
+
+    def _beside(self, streams: Mapping[int, "_Stream"], wanted: Sequence[int]) -> Iterator[RowBlock]:
         lead, *others = streams.values()
         slowest = max(streams.values(), key=lambda stream: stream.interval)
         slower = slowest.interval / lead.interval  # inf beside a lone sample
@@ -134,7 +141,9 @@ class Joined(ForeignTable):
         intervals = [np.inf] * len(self._parts)
         for n, part in enumerate(self._parts):
             with suppress(FricError):  # a part without samples
-                intervals[n] = _Stream(part, [(n, column) for column in part.channels()[:1]]).interval
+                stream = _Stream(part, [(n, column) for column in part.channels()[:1]])
+                stream.close()
+                intervals[n] = stream.interval
         fast = [interval <= SLOWEST * min(intervals) for interval in intervals]
         return [0, *(k for k, (n, _) in enumerate(self._places, 1) if fast[n])]
 
@@ -159,6 +168,10 @@ class _Stream:
         self.interval = float(np.median(np.diff(self.time))) if len(self.time) > 1 else np.inf
         self._shift = np.zeros(3)
         self._most = 0.0
+
+    def close(self) -> None:
+        """Read no further: threads that parse what is ahead end here, and not where a collector of garbage runs."""
+        self._samples.close()
 
     def forward(self) -> None:
         """Replace what is held by the next samples; by none at the end."""
@@ -217,7 +230,7 @@ class _Stream:
         self.last = float(found[0][-1])
         return found
 
-    def _read(self) -> Iterator[tuple[Real, list[Real]]]:
+    def _read(self) -> Generator[tuple[Real, list[Real]], None, None]:
         """Yield the samples; instants at the end that no value was written for are none."""
         held: tuple[Real, list[Real]] | None = None
         for block in self._part.table.blocks([self._part.time, *(column for _, column in self.columns)]):
