@@ -246,7 +246,7 @@ def _presliding(axis: Axis, limits: Limits, times: int) -> Planned:
     amplitudes = (small, large) if small < large / 3 else (large,)
     frequency = min(0.1, 0.28 * static.v_s / (2 * pi * large))
     settings: dict[str, Setting] = {
-        "amplitudes": tuple(_rounded(a) for a in amplitudes), "frequency": _rounded(frequency), "cycles": 5 * times,
+        "amplitudes": 2 * tuple(_rounded(a) for a in amplitudes), "frequency": _rounded(frequency), "cycles": 3 * times,
     }  # fmt: skip
     why = "alpha, k: the first blocks from the small sine, the last from the large one, slower than the Stribeck fall"
     return Planned("presliding-sine", settings, why)
@@ -385,7 +385,7 @@ def _parts(record: Planned) -> Iterator[Planned]:
     elif record.kind == "presliding-sine":
         amplitudes = record.settings["amplitudes"]
         assert isinstance(amplitudes, tuple)
-        for amplitude in amplitudes:
+        for amplitude in dict.fromkeys(amplitudes):
             yield replace(record.changed(amplitudes=(amplitude,)), why="a slow sine before sliding")
     elif record.kind == "sliding-sine":
         yield replace(record, why="a sine in sliding")

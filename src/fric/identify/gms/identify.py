@@ -165,9 +165,9 @@ def _on_time(
         by = float(mean_lag(late.values()))
         again, left = identified([record.later(by) if record.name in late else record for record in ready])
         late = {name: Estimate.around(by + float(lag), lag.unit, lag.half_width) for name, lag in left.items()}
-        if not one_lag(late, 1.0):
+        if not one_lag(ready, late, 1.0):
             break
-    if not one_lag(late, CLEAR):
+    if not one_lag(ready, late, CLEAR):
         return fit, []
     sure = simplest([fit.rmse, again.rmse]) == 1 and credible(ready, late)
     return again if sure else fit, [lateness_notice(ready, late, sure=sure)]

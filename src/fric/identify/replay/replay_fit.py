@@ -322,7 +322,7 @@ def slopes(coordinates: Coordinates, x: Real) -> dict[Key, Slopes]:
 
 
 SUSPECTED = 0.6  # Lag [samples] above which the lag is estimated again, with the force moved by it
-CLEAR = 2.0  # Ratio of mean lag to half-width above which a lag is reported: hunting looks like a smaller lag
+CLEAR = 2.5  # Ratio of mean lag to half-width above which a lag is reported: hunting looks like a smaller lag
 LATEST_SAMPLES, LATEST = 4.0, 10e-3
 """Largest lag of a log, in samples or by a filter [s]: friction without corners looks like a longer lag."""
 BLOCKS = 3  # Number of blocks for a virgin curve of any shape
@@ -374,16 +374,19 @@ def mean_lag(late: Iterable[Estimate]) -> Estimate:
     return Estimate.around(float(weights @ lags / weights.sum()), every[0].unit, float(weights.sum() ** -0.5))
 
 
-def one_lag(late: Mapping[str, Estimate], clear: float) -> bool:
+def one_lag(records: Sequence[Prepared], late: Mapping[str, Estimate], clear: float) -> bool:
     """Return whether lags [s] agree within their intervals, and their mean exceeds a number of its half-widths.
 
-    A difference between records is not a lag.
+    A difference between records is not a lag. A drive that hunts errs alike whenever it repeats a motion: the mean over
+    its records is no surer than that of a single one.
     """
     every = list(late.values())
     if not every:
         return False
     same = all(abs(float(a) - float(b)) <= np.hypot(a.half_width, b.half_width) for a, b in combinations(every, 2))
-    return same and abs(float(mean := mean_lag(every))) > clear * mean.half_width
+    spans = [float(np.ptp(record.motion.position[record.used])) for record in records if record.name in late]
+    repeats = len(every) / (1 + int(_motions(spans).max()))
+    return same and abs(float(mean := mean_lag(every))) > clear * mean.half_width * repeats**0.5
 
 
 def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *, sure: bool) -> Notice:
