@@ -503,13 +503,20 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
 
 
 def stroke_flaws(
-    strokes: Strokes, place: OverPlace | None, *, force: float = inf, half_width: float = 0.0, taken_off: bool = False
+    strokes: Strokes,
+    place: OverPlace | None,
+    *,
+    force: float = inf,
+    half_width: float = 0.0,
+    taken_off: bool = False,
+    scattered: bool = False,
 ) -> list[Notice]:
     """Return the warnings from strokes at constant velocity about the encoder, and about the force over place and time.
 
     force, half_width: The identified friction, and the smaller half-width of Coulomb friction and offset [N], the scale
         of severity.
     taken_off: Whether the force over position was subtracted from the map.
+    scattered: Whether the means of strokes scatter beyond their noise.
     """
     if not strokes:
         return []
@@ -523,7 +530,7 @@ def stroke_flaws(
                 varies = Estimate(sqrt(2.0) * size * (sqrt(2.0) if alike else 1.0), unit)
                 over = Estimate(place.length, length)
                 warnings.append(flaw.found(varies=varies, length=over, either=alike, taken_off=taken_off, **tightest))
-    if (time := over_time(strokes)) is not None:
+    if (time := over_time(strokes, scattered=scattered)) is not None:
         warnings.append(FORCE_DRIFTS.found(
             rate=time.rate, a_minute=60 * abs(time.rate), change=abs(time.change), clocked=time.clocked, sure=time.sure,
             **tightest,

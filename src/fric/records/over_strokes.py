@@ -29,6 +29,7 @@ STUCK = 1e-9  # Least uncertainty of the slope over a stroke, as a share of the 
 REPEATED = 0.05  # Relative difference of speeds up to which strokes repeat each other
 FEWEST = 4  # Number of speeds above which each is left out
 LIKELY_RATE, SURE_RATE = 0.99, 0.995  # Probabilities above which a rate is likely, and surely, not zero
+SCATTERED_RATE = 0.95  # The same where the means of strokes scatter beyond their noise, too, as of what changes
 
 
 @dataclass(frozen=True)
@@ -138,12 +139,14 @@ def _common(pairs: Sequence[tuple[Real, Real]]) -> _Common | None:
     )  # fmt: skip
 
 
-def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
+def over_time(strokes: Sequence[tuple[Log, Segment]], *, scattered: bool = False) -> OverTime | None:
     """Return the rate at which the magnitude of the force changes; None if it is zero or not known.
 
     The slope of the force in each stroke is regressed on the size of the force (the rate), on the speed (a force over
     position) and on the velocity (friction over position), so that effects of place do not count as time. The rate is
     accepted if the strokes of each direction alone show it; it is sure if slow and fast strokes do.
+
+    scattered: Whether the means of strokes scatter beyond noise, which is a second sign that something changes.
     """
     whole = _trends(strokes, 0.0)
     late = _trends(strokes, 0.5)
@@ -153,9 +156,8 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
     forward, backward, *speeds = (value * rate > 0.0 for value in whole.apart)
     if not (forward and backward and sum(whole.logged) * rate > 0.0):  # it is no friction that changes
         return None
-    likely, sure = (
-        abs(rate) > float(stdtrit(freedom, 0.5 * (1.0 + value))) * deviation for value in (LIKELY_RATE, SURE_RATE)
-    )
+    asked = (SCATTERED_RATE, SCATTERED_RATE) if scattered else (LIKELY_RATE, SURE_RATE)
+    likely, sure = (abs(rate) > float(stdtrit(freedom, 0.5 * (1.0 + value))) * deviation for value in asked)
     if not likely or abs(rate) > FASTEST:
         return None
     if not 1.0 / SETTLING < late.values[0] / rate < SETTLING:  # what settles changes less and less

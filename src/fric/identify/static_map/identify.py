@@ -107,7 +107,8 @@ def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
     half = min(fit.estimates[name].half_width for name in ("F_c", "offset") if name in fit.estimates)
     level, pairs = float(np.median(np.abs(fit.problem.F))), list(strokes.stretches.values())
     place = strokes.stretches.place
-    varies = stroke_flaws(pairs, place, force=level, half_width=half, taken_off=taken_off)
+    scattered = any(notice.code == flaws.STROKES_SCATTER.code for notice in notices)
+    varies = stroke_flaws(pairs, place, force=level, half_width=half, taken_off=taken_off, scattered=scattered)
     warnings = (*amiss, *strokes.notices, *notices, *varies)
     return StaticFit(
         records[0].axis, motion, tuple(strokes.points), fit, negative, {}, warnings, method, plant,
