@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import fric
 from fric.automatic.run import Stated, _found, find_gains, gains_of
 from fric.automatic.sources import find_sources
-from fric.automatic.steps import AxisOutcome, Session, axis_steps, identify_axes, trace_step
+from fric.automatic.steps import NO_GMS, NO_OBSERVER, AxisOutcome, Session, axis_steps, identify_axes, trace_step
 from fric.cli.main import app
 from fric.documents.controller import ControllerDocument
 from fric.documents.mapping import MappingDocument
@@ -669,10 +669,7 @@ def test_the_table_marks_values_of_the_negative_direction(tmp_path: Path):
 
 
 def test_a_circle_without_compensation_needs_no_gms(tmp_path):
-    missing = [
-        "GMS: slow sines of some ten micrometres before sliding",
-        "K_f, and so the circle: a record with voltage",
-    ]
+    missing = [NO_GMS, "K_f, and so the circle: a record with voltage", NO_OBSERVER]
     axis = AxisOutcome("linear", missing=missing, files={"plant": tmp_path / "none.yaml"})
     found = fric.AutoResult(tmp_path, {"x": axis}, [], 1, 1, [], None)
     assert found.verdict.headline.endswith("Missing for a circle: K_f.")

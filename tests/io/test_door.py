@@ -417,7 +417,7 @@ def test_a_temperature_each_second_hides_no_motion(tmp_path: Path, monkeypatch: 
     path.write_text("\n".join(lines) + "\n")
     monkeypatch.setattr("fric.io.readers.text.PIECE", 4096)
     (axis,) = told(path)
-    assert not any(thread.name.startswith("parse") for thread in threading.enumerate())  # as they were, until collected
+    assert not any(thread.name.startswith("parse") for thread in threading.enumerate())
     assert {channel: role.column for channel, role in axis.roles.items()} == {
         "time": 0, "position": 1, "velocity": 2, "force": 3,
     }  # fmt: skip

@@ -14,7 +14,17 @@ from pydantic import ValidationError
 
 from fric.automatic.fleet import FleetResult, find_fleet, fleet
 from fric.automatic.sources import NO_FORCE, Source, Sources, find_sources
-from fric.automatic.steps import AxisOutcome, Session, Step, identify_axes, ingest_steps, step, take_efforts, trace_step
+from fric.automatic.steps import (
+    SPARED,
+    AxisOutcome,
+    Session,
+    Step,
+    identify_axes,
+    ingest_steps,
+    step,
+    take_efforts,
+    trace_step,
+)
 from fric.circles.gains import GAINS, USUAL
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.base import provenance
@@ -167,7 +177,6 @@ def _question(axis: str, motion: Motion, answer: list[dict[str, Any]]) -> Questi
     )
 
 
-SPARED = ("GMS:", "C of the GMS model:", "observer:")  # What a circle with schemes (a) and (b) does not need
 MACHINES = 24  # Machines that are drawn from the intervals of what was identified
 
 
@@ -196,7 +205,7 @@ class AutoResult(Result, schema=AutoDocument):
         if inputs and inputs.tests:
             return inputs.verdict(inputs.tests[-1])
         lacks = (text for axis in self.axes.values() for text in axis.missing if not axis.whole)
-        missing = tuple(text for text in lacks if not text.startswith(SPARED))
+        missing = tuple(text for text in lacks if text not in SPARED)
         return decide(Evidence(axes=tuple(self.axes), rotary=self.rotary, missing=missing))
 
     def report(self) -> list[Piece]:

@@ -33,6 +33,10 @@ from fric.results.simulate import circle
 from fric.units import Motion, is_effort, of_effort, rotates
 
 PARTS = ("plant", "controller", "observer", "friction")
+NO_GMS = "GMS: slow sines of some ten micrometres before sliding, or micro-steps, with force"
+NO_C = "C of the GMS model: a sine in sliding, around a steady speed"
+NO_OBSERVER = "observer: a frequency response from the drive's input to position"
+SPARED = {NO_GMS, NO_C, NO_OBSERVER}  # What a circle without compensation does not need
 
 
 @dataclass(frozen=True)
@@ -444,9 +448,9 @@ def axis_steps(
         given = {"static": static} if strokes else {}
         identify("gms", sines, friction, [*known, *given.values()], damping | given)
         if not of("sliding-sine"):
-            missing.append("C of the GMS model: a sine in sliding, around a steady speed")
+            missing.append(NO_C)
     else:
-        missing.append("GMS: slow sines of some ten micrometres before sliding, or micro-steps, with force")
+        missing.append(NO_GMS)
         if moving and not (strokes or responses or lean):  # what a motion shows of friction
             identify("lugre", moving, friction, known, damping)
     if lean:
@@ -463,6 +467,5 @@ def axis_steps(
             )
         )  # fmt: skip
     else:
-        lacks = "observer" if controller else "controller and observer"
-        missing.append(f"{lacks}: a frequency response from the drive's input to position")
+        missing.append(NO_OBSERVER if controller else f"controller and {NO_OBSERVER}")
     return AxisSteps(steps, missing)

@@ -196,16 +196,16 @@ def draw_plan(plan: Plan) -> Figure:
             left.axvspan(*ends, color=VERMILION, alpha=0.2, label="sliding sine")
         left.set(xlabel=f"velocity [{named}]", ylabel=f"friction [{force}]", title="speeds")
         left.legend()
-        amplitudes = np.array(asked.get("presliding-sine", {}).get("amplitudes", (1e-4,)))
+        amplitudes = np.unique(asked.get("presliding-sine", {}).get("amplitudes", (1e-4,)))
         z = np.geomspace(1e-3 * amplitudes.max() / 8, 1.2 * amplitudes.max(), 300)
         length, metre = prefixed(0.1 * float(amplitudes.max()), si_unit("position", axis.motion))
         if hasattr(model, "virgin_curve"):
             middle.semilogx(z * length, model.virgin_curve(z) * top, color=BLACK, label="virgin curve")
         for n, amplitude in enumerate(amplitudes):
-            colour, label = (BLUE, VERMILION)[n % 2], "" if n else "amplitudes of the sines"
-            middle.axvline(amplitude * length, color=colour, linestyle="--", label=label)
+            label = "" if n else "amplitudes"
+            middle.axvline(amplitude * length, color=BLUE, linestyle="--", label=label)
         middle.set(xlabel=f"displacement [{metre}]", ylabel=f"friction [{force}]", title="sines before sliding")
-        middle.legend()
+        middle.legend(loc="upper left")
         shown = [(name, expected) for name, expected in plan.expected.items() if expected.value]
         shares = np.array([100 * expected.half_width / abs(expected.value) for _, expected in shown])
         kept = np.isfinite(shares) & (shares < 200)

@@ -416,7 +416,8 @@ def _known_of(covariances: Sequence[Covariance], model: GMS) -> _Known:
             names.append(name)
             blocks.append(np.array([[deviation**2]]))
     matrix = block_diag(*blocks)
-    alone = np.minimum(np.diag(np.linalg.pinv(matrix, hermitian=True)) ** -0.5, np.diag(matrix) ** 0.5)
+    size = np.sqrt(np.diag(matrix))
+    alone = size * np.maximum(np.diag(np.linalg.pinv(matrix / np.outer(size, size), hermitian=True)), 1.0) ** -0.5
     return _Known(dict(zip(names, map(float, alone), strict=True)), frozenset(linear), matrix)
 
 

@@ -3,7 +3,6 @@
 After a first identification: the further record that would narrow the predicted glitch most.
 """
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -126,7 +125,7 @@ class NextRecordResult(PlanResult):
         ]  # fmt: skip
         shares = dict[str, float]()
         for name, share in found.shares.items():  # those of blocks depend on each other: alone some are above 1
-            symbol = re.sub(r"_\d+$", "", name)
+            symbol = "alpha and k" if name.startswith(("alpha_", "k_")) else name
             shares[symbol] = shares.get(symbol, 0.0) + share
         described = ", ".join(
             f"{name} {share:.0%}" for name, share in sorted(shares.items(), key=lambda item: -item[1]) if share > 0.02
