@@ -229,7 +229,6 @@ def _freedom(document: FrictionDocument | PlantDocument, name: str) -> float:
     return max(float((fit.points or count + 5) - count), 1.0)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class FleetResult(Result):
     """Results for a fleet."""
 

@@ -180,7 +180,6 @@ def _question(axis: str, motion: Motion, answer: list[dict[str, Any]]) -> Questi
 MACHINES = 24  # Machines that are drawn from the intervals of what was identified
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class AutoResult(Result, schema=AutoDocument):
     """Results for a folder of logs."""
 

@@ -1,7 +1,7 @@
 """A report as a result: the summary that a command prints, and its page."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from math import pi
 from pathlib import Path
@@ -86,7 +86,6 @@ def _drawn(test: ContourTest, advance: Callable[..., None]) -> ContourTest:
 
 
 @typed
-@dataclass(frozen=True, eq=False, repr=False)
 class Report(Result):
     """A report: identified parameters, measured circles, the verdict, and drift."""
 

@@ -309,7 +309,6 @@ FEEDS = (0.1, 0.01)  # Feeds of Fig. 8 and Fig. 9 [m/s]
 MOST_SAMPLES = 30_000  # Samples of a trace that a run file keeps: a folder is to be sent by mail
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Reproduction(Result, schema=ReproductionDocument):
     """What a reproduction left."""
 

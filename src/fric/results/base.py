@@ -11,7 +11,7 @@ from html import escape
 from io import StringIO
 from math import nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, dataclass_transform
 
 from fric.errors import FricError, clean, names, printable, require_known
 from fric.estimate import Estimate, elements, estimate_rows
@@ -198,8 +198,12 @@ def html(pieces: Iterable[Piece], warnings: Iterable[str] = ()) -> str:
 BRIEF = 53  # Columns of a line that names values
 
 
+@dataclass_transform(eq_default=False, frozen_default=True)
 class Result(ABC):
-    """A result: it prints a report, draws a figure, and is saved to the file that its command writes."""
+    """A result: it prints a report, draws a figure, and is saved to the file that its command writes.
+
+    What a kind of result holds are its annotated fields: each is a frozen dataclass.
+    """
 
     _schema: ClassVar[tuple[type[Document], str] | None] = None
     _tree: ClassVar[Callable[..., dict[str, Any]] | None] = None
@@ -211,6 +215,7 @@ class Result(ABC):
 
         tree: In place of a schema, what makes the document of all fields in their order.
         """
+        dataclass(frozen=True, eq=False, repr=False)(cls)
         if schema is not None:
             cls._schema = schema, of
         if tree is not None:

@@ -50,7 +50,6 @@ from fric.units import readable
 from fric.verb import Kind, verb
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
     """A measured circle: geometry, control loops, backlash, friction glitches, and the figures of ISO 230-4."""
 
@@ -274,7 +273,6 @@ def _reported(path: Path, names: Sequence[str]) -> dict[str, Estimate]:
     return found
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class TuneResult(Result, schema=circle_findings.TuningDocument):
     """A machine with nominal parameters from recorded circles."""
 
@@ -381,7 +379,6 @@ def tune(
     return TuneResult(found, str(subject.origin.get("path", "")))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class LearnResult(Result, schema=circle_findings.LearningDocument, of="found"):
     """A circle that was learned in simulation."""
 
@@ -417,7 +414,6 @@ class LearnResult(Result, schema=circle_findings.LearningDocument, of="found"):
         write_runs(Path(path), [circle.run for circle in self.found.rounds], made, force=force)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class LearnedTable(Result, schema=circle_findings.LearnedFeedforwardDocument, of="table"):
     """The feedforward of the next round, from a measured circle."""
 

@@ -1,7 +1,7 @@
 """Models held against records: compared on held-out samples, and replayed in loops."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf, isfinite
 from pathlib import Path
 from typing import Annotated, Any
@@ -39,7 +39,6 @@ from fric.units import readable, si_unit
 from fric.verb import Kind, verb
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class ComparisonResult(Result, schema=ComparisonDocument, of="comparison"):
     """Friction models by how well they predict held-out samples."""
 
@@ -87,7 +86,6 @@ class ComparisonResult(Result, schema=ComparisonDocument, of="comparison"):
         }
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class HalvesResult(Result, schema=HalvesDocument, of="halves"):
     """How far apart the results of two halves of the records are."""
 
@@ -166,7 +164,6 @@ def compare(
     return ComparisonResult(replace(found, warnings=(*found.warnings, *loaded, *notices)))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class ValidationResult(Result, schema=ValidationDocument):
     """Records, and their replay by the identified axis."""
 

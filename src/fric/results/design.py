@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from typing import Annotated, Any, Literal
 
@@ -79,7 +79,6 @@ def perturbation_of(
     return found, tuple(response.warnings)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Design(Result):
     """A design of one axis, with its loops and their margins; `document` is its file."""
 
@@ -136,7 +135,6 @@ def _described(quantity: Mapping[str, Any] | None, unit: str, digits: int) -> st
     return f"{value:.{digits}g}{unit}" if digits > 1 else f"{value:.1f}{unit}"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class ControllerResult(Design, schema=ControllerDocument, of="content"):
     """A designed, or checked, cascade."""
 
@@ -230,7 +228,6 @@ MODE_DAMPING = 0.01  # Its assumed damping
 Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterworth3", "umeno-hori"]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class ObserverResult(Design, schema=ObserverDocument, of="content"):
     """A designed disturbance observer."""
 
@@ -416,7 +413,6 @@ def _resonance(text: str) -> StructuralMode:
     return StructuralMode(in_si(frequency, "frequency"), *numbers)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class BlockResult(Design, schema=BlockDocument, of="content"):
     """A designed control block."""
 

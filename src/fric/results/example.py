@@ -1,6 +1,5 @@
 """Examples that come with fric, copied to be tried and edited; and the formats of logs that fric reads."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +13,6 @@ from fric.results.base import Piece, Result, Table
 from fric.verb import Kind, verb
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class FormatsResult(Result, schema=FormatsDocument):
     """The formats, and the libraries that they need."""
 
@@ -42,7 +40,6 @@ def formats() -> FormatsResult:
     )
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class ExampleResult(Result, schema=ExampleDocument):
     """An example that was copied."""
 

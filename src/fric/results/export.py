@@ -106,7 +106,6 @@ class TriedCircle:
         return max(abs(a - b) for a, b in zip(self.measured.quadrants, self.simulated.quadrants, strict=True))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class ExportResult(Result):
     """Files for a controller, and the reasons for and against their use."""
 

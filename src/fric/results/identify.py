@@ -1,7 +1,7 @@
 """Identification: plant, controller, static map, GMS by its virgin curve, any friction model by replay."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import chain
 from math import inf
@@ -148,7 +148,6 @@ def _numbers(given: ArrayLike | str, what: str, motion: Motion = "linear") -> Re
     return numbers
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class PlantResult(Identified, tree=plant_tree):
     """An identified plant, eq. (1)."""
 
@@ -275,7 +274,6 @@ def _plausible(result: PlantResult, doubtful: list[Notice]) -> PlantResult:
     return replace(result, fit=replace(result.fit, warnings=(*result.fit.warnings, *doubtful, *found)))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class GainsResult(Identified):
     """The cascade identified from a recorded voltage."""
 
@@ -366,7 +364,6 @@ def _is_log(given: Any) -> bool:
     return isinstance(first, Log)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class StaticResult(IdentifiedFriction, tree=static_tree):
     """An identified static map, eq. (2)."""
 
@@ -465,7 +462,6 @@ def _shape_factor(given: float | str) -> ShapeFactor:
     return value
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class GMSResult(IdentifiedModel, tree=gms_tree):
     """An identified GMS model."""
 
@@ -583,7 +579,6 @@ def _cycles(given: tuple[int, int] | str | None) -> tuple[int, int] | None:
 CLIPPED = 0.1  # Share of a record whose force may be clipped: those samples are not compared
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class ModelResult(IdentifiedModel, tree=replay_tree):
     """Any friction model, identified by replay."""
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -29,7 +28,6 @@ from fric.units import Motion, readable, words_of
 from fric.verb import Kind, verb
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class CirclesResult(Result, schema=IngestCirclesDocument, of="done"):
     """A circle test file that was written."""
 
@@ -95,7 +93,6 @@ def ingest_circles(
     return CirclesResult(read_circles(paths, Path(output), mapping=mapping_of(mapping), stated=stated, **given))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class IngestResult(Result, schema=IngestDocument, of="done"):
     """A log file that was written."""
 

@@ -4,7 +4,7 @@ After a first identification: the further record that would narrow the predicted
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -34,7 +34,6 @@ GOOD_TO = "expected half-widths are those of simulated records, and good to ± 2
 """Remark on half-widths from simulated records, which vary by chance."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class PlanResult(Result, tree=plan_tree):
     """Records to take of an axis."""
 

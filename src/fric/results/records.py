@@ -1,7 +1,6 @@
 """Records of a drive, and their uses."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from math import floor, log10
 from pathlib import Path
@@ -160,7 +159,6 @@ def _briefly(found: Sequence[Inspected]) -> list[Piece]:
     return [*pieces, f"{len(found)} records; good for identify: {text}"]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Records(Result, Sequence[Record]):
     """Records of one axis."""
 
@@ -232,7 +230,6 @@ def read(*files: LogLike) -> Records:
     return Records(records_of(files, whole=True))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class InspectionResult(Result, schema=InspectionDocument):
     """The content of records, and their uses."""
 

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
@@ -42,7 +41,6 @@ from fric.verb import Kind, verb
 from fric.verdict import Verdict, bare, candidates_of, decide, evidence_of, facts
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class CircleResult(Result, schema=CircleResultDocument):
     """The errors that schemes leave on a circle."""
 
@@ -232,7 +230,6 @@ def circle(
 POINTS = 6  # Number of feeds, and of radii, in a range
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class CircleMapResult(Result, schema=CircleMapDocument, of="found"):
     """The glitches that schemes leave on circles of many feeds and radii."""
 
@@ -348,7 +345,6 @@ def circle_map(
     return CircleMapResult(contour_run.CircleMap(grid, cells), done)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class PathResult(Result, schema=PathResultDocument):
     """The errors that schemes leave on a path."""
 
