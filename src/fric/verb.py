@@ -171,7 +171,7 @@ def _check(function: Callable[P, Any], called: str, *args: P.args, **kwargs: P.k
                     f"{called} takes {name} as {_words(hint)}, and was given '{given}'", hint=near(given, choices)
                 )
             raise refused(called, f"{name} as {_words(hint)}", given)
-        if not _within(given, hint):
+        if not all(kind.holds(given) for kind in kinds_of(hint)):
             raise FricError(f"{called} takes {name} as {_words(hint)}, and was given {given}")
     return bound
 
@@ -323,12 +323,9 @@ def _fits(given: Any, hint: Any) -> bool:
         right = isinstance(given, origin) and not isinstance(given, str | bytes) and getattr(given, "ndim", 1) != 0
         if origin is tuple and ... not in inner:
             return right and len(given) == len(inner) and all(map(_fits, given, inner))
-        return right and (issubclass(origin, Mapping) or all(_fits(item, inner[0]) for item in _again(given)))
+        again = given if hasattr(given, "__len__") else ()  # of an iterator nothing is read ahead
+        return right and (issubclass(origin, Mapping) or all(_fits(item, inner[0]) for item in again))
     return hint is Any or not isinstance(hint, type) or isinstance(given, hint)
-
-
-def _within(given: Any, hint: Any) -> bool:
-    return all(kind.holds(given) for kind in kinds_of(hint))
 
 
 def kinds_of(hint: Any) -> list[Kind]:
@@ -351,11 +348,6 @@ def _choices(hint: Any) -> list[str]:
     """Return the texts that an annotation admits, each by its name."""
     inner = get_args(hint)
     return list(inner) if get_origin(hint) is Literal else [text for item in inner for text in _choices(item)]
-
-
-def _again(given: Any) -> Iterable[Any]:
-    """Return what can be read twice; of an iterator nothing is read ahead."""
-    return given if hasattr(given, "__len__") else ()
 
 
 def _words(hint: Any) -> str:

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass
+from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass, replace
 from dataclasses import Field as DataclassField
 from datetime import UTC, datetime
 from functools import cache, reduce
@@ -174,17 +174,13 @@ class Quantity(Part):
 
     def si(self, dimension: str, motion: Motion) -> Estimate:
         """Return the quantity as an `Estimate` in SI; a unit of the wrong kind raises a `FricError`."""
-        scale = factor(self.unit, dimension, motion)
+        scale, given = factor(self.unit, dimension, motion), Estimate.read(self.__dict__)
 
-        def limits(pair: Any) -> tuple[float, float]:
-            low, high = pair
-            return -inf if low is None else low * scale, inf if high is None else high * scale
+        def scaled(part: Any) -> Any:
+            return tuple(map(scaled, part)) if isinstance(part, tuple) else part * scale
 
-        value: Any = (
-            tuple(value * scale for value in self.value) if isinstance(self.value, list) else self.value * scale
-        )
-        ci95: Any = self.ci95 and (tuple(map(limits, self.ci95)) if isinstance(value, tuple) else limits(self.ci95))
-        return Estimate(value, si_unit(dimension, motion), ci95, self.fixed, self.assumed, self.source)
+        value, ci95 = scaled(given.value), given.ci95 and scaled(given.ci95)
+        return replace(given, value=value, unit=si_unit(dimension, motion), ci95=ci95, source=self.source)
 
     @model_validator(mode="after")
     def _interval_fits(self) -> Self:

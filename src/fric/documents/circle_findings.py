@@ -71,13 +71,10 @@ def _by_sense(made: Any) -> dict[str, Any]:
 
 
 def _iso230(made: Any) -> dict[str, Any]:
-    found = made.found.figures
-    plain = {name: None if (value := getattr(found, name)) is None else Estimate(value, "m") for name in ISO230}
+    found, names = made.found.figures, ("G_b", "F_max", "F_min", "D")
+    plain = {name: None if (value := getattr(found, name)) is None else Estimate(value, "m") for name in names}
     by_sense = {SENSES[sense]: Estimate(value, "m") for sense, value in found.G.items()}
     return {"G": Estimate(max(found.G.values()), "m"), "G_of": by_sense} | plain
-
-
-ISO230 = ("G_b", "F_max", "F_min", "D")
 
 
 def _predicted(made: Any) -> Any:

@@ -120,20 +120,17 @@ class ObserverDocument(AxisDocument, ObserverPart, type="observer"):
 def observer_parts(design: "ObserverDesign", motion: Motion) -> dict[str, Any]:
     """Return an observer with its limits, by key of the observer file."""
     q, robust = design.observer.q, design.robust
-    limits: dict[str, Any] = {
-        "robust": {},
-        "sensitive": {"peak_sensitivity": Estimate(20 * log10(design.peak_sensitivity), "dB")},
-    }
-    for name, reach in (("robust", robust.q), ("sensitive", design.sensitive)):
-        if reach is not None:
-            limits[name] |= {"cutoff": Estimate(reach.cutoff, "Hz"), "bandwidth": Estimate(reach.bandwidth, "Hz")}
+    peak = Estimate(20 * log10(design.peak_sensitivity), "dB")
+    limits = {"robust": _reach(robust.q), "sensitive": {"peak_sensitivity": peak} | _reach(design.sensitive)}
     if robust.q is not None:
         limits["robust"] |= {"frequency": Estimate(robust.frequency, "Hz"), "Delta": Estimate(robust.size, "1")}
-    reaches = {name: Estimate(getattr(q, name), "Hz", assumed=design.assumed) for name in ("cutoff", "bandwidth")}
-    return {
-        **ObserverPart.of(design.observer, motion), "filter": q.name, **reaches,
-        "reason": design.reason, "limits": limits,
-    }  # fmt: skip
+    found = ObserverPart.of(design.observer, motion) | {"filter": q.name} | _reach(q, assumed=design.assumed)
+    return found | {"reason": design.reason, "limits": limits}
+
+
+def _reach(q: QFilter | None, *, assumed: bool = False) -> dict[str, Estimate]:
+    """Return cutoff and bandwidth of a filter; nothing without a filter."""
+    return {} if q is None else {n: Estimate(getattr(q, n), "Hz", assumed=assumed) for n in ("cutoff", "bandwidth")}
 
 
 def block_values(name: str, given: Mapping[str, Any], motion: Motion, where: str) -> dict[str, float]:

@@ -166,18 +166,18 @@ class FleetDocument(Document, type="fleet"):
     changes: list[FleetChange] = Field(description="beyond its own interval, the surest first")
 
 
-class RecordPart(Part):
+class RecordPart(Written):
     """Description of a record."""
 
     kind: Kind | None
-    samples: int
+    samples: int = of(len)
 
 
 class RecordsDocument(Document, type="records"):
     """Records of one axis."""
 
     axis: str
-    records: dict[str, RecordPart]
+    records: dict[str, RecordPart] = of(lambda found: {log.name: log for log in found.records})
 
 
 class IngestedPart(Part):

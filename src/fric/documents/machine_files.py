@@ -386,11 +386,7 @@ def nominal_models(document: FrictionDocument) -> dict[str, FrictionModel]:
 
 
 NOMINAL_DOCUMENTS: dict[str, type[AxisDocument | FrictionDocument | BlockDocument]] = {
-    "plant": PlantDocument,
-    "controller": ControllerDocument,
-    "observer": ObserverDocument,
-    "friction": FrictionDocument,
-    "block": BlockDocument,
+    kind.type: kind for kind in (PlantDocument, ControllerDocument, ObserverDocument, FrictionDocument, BlockDocument)
 }
 """Nominal parts of an axis that can be given as a file, by document type."""
 
@@ -420,7 +416,7 @@ def read_machine(
             frictions = {name: part.friction.friction(friction_model) for name, part in document.axes.items()}
             axes = {name: replace(axis, friction=frictions[name]) for name, axis in machine.axes.items()}
             machine = replace(machine, axes=axes)
-    instead: dict[str, Any] = {key: value for key, value in (("gain", gain), ("lead", ahead)) if value is not None}
+    instead = known(gain=gain, lead=ahead)
     axes = {
         name: replace(axis, nominal_friction=replace(axis.nominal_friction, **instead))
         for name, axis in machine.axes.items()
@@ -430,9 +426,9 @@ def read_machine(
         if isinstance(part.controller, ControllerDocument) and part.controller.margins
     ]  # fmt: skip
     doubtful = settled(finding for axis in machine.axes.values() for finding in _of_axis(axis, str(path)))
-    machine = replace(machine, warnings=(*machine.warnings, *doubtful, *designed))
     origin: dict[str, Any] = {"path": str(path), "nominal_files": list(nominal_files), "friction_model": friction_model}
-    return replace(machine, axes=axes, origin=origin | instead)
+    warnings = (*machine.warnings, *doubtful, *designed)
+    return replace(machine, axes=axes, origin=origin | instead, warnings=warnings)
 
 
 def _of_axis(axis: Axis, where: str) -> Iterator[Finding]:
@@ -559,12 +555,10 @@ def discrepancies(
     plant: Its plant file: the residual of eq. (1).
     undrawn: Parameters whose interval cannot be drawn from.
     """
-    shares: dict[str, float] = {}
+    shares = dict(FORM)
     reasons: list[Notice] = []
     delay = float(plant.estimates(friction.motion)["T_d"])
     found = [*_of_friction(friction), *_beyond_the_plant(plant, delay), *_of_warnings(friction, plant)]
-    for name, share in FORM.items():
-        shares[name] = share
     for name, share, why in found:
         if share >= AT_LEAST:
             shares[name] = (shares.get(name, 0.0) ** 2 + share**2) ** 0.5

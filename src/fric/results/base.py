@@ -323,7 +323,11 @@ class Identified(Result):
         """Return value, interval and unit of each parameter in SI, by section and name; vectors by element."""
         import pandas as pd
 
-        rows = [row for name, section in self.sections().items() for row in _rows(name, section)]
+        rows = [
+            (name, symbol, estimate.value, *(estimate.ci95 or (nan, nan)), estimate.unit, estimate.note)
+            for name, section in self.sections().items()
+            for symbol, estimate in elements(section)
+        ]
         frame = pd.DataFrame(rows, columns=["section", "parameter", "value", "low", "high", "unit", "note"])
         return frame.set_index(["section", "parameter"])
 
@@ -377,11 +381,6 @@ class Identified(Result):
         limit.
         """
         return self.to_frame()[["low", "high"]].dropna()
-
-
-def _rows(section: str, entries: dict[str, dict[str, Any]]) -> Iterator[tuple[Any, ...]]:
-    for name, estimate in elements(entries):
-        yield section, name, estimate.value, *(estimate.ci95 or (nan, nan)), estimate.unit, estimate.note
 
 
 class Advance(Protocol):

@@ -53,12 +53,13 @@ from fric.results.kinds import (
 from fric.units import Motion, parse_gain, readable
 from fric.verb import Kind, verb
 
+HERTZ = "{:.4g} Hz"
 MARGINS = (
-    ("phase_margin", "phase margin", "°", 1),
-    ("gain_margin", "gain margin", " dB", 1),
-    ("peak_sensitivity", "Ms", " dB", 1),
-    ("crossover", "crossover", " Hz", 4),
-    ("bandwidth", "bandwidth", " Hz", 4),
+    ("phase_margin", "phase margin", "{:.1f}°"),
+    ("gain_margin", "gain margin", "{:.1f} dB"),
+    ("peak_sensitivity", "Ms", "{:.1f} dB"),
+    ("crossover", "crossover", HERTZ),
+    ("bandwidth", "bandwidth", HERTZ),
 )
 
 
@@ -108,10 +109,10 @@ class Design(Result):
         """Return the margins, a line for each loop."""
         titles = {name: loop.title for name, loop in self.design.loops().items()}
         rows = [
-            [titles[name], *(_described(found.get(key), unit, digits) for key, _, unit, digits in MARGINS)]
+            [titles[name], *(_described(found.get(key), form) for key, _, form in MARGINS)]
             for name, found in self.document["margins"].items()
         ]
-        return Table(["loop", *(title for _, title, _, _ in MARGINS)], rows)
+        return Table(["loop", *(title for _, title, _ in MARGINS)], rows)
 
     def loops_figure(self) -> Figure:
         """Return the figure of the loops up to half the sampling rate: Bode, Nyquist or Nichols."""
@@ -128,11 +129,8 @@ class Design(Result):
         }
 
 
-def _described(quantity: Mapping[str, Any] | None, unit: str, digits: int) -> str:
-    if quantity is None:
-        return "–"
-    value = quantity["value"]
-    return f"{value:.{digits}g}{unit}" if digits > 1 else f"{value:.1f}{unit}"
+def _described(quantity: Mapping[str, Any] | None, form: str = HERTZ) -> str:
+    return "–" if quantity is None else form.format(quantity["value"])
 
 
 class ControllerResult(Design, schema=ControllerDocument, of="content"):
@@ -248,11 +246,11 @@ class ObserverResult(Design, schema=ObserverDocument, of="content"):
         tree = self.document
         titles = {"robust": "|T·Delta| ≤ 1, eq. (8)", "sensitive": f"Ms ≤ {self.asked} of the whole loop"}
         rows = [
-            [titles[name], *(_hertz(found.get(key)) for key in ("cutoff", "bandwidth"))]
+            [titles[name], *(_described(found.get(key)) for key in ("cutoff", "bandwidth"))]
             for name, found in tree["limits"].items()
         ]
         return [
-            f"Q  {tree['filter']}, cutoff {_hertz(tree['cutoff'])}, -3 dB at {_hertz(tree['bandwidth'])}",
+            f"Q  {tree['filter']}, cutoff {_described(tree['cutoff'])}, -3 dB at {_described(tree['bandwidth'])}",
             f"   {tree['reason']}",
             Table(["limit", "cutoff", "bandwidth"], rows),
             self.margins(),
@@ -260,17 +258,13 @@ class ObserverResult(Design, schema=ObserverDocument, of="content"):
 
     def brief(self) -> str:
         """Return the cutoff of Q."""
-        return f"Q cutoff {_hertz(self.document['cutoff'])}"
+        return f"Q cutoff {_described(self.document['cutoff'])}"
 
     def figure(self) -> Figure:
         """Return Q with what limits it, or the loops."""
         from fric.figures.loops import q_filter_figure
 
         return q_filter_figure(self.design) if self.view == "q" else self.loops_figure()
-
-
-def _hertz(quantity: dict[str, Any] | None) -> str:
-    return "–" if quantity is None else f"{quantity['value']:.4g} Hz"
 
 
 @verb

@@ -121,8 +121,7 @@ class ExportResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The content of manifest.json, and the arcs if LinuxCNC ran."""
-        text = list(dict.fromkeys([*self.notices, *self.against]))
-        content = manifest(self.target.name, self.part, self.files, notices=text, sources=self.made_from)
+        content = manifest(self.target.name, self.part, self.files, notices=self.warnings, sources=self.made_from)
         if self.part.role == "compensation":
             why = [*self.against, *self.distrust]
             content["verdict"] = {"trusted": not why, "why": [notice.as_dict() for notice in why]}

@@ -1,7 +1,6 @@
 """Records of a drive, and their uses."""
 
 from collections.abc import Iterator, Sequence
-from functools import cached_property
 from math import floor, log10
 from pathlib import Path
 from typing import Any, overload
@@ -159,7 +158,7 @@ def _briefly(found: Sequence[Inspected]) -> list[Piece]:
     return [*pieces, f"{len(found)} records; good for identify: {text}"]
 
 
-class Records(Result, Sequence[Record]):
+class Records(Result, Sequence[Record], schema=RecordsDocument):
     """Records of one axis."""
 
     records: Sequence[Record]  # Records in time, measured frequency responses, and tables of forces and velocities
@@ -181,12 +180,6 @@ class Records(Result, Sequence[Record]):
     def axis(self) -> str:
         """Name of the axis."""
         return self.records[0].axis
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        """Kind and samples by record."""
-        records = {log.name: {"kind": log.kind, "samples": len(log)} for log in self.records}
-        return RecordsDocument.made({"axis": self.axis, "records": records}).tree()
 
     def report(self) -> list[Piece]:
         """Return a line for each record."""
