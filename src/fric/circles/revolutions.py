@@ -1,6 +1,6 @@
 """Circles in a motion of two axes, their whole revolutions at steady feed, and the glitch at each reversal."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from math import floor, log10, pi, radians, sqrt
 
@@ -221,10 +221,10 @@ class Glitch:
     """The pulse at one reversal."""
 
     value: float  # Its peak [m], outwards positive
+    unit: str = field(default="m", kw_only=True)
     ci95: tuple[float, float]  # 95 % interval of the peak [m]
     width: float  # Its width at half its height along the circle [m]
     place: float  # Where it peaks along the circle, behind the reversal of the reference [m]
-    unit: str = "m"  # Of its peak
 
 
 @dataclass(frozen=True)

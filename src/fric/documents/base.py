@@ -587,12 +587,11 @@ class FilePart(PartOf[T]):
             return {field.name: (cls.of_type(kind), Field(default_factory=list))}
         if within:
             return {field.name: (cls.of_type(within[0]) | None, Field(None, description=text))}
-        if get_origin(kind) is not Annotated:
-            given = field.default if may_lack else ...
-            return {field.name: (kind, Field(given, description=text))}
-        asked: Any = Quantity | None if may_lack else Quantity
-        given = None if may_lack else ...
-        return {field.name: (Annotated[asked, *kind.__metadata__], Field(given, description=text))}
+        given = field.default if may_lack else ...
+        if get_origin(kind) is Annotated:
+            asked: Any = Quantity | None if may_lack else Quantity
+            kind, given = Annotated[asked, *kind.__metadata__], None if may_lack else ...
+        return {field.name: (kind, Field(given, description=text))}
 
     def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
         """Return its numbers, with those of nested parts; raise ValueError with a remedy."""

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field
 
-from fric.documents.base import FOOT, Document, Known, Quantity, Written, of
+from fric.circles.revolutions import Glitch
+from fric.documents.base import FOOT, Document, Known, PartOf, Quantity, Written, of
 from fric.documents.controller import ControllerPart
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import MachineDocument, read_machine_document
@@ -26,20 +27,14 @@ if TYPE_CHECKING:
 SENSES = {1: "counter-clockwise", -1: "clockwise"}
 
 
-class GlitchPart(Written):
+class GlitchPart(PartOf[Glitch]):
     """A friction glitch at a quadrant."""
-
-    value: float
-    unit: str
-    ci95: list[Known]
-    width: float
-    place: float
 
 
 class PredictedGlitch(GlitchPart):
     """Prediction of a machine file for a quadrant."""
 
-    ci95: list[Known] | None  # type: ignore[assignment]  # without what was identified there is none
+    ci95: list[Known] | None  # without what was identified there is none
     agrees: bool
     cause: str | None
 

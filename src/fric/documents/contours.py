@@ -10,7 +10,8 @@ from pydantic import Field, model_validator
 from fric.arrays import Real
 from fric.circles.prediction import Predicted, Prediction
 from fric.contour import beside
-from fric.documents.base import CodedWarning, Document, Known, Part, PartOf, Written, again, of
+from fric.documents.base import CodedWarning, Document, Known, PartOf, Written, again, of
+from fric.documents.listings import StepsPart
 from fric.simulate.spread import Distribution
 from fric.units import readable
 
@@ -274,13 +275,6 @@ class CircleMapDocument(Document, type="circle-map"):
         text = f"{name}: less on {np.count_nonzero(better)} of {np.count_nonzero(ran)} circles"
         text += f", at most by {at(np.nanargmax(less))}" if better.any() else ""
         return text + (f"; more on {np.count_nonzero(worse)}, by {at(np.nanargmin(less))}" if worse.any() else "")
-
-
-class StepsPart(Part):
-    """The steps done for an axis, and the records missing for others."""
-
-    done: list[str]
-    missing: list[str]
 
 
 class AutoDocument(Document, type="auto"):

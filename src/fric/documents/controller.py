@@ -1,8 +1,7 @@
 """Files of control blocks: ``fric: controller/1``, ``observer/1`` and ``block/1``."""
 
 from collections.abc import Mapping
-from math import log10
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, GetJsonSchemaHandler, model_validator
 
@@ -10,24 +9,8 @@ from fric.control import block_type, blocks
 from fric.control.cascade import Cascade
 from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import Q_FILTERS, QFilter
-from fric.documents.base import (
-    AxisDocument,
-    FilePart,
-    OfAxis,
-    Part,
-    Physical,
-    Quantity,
-    in_units,
-    quantities,
-    refused,
-    single,
-)
-from fric.estimate import Estimate
+from fric.documents.base import AxisDocument, FilePart, OfAxis, Part, Physical, Quantity, quantities, refused, single
 from fric.units import Motion, si_unit
-
-if TYPE_CHECKING:
-    from fric.design.blocks import BlockDesign
-    from fric.design.observer import ObserverDesign
 
 
 class ControllerPart(FilePart[Cascade]):
@@ -117,22 +100,6 @@ class ObserverDocument(AxisDocument, ObserverPart, type="observer"):
     )
 
 
-def observer_parts(design: "ObserverDesign", motion: Motion) -> dict[str, Any]:
-    """Return an observer with its limits, by key of the observer file."""
-    q, robust = design.observer.q, design.robust
-    peak = Estimate(20 * log10(design.peak_sensitivity), "dB")
-    limits = {"robust": _reach(robust.q), "sensitive": {"peak_sensitivity": peak} | _reach(design.sensitive)}
-    if robust.q is not None:
-        limits["robust"] |= {"frequency": Estimate(robust.frequency, "Hz"), "Delta": Estimate(robust.size, "1")}
-    found = ObserverPart.of(design.observer, motion) | {"filter": q.name} | _reach(q, assumed=design.assumed)
-    return found | {"reason": design.reason, "limits": limits}
-
-
-def _reach(q: QFilter | None, *, assumed: bool = False) -> dict[str, Estimate]:
-    """Return cutoff and bandwidth of a filter; nothing without a filter."""
-    return {} if q is None else {n: Estimate(getattr(q, n), "Hz", assumed=assumed) for n in ("cutoff", "bandwidth")}
-
-
 def block_values(name: str, given: Mapping[str, Any], motion: Motion, where: str) -> dict[str, float]:
     """Return the parameters of a control block in SI.
 
@@ -175,31 +142,10 @@ class BlockDocument(OfAxis, type="block"):
         """Return the schema with every block, and its parameters with unit and meaning."""
         schema: dict[str, Any] = handler.resolve_ref_schema(handler(core))
         schema["properties"]["block"]["enum"] = list(blocks())
-        schema["allOf"] = [
-            {
-                "if": {"properties": {"block": {"const": name}}},
-                "then": {
-                    "properties": {
-                        "parameters": {
-                            "properties": {
-                                parameter.name: {
-                                    "description": f"{parameter.doc} [{si_unit(parameter.dimension, 'linear')}]"
-                                }
-                                for parameter in block.parameters
-                            },
-                            "additionalProperties": False,
-                        }
-                    }
-                },
-            }
-            for name, block in blocks().items()
-        ]
+        schema["allOf"] = []
+        for name, block in blocks().items():
+            known = {p.name: {"description": f"{p.doc} [{si_unit(p.dimension, 'linear')}]"} for p in block.parameters}
+            parameters = {"properties": known, "additionalProperties": False}
+            of_block = {"properties": {"block": {"const": name}}}
+            schema["allOf"].append({"if": of_block, "then": {"properties": {"parameters": parameters}}})
         return schema
-
-
-def block_parts(design: "BlockDesign", motion: Motion, cascade: Cascade | None = None) -> dict[str, Any]:
-    """Return a control block, by key of the block file."""
-    block = design.block
-    parameters = in_units(vars(block), {parameter.name: parameter.dimension for parameter in block.parameters}, motion)
-    found = {"block": block.name, "parameters": parameters, "reason": design.reason}
-    return found if cascade is None else found | {"controller": ControllerPart.of(cascade, motion)}

@@ -124,15 +124,19 @@ class ReportDocument(Document, type="report"):
     circles: list[dict[str, Any]] = Field(description="measured circles: file, and diagnosis/1 of each")
 
 
+class StepsPart(Part):
+    """The steps done for an axis, and the records missing for others."""
+
+    done: list[str]
+    missing: list[str]
+
+
 class FleetUnit(Written):
     """The logs of one machine at one date."""
 
     machine: str = of("unit.machine")
     date: str = of("unit.date")
-    axes: dict[str, dict[str, list[str]]] = of(
-        lambda item: {name: {"done": axis.done, "missing": axis.missing} for name, axis in item.axes.items()},
-        "steps done and records missing, by axis",
-    )
+    axes: dict[str, StepsPart] = Field(description="steps done and records missing, by axis")
     notes: list[str] = of("description", "what was guessed, left out, or could not be read")
 
 

@@ -184,15 +184,10 @@ class PlantDocument(AxisDocument, PlantPart, type="plant"):
 
     def lowest(self, record: str) -> float:
         """Return the lowest frequency of a record's response [Hz]; 0 if not known."""
-        responses = (self.fit.responses if self.fit else None) or ()
-        return next(
-            (
-                float(response.lowest.si("frequency", self.motion))
-                for response in responses
-                if response.record == record
-            ),
-            0.0,
-        )
+        for response in (self.fit.responses if self.fit else None) or ():
+            if response.record == record:
+                return float(response.lowest.si("frequency", self.motion))
+        return 0.0
 
     def coulomb(self) -> tuple[FrictionModel, float]:
         """Return the Coulomb friction and the load [N] identified with the plant from a motion.

@@ -88,32 +88,28 @@ def read_tree(path: Path, wanted: str = "YAML") -> Any:
             hint=f"`fric inspect {path}` takes a log, `fric diagnose {path}` a circle or a run.",
         )  # fmt: skip
     regular(path, MOST_BYTES)
-    try:
-        with foreign(path, "Mend it, or make it again."):
+    with foreign(path, "Mend it, or make it again."):
+        try:
             text = path.read_text(encoding="utf-8")
             if _DEEP.search(text):
-                raise FricError(f"nests deeper than {MOST_DEPTH}", where=str(path), hint="Write it flatter.")
+                raise FricError(f"nests deeper than {MOST_DEPTH}", hint="Write it flatter.")
             if max(len(_KEYS.findall(text)), text.count(",")) > MOST_NODES:  # the parser takes 0.1 ms a value
-                raise FricError(f"holds over {MOST_NODES} values", where=str(path), hint="Is it a document of fric?")
+                raise FricError(f"holds over {MOST_NODES} values", hint="Is it a document of fric?")
             if _HALF.search(text):
-                raise FricError("holds half of a character, as \\ud800", where=str(path), hint="Write it in UTF-8.")
+                raise FricError("holds half of a character, as \\ud800", hint="Write it in UTF-8.")
             return _tree(text)
-    except FricError as error:
-        cause = error.__context__
-        if isinstance(cause, UnicodeDecodeError):
-            raise FricError("is no YAML document in UTF-8", where=str(path), hint="Save it as UTF-8.") from None
-        if isinstance(cause, ReusedAnchorWarning):
-            name = str(cause).partition("anchor ")[2].partition("\n")[0]
+        except UnicodeDecodeError:
+            raise FricError("is no YAML document in UTF-8", hint="Save it as UTF-8.") from None
+        except ReusedAnchorWarning as error:
+            name = str(error).partition("anchor ")[2].partition("\n")[0]
             what = f"names two places with one anchor, {printable(name, 40)}"
-            raise FricError(what, where=str(path), hint="Give each its name.") from None
-        if isinstance(cause, YAMLError):
-            mark = getattr(cause, "problem_mark", None)
-            where = f"{path}, line {mark.line + 1}, column {mark.column + 1}" if mark else str(path)
-            what = f"is no YAML: {getattr(cause, 'problem', None) or cause}"
-            raise FricError(
-                what, where=where, hint="Look there, and a line above: at spaces, brackets and quotes."
-            ) from None
-        raise
+            raise FricError(what, hint="Give each its name.") from None
+        except YAMLError as error:
+            mark = getattr(error, "problem_mark", None)
+            where = f"{path}, line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+            what = f"is no YAML: {getattr(error, 'problem', None) or error}"
+            hint = "Look there, and a line above: at spaces, brackets and quotes."
+            raise FricError(what, where=where, hint=hint) from None
 
 
 def dump(tree: Mapping[str, Any]) -> str:

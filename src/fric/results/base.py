@@ -442,18 +442,14 @@ def logs_of(given: Iterable[Any], encoder: Encoder = "motor") -> list[Log]:
 
 def _flat(given: Iterable[Any], depth: int = 3) -> Iterable[Record]:
     for record in given:
+        holds = isinstance(record, Iterable) and getattr(record, "ndim", 1) and not isinstance(record, bytes | dict)
         if isinstance(record, Log | FrequencyResponse | ForceVelocity):
             yield record
         elif isinstance(record, str | Path):
             from fric.io.hdf5 import read_records  # with HDF5, which simulations need not
 
             yield from read_records(Path(record))
-        elif (
-            depth
-            and isinstance(record, Iterable)
-            and getattr(record, "ndim", 1)
-            and not isinstance(record, bytes | dict)
-        ):
+        elif depth and holds:
             yield from _flat(record, depth - 1)  # a list may hold itself
         else:
             raise UnfitError("log files, or records that fric.read returns", record)

@@ -98,9 +98,7 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
             elif held:
                 row += ["", "", "no model"]
             rows.append(row)
-        sense = (
-            "both directions" if len(found.tests) > 1 else "counter-clockwise" if test.direction > 0 else "clockwise"
-        )
+        sense = "both directions" if len(found.tests) > 1 else circle_findings.SENSES[test.direction]
         of = f"circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
         return Table(columns, rows, f"{of}, {sense}, {sum(test.count for test in found.tests)} revolutions")
 
@@ -113,10 +111,8 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
         geometry, names = found.geometry, found.test.names
         parts = list[tuple[str, float, float]]()
         for name, letter in zip(names, "xy", strict=True):
-            peak = max(
-                (glitch for at, glitch in found.glitches.items() if at[1:] == letter),
-                key=lambda glitch: abs(glitch.value),
-            )
+            both = [glitch for at, glitch in found.glitches.items() if at[1:] == letter]
+            peak = max(both, key=lambda glitch: abs(glitch.value))
             parts.append((f"friction of {name}", peak.value, 0.5 * (peak.ci95[1] - peak.ci95[0])))
             parts.append((f"backlash of {name}", *_sized(geometry[f"backlash.{name}"])))
         (first, half), (other, its) = (_sized(geometry[f"scale.{name}"], R) for name in names)
@@ -387,13 +383,10 @@ class LearnResult(Result, schema=circle_findings.LearningDocument, of="found"):
     def report(self) -> list[Piece]:
         """Return the glitch of each round, and of other circles: medians, with the chance of one run."""
         found, test = self.found, self.found.circle
-        rows = [
-            [
-                circle.run.scheme.title,
-                *(chance.text(digits=2) for chance in (*circle.run.glitches, circle.run.chance())),
-            ]
-            for circle in found.rounds
-        ]
+        rows = []
+        for circle in found.rounds:
+            chances = (*circle.run.glitches, circle.run.chance())
+            rows.append([circle.run.scheme.title, *(chance.text(digits=2) for chance in chances)])
         title = f"{found.machine.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}; glitches in µm"
         pieces: list[Piece] = [Table(["round", "+x", "+y", "-x", "-y", "glitch"], rows, title)]
         carried = [

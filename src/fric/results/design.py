@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import inf
+from math import inf, log10
 from typing import Annotated, Any, Literal
 
 from fric.control import ControlBlock, Setting, block_type
@@ -22,18 +22,12 @@ from fric.design.observer import (
     robust_limit,
 )
 from fric.design.observer import design_observer as find_observer
-from fric.documents.controller import (
-    BlockDocument,
-    ControllerDocument,
-    ControllerPart,
-    ObserverDocument,
-    block_parts,
-    observer_parts,
-)
+from fric.documents.base import in_units
+from fric.documents.controller import BlockDocument, ControllerDocument, ControllerPart, ObserverDocument, ObserverPart
 from fric.documents.machine_files import nominal_models
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
-from fric.estimate import elements
+from fric.estimate import Estimate, elements
 from fric.flaws.response import CONTROLLER_BY_DEFAULT, OBSERVER_ASSUMED
 from fric.friction import FrictionModel
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
@@ -239,7 +233,13 @@ class ObserverResult(Design, schema=ObserverDocument, of="content"):
 
     def parts(self) -> dict[str, Any]:
         """Return filter and nominal plant of the observer, and its limits."""
-        return observer_parts(self.design, self.motion)
+        design, q, robust = self.design, self.design.observer.q, self.design.robust
+        peak = Estimate(20 * log10(design.peak_sensitivity), "dB")
+        limits = {"robust": _reach(robust.q), "sensitive": {"peak_sensitivity": peak} | _reach(design.sensitive)}
+        if robust.q is not None:
+            limits["robust"] |= {"frequency": Estimate(robust.frequency, "Hz"), "Delta": Estimate(robust.size, "1")}
+        found = ObserverPart.of(design.observer, self.motion) | {"filter": q.name} | _reach(q, assumed=design.assumed)
+        return found | {"reason": design.reason, "limits": limits}
 
     def report(self) -> list[Piece]:
         """Return Q, its limits, and the margins."""
@@ -265,6 +265,11 @@ class ObserverResult(Design, schema=ObserverDocument, of="content"):
         from fric.figures.loops import q_filter_figure
 
         return q_filter_figure(self.design) if self.view == "q" else self.loops_figure()
+
+
+def _reach(q: QFilter | None, *, assumed: bool = False) -> dict[str, Estimate]:
+    """Return cutoff and bandwidth of a filter; nothing without a filter."""
+    return {} if q is None else {n: Estimate(getattr(q, n), "Hz", assumed=assumed) for n in ("cutoff", "bandwidth")}
 
 
 @verb
@@ -379,12 +384,8 @@ def measured_record(given: Any, name: str | None, of: tuple[str, Motion]) -> Log
             where=where,
             hint="Give the log of the axis that is designed for.",
         )
-    found = [
-        record
-        for record in records
-        if not isinstance(record, ForceVelocity)
-        and (record.name == name if name else record.kind == "frequency-response")
-    ]
+    usable = [record for record in records if not isinstance(record, ForceVelocity)]
+    found = [record for record in usable if (record.name == name if name else record.kind == "frequency-response")]
     if len(found) != 1:
         text = f"{len(found)} records " + (f"of the name '{name}'" if name else "of a frequency response")
         raise FricError(
@@ -420,7 +421,13 @@ class BlockResult(Design, schema=BlockDocument, of="content"):
 
     def parts(self) -> dict[str, Any]:
         """Return the parameters of the block, and the cascade that it was designed with."""
-        return block_parts(self.design, self.motion, None if self.joint is None else self.joint.cascade)
+        block = self.design.block
+        dimensions = {parameter.name: parameter.dimension for parameter in block.parameters}
+        parameters = in_units(vars(block), dimensions, self.motion)
+        found = {"block": block.name, "parameters": parameters, "reason": self.design.reason}
+        if self.joint is not None:
+            found["controller"] = ControllerPart.of(self.joint.cascade, self.motion)
+        return found
 
     def report(self) -> list[Piece]:
         """Return the parameters, the margins, and what the block requires of a controller."""

@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
+from fric.documents.base import known
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.results.base import Advance, in_si, quantity, several, silent
@@ -61,17 +62,16 @@ def experiment(
         subject = replace(subject, encoder=Encoder(in_si(encoder, "small length", motion)))
     if noise is not None:
         subject = replace(subject, force_noise=in_si(noise, "force", motion))
-    settings: dict[str, Any] = {
-        "samples": samples,
-        "speeds": several(speeds, "velocity", motion),
-        "amplitudes": several(amplitudes, "small length", motion),
-        "frequency": quantity(frequency, "frequency"),
-        "step": None if step is None else in_si(step, "small length", motion),
-        "steps": steps,
-        "mean": None if mean is None else in_si(mean, "velocity", motion),
-        "peaks": several(peaks, "velocity", motion),
-    }
-    given = {name: value for name, value in settings.items() if value is not None}
+    given = known(
+        samples=samples,
+        speeds=several(speeds, "velocity", motion),
+        amplitudes=several(amplitudes, "small length", motion),
+        frequency=quantity(frequency, "frequency"),
+        step=None if step is None else in_si(step, "small length", motion),
+        steps=steps,
+        mean=None if mean is None else in_si(mean, "velocity", motion),
+        peaks=several(peaks, "velocity", motion),
+    )
     if (plan is None) == (kind is None):
         raise FricError("an experiment is of a kind or of a plan", hint="Give `kind=`, or `plan=`.")
     if plan is None:

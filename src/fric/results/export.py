@@ -298,13 +298,10 @@ def _drawing(
     if scheme.name not in {run.scheme.name for run in runs if not run.scheme.bare}:
         raise FricError(f"the run is without scheme {scheme.name}", where=str(file),
                         hint=f"Make it by `fric simulate circle --scheme a,{scheme.name}`.")  # fmt: skip
-    candidates = [
-        replace(candidate, drawn=left[candidate.scheme.name].glitches, swings=left[candidate.scheme.name].swings)
-        if left
-        else candidate
-        for candidate in candidates_of(runs, prediction=prediction)
-    ]
-    return made, candidates, prediction
+    found = candidates_of(runs, prediction=prediction)
+    if left:
+        found = [replace(c, drawn=left[c.scheme.name].glitches, swings=left[c.scheme.name].swings) for c in found]
+    return made, found, prediction
 
 
 def one_target(name: str, part: str, *, single: bool) -> Target:

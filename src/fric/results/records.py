@@ -249,11 +249,11 @@ class InspectionResult(Result, schema=InspectionDocument):
 
     def by_row(self) -> dict[str, dict[str, Any]]:
         """Return a row for each record: kind, samples and uses."""
-        uses = {inspection.name: {use.purpose: use.good for use in inspection.uses} for inspection in self.found}
-        return {
-            inspection.name: {"kind": inspection.kind, "stated": inspection.stated} | uses[inspection.name]
-            for inspection in self.found
-        }
+        rows = {}
+        for record in self.found:
+            uses = {use.purpose: use.good for use in record.uses}
+            rows[record.name] = {"kind": record.kind, "stated": record.stated} | uses
+        return rows
 
 
 @verb
