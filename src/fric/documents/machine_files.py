@@ -224,13 +224,13 @@ def _axis(name: str, part: AxisPart) -> Axis:
         nominal_friction = part.feedforward.friction or part.friction
         gain = part.feedforward.values(motion).get("gain", 1.0)
         nominal = _after_its_hold(part.nominal, motion, cascade.sampling) if part.nominal else None
-        G_n = nominal or plant
+        G_n, friction = nominal or plant, true_friction(part.friction)
         return Axis(
             name=name,
             motion=motion,
             plant=plant,
             cascade=cascade,
-            friction=true_friction(part.friction),
+            friction=friction,
             load=part.friction.load(),
             nominal_friction=NominalFriction(
                 nominal_models(nominal_friction), gain, lead_of(part.feedforward.lead) or 0.0
@@ -241,9 +241,7 @@ def _axis(name: str, part: AxisPart) -> Axis:
             force_noise=part.noise.values(motion)["force"] if part.noise else 0.0,
             reality=part.reality.in_si(motion) if part.reality else NONE,
             blocks={key: _block(name, key, given, motion) for key, given in part.blocks.items()},
-            second_mass=part.second_mass.in_si(motion)
-            if part.second_mass
-            else spring_of(part.plant, true_friction(part.friction), motion),
+            second_mass=part.second_mass.in_si(motion) if part.second_mass else spring_of(part.plant, friction, motion),
         )
 
 
@@ -486,13 +484,9 @@ def _nominal_document(file: Path) -> tuple[str, AxisDocument | FrictionDocument 
     tree = read_tree(file)
     kind = str(tree.get("fric", "") if hasattr(tree, "get") else "").partition("/")[0]
     if kind not in NOMINAL_DOCUMENTS:
-        raise FricError(
-            f"is no file that a controller uses: its first line says 'fric: {kind}'"
-            if kind
-            else "is no file of fric's",
-            where=str(file),
-            hint=f"Give one of {', '.join(NOMINAL_DOCUMENTS)}.",
-        )
+        what = f"is no file that a controller uses: its first line says 'fric: {kind}'"
+        hint = f"Give one of {', '.join(NOMINAL_DOCUMENTS)}."
+        raise FricError(what if kind else "is no file of fric's", where=str(file), hint=hint)
     return kind, read_document(file, NOMINAL_DOCUMENTS[kind])
 
 

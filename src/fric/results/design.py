@@ -269,7 +269,8 @@ class ObserverResult(Design, schema=ObserverDocument, of="content"):
 
 def _reach(q: QFilter | None, *, assumed: bool = False) -> dict[str, Estimate]:
     """Return cutoff and bandwidth of a filter; nothing without a filter."""
-    return {} if q is None else {n: Estimate(getattr(q, n), "Hz", assumed=assumed) for n in ("cutoff", "bandwidth")}
+    names = () if q is None else ("cutoff", "bandwidth")
+    return {name: Estimate(getattr(q, name), "Hz", assumed=assumed) for name in names}
 
 
 @verb

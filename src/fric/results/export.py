@@ -300,7 +300,8 @@ def _drawing(
                         hint=f"Make it by `fric simulate circle --scheme a,{scheme.name}`.")  # fmt: skip
     found = candidates_of(runs, prediction=prediction)
     if left:
-        found = [replace(c, drawn=left[c.scheme.name].glitches, swings=left[c.scheme.name].swings) for c in found]
+        both = ((candidate, left[candidate.scheme.name]) for candidate in found)
+        found = [replace(candidate, drawn=drawn.glitches, swings=drawn.swings) for candidate, drawn in both]
     return made, found, prediction
 
 

@@ -6,7 +6,7 @@ After a first identification: the further record that would narrow the predicted
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -92,14 +92,10 @@ class PlanResult(Result, tree=plan_tree):
 
     def files(self) -> dict[str, dict[str, str]]:
         """Return the programs of each dialect by folder and file name."""
-        return {
-            name: {
-                file: text
-                for move in self.moves
-                for file, text in (dialect.arc(move) if isinstance(move, Arc) else dialect.move(move)).items()
-            }
-            for name, dialect in DIALECTS.items()
-        }
+        found = {name: dict[str, str]() for name in DIALECTS}
+        for move, (name, dialect) in product(self.moves, DIALECTS.items()):
+            found[name] |= dialect.arc(move) if isinstance(move, Arc) else dialect.move(move)
+        return found
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write a folder: plan.yaml, and a folder of programs for each dialect."""
