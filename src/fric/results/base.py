@@ -442,7 +442,7 @@ def logs_of(given: Iterable[Any], encoder: Encoder = "motor") -> list[Log]:
 
 def _flat(given: Iterable[Any], depth: int = 3) -> Iterable[Record]:
     for record in given:
-        holds = isinstance(record, Iterable) and getattr(record, "ndim", 1) and not isinstance(record, bytes | dict)
+        holds = isinstance(record, Iterable) and getattr(record, "ndim", True) and not isinstance(record, bytes | dict)
         if isinstance(record, Log | FrequencyResponse | ForceVelocity):
             yield record
         elif isinstance(record, str | Path):
