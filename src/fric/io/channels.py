@@ -5,6 +5,7 @@ import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatch
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -67,10 +68,16 @@ class ColumnPlan:
 
     motion: Motion
     origins: dict[str, Origin]
-    wanted: tuple[int, ...]  # Columns that are read
-    names: tuple[str, ...]  # Names of all the columns of the table
-    form: Form  # What the table holds
-    stated: frozenset[str]  # Channels whose sign the mapping states
+    names: tuple[str, ...] = ()  # Names of all the columns of the table
+    form: Form = "time"  # What the table holds
+    stated: frozenset[str] = frozenset()  # Channels whose sign the mapping states
+
+    @cached_property
+    def wanted(self) -> tuple[int, ...]:
+        """Columns that are read; the position precedes what is resampled to its clock."""
+        known = {name: n for n, name in enumerate(ORDER[self.form])}
+        ranked = (self.origins[name].column for name in sorted(self.origins, key=lambda name: known.get(name, 0)))
+        return tuple(dict.fromkeys(column for column in ranked if column is not None))
 
     def convert(self, columns: list[Real], rows: NDArray[np.int64]) -> dict[str, Real]:
         """Return the channels in SI from the wanted columns; a time that was not logged counts the rows."""
@@ -163,14 +170,11 @@ def plan(
             raise FricError(f"no column is {name}", where=where, hint=_hint(table, name, origins))
     if form == "time" and not ({"position", "velocity"} & origins.keys() or (part and len(origins) > 1)):
         raise FricError("no column is position or velocity", where=where, hint=_hint(table, "position"))
-    known = ORDER[form]  # the position precedes what is resampled to its clock
-    ranked = (origins[name].column for name in sorted(origins, key=known.index))
-    wanted = tuple(dict.fromkeys(column for column in ranked if column is not None))
-    if not wanted:
-        raise FricError("no channel is read from a column", where=where, hint="Name the column of one at least.")
-    names = tuple(column.name for column in table.columns)
     stated = frozenset(name for name, channel in channels.items() if channel.sign is not None)
-    return ColumnPlan(chosen, origins, wanted, names, form, stated)
+    found = ColumnPlan(chosen, origins, tuple(column.name for column in table.columns), form, stated)
+    if not found.wanted:
+        raise FricError("no channel is read from a column", where=where, hint="Name the column of one at least.")
+    return found
 
 
 def _form(channels: Mapping[str, ColumnMapping], kind: Kind | None) -> Form:

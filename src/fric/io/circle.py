@@ -25,7 +25,7 @@ from fric.control.scheme import Scheme
 from fric.documents.base import run_provenance
 from fric.documents.contours import MonteCarloPart, prediction_of, prediction_tree
 from fric.errors import FricError, clean, found_in
-from fric.input import TAKEN, foreign, other_kind
+from fric.input import foreign
 from fric.io.readers import tables
 from fric.io.safe_hdf5 import check_type, column, open_file, staged_hdf5, text, write_column
 from fric.notice import Notice
@@ -329,13 +329,9 @@ def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
             with foreign(path, "Make it again with `fric ingest --kind circle`.", lacking=True):
                 groups = [file, *(file[f"tests/{name}"] for name in sorted(file.get("tests", ()), key=int))]
                 return [_read(group, str(path)) for group in groups]
-    if found != RUN and found.partition("/")[0] in TAKEN:
-        raise other_kind(path, found, FORMAT)
-    if found != RUN:
-        raise FricError(
-            f"holds {found}, not {FORMAT} or {RUN}", where=str(path),
-            hint="Read the trace with `fric ingest --kind circle`, or give a file of `fric simulate circle -o`.",
-        )  # fmt: skip
+        hint = "Read the trace with `fric ingest --kind circle`, or give a file of `fric simulate circle -o`."
+        if found != RUN:
+            check_type(file, path, f"{FORMAT} or {RUN}", hint)
     if not (runs := [run for run in read_runs(path) if isinstance(run, CircleRun)]):
         raise FricError("holds no circle", where=str(path), hint="Give a file of `fric simulate circle -o`.")
     if not (chosen := [run for run in runs if scheme in (None, run.scheme.name)]):

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fric.arrays import Mask, Real
-from fric.columns import CHANNELS, FORCE_VELOCITY, KINDS, Kind
+from fric.columns import FORCE_VELOCITY, KINDS, Kind
 from fric.documents.listings import IngestedPart
 from fric.documents.mapping import FileMapping, MappingDocument, filled
 from fric.errors import FricError
@@ -248,24 +248,23 @@ def joined(files: Sequence[tuple[ForeignTable, ColumnPlan]]) -> tuple[Joined, Co
     origins = {"time": Origin(0, 1.0)}
     names, holders, stated = ["time"], dict[str, str](), frozenset[str]()
     for table, of_file in files:
-        columns_here = {name: origin for name, origin in of_file.origins.items() if name != "time"}
-        time = of_file.origins["time"].column
-        if time is None or any(origin.column is None for origin in columns_here.values()):
+        held = {name: origin.column for name, origin in of_file.origins.items() if origin.column is not None}
+        if held.keys() < of_file.origins.keys():
             raise FricError(
                 "has no column of time, and files are joined by their times", where=str(table.path),
                 hint="Write the time into the file, or join files that have it.",
             )  # fmt: skip
-        columns = tuple(dict.fromkeys(origin.column for origin in columns_here.values() if origin.column is not None))
+        time = held.pop("time")
+        columns = tuple(dict.fromkeys(held.values()))
         parts.append(SharedClock(table, time, columns, of_file.origins["time"].factor, table.path.stem))
-        for name, origin in columns_here.items():
+        for name, column in held.items():
             if name in holders:
                 raise FricError(
                     f"{name} is in {holders[name]} and in {table.path.name}", where="`join=True`",
                     hint=f"Say in a mapping which is meant, as in `{name}: {{column: …, file: \"NAME*\"}}`.",
                 )  # fmt: skip
             holders[name] = table.path.name
-            assert origin.column is not None
-            origins[name] = replace(origin, column=len(names) + columns.index(origin.column))
+            origins[name] = replace(of_file.origins[name], column=len(names) + columns.index(column))
         names += [f"{table.path.name}: {table.columns[column].name}" for column in columns]
         stated |= of_file.stated
     if not {"position", "velocity"} & origins.keys():
@@ -273,11 +272,9 @@ def joined(files: Sequence[tuple[ForeignTable, ColumnPlan]]) -> tuple[Joined, Co
             "no file holds position or velocity", where=", ".join(str(table.path) for table, _ in files),
             hint="Name the columns so, or map them.",
         )  # fmt: skip
-    ranked = [origins[name].column for name in CHANNELS if name in origins]
-    wanted = tuple(dict.fromkeys(column for column in ranked if column is not None))
-    first = files[0][0]
+    first, plan_of_first = files[0]
     table = Joined(first.path, parts, first.constants, first.said)
-    return table, ColumnPlan(files[0][1].motion, origins, wanted, tuple(names), "time", stated)
+    return table, ColumnPlan(plan_of_first.motion, origins, tuple(names), stated=stated)
 
 
 KIND_OF_FORM: dict[Form, Kind] = {"response": "frequency-response", "means": FORCE_VELOCITY}

@@ -78,9 +78,7 @@ def circle_plan(
             )  # fmt: skip
         if not any(name.endswith(".reference") for name in origins):
             warnings.append(NO_REFERENCE.found(where))
-    wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
-    stated = frozenset(name for name, channel in channels.items() if channel.sign is not None)
-    return ColumnPlan(motion, origins, wanted, tuple(column.name for column in table.columns), "time", stated), warnings
+    return ColumnPlan(motion, origins), warnings
 
 
 def _motion_of(table: ForeignTable, channels: Mapping[str, ColumnMapping], fields: Mapping[str, str]) -> Motion:
@@ -129,8 +127,7 @@ def _axis_of(column: Column) -> tuple[str, str]:
 
 def _by_content(table: ForeignTable, sampling: float | None) -> tuple[ColumnPlan, list[Notice]]:
     """Return the columns of LinuxCNC's sampler text: a running number, then pairs of axes in mm, without a header."""
-    names = tuple(column.name for column in table.columns)
-    first = next(iter(table.read(range(len(names)))))
+    first = next(table.read(range(len(table.columns))))
     count = np.diff(first.columns[0])
     numbered = len(count) > 0 and bool(np.all(count == np.round(count))) and bool(np.median(count) == 1.0)
     if sampling is None:
@@ -141,7 +138,7 @@ def _by_content(table: ForeignTable, sampling: float | None) -> tuple[ColumnPlan
     first_column = 1 if numbered else 0
     radii = {
         n: radius
-        for n in range(first_column, len(names) - 1, 2)
+        for n in range(first_column, len(table.columns) - 1, 2)
         if (radius := _is_circle(first.columns[n], first.columns[n + 1]))
     }
     pairs = [(n, n + 1) for n, radius in radii.items() if abs(radius / next(iter(radii.values())) - 1) < 0.01]
@@ -156,12 +153,11 @@ def _by_content(table: ForeignTable, sampling: float | None) -> tuple[ColumnPlan
         if reference is not None:
             origins[f"{axis}.reference"] = Origin(reference[k], 1e-3)
         origins[f"{axis}.position"] = Origin(position[k], 1e-3)
-    wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
     of_reference = " and ".join(map(str, reference)) if reference else ""
     notice = COLUMNS_BY_CONTENT.found(
         str(table.path), reference=of_reference, position=" and ".join(map(str, position))
     )
-    return ColumnPlan("linear", origins, wanted, names, "time", frozenset()), [notice]
+    return ColumnPlan("linear", origins), [notice]
 
 
 def _is_circle(x: Real, y: Real) -> float:

@@ -7,6 +7,8 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
+from io import FileIO
 from pathlib import Path
 from shlex import join
 from typing import IO, Any
@@ -20,62 +22,43 @@ from fric.input import TAKEN, foreign, other_kind, refuse_declared, regular
 from fric.output import refuse_ending, staged
 
 
-class Unfailing:
+class Unfailing(FileIO):
     """A file for HDF5's ``fileobj`` driver that keeps errors until `check` raises them.
 
     HDF5 does not survive a write that fails: it repeats the write when the file is closed, and the process ends in a
     segmentation fault. So a failed write is noted and later writes are skipped; the file is lost, and `check` raises
     the reason.
-
-    file: Open for reading and writing, in bytes, without a buffer.
     """
 
-    def __init__(self, file: IO[bytes]) -> None:
-        self._file = file
-        self._failed: BaseException | None = None
+    _failed: BaseException | None = None
 
     def check(self) -> None:
         """Raise the error that a write has met, if any."""
         if self._failed is not None:
             raise self._failed
 
-    def write(self, data: memoryview) -> int:
+    def write(self, data: Any) -> int:
         """Write all of the bytes, or note why not."""
+        put = super().write
 
         def whole() -> int:
             rest = memoryview(data).cast("B")
             while len(rest):
-                rest = rest[self._file.write(rest) :]
+                rest = rest[put(rest) :]
             return len(data)
 
         return self._kept(whole, len(data))
 
     def truncate(self, size: int | None = None) -> int:
         """Set the length of the file."""
-        return self._kept(lambda: self._file.truncate(size), size or 0)
+        return self._kept(partial(super().truncate, size), size or 0)
 
-    def flush(self) -> None:
-        """Nothing is buffered here."""
-
-    def readinto(self, buffer: memoryview) -> int:
+    def readinto(self, buffer: Any) -> int:
         """Read; what was never written reads as zeros."""
         view = memoryview(buffer).cast("B")
-        found = self._file.read(len(view))
-        view[: len(found)] = found
-        view[len(found) :] = bytes(len(view) - len(found))
+        found = super().readinto(view)
+        view[found:] = bytes(len(view) - found)
         return len(view)
-
-    def read(self, size: int = -1) -> bytes:
-        """Read; h5py knows a file by having this."""
-        return self._file.read(size)
-
-    def seek(self, offset: int, whence: int = 0) -> int:
-        """Move."""
-        return self._file.seek(offset, whence)
-
-    def tell(self) -> int:
-        """Return the position in the file."""
-        return self._file.tell()
 
     def _kept(self, act: Callable[[], int], otherwise: int) -> int:
         if self._failed is None:
@@ -126,8 +109,7 @@ def staged_hdf5(
     with staged(path, force=force or add) as draft:
         if add:
             shutil.copyfile(path, draft)
-        with draft.open("r+b", buffering=0) as raw:
-            kept = Unfailing(raw)
+        with Unfailing(draft, "r+") as kept:
             with _interrupts_held() as let_through, h5py.File(kept, "r+" if add else "w") as file:
 
                 def check() -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 from fric.documents.mapping import Layout
 from fric.errors import FricError, printable
 from fric.estimate import Estimate
-from fric.io.readers.base import ForeignTable, Format, read_xml
+from fric.io.readers.base import ForeignTable, Format, number, read_xml
 
 FORMAT = Format("Renishaw ball bar", (".b5r",))
 MOST_BYTES = 64 << 20  # Bytes of a file that are read at most
@@ -48,10 +48,7 @@ def figures(path: Path) -> tuple[tuple[str, str], dict[str, Estimate]]:
     found = dict[str, Estimate]()
     for element in root.iter("FEATURE"):
         name, known = element.get("NAME", "").lower().removeprefix("af_"), UNITS.get(element.get("DT", ""))
-        try:
-            value = float((element.text or "").strip().replace(",", "."))
-        except ValueError:
-            continue
+        value = number((element.text or "").strip().replace(",", "."))
         if known and name and isfinite(value):
             if abs(value * known[0]) > 1.0:
                 what = f"{printable(name)} is {value * known[0]:g} {known[1]}, which no circle shows"

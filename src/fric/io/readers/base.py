@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
+from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser, parse
@@ -266,6 +267,14 @@ def named(header: str) -> Column:
         return Column(text, text.rpartition("_")[2] if _SUFFIX.fullmatch(text) else None)
     unit = re.sub(r"^in\s+(?=\S)", "", found["square"] if found["square"] is not None else found["round"])
     return Column(text if found["square"] is None and not is_unit(unit) else found["name"], unit.strip() or None)
+
+
+def number(value: Any) -> float:
+    """Return a number, also one in a text; else NaN."""
+    try:
+        return float(value) if isinstance(value, int | float | str) else nan
+    except (ValueError, OverflowError):
+        return nan
 
 
 def plain_name(name: str) -> str:

@@ -13,10 +13,11 @@ import numpy as np
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.input import regular
-from fric.io.readers.base import Column, ForeignTable, Format, Memory
+from fric.io.readers.base import Column, ForeignTable, Format, Memory, number
 
 FORMAT = Format("LinuxCNC halscope", (".log", ".txt", ".csv"))
 MOST_BYTES = 256 << 20  # Bytes of a record that are read at most: halscope itself holds 64,000 samples
+_BITS = {"TRUE": "1", "FALSE": "0"}
 _PERIOD = re.compile(rb"\s*Sampling period is (\d+)\s*nSec")
 
 
@@ -39,7 +40,7 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
         if row[0::2] != names or len(row) != 2 * len(names):
             raise FricError("does not name the pins of the first sample", where=f"{path}, line {n}",
                             hint="Save the record again.")  # fmt: skip
-        samples.append([_number(cell) for cell in row[1::2]])
+        samples.append([number(_BITS.get(cell, cell).replace(",", ".")) for cell in row[1::2]])
     values = np.array(samples)
     if len(values) > 1 and not values[-1].any() and values[-2].any():
         values = values[:-1]
@@ -47,11 +48,3 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     distinct = [f"{name} ({count + 1})" if count else name for name, count in zip(names, before, strict=True)]
     columns = (Column("time", "s"), *map(Column, distinct))
     yield Memory(path, columns, [*np.vstack([np.arange(len(values)) * period, values.T])])
-
-
-def _number(cell: str) -> float:
-    """Return a number, NaN where it is none; a pin of bits is TRUE or FALSE."""
-    try:
-        return float({"TRUE": "1", "FALSE": "0"}.get(cell, cell).replace(",", "."))
-    except ValueError:
-        return float("nan")

@@ -82,8 +82,9 @@ class Joined(ForeignTable):
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
         """Read the parts beside each other, block by block of the clock."""
-        used = list(dict.fromkeys(self._places[n - 1][0] for n in wanted if n)) or [0]
-        streams = {n: _Stream(self._parts[n], self._asked(n, wanted)) for n in used}
+        asked = list(dict.fromkeys(self._places[n - 1] for n in wanted if n))
+        used = list(dict.fromkeys(n for n, _ in asked)) or [0]
+        streams = {n: _Stream(self._parts[n], [place for place in asked if place[0] == n]) for n in used}
         try:
             yield from self._beside(streams, wanted)
         finally:
@@ -146,10 +147,6 @@ class Joined(ForeignTable):
                 intervals[n] = stream.interval
         fast = [interval <= SLOWEST * min(intervals) for interval in intervals]
         return [0, *(k for k, (n, _) in enumerate(self._places, 1) if fast[n])]
-
-    def _asked(self, part: int, wanted: Sequence[int]) -> list[tuple[int, int]]:
-        """Return the requested channels of a part."""
-        return list(dict.fromkeys(self._places[n - 1] for n in wanted if n and self._places[n - 1][0] == part))
 
 
 class _Stream:

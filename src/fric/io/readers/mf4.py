@@ -15,7 +15,6 @@ from fric.errors import FricError
 from fric.input import refuse_declared
 from fric.io.readers.base import BLOCK, Column, ForeignTable, Format, RowBlock, heard, library, numbers
 from fric.io.readers.joined import Joined, SharedClock
-from fric.notice import Notice
 
 FORMAT = Format("MDF 4", (".mf4",), "asammdf", "mf4")
 NUMBERS = range(6)  # Data types of MDF 4 that are numbers: integers and floats, of either byte order
@@ -42,7 +41,10 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
                     if 8 * channel.byte_offset + channel.bit_offset + channel.bit_count > 8 * size.samples_byte_nr:
                         what = f"is damaged: channel '{channel.name}' begins beyond its records"
                         raise FricError(what, hint="Export it again.")
-            yield _table(path, measurement, notices)
+            parts = [part for n in range(len(sizes)) if (part := _part(path, measurement, n)) is not None]
+            if not parts:
+                raise FricError("holds no channel of numbers over time", hint="Export it again.")
+            yield Joined(path, parts, {"start": str(measurement.start_time)}, notices=notices)
 
 
 def _opened(asammdf: Any, source: Any) -> Any:
@@ -60,13 +62,6 @@ def _opened(asammdf: Any, source: Any) -> Any:
         finally:
             sys.unraisablehook = hook
         raise
-
-
-def _table(path: Path, measurement: Any, notices: list[Notice]) -> ForeignTable:
-    parts = [part for n in range(len(measurement.groups)) if (part := _part(path, measurement, n)) is not None]
-    if not parts:
-        raise FricError("holds no channel of numbers over time", hint="Export it again.")
-    return Joined(path, parts, {"start": str(measurement.start_time)}, notices=notices)
 
 
 def _part(path: Path, measurement: Any, number: int) -> SharedClock | None:

@@ -18,7 +18,7 @@ from fric.arrays import Complex, Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.flaws.files import RESPONSE_OF_LOOP
-from fric.io.readers.base import Column, ForeignTable, Format, Memory, read_xml
+from fric.io.readers.base import Column, ForeignTable, Format, Memory, number, read_xml
 from fric.units import Motion
 
 if TYPE_CHECKING:
@@ -187,8 +187,5 @@ def _text(holder: Element, name: str) -> str:
 
 def _number(holder: Element, name: str) -> float:
     """Return a value by its name, 0 where there is none."""
-    try:
-        found = float(_text(holder, name) or 0.0)
-    except ValueError:
-        return 0.0
+    found = number(_text(holder, name))
     return found if abs(found) < 1e12 else 0.0

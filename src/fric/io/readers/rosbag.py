@@ -99,7 +99,7 @@ class _Topic(ForeignTable):
         if first is None:
             raise FricError(f"{self.name} has no messages", hint="Record the bag again.")
         self._stamped = hasattr(getattr(first, "header", None), "stamp")
-        self._taken = dict(_numbers(first, ""))
+        self._taken = dict(_numbers(first))
         super().__init__(path, [Column("time", "s"), *(Column(self.name + key) for key in self._taken)])
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
@@ -127,30 +127,30 @@ class _Topic(ForeignTable):
         return stamp.sec + stamp.nanosec * 1e-9 if stamp and (stamp.sec or stamp.nanosec) else at * 1e-9
 
 
-def _numbers(message: Any, name: str, depth: int = 0) -> Iterator[tuple[str, Taken]]:
-    """Yield each number of a message: its name, and a function that reads it from another message of the type."""
+def _numbers(message: Any, name: str = "", depth: int = 0) -> Iterator[tuple[str, Taken]]:
+    """Yield each number of a message: its name, and a function that reads it from another message of the type.
+
+    name, depth: Of a message in another: its dotted name, which begins with a dot, and how deep it is.
+    """
     joints = getattr(message, "name", None)
     for field in getattr(message, "__dataclass_fields__", {}):
         value = getattr(message, field)
         if field.startswith("__") or field in ("header", "layout"):
             continue
+        inner = f"{name}.{field}"
+        take = attrgetter(inner[1:])
         if isinstance(value, bool | int | float | np.generic):
-            yield f"{name}.{field}", attrgetter(field)
+            yield inner, take
         elif isinstance(value, np.ndarray | list) and len(value) <= MOST_ELEMENTS:
             labels = joints if isinstance(joints, list) and len(joints) == len(value) else range(len(value))
             for n, (label, element) in enumerate(zip(labels, value, strict=True)):
                 if isinstance(element, int | float | np.generic):
-                    yield f"{name}.{field}[{label}]", partial(_element, attrgetter(field), n)
+                    yield f"{inner}[{label}]", partial(_element, take, n)
         elif depth < DEEP:
-            for inner, take in _numbers(value, f"{name}.{field}", depth + 1):
-                yield inner, partial(_inside, attrgetter(field), take)
+            yield from _numbers(value, inner, depth + 1)
 
 
 def _element(field: Taken, n: int, message: Any) -> float:
     """Return an element; no number where a message holds fewer."""
     values: Any = field(message)
     return float(values[n]) if n < len(values) else np.nan
-
-
-def _inside(field: Taken, take: Taken, message: Any) -> float:
-    return take(field(message))

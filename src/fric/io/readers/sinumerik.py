@@ -22,7 +22,7 @@ from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.flaws.files import SAMPLES_WITHOUT_VALUE
 from fric.input import regular
-from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, Format, Memory
+from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, Format, Memory, number
 from fric.io.readers.joined import Joined, SharedClock
 from fric.series import CLOSEST, LARGEST
 
@@ -219,8 +219,5 @@ class _Trace:
 
 def _number(text: str | None) -> float:
     """Return a number that an attribute holds, 0 where it holds none."""
-    try:
-        found = float(text or 0.0)
-    except ValueError:
-        return 0.0
+    found = number(text)
     return found if CLOSEST <= found <= LARGEST["time"] else 0.0

@@ -18,7 +18,7 @@ from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.input import reading
-from fric.io.readers.base import ForeignTable, Format, numbers, read_xml
+from fric.io.readers.base import ForeignTable, Format, number, numbers, read_xml
 from fric.io.readers.matlab import tables_of
 
 FORMAT = Format("JSON, XML, name=value", (".json", ".jsonl", ".ndjson", ".xml"))
@@ -102,12 +102,12 @@ def _columns(value: Any, depth: int = 0) -> Any:
         return value if isinstance(value, str | int | float) else None
     if isinstance(value[0], Mapping):
         flat = [dict(_leaves(item)) for item in value if isinstance(item, Mapping)]
-        if len(flat) >= LEAST and any(_number(item) == _number(item) for item in flat[0].values()):
+        if len(flat) >= LEAST and any(number(item) == number(item) for item in flat[0].values()):
             names = dict.fromkeys(name for item in (flat[0], flat[-1]) for name in item)
             return {name: _column([item.get(name) for item in flat]) for name in names}
     if isinstance(value[0], list | Mapping):
         if len({len(row) if isinstance(row, list) else -1 for row in value}) == 1 and len(value) >= LEAST:
-            rows = np.array([[_number(cell) for cell in row] for row in value])
+            rows = np.array([[number(cell) for cell in row] for row in value])
             return rows if np.isfinite(rows).any() else None
         return [_columns(part, depth + 1) for part in value]
     found = _column(value)
@@ -116,7 +116,7 @@ def _columns(value: Any, depth: int = 0) -> Any:
 
 def _column(values: Sequence[Any]) -> Real:
     """Return numbers, of dates in seconds."""
-    found = np.array([_number(item) for item in values])
+    found = np.array([number(item) for item in values])
     if not np.isfinite(found).any() and all(isinstance(item, str) for item in values):
         with suppress(ValueError):
             found = numbers(np.array([item.strip().removesuffix("Z") for item in values], "datetime64[ns]"))
@@ -134,20 +134,12 @@ def _leaves(record: Mapping[str, Any], before: str = "", depth: int = 0) -> Iter
             yield f"{before}{name}", value
 
 
-def _number(value: Any) -> float:
-    """Return a number, also one in a text; else NaN."""
-    try:
-        return float(value) if isinstance(value, int | float | str) else np.nan
-    except (ValueError, OverflowError):
-        return np.nan
-
-
 def _of_xml(root: Element) -> Mapping[str, Any]:
     """Return the records of the element that is repeated most, by what holds them; else elements with many numbers."""
     lists = {}
     for n, element in enumerate(root.iter()):
         cells = re.split(r"[\s,;]+", (element.text or "").strip())
-        if len(cells) >= LEAST and np.isfinite(values := np.array([_number(text) for text in cells])).all():
+        if len(cells) >= LEAST and np.isfinite(values := np.array([number(text) for text in cells])).all():
             name, unit = element.get("name") or element.tag, element.get("unit")
             name = f"{name} {n}" if name in lists else name
             lists[f"{name} [{unit}]" if unit else name] = values

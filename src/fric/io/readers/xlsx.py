@@ -5,9 +5,10 @@ from contextlib import contextmanager
 from datetime import UTC, datetime
 from functools import partial
 from importlib import import_module
+from io import RawIOBase
 from itertools import islice, repeat
 from pathlib import Path
-from typing import IO, Any, Self
+from typing import IO, Any
 from zipfile import BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
@@ -93,7 +94,7 @@ def _without_sizes() -> Iterator[None]:
         kind._get_size = asks
 
 
-class _Rows:
+class _Rows(RawIOBase):
     """A sheet as the library reads it, which ends where a row is longer than any: a row is held as a whole."""
 
     def __init__(self, opened: Callable[[], IO[bytes]], path: Path) -> None:
@@ -111,12 +112,7 @@ class _Rows:
     def close(self) -> None:
         """Close it."""
         self._source.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
+        super().close()
 
 
 class _Sheet(ForeignTable):
