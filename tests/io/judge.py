@@ -6,9 +6,14 @@ from pathlib import Path
 import numpy as np
 
 from fric.io.readers import tables
-from fric.io.roles import SURE, axes_of
+from fric.io.roles import SURE, AxisColumns, Role, axes_of
 from fric.units import converts, factor
 from tests.io.foreign import foreign, write
+
+
+def open_roles(axis: AxisColumns) -> list[Role]:
+    """Return the roles of which the column or the unit is not sure."""
+    return [role for role in axis.roles.values() if min(role.likelihood, role.unit_likelihood) < SURE]
 
 
 def judged(seed: int, folder: Path) -> list[tuple[str, str]]:

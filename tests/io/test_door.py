@@ -22,6 +22,7 @@ from fric.io.readers import tables
 from fric.io.readers.base import Column
 from fric.io.roles import SURE
 from fric.io.words import spoken
+from tests.io.judge import open_roles
 from tests.io.test_roles import axis_of_a_drive, told
 
 
@@ -154,7 +155,7 @@ def test_comments_number_columns_in_several_ways(tmp_path: Path, numbers: str) -
     said = ["time [s]", "joint angle [rad]", "motor current [A]"]
     header = "\n".join(numbers.format(n, name) for n, name in enumerate(said, 1))
     (axis,) = told(rows(tmp_path / "log.txt", header, a["t"], a["position"], a["current"]))
-    assert axis.open == []
+    assert open_roles(axis) == []
 
 
 def test_a_supply_that_its_unit_alone_shows_is_no_input(tmp_path: Path) -> None:
@@ -353,7 +354,7 @@ def test_units_are_written_out_in_names(tmp_path: Path) -> None:
     assert {channel: (role.column, role.unit) for channel, role in axis.roles.items()} == {
         "time": (0, "ms"), "position": (4, "m"), "velocity": (3, "m/s"), "force": (5, "A"),
     }  # fmt: skip
-    assert "force" not in {open_role.channel for open_role in axis.open}
+    assert "force" not in {open_role.channel for open_role in open_roles(axis)}
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ from fric.io.readers.base import Column, named
 from fric.io.roles import SURE, AxisColumns, axes_of
 from fric.io.words import spoken, usual_units
 from fric.units import parse
+from tests.io.judge import open_roles
 from tests.io.test_roles import axis_of_a_drive, told, write
 
 
@@ -322,7 +323,7 @@ def test_a_column_named_rpm_is_in_rpm(tmp_path: Path) -> None:
     (axis,) = told(write(tmp_path / "log.csv", "Time(ms);Encoder;RPM;Current(mA)", 1e3 * a["t"], counts,
                          a["velocity"] * 9.5493, 1e3 * a["current"]))  # fmt: skip
     assert axis.motion == "rotary/A"
-    assert not axis.open
+    assert not open_roles(axis)
 
 
 def test_a_question_about_a_position_in_counts_takes_the_counts_of_a_turn(tmp_path: Path) -> None:
@@ -395,7 +396,7 @@ def test_a_measurement_of_labview_without_its_time_has_its_period(tmp_path: Path
     assert [*table.columns][1:] == [Column("Position", "mm"), Column("Force", "N")]
     (axis,) = axes_of([table])
     assert channels(axis) == {"time": None, "position": 1, "force": 2}
-    assert (axis.roles["time"].unit, axis.open) == ("0.0005 s", [])
+    assert (axis.roles["time"].unit, open_roles(axis)) == ("0.0005 s", [])
 
 
 def test_a_sheet_of_notes_hides_no_sheet_of_numbers(tmp_path: Path) -> None:

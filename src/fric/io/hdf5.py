@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
 from functools import cached_property
+from itertools import chain, count
 from pathlib import Path
 from typing import Any, cast, get_args
 
@@ -152,10 +153,8 @@ class LogWriter:
         """Start a record; a name that is taken gets a number."""
         # to HDF5 '20 mm/s' is a group in a group, and '.' the group that holds it
         name = printable(name.replace("/", "\N{DIVISION SLASH}"), MOST_NAME).strip(" .") or "record"
-        unique, n = name, 1
-        while unique in self._records:
-            n += 1
-            unique = f"{name}-{n}"
+        names = chain([name], (f"{name}-{n}" for n in count(2)))
+        unique = next(name for name in names if name not in self._records)
         group = self._records.create_group(unique)
         group.attrs.update(_whole(attributes))
         prefix = f"{FORCE_VELOCITY}." if attributes.get("kind") == FORCE_VELOCITY else ""
@@ -163,9 +162,9 @@ class LogWriter:
 
     def write(self, log: Record) -> None:
         """Append one whole record."""
-        dropped = log.dropped or None if isinstance(log, Log) else None
-        labels = "\n".join(log.labels) or None if isinstance(log, Log) else None
-        about = {"source": log.source, "sha256": log.sha256, "dropped": dropped, "labels": labels}
+        about: dict[str, Any] = {"source": log.source, "sha256": log.sha256}
+        if isinstance(log, Log):
+            about |= {"dropped": log.dropped or None, "labels": "\n".join(log.labels) or None}
         record = self.create(log.name, kind=log.kind, **about)
         record.extend(log.channels() if isinstance(log, Log) else log.columns())
         record.close()

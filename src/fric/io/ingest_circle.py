@@ -13,7 +13,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.circles.measured import AxisTrace, Instrument, MeasuredCircle
-from fric.circles.revolutions import FoundCircle, find_circles, fit_circle, rounded
+from fric.circles.revolutions import find_circles, fit_circle, rounded
 from fric.columns import BALL_BAR, CIRCLE
 from fric.documents.base import provenance
 from fric.documents.mapping import ColumnMapping, MappingDocument, filled
@@ -306,18 +306,12 @@ def _tests(
             )
             for name in names
         }
-        yield _named(circle, axes, stated, source, digest, n, by == "reference")
-
-
-def _named(
-    circle: FoundCircle, axes: dict[str, AxisTrace], stated: StatedCircle, source: str, digest: str, n: int, exact: bool
-) -> MeasuredCircle:
-    radius = stated.radius or rounded(circle.radius, 1e-5 if exact else 2e-3)
-    feed = stated.feed or rounded(circle.feed)
-    return MeasuredCircle(
-        radius, feed, stated.direction or circle.direction, axes, instrument=stated.instrument, scheme=stated.scheme,
-        name=f"{Path(source).stem}-{n}", source=source, sha256=digest,
-    )  # fmt: skip
+        radius = stated.radius or rounded(circle.radius, 1e-5 if by == "reference" else 2e-3)
+        yield MeasuredCircle(
+            radius, stated.feed or rounded(circle.feed), stated.direction or circle.direction, axes,
+            instrument=stated.instrument, scheme=stated.scheme, name=f"{Path(source).stem}-{n}", source=source,
+            sha256=digest,
+        )  # fmt: skip
 
 
 def _ball_bar(channels: dict[str, Real], stated: StatedCircle, source: str, digest: str) -> MeasuredCircle:

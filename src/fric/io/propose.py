@@ -61,7 +61,7 @@ class Guess:
     @property
     def column_names(self) -> list[str]:
         """Names of the columns that are read."""
-        return [self.table.columns[role.column].name for role in self.axis.roles.values() if role.column is not None]
+        return [self.table.columns[n].name for n in self.axis.columns]
 
     @property
     def open(self) -> dict[str, object]:
@@ -113,8 +113,7 @@ class Guess:
     @property
     def sure(self) -> bool:
         """Whether nothing is open, and no column that is named a force is left out."""
-        taken = [role.column for role in self.axis.roles.values() if role.column is not None]
-        rest = [column for n, column in enumerate(self.table.columns) if n not in taken]
+        rest = [column for n, column in enumerate(self.table.columns) if n not in self.axis.columns]
         unread = "force" not in self.axis.roles and any(named_as(column) == "force" for column in rest)
         return not (self.open or unread) and bool(self.kind or "time" in self.axis.roles)
 
@@ -206,7 +205,7 @@ def _of_group(members: Sequence[ForeignTable]) -> Iterator[Guess]:
 
 def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> AxisColumns:
     """Return what the values show of an axis, and the names that they leave open."""
-    taken = {role.column for role in axis.roles.values()}
+    taken = axis.columns
     for channel, role in by_name.roles.items():
         values = next(table.read([role.column])).columns[0] if channel == "input" and role.column is not None else ()
         if role.column is not None and (
@@ -223,15 +222,14 @@ def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> Axi
 
 def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
     """Return a guess with the name of its axis: from columns or files, else x."""
-    taken = [role.column for role in guess.axis.roles.values() if role.column is not None]
-    name = guess.table.said.get("axis") or axis_of(*(bare(guess.table.columns[n]) for n in taken))
+    name = guess.table.said.get("axis") or axis_of(*(bare(guess.table.columns[n]) for n in guess.axis.columns))
     if name is None and alone:
         name = axis_of(*(path.name.split(".")[0] for path in guess.files)) or axis_of(
             *(f"axis {path.parent.name}" for path in guess.files)
         )
     elif name is None:
         shown = tags(guess.table.columns)
-        name = next(filter(None, (shown[n] for n in taken)), None)
+        name = next(filter(None, (shown[n] for n in guess.axis.columns)), None)
     name = f"axis{name}" if name and name.isdigit() else name
     guess.axis.name = name or ("x" if alone else f"axis{guess.axis.name}")
     return Guess(guess.files, guess.table, guess.axis, name is not None, guess.kind)

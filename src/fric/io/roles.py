@@ -103,9 +103,9 @@ class AxisColumns:
     factor: float | None = None  # Velocity per slope of the position, where the clock gives no time
 
     @property
-    def open(self) -> list[Role]:
-        """Roles of which the column or the unit is not sure."""
-        return [role for role in self.roles.values() if min(role.likelihood, role.unit_likelihood) < SURE]
+    def columns(self) -> list[int]:
+        """The columns of its channels."""
+        return [role.column for role in self.roles.values() if role.column is not None]
 
 
 BEYOND = 1e20  # Magnitude of a value that no log holds, in any unit: stamps in ns are 1e18
@@ -118,7 +118,7 @@ class Samples:
         self.columns, self.path = tables[0].columns, tables[0].path
         most = max(MOST_VALUES // max(len(self.columns), 1) // len(tables), 64)
         pieces = [_head(table, most) for table in tables]
-        self.x = np.concatenate(pieces) if pieces else np.empty((0, len(self.columns)))
+        self.x = np.concatenate(pieces)
         self.starts = np.cumsum([0, *map(len, pieces)])[:-1]
         self.said, self.tags = _spoken_of(self.columns), tags(self.columns)
         good = np.abs(self.x) < BEYOND
@@ -563,7 +563,6 @@ class _Movement:
     factor: float | None = None  # Velocity per slope of the position
 
     def column(self, channel: str) -> int | None:
-        """Return the column of a channel."""
         return self.roles[channel].column if channel in self.roles else None
 
     def tag(self, data: Samples) -> str | None:
@@ -863,8 +862,7 @@ class _Motion:
 
     def left(self, values: Real) -> float:
         """Return the least share of a column's squares that the motion leaves, of the windows."""
-        shares = [_left(basis, y)[0] / (spread + 1e-300) for basis, y, spread in self._over(values)]
-        return min(shares, default=1.0)
+        return min((_left(basis, y)[0] / (spread + 1e-300) for basis, y, spread in self._over(values)), default=1.0)
 
     def score(self, values: Real) -> tuple[float, float, int]:
         """Return how much of a column follows sign(v) and a, sign(v) alone, and the sign by which it brakes."""
@@ -911,11 +909,9 @@ def _by_velocity(data: Samples, movements: Sequence[_Movement]) -> list[_Movemen
         pushed = {data.tags[n] for n, says in enumerate(data.said) if says.quantity == "force" and data.moving[n]}
         pushed -= {None, *(movement.tag(data) for movement in movements)}
         wanted = [n for n in wanted if data.moving[n] and data.tags[n] in pushed]
-    found = []
-    for v in wanted:
-        beside = frozenset(n for n in speeds if not _apart(data, n, v))
-        found.append(_Movement({"velocity": Role("velocity", v, "", 0.97, 0.0, "by its name or unit")}, beside))
-    return found
+    roles = {v: Role("velocity", v, "", 0.97, 0.0, "by its name or unit") for v in wanted}
+    beside = {v: frozenset(n for n in speeds if not _apart(data, n, v)) for v in wanted}
+    return [_Movement({"velocity": roles[v]}, beside[v]) for v in wanted]
 
 
 # --- units ------------------------------------------------------------------------------------------------------------

@@ -16,11 +16,10 @@ from typing import Any
 
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.input import foreign, reading
-from fric.io.readers.base import ForeignTable, Format
+from fric.input import reading
+from fric.io.readers.base import ForeignTable, Format, guarded
 
 HEAD = 4096
-AGAIN = "Export it again."
 
 
 @cache
@@ -69,20 +68,7 @@ def tables(path: Path, layout: Layout | None = None) -> Generator[ForeignTable, 
     """Read a foreign log file by the reader that recognises it, table by table."""
     path = Path(path)
     sure, reader = _surest(path)
-    if sure > 0:
-        found = iter(reader.tables(path, layout or Layout()))
-        try:
-            while True:
-                with foreign(path, AGAIN, lacking=True):
-                    table = next(found, None)
-                if table is None:
-                    return
-                yield table
-        finally:
-            if isinstance(found, Generator):
-                found.close()  # an error on the way would else keep the file open as long as the error is kept
-    raise FricError(
-        "is of no format that is known",
-        where=str(path),
-        hint="`fric ingest --list` tells the formats that are read; export it as CSV.",
-    )
+    if not sure > 0:
+        hint = "`fric ingest --list` tells the formats that are read; export it as CSV."
+        raise FricError("is of no format that is known", where=str(path), hint=hint)
+    yield from guarded(path, iter(reader.tables(path, layout or Layout())))

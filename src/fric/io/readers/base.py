@@ -4,12 +4,12 @@ import logging
 import re
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from math import nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser, parse
 
 from fric.errors import FricError, near, printable
@@ -102,6 +102,23 @@ def library(form: Format) -> Any:
         raise FricError(what, hint=f"pip install 'fric[{form.extra}]'") from None
 
 
+Item = TypeVar("Item")
+
+
+def guarded(path: Path, found: Iterator[Item]) -> Generator[Item, None, None]:
+    """Yield what is read of a file; an exception of a library in that becomes an error about damage of the file."""
+    try:
+        while True:
+            with foreign(path, "Export it again.", lacking=True):
+                part = next(found, None)
+            if part is None:
+                return
+            yield part
+    finally:
+        if isinstance(found, Generator):
+            found.close()  # an error on the way would else keep the file open as long as the error is kept
+
+
 class Column(NamedTuple):
     """Name and unit of a column; no unit where the file gives none."""
 
@@ -150,13 +167,9 @@ class ForeignTable(ABC):
         """Read the wanted columns (indices, in this order) from the first row to the last."""
 
     def read(self, wanted: Sequence[int]) -> Iterator[RowBlock]:
-        """Yield `blocks`, one at least; an exception of a library in them becomes an error about damage of the file."""
-        found, rows = iter(self.blocks(wanted)), 0
-        while True:
-            with foreign(self.path, "Export it again.", lacking=True):
-                block = next(found, None)
-            if block is None:
-                break
+        """Yield `blocks`, one at least, `guarded`."""
+        rows = 0
+        for block in guarded(self.path, iter(self.blocks(wanted))):
             rows += max(len(block.columns[0]), 1)
             if rows > MOST_ROWS:
                 raise FricError(f"has over {MOST_ROWS} rows", where=str(self.path), hint="Export a part of it.")

@@ -327,14 +327,12 @@ def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[
         constants[name] = value
     elif isinstance(value, _DatasetLine) or (isinstance(value, np.ndarray) and value.ndim == 1 and _is_real(value)):
         columns |= {name: value} if len(value) > 1 else {}
-    elif isinstance(value, np.ndarray) and value.ndim == 2 and _is_real(value):
-        value = value.T if _lies(*value.shape[::-1]) else value
-        for n in range(value.shape[1]):
-            _take_apart(f"{name}(:,{n + 1})", value[:, n], columns, constants)
+    elif lines := _lines_of(value):
+        alone = isinstance(value, list) and len(lines) == 1
+        for n, line in enumerate(lines, 1):
+            _take_apart(name if alone else f"{name}(:,{n})", line, columns, constants)
     elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object):
-        lines = len(value) > 0 and all(isinstance(child, _DatasetLine) for child in value)
         for n, child in enumerate(value, 1):
-            alone = lines and len(value) == 1
-            _take_apart(name if alone else f"{name}(:,{n})" if lines else f"{name}({n})", child, columns, constants)
+            _take_apart(f"{name}({n})", child, columns, constants)
     elif isinstance(value, int | float | np.integer | np.floating):
         constants[name] = repr(float(value))

@@ -46,7 +46,6 @@ _AXIS = re.compile(r"\[[^\]]*?(\d+)\s*\]\s*$")
 class Signal(NamedTuple):
     """One signal, as the trace declares it."""
 
-    id: str
     address: str
     description: str
     interval: float
@@ -165,7 +164,7 @@ class _Trace:
     """The signals of a trace, read element by element: a row a record, NaN where a value lacks."""
 
     def __init__(self, path: Path) -> None:
-        self.path, self.without, self.lost = path, 0, 0
+        self.without, self.lost = 0, 0
         self.signals: list[Signal] = []
         self.constants: dict[str, str] = {}
         self.time, self.values = array("d"), array("d")
@@ -189,7 +188,7 @@ class _Trace:
             name = about.get("id") or f"f{len(self.signals) + 1}"
             given = (about.get("name", ""), about.get("description", ""), _number(about.get("interval")))
             self._at[name] = len(self.signals)
-            self.signals.append(Signal(name, *given, about.get("unitsType", "")))
+            self.signals.append(Signal(*given, about.get("unitsType", "")))
             if not (given[0] or given[1]):
                 self.signals[-1] = self.signals[-1]._replace(description=f"signal {len(self.signals)}")
         elif tag == "frameHeader":

@@ -335,20 +335,21 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
         yield packed
         return
     table = TextTable(path, layout)
-    labels = _in_turns(head, table.shape)
-    topics = _of_topics(table) if labels is None and _has_gaps(head, table.shape) else None
+    lines = head.decode(table.shape.encoding, "replace").splitlines()[table.shape.first : -1]
+    rows = [split(line, table.shape.delimiter) for line in lines]
+    labels = _in_turns(rows[:200], table.shape)
+    topics = _of_topics(table) if labels is None and _has_gaps(rows, table.shape) else None
     if topics is not None:
         yield topics
         return
     yield table if labels is None else _beside_each_other(table, *labels)
 
 
-def _has_gaps(head: bytes, shape: Shape) -> bool:
+def _has_gaps(rows: Sequence[Sequence[str]], shape: Shape) -> bool:
     """Return whether a column behind the first, which is filled, is empty in many rows but not in all."""
-    lines = head.decode(shape.encoding, "replace").splitlines()[shape.first : -1]
     width = len(shape.columns)
-    rows = [cells[:width] for cells in (split(line, shape.delimiter) for line in lines) if len(cells) >= width]
-    filled = np.array([[bool(cell) for cell in row] for row in rows], bool).reshape(-1, width)
+    cells = [row[:width] for row in rows if len(row) >= width]
+    filled = np.array([[bool(cell) for cell in row] for row in cells], bool).reshape(-1, width)
     share = filled.mean(axis=0) if len(filled) > LEAST_ROWS and shape.delimiter != "whitespace" else np.zeros(0)
     return bool(len(share) > 2 and share[0] == 1.0 and np.any((share[1:] > 0.0) & (share[1:] < 0.7)))
 
@@ -406,10 +407,8 @@ def _of_lists(path: Path, head: bytes) -> Memory | None:
     return Memory(path, tuple(map(named, names)), [as_numbers(frame[n], ".") for n in range(len(names))])
 
 
-def _in_turns(head: bytes, shape: Shape) -> tuple[int, list[str]] | None:
+def _in_turns(rows: Sequence[Sequence[str]], shape: Shape) -> tuple[int, list[str]] | None:
     """Return the column whose words take turns from row to row, as the names of joints do, and these; or None."""
-    lines = head.decode(shape.encoding, "replace").splitlines()[shape.first : -1]
-    rows = [split(line, shape.delimiter) for line in lines[:200]]
     for n, words in enumerate(zip(*rows, strict=False)):
         labels = list(dict.fromkeys(words))
         turns = 1 < len(labels) <= MOST_TURNS and len(words) > 3 * len(labels)
