@@ -22,6 +22,7 @@ from fric.columns import (
 )
 from fric.documents.mapping import ColumnMapping, FileMapping, filled
 from fric.errors import FricError
+from fric.input import foreign
 from fric.io.readers.base import ForeignTable, plain_name
 from fric.io.words import EXACT, OF_MEANS, refuse_left_out
 from fric.series import CLOSEST, largest, require_plausible
@@ -244,10 +245,8 @@ def origin_of(
     sign = channel.sign or 1
 
     def parsed(template: str, measured: str) -> float:
-        try:
+        with foreign(where):
             return parse(filled(template, fields, where), measured, motion)
-        except FricError as error:
-            raise error.at(where) if not error.where else error from None
 
     if channel.value is not None:
         value = np.array([sign * parsed(channel.value, dimension)])

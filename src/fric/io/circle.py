@@ -245,13 +245,11 @@ def read_path(path: Path, feed: float) -> PointPath | RecordedPath:
 
     feed: Speed along the path [m/s]; a recorded reference includes its speed.
     """
-    try:
+    with foreign(path):
         if Path(path).suffix in {".h5", ".hdf5"}:
             return _of_circle(Path(path))
         found = _columns(Path(path))
         return RecordedPath(**found) if "time" in found else PointPath(**found, feed=feed)
-    except FricError as error:
-        raise error if error.where else error.at(str(path)) from None
 
 
 def _of_circle(path: Path) -> RecordedPath:

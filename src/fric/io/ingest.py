@@ -572,18 +572,17 @@ def ingest(
     refuse_ending(output, "HDF5")
     refuse_existing(None if append else output, force=force)
     stated = StatedLog(**said)
-    mapping, join = stated.mapping, stated.join
     held = header_of(output) if append and output.exists() else None
     with ThreadPoolExecutor(1) as beside, ExitStack() as files:  # digests are taken while the file is read
         session = IngestSession(stated, progress or (lambda _: None), beside)
         first, opened, (chosen_axis, chosen_motion), refused = _first_readable(sources, stated, session, held, files)
         with log_writer(output, axis=chosen_axis, motion=chosen_motion, append=append, force=force) as writer:
             session.known = writer.digests()
-            if join and not refused:
-                tables_of = [opened, *(_tables(source, mapping, files, stated.axis) for source in sources[1:])]
+            if stated.join and not refused:
+                tables_of = [opened, *(_tables(source, stated, files) for source in sources[1:])]
                 session.join(sources, tables_of, writer, chosen_motion)
-            for n, source in enumerate([] if join else sources[first:], first):
-                found = opened if n == first else _tables(source, mapping, files, stated.axis)
+            for n, source in enumerate([] if stated.join else sources[first:], first):
+                found = opened if n == first else _tables(source, stated, files)
                 try:
                     session.read(source, found, writer, chosen_axis, chosen_motion)
                 except FricError as error:
@@ -608,7 +607,7 @@ def _first_readable(
     refused: list[FricError] = []
     for n, source in enumerate(sources):
         try:
-            rest = _tables(source, stated.mapping, files, stated.axis)
+            rest = _tables(source, stated, files)
             first = next(rest)
             return n, chain([first], rest), session.of_axis(first, held), refused
         except FricError as error:
@@ -625,11 +624,11 @@ def _together(refused: Sequence[FricError], files: int) -> FricError:
     return FricError(f"{len(refused)} of {files} files cannot be read:\n" + "\n".join(lines), hint=" ".join(hints[:2]))
 
 
-def _tables(path: Path, mapping: MappingDocument | None, files: ExitStack, axis: str | None) -> Iterator[ForeignTable]:
+def _tables(path: Path, stated: StatedLog, files: ExitStack) -> Iterator[ForeignTable]:
     """Yield the tables of a file; of a file with several axes, those of the requested axis, or of the first."""
-    for table in files.enter_context(closing(tables(path, mapping.format if mapping else None))):
+    for table in files.enter_context(closing(tables(path, stated.mapping.format if stated.mapping else None))):
         names = table.said.get(OF_SEVERAL, "").split()
-        if not names or table.said["axis"] == (axis if axis in names else names[0]):
+        if not names or table.said["axis"] == (stated.axis if stated.axis in names else names[0]):
             yield table
 
 

@@ -9,7 +9,6 @@ from typing import cast
 import h5py
 import numpy as np
 
-from fric.arrays import Real
 from fric.errors import FricError
 from fric.flaws.files import FILES_JOINED
 from fric.io.questions import Ask, Question
@@ -78,7 +77,7 @@ def _together(parts: Sequence[Path], files: ExitStack) -> Joined:
     Raises FricError: When they are not parts of a record: a file has several tables or both motion and force, their
         times differ in name or span, or there is no motion or no force in them.
     """
-    clocks, shown, spans = list[SharedClock](), list[set[str | None]](), list[Real]()
+    clocks, shown, spans = list[SharedClock](), list[set[str | None]](), list[tuple[float, float]]()
     times = set[Column]()
     for path in parts:
         table, *more = files.enter_context(closing(tables(path)))
@@ -91,7 +90,8 @@ def _together(parts: Sequence[Path], files: ExitStack) -> Joined:
         clocks.append(SharedClock(table, n, label=path.stem))
         shown.append({"force" if quantity in {"force", "input"} else "motion" for quantity in quantities
                       if quantity in {"position", "velocity", "force", "input"}})  # fmt: skip
-        spans.append(_span(table, n))
+        stamps = [block.columns[0] for block in table.read([n])]
+        spans.append((stamps[0][0], stamps[-1][-1]))
         times.add(table.columns[n])
     ends = np.array(spans)
     apart = float(np.ptp(ends, axis=0).max()) > SAME_SPAN * float(np.ptp(ends, axis=1).min())
@@ -105,12 +105,6 @@ def _together(parts: Sequence[Path], files: ExitStack) -> Joined:
     table = Joined(parts[0], sorted(clocks, key=lambda clock: shown[clocks.index(clock)] == {"force"}))
     table.columns = (*times, *table.columns[1:])
     return table
-
-
-def _span(table: ForeignTable, time: int) -> Real:
-    """Return the first and the last stamp of a table."""
-    stamps = [block.columns[0] for block in table.read([time])]
-    return np.array([stamps[0][0], stamps[-1][-1]])
 
 
 def _write(path: Path, table: ForeignTable) -> None:

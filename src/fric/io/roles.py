@@ -450,9 +450,9 @@ class Pairs:
         size = si_factor(max(likely, key=lambda unit: likely[unit]), "time") if {*likely} != {""} else np.inf
         for p, v in zip(*np.nonzero(self.share > NAMED_PAIR), strict=True):
             first, second = data.said[p], data.said[v]
-            if _apart(data, int(p), int(v)) or "error" in {first.quantity, second.quantity} or self._of_all(data, p, v):
+            if _apart(data, int(p), int(v)) or self._of_all(data, p, v):
                 continue
-            wrong = first.quantity in _NO_POSITION or second.quantity in _NO_VELOCITY
+            wrong = first.quantity not in {None, "position"} or second.quantity not in {None, "velocity"}
             speaks = first.quantity == "position" and second.quantity == "velocity"
             factor = self.factor[p, v]
             if wrong or (factor < 0 and not speaks) or data.levels[p] <= MODES:
@@ -471,10 +471,6 @@ class Pairs:
         sides = [n for n in _sided(data, "velocity") if data.tags[n] != data.tags[v] and data.moving[n]]
         nearest = max(self.share[p, sides], default=-np.inf) if data.tags[p] is None and data.tags[v] else -np.inf
         return bool(1.0 - self.share[p, v] > OF_SIDE * (1.0 - nearest))
-
-
-_NO_POSITION = {"velocity", "acceleration", "force", "input", "mode", "time", "row", "other"}
-_NO_VELOCITY = {"position", "acceleration", "force", "input", "mode", "time", "row", "other"}
 
 
 def _apart(data: Samples, first: int, second: int) -> bool:

@@ -263,12 +263,11 @@ class _Plain(TreeBuilder):
 
 def read_xml(path: Path, most: int) -> Element:
     """Return the root of XML of a bounded size [byte]."""
-    try:
-        return parse(regular(path, most), XMLParser(target=_Plain())).getroot()
-    except FricError as error:
-        raise error if error.where else error.at(str(path)) from None
-    except (ParseError, LookupError, ValueError) as error:  # the others: an encoding that is unknown
-        raise FricError(f"is no whole XML ({error})", where=str(path), hint="Save it again.") from None
+    with foreign(path):
+        try:
+            return parse(regular(path, most), XMLParser(target=_Plain())).getroot()
+        except (ParseError, LookupError, ValueError) as error:  # the others: an encoding that is unknown
+            raise FricError(f"is no whole XML ({error})", hint="Save it again.") from None
 
 
 def named(header: str) -> Column:
