@@ -7,7 +7,7 @@ have a group per scheme, in it a group per axis and the metrics as attributes.
 
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import astuple, dataclass, fields
 from math import ceil
 from pathlib import Path
 from typing import Any, cast
@@ -121,9 +121,7 @@ def _write_path(group: h5py.Group, run: PathRun) -> None:
     write_column(group, "points", np.column_stack([run.path.x, run.path.y]), "m")
     if isinstance(run.path, RecordedPath):
         write_column(group, "time", run.path.time, "s")
-    group["reversals"] = np.array(
-        [(reversal.axis, reversal.x, reversal.y, reversal.glitch) for reversal in found.reversals], REVERSAL
-    )
+    group["reversals"] = np.array([astuple(reversal) for reversal in found.reversals], REVERSAL)
 
 
 def read_runs(path: Path, *, traces: bool = True) -> list[CircleRun | PathRun]:
@@ -286,7 +284,7 @@ def _columns(path: Path) -> dict[str, Real]:
 
 
 FORMAT = "circle/1"
-OWN = ("instrument", "scheme", "source", "sha256", "name")
+TEXTS = ("instrument", "scheme", "source", "sha256", "name")
 
 
 def write_circles(path: Path, tests: Sequence[MeasuredCircle], provenance: str = "", *, force: bool = False) -> None:
@@ -303,7 +301,7 @@ def write_circles(path: Path, tests: Sequence[MeasuredCircle], provenance: str =
 
 def _write(group: h5py.Group, test: MeasuredCircle) -> None:
     group.attrs.update({"radius": test.radius, "feed": test.feed, "direction": test.direction})
-    group.attrs.update({key: clean(getattr(test, key)) for key in OWN if getattr(test, key)})
+    group.attrs.update({key: clean(getattr(test, key)) for key in TEXTS if getattr(test, key)})
     for key, unit in BALL_BAR.items():
         if (values := getattr(test, key)) is not None:
             write_column(group, key, values, unit)
@@ -339,7 +337,7 @@ def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
 
 
 def _read(group: h5py.Group, source: str) -> MeasuredCircle:
-    words = {key: text(group.attrs, key) for key in OWN if key in group.attrs and key != "source"}
+    words = {key: text(group.attrs, key) for key in TEXTS if key in group.attrs and key != "source"}
     axes = {
         name: AxisTrace(
             **{channel: column(part, channel) for channel in CHANNELS if channel in part},

@@ -86,12 +86,11 @@ class ClockCheck:
 
     def rising(self, time: Real) -> Mask:
         """Return the samples whose stamps rise, shape (n,); the first may be another run's last."""
-        kept = np.ones(len(time), bool)
+        stamps = time.copy()
         if self._last == -inf and len(time) > 2 and time[0] > time[1]:
-            kept[0] = False
-        stamps = np.where(kept, time, -inf)
+            stamps[0] = -inf
         before = np.maximum.accumulate(np.concatenate([[self._last], stamps[:-1]]))
-        return np.asarray(kept & (stamps > before))
+        return np.asarray(stamps > before)
 
     def restarts(self, time: Real) -> list[int]:
         """Return the samples at which another run begins: the time goes back by half of the run or more."""
@@ -370,8 +369,7 @@ class IngestSession:
     def _of(self, table: ForeignTable) -> tuple[FileMapping | None, dict[str, str]]:
         """Return the mapping of a table, None where its header decides; and the ``{fields}`` of its file."""
         path, names = table.path, [column.name for column in table.columns]
-        stem = path.name.removesuffix(".gz")
-        stem = stem[: stem.rfind(".")] if "." in stem[1:] else stem
+        stem = Path(path.name.removesuffix(".gz")).stem
         fields = {"stem": stem, "name": path.name, "parent": path.absolute().parent.name, **table.constants}
         mapping = self._about.mapping.of(path, names, self._about.axis) if self._about.mapping else None
         return mapping, mapping.fields(fields, str(path)) if mapping else fields

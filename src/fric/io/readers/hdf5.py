@@ -4,8 +4,6 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-import h5py
-
 from fric.documents.mapping import Layout
 from fric.io.hdf5 import check_format
 from fric.io.readers.base import Column, ForeignTable, Format, Memory
@@ -29,10 +27,6 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
         axis, motion = check_format(file, path)
         # a list: the iterator of h5py holds its lock between two records
         for name, group in list(file["records"].items()):
-            yield _table(path, group, {"axis": axis, "motion": motion, "name": name})
-
-
-def _table(path: Path, group: h5py.Group, of_file: dict[str, str]) -> ForeignTable:
-    said = {key: text(group.attrs, key) for key in group.attrs} | of_file
-    columns = tuple(Column(channel, text(data.attrs, "unit") or None) for channel, data in group.items())
-    return Memory(path, columns, [column(group, channel) for channel in group], said=said)
+            said = {key: text(group.attrs, key) for key in group.attrs} | {"axis": axis, "motion": motion, "name": name}
+            columns = tuple(Column(channel, text(data.attrs, "unit") or None) for channel, data in group.items())
+            yield Memory(path, columns, [column(group, channel) for channel in group], said=said)

@@ -33,10 +33,8 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     nptdms = library(FORMAT)
     with heard(FORMAT, path) as notices, path.open("rb") as content, nptdms.TdmsFile.open(content) as file:
         constants = {str(key): str(value) for key, value in file.properties.items()}
-        groups = {
-            group.name: [channel for channel in group.channels() if _is_number(channel)] for group in file.groups()
-        }
-        groups = {name: channels for name, channels in groups.items() if channels}
+        every = {group.name: list(filter(_is_number, group.channels())) for group in file.groups()}
+        groups = {name: channels for name, channels in every.items() if channels}
         refuse_declared(path, sum(8 * len(channel) for channels in groups.values() for channel in channels))
         names = [[channel.name for channel in channels] for channels in groups.values()]
         apart = len(groups) > 1 and all(name == names[0] for name in names)

@@ -101,7 +101,6 @@ class _Rows(RawIOBase):
         self._source, self._path, self._since = opened(), path, 0
 
     def read(self, size: int = -1) -> bytes:
-        """Return the next bytes."""
         data = self._source.read(size)
         end = data.rfind(b"row>")
         self._since = len(data) - end if end >= 0 else self._since + len(data)
@@ -110,7 +109,6 @@ class _Rows(RawIOBase):
         return data
 
     def close(self) -> None:
-        """Close it."""
         self._source.close()
         super().close()
 
@@ -147,7 +145,6 @@ class _Sheet(ForeignTable):
         return self._described(f"sheet '{self._sheet.title}', row {row + self._first + 1}", column)
 
     def text(self, row: int, column: int) -> str | None:
-        """Return the content of a cell that is no number."""
         return self._texts.get((row, column))
 
     def _rows(self) -> Iterator[Sequence[Any]]:
