@@ -244,9 +244,9 @@ def read_path(path: Path, feed: float) -> PointPath | RecordedPath:
     feed: Speed along the path [m/s]; a recorded reference includes its speed.
     """
     with foreign(path):
-        if Path(path).suffix in {".h5", ".hdf5"}:
-            return _of_circle(Path(path))
-        found = _columns(Path(path))
+        if path.suffix in {".h5", ".hdf5"}:
+            return _of_circle(path)
+        found = _columns(path)
         return RecordedPath(**found) if "time" in found else PointPath(**found, feed=feed)
 
 
@@ -318,7 +318,6 @@ def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
 
     scheme: Name of the scheme of a run file; all where not given. Of a circle file it says nothing.
     """
-    path = Path(path)
     with open_file(path) as file:
         found = text(file.attrs, "fric", "nothing of fric's")
         if found == FORMAT:
@@ -359,7 +358,7 @@ def _read(group: h5py.Group, source: str) -> MeasuredCircle:
 def choose_circles(paths: Iterable[Path], scheme: str | None = None) -> list[MeasuredCircle]:
     """Read the circle tests of some files; of a run file with several schemes a scheme must be named."""
     found: list[MeasuredCircle] = []
-    for path in map(Path, paths):
+    for path in paths:
         tests = read_circles(path, scheme)
         if len(tests) > 1 and _is_run(path):
             hint = f"Say which with `scheme=`: {' or '.join(test.scheme for test in tests)}."

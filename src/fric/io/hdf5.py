@@ -218,7 +218,6 @@ def log_writer(
     axis, motion: Name and motion of the axis; with ``append`` they must be those of the file.
     append: Keep what is in the file and add to it.
     """
-    path = Path(path)
     axis_name(axis, str(path))
     with alone(path) if append else nullcontext():
         adding = append and path.exists()
@@ -253,7 +252,6 @@ def check_format(file: h5py.File, path: Path) -> tuple[str, Motion]:
 
 def read_records(path: Path) -> list[Record]:
     """Read every record of a log file, in the order of their names as written."""
-    path = Path(path)
     with open_file(path) as file:
         axis, motion = check_format(file, path)
         common = {"axis": axis, "motion": motion}

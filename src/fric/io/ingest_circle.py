@@ -234,8 +234,7 @@ def ingest_circles(
             found += _tests(channels, chosen.motion, stated, str(source), digest)
     if stated.radius is None:
         blind = [test for test in found if any(axis.reference is None for axis in test.axes.values())]
-        shown = [test for test in blind if not test.is_ball_bar]
-        warnings += [RADIUS_ASSUMED.found(test.source, radius=Estimate(test.radius, "m")) for test in shown]
+        warnings += [RADIUS_ASSUMED.found(test.source, radius=Estimate(test.radius, "m")) for test in blind]
     write_circles(output, [*held, *found], json.dumps(provenance() | {"format": FORMAT}), force=force or append)
     return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)))
 

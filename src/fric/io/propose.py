@@ -115,7 +115,7 @@ class Guess:
         """Whether nothing is open, and no column that is named a force is left out."""
         rest = [column for n, column in enumerate(self.table.columns) if n not in self.axis.columns]
         unread = "force" not in self.axis.roles and any(named_as(column) == "force" for column in rest)
-        return not (self.open or unread) and bool(self.kind or "time" in self.axis.roles)
+        return not (self.open or unread)
 
 
 def _other(table: ForeignTable, role: Role, n: int) -> str:
@@ -207,11 +207,9 @@ def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> Axi
     """Return what the values show of an axis, and the names that they leave open."""
     taken = axis.columns
     for channel, role in by_name.roles.items():
-        values = next(table.read([role.column])).columns[0] if channel == "input" and role.column is not None else ()
-        if role.column is not None and (
-            spoken(table.columns[role.column]).quantity == "other"
-            or (channel == "input" and is_supply(np.asarray(values), by_unit="unit" in role.why))
-        ):
+        n = role.column or 0
+        supply = channel == "input" and is_supply(next(table.read([n])).columns[0], by_unit="unit" in role.why)
+        if supply or spoken(table.columns[n]).quantity == "other":
             continue  # a supply is in V, and no input; nor is what never changes
         if channel == "velocity" or (channel == "position" and "velocity" in axis.roles):
             continue  # of this axis, its values would show it
@@ -232,7 +230,7 @@ def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
         name = next(filter(None, (shown[n] for n in guess.axis.columns)), None)
     name = f"axis{name}" if name and name.isdigit() else name
     guess.axis.name = name or ("x" if alone else f"axis{guess.axis.name}")
-    return Guess(guess.files, guess.table, guess.axis, name is not None, guess.kind)
+    return replace(guess, named=name is not None)
 
 
 def proposal(paths: Sequence[Path], *, join: bool = False, assume: bool = False) -> str:

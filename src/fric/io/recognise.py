@@ -32,7 +32,7 @@ def read_report(path: Path) -> dict[str, Any]:
 
 def write_report(path: Path, html: str, *, force: bool = False) -> None:
     """Write a report whole or not at all."""
-    with staged(Path(path), force=force) as draft:
+    with staged(path, force=force) as draft:
         draft.write_text(html, encoding="utf-8")
 
 
@@ -41,16 +41,16 @@ HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 def is_hdf5(path: Path) -> bool:
     """Return whether a file is HDF5 from its first byte and says that it is fric's."""
-    with reading(Path(path)) as file:
+    with reading(path) as file:
         if not file.read(8).startswith(HDF5_SIGNATURE):
             return False
-    with open_file(Path(path), most=sys.maxsize) as opened:
+    with open_file(path, most=sys.maxsize) as opened:
         return "fric" in opened.attrs
 
 
 def recognise(path: Path) -> str:
     """Return the stated type of a file: ``run/1``, ``log/1``, ``report/1``, ``friction/1``, …."""
-    with reading(path := Path(path)) as file:
+    with reading(path) as file:
         head = file.read(512)
     if head.startswith(HDF5_SIGNATURE):
         with open_file(path) as file:

@@ -129,13 +129,11 @@ class Samples:
         self.x[:, ~self.numeric] = 0.0
         self.moving = self.numeric & (np.ptp(self.x, axis=0) > 0 if len(self.x) else False)
         pieces = np.split(self.x, self.starts[1:])  # what jumps from record to record is no turn
-        may_turn = [
-            moving and says.quantity in {None, "position"} for moving, says in zip(self.moving, self.said, strict=True)
-        ]
-        turns = [[_turn(piece[:, n]) for piece in pieces] if may else [0.0] for n, may in enumerate(may_turn)]
-        self.turn = np.array([max(of_column) for of_column in turns])
-        for n in np.flatnonzero(self.turn):
-            for piece in pieces:
+        self.turn = np.zeros(len(self.columns))
+        for n in np.flatnonzero(self.moving):
+            if self.said[n].quantity in {None, "position"}:
+                self.turn[n] = max(_turn(piece[:, n]) for piece in pieces)
+            for piece in pieces if self.turn[n] else ():
                 piece[:, n] = np.unwrap(piece[:, n], period=self.turn[n])
         still = [
             n for n in np.flatnonzero(self.numeric & ~self.moving) if self.said[n].quantity == "time" and len(self.x)

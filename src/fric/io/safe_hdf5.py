@@ -8,7 +8,6 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from io import FileIO
 from pathlib import Path
 from shlex import join
 from typing import IO, Any
@@ -22,42 +21,49 @@ from fric.input import TAKEN, foreign, other_kind, refuse_declared, regular
 from fric.output import refuse_ending, staged
 
 
-class Unfailing(FileIO):
+class Unfailing:
     """A file for HDF5's ``fileobj`` driver that keeps errors until `check` raises them.
 
     HDF5 does not survive a write that fails: it repeats the write when the file is closed, and the process ends in a
     segmentation fault. So a failed write is noted and later writes are skipped; the file is lost, and `check` raises
-    the reason.
+    the reason. What reads, seeks and flushes is the file's.
+
+    file: Open for reading and writing, in bytes, without a buffer.
     """
 
-    _failed: BaseException | None = None
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+        self._failed: BaseException | None = None
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._file, name)
 
     def check(self) -> None:
         """Raise the error that a write has met, if any."""
         if self._failed is not None:
             raise self._failed
 
-    def write(self, data: Any) -> int:
+    def write(self, data: memoryview) -> int:
         """Write all of the bytes, or note why not."""
-        put = super().write
 
         def whole() -> int:
             rest = memoryview(data).cast("B")
             while len(rest):
-                rest = rest[put(rest) :]
+                rest = rest[self._file.write(rest) :]
             return len(data)
 
         return self._kept(whole, len(data))
 
     def truncate(self, size: int | None = None) -> int:
         """Set the length of the file."""
-        return self._kept(partial(super().truncate, size), size or 0)
+        return self._kept(partial(self._file.truncate, size), size or 0)
 
-    def readinto(self, buffer: Any) -> int:
+    def readinto(self, buffer: memoryview) -> int:
         """Read; what was never written reads as zeros."""
         view = memoryview(buffer).cast("B")
-        found = super().readinto(view)
-        view[found:] = bytes(len(view) - found)
+        found = self._file.read(len(view))
+        view[: len(found)] = found
+        view[len(found) :] = bytes(len(view) - len(found))
         return len(view)
 
     def _kept(self, act: Callable[[], int], otherwise: int) -> int:
@@ -109,7 +115,8 @@ def staged_hdf5(
     with staged(path, force=force or add) as draft:
         if add:
             shutil.copyfile(path, draft)
-        with Unfailing(draft, "r+") as kept:
+        with draft.open("r+b", buffering=0) as raw:
+            kept = Unfailing(raw)
             with _interrupts_held() as let_through, h5py.File(kept, "r+" if add else "w") as file:
 
                 def check() -> None:
@@ -145,7 +152,6 @@ def open_file(
 
     most: Bytes of samples that it holds at most.
     """
-    path = Path(path)
     regular(path)
     _check_heaps(path, hint)
     try:

@@ -66,7 +66,6 @@ def _surest(path: Path) -> tuple[float, Any]:
 
 def tables(path: Path, layout: Layout | None = None) -> Generator[ForeignTable, None, None]:
     """Read a foreign log file by the reader that recognises it, table by table."""
-    path = Path(path)
     sure, reader = _surest(path)
     if not sure > 0:
         hint = "`fric ingest --list` tells the formats that are read; export it as CSV."
