@@ -123,8 +123,6 @@ MOST_NAME = 200  # Characters of the name of a record at most
 class LogWriter:
     """An open log file that records are appended to, sample block by sample block.
 
-    file: The open HDF5 file.
-    axis, motion: Name of the axis, and whether it is linear or rotary.
     threads: Those that compress.
     check: Raises when a write has failed.
     """

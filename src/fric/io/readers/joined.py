@@ -56,8 +56,6 @@ class Joined(ForeignTable):
     Instants at which one of the channels has not begun, has ended or has a gap are left out. The channels that were
     shifted, and by how much, are in `notices` once the table is read.
 
-    path, constants, said: As in `ForeignTable`.
-    parts: The parts, each on a separate clock.
     notices: What is known of the table before it is read.
     Raises FricError: When a stamp of a part is empty, repeated with another value, or runs backwards, or the parts
         share no time.

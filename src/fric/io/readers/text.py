@@ -139,8 +139,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
             if sum(is_number(cell, decimal) for cell in table[n]) >= width:
                 what = f"line {n + 1} has more cells than the {width} of the header"
                 raise FricError(what, hint="Mend or remove the line.")
-    cells = table[names] if names is not None else [f"column {n}" for n in range(width)]
-    cells = (layout.header is None and _listed(lines[:first], width)) or cells
+    cells = (layout.header is None and _listed(lines[:first], width)) or (table[names] if names is not None else [])
     cells = [cell or f"column {n}" for n, cell in enumerate((cells + [""] * width)[:width])]
     columns = [named(cell) for cell in cells]
     if units is not None:
