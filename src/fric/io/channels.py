@@ -12,19 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fric.arrays import Real
-from fric.columns import (
-    CHANNELS,
-    FORCE_VELOCITY,
-    FORCE_VELOCITY_DIMENSIONS,
-    RESPONSE_DIMENSIONS,
-    Kind,
-    channel_dimension,
-)
+from fric.columns import CHANNELS, FORCE_VELOCITY, Kind, channel_dimension
 from fric.documents.mapping import ColumnMapping, FileMapping, filled
 from fric.errors import FricError
 from fric.input import foreign
 from fric.io.readers.base import ForeignTable, plain_name
 from fric.io.words import EXACT, OF_MEANS, refuse_left_out
+from fric.log import ForceVelocity, FrequencyResponse
 from fric.series import CLOSEST, largest, require_plausible
 from fric.units import Motion, factor, kinds_of, parse, si_unit
 
@@ -38,8 +32,8 @@ NEEDED: dict[Form, tuple[str, ...]] = {
 """Channels that each form has at least."""
 ORDER: dict[Form, tuple[str, ...]] = {
     "time": CHANNELS,
-    "response": tuple(RESPONSE_DIMENSIONS),
-    "means": tuple(FORCE_VELOCITY_DIMENSIONS),
+    "response": tuple(FrequencyResponse.dimensions),
+    "means": tuple(ForceVelocity.dimensions),
 }
 """Channels that each form can have."""
 MOST_DECIBEL = 400.0  # Magnitude of a cell in decibels at most
@@ -207,11 +201,11 @@ def _by_header(table: ForeignTable, kind: Kind | None) -> dict[str, ColumnMappin
     names = [plain_name(column.name) for column in table.columns]
     spoken = [EXACT.get(name, name) for name in names]
     table_of_response = "magnitude" in spoken or (kind == "frequency-response" and "time" not in spoken)
-    known = tuple(RESPONSE_DIMENSIONS) if table_of_response else CHANNELS
+    known = ORDER["response" if table_of_response else "time"]
     means = [OF_MEANS.get(name, name) for name in spoken]
     has = {"velocity", "force"} <= set(means) and {"n", "deviation", "error"} & set(means)
     if kind == FORCE_VELOCITY or (kind is None and has and "time" not in spoken):
-        spoken, known = means, tuple(FORCE_VELOCITY_DIMENSIONS)
+        spoken, known = means, ORDER["means"]
     found: dict[str, ColumnMapping] = {}
     for channel in known:
         columns = [n for n, name in enumerate(names) if name == channel]

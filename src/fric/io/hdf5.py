@@ -15,14 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fric.arrays import Real
-from fric.columns import (
-    CHANNELS,
-    FORCE_VELOCITY,
-    FORCE_VELOCITY_DIMENSIONS,
-    KINDS,
-    RESPONSE_DIMENSIONS,
-    channel_dimension,
-)
+from fric.columns import CHANNELS, FORCE_VELOCITY, KINDS, channel_dimension
 from fric.errors import FricError, clean, found_in, printable
 from fric.input import files_of
 from fric.io.safe_hdf5 import check_type, open_file, staged_hdf5, text
@@ -280,15 +273,13 @@ def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -
         with found_in(f"{path}, record '{name}', {key}"):
             return values if unit in SI_UNITS[dimension] else values * factor(unit, dimension, motion)
 
-    if "frequency" in group:
-        table = {key: column(key, dimension) for key, dimension in RESPONSE_DIMENSIONS.items()}
-        return FrequencyResponse(**cast("Any", table), **attributes)
     kind = text(group.attrs, "kind") or None
+    form = FrequencyResponse if "frequency" in group else ForceVelocity if kind == FORCE_VELOCITY else None
+    if form is not None:
+        table: dict[str, Any] = {key: column(key, dimension) for key, dimension in form.dimensions.items()}
+        return form(**table, **attributes)
     if kind is not None and kind not in KINDS:
         raise FricError(f"record '{name}' is of unknown kind '{kind}'", where=str(path))
-    if kind == FORCE_VELOCITY:
-        found = {key: column(key, dimension) for key, dimension in FORCE_VELOCITY_DIMENSIONS.items()}
-        return ForceVelocity(**cast("Any", found), **attributes)
     channels = {channel: column(channel, channel_dimension(channel)) for channel in CHANNELS}
     labels = tuple(filter(None, text(group.attrs, "labels").split("\n")))
     dropped = whole(text(group.attrs, "dropped"))
