@@ -123,7 +123,7 @@ class LogWriter:
     def __init__(
         self, file: h5py.File, axis: str, motion: Motion, threads: ThreadPoolExecutor, check: Callable[[], None]
     ) -> None:
-        self._threads, self._check = threads, check
+        self.axis, self.motion, self.threads, self.check = axis, motion, threads, check
         if "fric" in file.attrs:
             if (held := check_format(file, Path(file.filename))) != (axis, motion):
                 raise FricError(
@@ -132,7 +132,6 @@ class LogWriter:
                 )
         else:
             file.attrs.update({"fric": FORMAT, "axis": axis, "motion": motion})
-        self._motion = motion
         self._records = file["records"] if "records" in file else file.create_group("records", track_order=True)
 
     def digests(self) -> dict[str, str]:
@@ -149,7 +148,7 @@ class LogWriter:
         group = self._records.create_group(unique)
         group.attrs.update(_whole(attributes))
         prefix = f"{FORCE_VELOCITY}." if attributes.get("kind") == FORCE_VELOCITY else ""
-        return RecordWriter(group, self._motion, self._threads, self._check, prefix)
+        return RecordWriter(group, self, prefix)
 
     def write(self, log: Record) -> None:
         """Append one whole record."""
@@ -164,11 +163,8 @@ class LogWriter:
 class RecordWriter:
     """One record that is being written."""
 
-    def __init__(
-        self, group: h5py.Group, motion: Motion, threads: ThreadPoolExecutor, check: Callable[[], None], prefix: str
-    ) -> None:
-        self._group, self._motion, self._threads, self._check = group, motion, threads, check
-        self._prefix = prefix
+    def __init__(self, group: h5py.Group, writer: LogWriter, prefix: str) -> None:
+        self._group, self._writer, self._prefix = group, writer, prefix
         self._columns: dict[str, GrowingColumn] = {}
         self.name = str(group.name).rpartition("/")[2]
 
@@ -176,10 +172,10 @@ class RecordWriter:
         """Append the same number of samples to each channel (or column of a response), in SI."""
         for channel, values in block.items():
             if channel not in self._columns:
-                unit = si_unit(channel_dimension(self._prefix + channel), self._motion)
-                self._columns[channel] = GrowingColumn(self._group, channel, unit, self._threads)
+                unit = si_unit(channel_dimension(self._prefix + channel), self._writer.motion)
+                self._columns[channel] = GrowingColumn(self._group, channel, unit, self._writer.threads)
             self._columns[channel].append(values)
-        self._check()
+        self._writer.check()
 
     def close(self, **attributes: str | int | None) -> None:
         """End the record, with attributes that are known only now; it is in the file from here on."""

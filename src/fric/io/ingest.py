@@ -322,8 +322,31 @@ class IngestSession:
             motion = self._plan(table, motion).motion
         return axis or (held[0] if held else "x"), motion
 
-    def read(self, path: Path, found: Iterable[ForeignTable], writer: LogWriter, axis: str, motion: Motion) -> None:
+    def tables(self, path: Path, files: ExitStack) -> Iterator[ForeignTable]:
+        """Yield the tables of a file; of a file with several axes, those of the requested axis, or of the first."""
+        mapping, axis = self._about.mapping, self._about.axis
+        for table in files.enter_context(closing(tables(path, mapping.format if mapping else None))):
+            names = table.said.get(OF_SEVERAL, "").split()
+            if not names or table.said["axis"] == (axis if axis in names else names[0]):
+                yield table
+
+    def first_readable(
+        self, sources: Sequence[Path], held: tuple[str, Motion] | None, files: ExitStack
+    ) -> tuple[int, Iterable[ForeignTable], tuple[str, Motion], list[FricError]]:
+        """Open the first file that can be, and return it with what is wrong with those before it."""
+        refused: list[FricError] = []
+        for n, source in enumerate(sources):
+            try:
+                rest = self.tables(source, files)
+                first = next(rest)
+                return n, chain([first], rest), self.of_axis(first, held), refused
+            except FricError as error:
+                refused.append(error)
+        raise _together(refused, len(sources))
+
+    def read(self, path: Path, found: Iterable[ForeignTable], writer: LogWriter) -> None:
         """Add the records of one file, which are its tables."""
+        axis, motion = writer.axis, writer.motion
         digest, none, before = self._beside.submit(digest_of, path), list[FricError](), len(self.records)
         if self.known and digest.result() in self.known:
             self.skipped.append((str(path), self.known[digest.result()]))
@@ -383,9 +406,7 @@ class IngestSession:
         mapping, fields = self._of(table)
         return plan(table, mapping, self._kind(table, mapping), motion, fields, part=self._about.join)
 
-    def join(
-        self, paths: Sequence[Path], found: Iterable[Iterable[ForeignTable]], writer: LogWriter, motion: Motion
-    ) -> None:
+    def join(self, paths: Sequence[Path], found: Iterable[Iterable[ForeignTable]], writer: LogWriter) -> None:
         """Add one record whose channels are in several files."""
         sha256 = hashlib.sha256("".join(map(digest_of, paths)).encode()).hexdigest()
         source = " + ".join(map(str, paths))
@@ -397,10 +418,10 @@ class IngestSession:
             table, *more = tables_of
             if more:
                 raise FricError(f"holds {len(more) + 1} tables", where=str(path), hint="Join files of one table each.")
-            chosen = self._plan(table, motion)
+            chosen = self._plan(table, writer.motion)
             if chosen.form != "time":
                 raise FricError("has no time", where=str(path), hint="Files are joined by their time.")
-            if chosen.motion != motion:
+            if chosen.motion != writer.motion:
                 raise FricError(f"has a force in {drive_unit(chosen.motion)}", where=str(path),
                                 hint=f"Say `motion='{chosen.motion}'`.")  # fmt: skip
             files.append((table, chosen))
@@ -573,16 +594,15 @@ def ingest(
     held = header_of(output) if append and output.exists() else None
     with ThreadPoolExecutor(1) as beside, ExitStack() as files:  # digests are taken while the file is read
         session = IngestSession(stated, progress or (lambda _: None), beside)
-        first, opened, (chosen_axis, chosen_motion), refused = _first_readable(sources, stated, session, held, files)
+        first, opened, (chosen_axis, chosen_motion), refused = session.first_readable(sources, held, files)
         with log_writer(output, axis=chosen_axis, motion=chosen_motion, append=append, force=force) as writer:
             session.known = writer.digests()
             if stated.join and not refused:
-                tables_of = [opened, *(_tables(source, stated, files) for source in sources[1:])]
-                session.join(sources, tables_of, writer, chosen_motion)
+                session.join(sources, [opened, *(session.tables(source, files) for source in sources[1:])], writer)
             for n, source in enumerate([] if stated.join else sources[first:], first):
-                found = opened if n == first else _tables(source, stated, files)
+                found = opened if n == first else session.tables(source, files)
                 try:
-                    session.read(source, found, writer, chosen_axis, chosen_motion)
+                    session.read(source, found, writer)
                 except FricError as error:
                     refused.append(error)
             if refused:
@@ -594,25 +614,6 @@ def ingest(
     )  # fmt: skip
 
 
-def _first_readable(
-    sources: Sequence[Path],
-    stated: StatedLog,
-    session: IngestSession,
-    held: tuple[str, Motion] | None,
-    files: ExitStack,
-) -> tuple[int, Iterable[ForeignTable], tuple[str, Motion], list[FricError]]:
-    """Open the first file that can be, and return it with what is wrong with those before it."""
-    refused: list[FricError] = []
-    for n, source in enumerate(sources):
-        try:
-            rest = _tables(source, stated, files)
-            first = next(rest)
-            return n, chain([first], rest), session.of_axis(first, held), refused
-        except FricError as error:
-            refused.append(error)
-    raise _together(refused, len(sources))
-
-
 def _together(refused: Sequence[FricError], files: int) -> FricError:
     """Return the errors of files as a single error: that of a single file, or a line for each."""
     if len(refused) == 1:
@@ -620,14 +621,6 @@ def _together(refused: Sequence[FricError], files: int) -> FricError:
     lines = [f"{error.where}: {error.what}" if error.where else error.what for error in refused]
     hints = list(dict.fromkeys(error.hint for error in refused if error.hint))
     return FricError(f"{len(refused)} of {files} files cannot be read:\n" + "\n".join(lines), hint=" ".join(hints[:2]))
-
-
-def _tables(path: Path, stated: StatedLog, files: ExitStack) -> Iterator[ForeignTable]:
-    """Yield the tables of a file; of a file with several axes, those of the requested axis, or of the first."""
-    for table in files.enter_context(closing(tables(path, stated.mapping.format if stated.mapping else None))):
-        names = table.said.get(OF_SEVERAL, "").split()
-        if not names or table.said["axis"] == (stated.axis if stated.axis in names else names[0]):
-            yield table
 
 
 def sizes(paths: Sequence[Path]) -> int:
