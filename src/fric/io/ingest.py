@@ -304,7 +304,7 @@ class IngestSession:
 
     def __init__(self, stated: StatedLog, progress: Progress, beside: ThreadPoolExecutor) -> None:
         self._about, self._progress, self._signs, self._beside = stated, progress, Signs(), beside
-        self._stated: set[str] = set()
+        self._stated, self._dropped = set[str](), 0
         self.known: dict[str, str] = {}
         self.records: list[IngestedPart] = []
         self.skipped: list[tuple[str, str]] = []
@@ -427,47 +427,38 @@ class IngestSession:
             files.append((table, chosen))
         self.records.append(self._add(*joined(files), writer, source, lambda: sha256))
 
-    def _blocks(
-        self, table: ForeignTable, chosen: ColumnPlan, kind: Kind | None
-    ) -> tuple[Iterator[dict[str, Real]], list[int]]:
-        """Return the channels of a table block by block, checked, inside the window; and a count of what is dropped.
+    def _blocks(self, table: ForeignTable, chosen: ColumnPlan, kind: Kind | None) -> Iterator[dict[str, Real]]:
+        """Yield the channels of a table block by block, checked, inside the window; `_dropped` counts what is left out.
 
         An empty block is between two runs of a file, where samples that cannot be used are dropped.
         """
         drop = self._about.bad_cells == "drop"
         clock = ClockCheck(table.place, uneven=drop or kind == "holding-map")
-        rows_of, dropped = WholeRows(table, chosen, drop), [0]
-        last: dict[str, float] = {}
-
-        def blocks() -> Iterator[dict[str, Real]]:
-            for block in table.read(chosen.wanted):
-                good, rows = rows_of.good(block)
-                channels = chosen.unwrapped(chosen.convert(good, rows), last)
-                dropped[0] += len(block.columns[0]) - len(rows)
-                starts = clock.restarts(channels["time"]) if drop and chosen.form == "time" else []
-                for begin, end in pairwise([0, *starts, len(rows)]):
-                    if begin in starts:
-                        clock.begin()
-                        yield {}
-                    part, taken = {name: values[begin:end] for name, values in channels.items()}, rows[begin:end]
-                    if drop and chosen.form == "time":
-                        rising = clock.rising(part["time"])
-                        part, taken = {name: values[rising] for name, values in part.items()}, taken[rising]
-                        dropped[0] += end - begin - len(taken)
-                    if chosen.form == "time":
-                        clock.tick(part["time"], taken)
-                        part = self._inside(part)
-                    elif self._about.window != EVERYTHING:
-                        raise FricError(
-                            "has no time to take a window of",
-                            where=str(table.path),
-                            hint="Leave out --begin and --end.",
-                        )
-                    yield part
-                self._progress(block.size)
-            self.warnings += [*table.notices, *clock.stop()]
-
-        return blocks(), dropped
+        rows_of, last = WholeRows(table, chosen, drop), dict[str, float]()
+        self._dropped = 0
+        for block in table.read(chosen.wanted):
+            good, rows = rows_of.good(block)
+            channels = chosen.unwrapped(chosen.convert(good, rows), last)
+            self._dropped += len(block.columns[0]) - len(rows)
+            starts = clock.restarts(channels["time"]) if drop and chosen.form == "time" else []
+            for begin, end in pairwise([0, *starts, len(rows)]):
+                if begin in starts:
+                    clock.begin()
+                    yield {}
+                part, taken = {name: values[begin:end] for name, values in channels.items()}, rows[begin:end]
+                if drop and chosen.form == "time":
+                    rising = clock.rising(part["time"])
+                    part, taken = {name: values[rising] for name, values in part.items()}, taken[rising]
+                    self._dropped += end - begin - len(taken)
+                if chosen.form == "time":
+                    clock.tick(part["time"], taken)
+                    part = self._inside(part)
+                elif self._about.window != EVERYTHING:
+                    what = "has no time to take a window of"
+                    raise FricError(what, where=str(table.path), hint="Leave out --begin and --end.")
+                yield part
+            self._progress(block.size)
+        self.warnings += [*table.notices, *clock.stop()]
 
     def _add(
         self, table: ForeignTable, chosen: ColumnPlan, writer: LogWriter, source: str, sha256_of: Callable[[], str]
@@ -477,8 +468,7 @@ class IngestSession:
         kind = KIND_OF_FORM.get(chosen.form, self._kind(table, mapping))
         begin = partial(writer.create, name.replace("/", "-"), kind=kind, source=source)
         record, samples = begin(), 0
-        blocks, missing = self._blocks(table, chosen, kind)
-        for channels in blocks:
+        for channels in self._blocks(table, chosen, kind):
             if not channels:
                 record.close(sha256=sha256_of())
                 record = begin()
@@ -491,9 +481,8 @@ class IngestSession:
             inside = "" if self._about.window == EVERYTHING else " between `begin=` and `end=`"
             raise FricError(f"has {samples} samples{inside}", where=str(table.path), hint="A log needs two at least.")
         self._stated |= chosen.stated
-        dropped = missing[0]
+        dropped, sha256 = self._dropped, sha256_of()
         total = dropped + whole(table.said.get("dropped", ""))
-        sha256 = sha256_of()
         record.close(sha256=sha256, dropped=total or None, labels="\n".join(table.labels) or None)
         if dropped:
             self.warnings.append(CELLS_DROPPED.found(str(table.path), dropped=dropped, samples=samples + dropped))

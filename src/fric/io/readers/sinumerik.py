@@ -185,12 +185,10 @@ class _Trace:
         elif tag == "dataSignal":
             if len(self.time):
                 raise FricError("holds several frames", hint="Save them one by one.")
-            name = about.get("id") or f"f{len(self.signals) + 1}"
-            given = (about.get("name", ""), about.get("description", ""), _number(about.get("interval")))
-            self._at[name] = len(self.signals)
-            self.signals.append(Signal(*given, about.get("unitsType", "")))
-            if not (given[0] or given[1]):
-                self.signals[-1] = self.signals[-1]._replace(description=f"signal {len(self.signals)}")
+            n, address, interval = len(self.signals) + 1, about.get("name", ""), _number(about.get("interval"))
+            description = about.get("description") or ("" if address else f"signal {n}")
+            self._at[about.get("id") or f"f{n}"] = n - 1
+            self.signals.append(Signal(address, description, interval, about.get("unitsType", "")))
         elif tag == "frameHeader":
             self.lost += int(_number(about.get("dropOuts")))
             self.constants |= {key: about[key] for key in ("startTime",) if key in about}
