@@ -135,10 +135,9 @@ def _by_content(table: ForeignTable, sampling: float | None) -> tuple[ColumnPlan
             "has no header and no time", where=str(table.path),
             hint="Say its rate, as in `sampling='4 kHz'`; or what its columns are in a mapping (`mapping=`).",
         )  # fmt: skip
-    first_column = 1 if numbered else 0
     radii = {
         n: radius
-        for n in range(first_column, len(table.columns) - 1, 2)
+        for n in range(int(numbered), len(table.columns) - 1, 2)
         if (radius := _is_circle(first.columns[n], first.columns[n + 1]))
     }
     pairs = [(n, n + 1) for n, radius in radii.items() if abs(radius / next(iter(radii.values())) - 1) < 0.01]
@@ -148,7 +147,7 @@ def _by_content(table: ForeignTable, sampling: float | None) -> tuple[ColumnPlan
             hint="Say what its columns are in a mapping (`mapping=`) with `kind: circle`.",
         )  # fmt: skip
     reference, position = (pairs[0], pairs[-1]) if len(pairs) > 1 else (None, pairs[0])
-    origins = {"time": Origin(0, 1.0 / sampling) if numbered else Origin(None, 1.0 / sampling)}
+    origins = {"time": Origin(0 if numbered else None, 1.0 / sampling)}
     for axis, k in (("x", 0), ("y", 1)):
         if reference is not None:
             origins[f"{axis}.reference"] = Origin(reference[k], 1e-3)

@@ -83,9 +83,7 @@ def _together(parts: Sequence[Path], files: ExitStack) -> Joined:
         table, *more = files.enter_context(closing(tables(path)))
         quantities = [spoken(column).quantity for column in table.columns]
         if more or quantities.count("time") != 1:
-            raise FricError(
-                "is no part of a record", where=str(path), hint="A part has a column of time: look at its units."
-            )
+            raise FricError("is no part of a record", where=str(path))
         n = quantities.index("time")
         clocks.append(SharedClock(table, n, label=path.stem))
         shown.append({"force" if quantity in {"force", "input"} else "motion" for quantity in quantities
@@ -97,11 +95,7 @@ def _together(parts: Sequence[Path], files: ExitStack) -> Joined:
     apart = float(np.ptp(ends, axis=0).max()) > SAME_SPAN * float(np.ptp(ends, axis=1).min())
     both = [*shown].count({"force"}), [*shown].count({"motion"})
     if len(times) > 1 or apart or not all(both) or sum(both) < len(parts):
-        raise FricError(
-            "are no parts of a record",
-            where=", ".join(map(str, parts)),
-            hint="Parts share their time; one has the force, another the motion.",
-        )
+        raise FricError("are no parts of a record", where=", ".join(map(str, parts)))
     table = Joined(parts[0], sorted(clocks, key=lambda clock: shown[clocks.index(clock)] == {"force"}))
     table.columns = (*times, *table.columns[1:])
     return table
