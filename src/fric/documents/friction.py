@@ -35,7 +35,7 @@ from fric.records.preparation import Preparation
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
-    from fric.identify.gms.fit import GMSFit
+    from fric.identify.gms.identify import GMSFit
     from fric.identify.replay.replay_fit import ReplayFit
     from fric.identify.static_map.identify import StaticFit
     from fric.identify.static_map.map_fit import MapFit

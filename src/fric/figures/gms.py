@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from fric.arrays import Real
 from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, Band, look, new_figure, shade, view
-from fric.identify.gms.fit import GMSFit, Replay
+from fric.identify.gms.identify import GMSFit, Replay
 from fric.identify.gms.virgin_curve import HysteresisCycles, VirginCurve
 from fric.identify.static_map.identify import StaticFit
 from fric.units import Motion, prefixed, rotates, si_unit

@@ -22,7 +22,7 @@ from fric.drive.plant import Plant
 from fric.errors import FricError, require_known
 from fric.estimate import NORMAL_97_5, estimate_rows
 from fric.friction import FrictionModel, models
-from fric.identify.gms.fit import GMSFit, Replay
+from fric.identify.gms.identify import GMSFit, Replay
 from fric.identify.gms.identify import identify_gms as fit_gms
 from fric.identify.plant.identify import MotionFit, identify_motion, plant_records
 from fric.identify.plant.identify import identify_plant as fit_plant
