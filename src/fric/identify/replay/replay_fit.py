@@ -45,6 +45,7 @@ from fric.identify.replay.replay_search import (
     STEP,
     Coordinate,
     Coordinates,
+    Key,
     Point,
     Ranges,
     Search,
@@ -193,9 +194,6 @@ class Slopes(NamedTuple):
     slope: Real  # Derivatives over the coordinates, shape (blocks, p)
 
 
-Key = tuple[str, str]  # Section and name of a parameter
-
-
 @dataclass(frozen=True)
 class Solved:
     """A solution of a search, and the uncertainty around it."""
@@ -275,7 +273,7 @@ class Solved:
 
         The records were not evaluated there. A parameter whose lower bound is another has no open lower limit.
         """
-        of = [n for n, c in enumerate(self.coordinates.free) if (c.section, c.parameter.name) == key]
+        of = [n for n, c in enumerate(self.coordinates.free) if c.key == key]
         scale, near = self.coordinates.free[of[0]].scale, self._near[of]
         if scale not in {"log", "ratio"}:
             return low, high
@@ -301,7 +299,7 @@ class Solved:
 def slopes(coordinates: Coordinates, x: Real) -> dict[Key, Slopes]:
     """Return the `Slopes` of the fitted parameters at a point, shape (p,)."""
     scales: dict[Key, tuple[Parameter, Scale]] = {
-        (c.section, c.parameter.name): (c.parameter, {"linear": "linear", "share": "logit"}.get(c.scale, "log"))  # type: ignore[misc]
+        c.key: (c.parameter, {"linear": "linear", "share": "logit"}.get(c.scale, "log"))  # type: ignore[misc]
         for c in coordinates.free
     }
 
@@ -843,7 +841,7 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
         left = left or f"{value:.3g} {si_unit(p.dimension, records[0].log.motion)}"
         search = replace(search, coordinates=search.coordinates.without(n, value))
         best = search.at(search.fine(np.delete(best.x, n)))
-        assumed.add((c.section, p.name))
+        assumed.add(c.key)
         warnings.append(PARAMETER_UNSEEN.found(parameter=c.label, left=left))
     shapes = [of_shape(search, best, key, _quantile(best, len(best.x))) for key in by_default]
     fit = _described(search, best, placement, warnings, assumed, [by for by, _ in shapes], static, beyond)

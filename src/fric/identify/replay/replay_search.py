@@ -8,6 +8,7 @@ parameter that is never below another by the logarithm of their ratio. The recor
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import groupby
 from math import exp, isfinite, isnan, log
 from operator import itemgetter
 from typing import Literal, Self
@@ -38,6 +39,7 @@ Ranges = Mapping[str, tuple[float, float]]
 """Least and largest value in SI that the records can show, by dimension (see `fric.units`)."""
 
 Scale = Literal["log", "linear", "ratio", "share"]
+Key = tuple[str, str]  # Section and name of a parameter
 
 LEVEL = Parameter("ratio", doc="friction level of the records relative to the static map", typical=1.0, name="level")
 """Scale of F_c and F_s of a fixed static map, if each record has a level of friction."""
@@ -57,6 +59,11 @@ class Coordinate:
     upper: float
 
     @property
+    def key(self) -> Key:
+        """Section and name of the parameter."""
+        return self.section, self.parameter.name
+
+    @property
     def label(self) -> str:
         """Name for messages, as ``sigma_0`` or ``k_2``."""
         return self.parameter.name if self.block is None else f"{self.parameter.name}_{self.block + 1}"
@@ -70,7 +77,7 @@ class Coordinates:
     free: tuple[Coordinate, ...]  # What is searched
     # Values in SI of the parameters that are not searched, by section and name; nan for a parameter equal to its lower
     # bound, another parameter
-    held: Mapping[tuple[str, str], float]
+    held: Mapping[Key, float]
     blocks: int  # Number of blocks of a model that has any
     negative: StaticMap | None = None  # Static map of the negative direction, where each direction has a map
 
@@ -81,7 +88,7 @@ class Coordinates:
         ranges: Ranges,
         *,
         blocks: int,
-        held: Mapping[tuple[str, str], float],
+        held: Mapping[Key, float],
         level: bool = False,
         negative: StaticMap | None = None,
     ) -> Self:
@@ -101,6 +108,11 @@ class Coordinates:
             raise FricError(what, hint="Fix fewer of them, or leave out the friction file that gives them.")
         return cls(model, tuple(free), dict(held), blocks, negative)
 
+    @cached_property
+    def by_parameter(self) -> dict[Key, list[Coordinate]]:
+        """The free coordinates of each parameter, of which a vector has one a block, in the order of `free`."""
+        return {key: list(of) for key, of in groupby(self.free, key=lambda c: c.key)}
+
     @property
     def lower(self) -> Real:
         """Lower bounds, shape (p,)."""
@@ -113,36 +125,32 @@ class Coordinates:
 
     def without(self, index: int, value: float) -> Self:
         """Return the coordinates with the coordinate of a scalar parameter held at a value in SI."""
-        c = self.free[index]
-        held = {**self.held, (c.section, c.parameter.name): value}
+        held = {**self.held, self.free[index].key: value}
         return replace(self, free=(*self.free[:index], *self.free[index + 1 :]), held=held)
 
     def values(self, x: Real) -> dict[str, dict[str, float | tuple[float, ...]]]:
         """Return all parameters in SI, by section and name, at a point of the search, shape (p,)."""
-        given: dict[tuple[str, str], list[float]] = {}
-        for c, at in zip(self.free, x, strict=True):
-            given.setdefault((c.section, c.parameter.name), []).append(float(at))
+        take = iter(x.tolist())
+        given = {key: [next(take) for _ in of] for key, of in self.by_parameter.items()}
         found: dict[str, dict[str, float | tuple[float, ...]]] = {}
         for section, parameters in self.model.declared().items():
             found[section] = {}
             for p in parameters:
-                if (section, p.name) not in given:
-                    if (section, p.name) in self.held:
-                        value = self.held[section, p.name]
-                        found[section][p.name] = found[section][p.at_least] if isnan(value) else value
-                    elif p.shares:  # the share of a single block
-                        found[section][p.name] = (1.0,)
-                    continue
-                at_all = given[section, p.name]
-                scale = next(c.scale for c in self.free if (c.section, c.parameter.name) == (section, p.name))
-                if scale == "share":
-                    ratio = np.exp([*at_all, 0.0])
+                key = section, p.name
+                if key in self.held:
+                    value = self.held[key]
+                    found[section][p.name] = found[section][p.at_least] if isnan(value) else value
+                elif key not in given:  # the share of a single block
+                    found[section][p.name] = (1.0,)
+                elif p.shares:
+                    ratio = np.exp([*given[key], 0.0])
                     found[section][p.name] = tuple(float(r) for r in ratio / ratio.sum())
-                    continue
-                base = found[section].get(p.at_least, 1.0) if p.at_least else 1.0
-                assert isinstance(base, float)
-                out = [min(max(at if scale == "linear" else base * exp(at), p.lower), p.upper) for at in at_all]
-                found[section][p.name] = tuple(out) if p.per_block else out[0]
+                else:
+                    base = found[section].get(p.at_least, 1.0) if p.at_least else 1.0
+                    assert isinstance(base, float)
+                    linear = self.by_parameter[key][0].scale == "linear"
+                    out = [min(max(at if linear else base * exp(at), p.lower), p.upper) for at in given[key]]
+                    found[section][p.name] = tuple(out) if p.per_block else out[0]
         if ("static", LEVEL.name) in given:
             level = exp(given["static", LEVEL.name][0])
             found["static"] |= {name: level * found["static"][name] for name in ("F_c", "F_s")}  # type: ignore[operator]
@@ -169,26 +177,16 @@ class Coordinates:
 
         y: One number a scalar parameter and two a vector, each from 0 to 1 between the bounds, shape (`coarse`,).
         """
-        x, take = np.empty(len(self.free)), iter(y)
-        done: dict[tuple[str, str], Real] = {}
-        for n, c in enumerate(self.free):
-            key = c.section, c.parameter.name
-            if c.block is None:
-                share = next(take)
-            else:
-                if key not in done:
-                    count = self.blocks - c.parameter.shares
-                    first, last = next(take), next(take)
-                    done[key] = np.linspace(first, last, count) if count > 1 else np.array([first])
-                share = done[key][c.block]
-            x[n] = c.lower + share * (c.upper - c.lower)
-        return x
+        x, take = list[float](), iter(y)
+        for of in self.by_parameter.values():
+            shares = [next(take)] if of[0].block is None else np.linspace(next(take), next(take), len(of))
+            x += [c.lower + share * (c.upper - c.lower) for c, share in zip(of, shares, strict=True)]
+        return np.array(x)
 
     @property
     def coarse(self) -> int:
         """Number of arguments of `spread_start`."""
-        vectors = {(c.section, c.parameter.name) for c in self.free if c.block is not None}
-        return sum(c.block is None for c in self.free) + 2 * len(vectors)
+        return sum(1 if of[0].block is None else 2 for of in self.by_parameter.values())
 
 
 def coordinates_of(coordinates: Coordinates, model: FrictionModel) -> Real:
