@@ -138,8 +138,6 @@ def design_jointly(
     kind: An observer or a controller with a parameter that is tuned.
     Raises FricError: When the block does not feed back, or no loop keeps the peak sensitivity.
     """
-    import nlopt
-
     if not kind.tuned or kind.kind == "feedforward":
         raise FricError(f"'{kind.name}' does not feed back", hint="Design it alone, not jointly with the cascade.")
     cascade, Delta = Cascade.designed(setting), perturbation or model_perturbation(setting.plant, setting.sampling / 2)
@@ -168,13 +166,8 @@ def design_jointly(
     low = np.array([log(GAINS[0]), log(GAINS[0]), log(0.5), log(tuned.lower)])
     high = np.array([log(GAINS[1]), log(GAINS[1]), max(edge, log(0.6)), log(tuned.upper)])
     start = np.array([0.0, 0.0, max(edge, log(0.6)) - 0.05, log(_first(kind, setting, peak_sensitivity, Delta))])
-    optimizer = nlopt.opt(nlopt.LN_SBPLX, 4)
-    optimizer.set_lower_bounds(low)
-    optimizer.set_upper_bounds(high)
-    optimizer.set_initial_step(np.array([0.4, 0.3, -0.2, 0.4]))
-    optimizer.set_maxeval(STEPS)
-    optimizer.set_xtol_abs(2e-3)
-    found = minimised(optimizer, cost, np.clip(start, low + 1e-9, high - 1e-9))
+    start, step = np.clip(start, low + 1e-9, high - 1e-9), np.array([0.4, 0.3, -0.2, 0.4])
+    found = minimised("LN_SBPLX", cost, start, low, high, initial_step=step, maxeval=STEPS, xtol_abs=2e-3)
     chosen, names = cascade_at(found), ("K_p", "K_i", "K_v", "velocity_filter")
     chosen = replace(chosen, **{name: three_digits(float(getattr(chosen, name))) for name in names})  # rounded down
     block = design_block(kind, replace(setting, cascade=chosen), peak_sensitivity=peak_sensitivity, perturbation=Delta)

@@ -21,7 +21,6 @@ knots d_i, and concave exactly when every k_i is positive.
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-import nlopt
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.special import stdtrit
@@ -560,13 +559,8 @@ def _placed(cost: Callable[[Real], float], low: float, high: float, count: int, 
 
 def _moved(cost: Callable[[Real], float], start: Real, low: Real | float, high: Real | float) -> Real:
     """Return the nearest minimum by NLopt's Sbplx (Rowan 1990) within bounds."""
-    optimizer = nlopt.opt(nlopt.LN_SBPLX, len(start))
-    optimizer.set_lower_bounds(low)
-    optimizer.set_upper_bounds(high)
-    optimizer.set_maxeval(500 * len(start))
-    optimizer.set_xtol_abs(1e-7)
-    optimizer.set_ftol_rel(1e-10)
-    return minimised(optimizer, cost, np.clip(start, low, high))
+    start, most = np.clip(start, low, high), 500 * len(start)
+    return minimised("LN_SBPLX", cost, start, low, high, maxeval=most, xtol_abs=1e-7, ftol_rel=1e-10)
 
 
 def weights(curve: VirginCurve) -> Real:

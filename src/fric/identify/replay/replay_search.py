@@ -386,12 +386,8 @@ class Search:
         every = -(-sum(len(r.force) for r in self.records) // COARSE)
         few = Search(self.coordinates, [record.thinned(every) for record in self.records])
 
-        size = self.coordinates.coarse
-        search = nlopt.opt(nlopt.GN_CRS2_LM, size)
-        search.set_lower_bounds(np.zeros(size))
-        search.set_upper_bounds(np.ones(size))
-        search.set_maxeval(EVALUATIONS * (size + 1))
-        search.set_ftol_rel(1e-4)
+        start = np.full(self.coordinates.coarse, 0.5)
+        most_tried = EVALUATIONS * (len(start) + 1)
         spread, found = self.coordinates.spread_start, list[tuple[float, Real]]()
         most = LITTLE * float(np.sum(few.projected([record.force for record in few.records]) ** 2))
         fast, rigid = few._rigid()
@@ -403,8 +399,10 @@ class Search:
 
         while len(found) < SEARCHES and not (found and explains(*min(found, key=itemgetter(0)))):
             nlopt.srand(seed + len(found) + 1)  # 0 would be the time of day
-            x = spread(minimised(search, lambda y: few.cost(spread(y)), np.full(size, 0.5)))
-            found.append((few.cost(x), x))
+            y = minimised(
+                "GN_CRS2_LM", lambda y: few.cost(spread(y)), start, 0.0, 1.0, maxeval=most_tried, ftol_rel=1e-4
+            )
+            found.append((few.cost(spread(y)), spread(y)))
         return few._hopped(min(found, key=itemgetter(0))[1], np.random.default_rng(seed))
 
     def _rigid(self) -> tuple[Mask, float]:

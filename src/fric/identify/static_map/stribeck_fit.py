@@ -6,8 +6,8 @@ For given v_s and delta eq. (2) is linear in the rest,
 
 so the sum of squares is minimised over F_c, F_s, sigma and offset in closed form (non-negative least squares), and
 only log v_s, and delta where it is free, are searched (variable projection; Golub and Pereyra 1973). That search is
-global, by NLopt's DIRECT-L, because the projected sum can have more than one minimum; Brent's method polishes it in one
-parameter, a simplex in two. Intervals are profiles of the same sum.
+global, by DIRECT-L (Gablonsky and Kelley 2001), because the projected sum can have more than one minimum; Brent's
+method polishes it in one parameter, a simplex in two. Intervals are profiles of the same sum.
 """
 
 from collections.abc import Callable, Mapping
@@ -16,7 +16,6 @@ from dataclasses import dataclass, field, replace
 from math import isfinite, sqrt
 from typing import Any, NamedTuple
 
-import nlopt
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar, nnls
 from scipy.special import stdtrit
@@ -119,7 +118,8 @@ class StribeckProblem:
 
         lower, upper = np.array([ends[name] for name in searched]).T
         if start is None:
-            x = _direct(cost, lower, upper)
+            most = 60 if len(searched) == 1 else 400
+            x = minimised("GN_DIRECT_L", cost, (lower + upper) / 2, lower, upper, maxeval=most)
         else:
             near = {"v_s": np.log(start.theta["v_s"]), "delta": start.theta["delta"]}
             x = np.clip([near[name] for name in searched], lower, upper)
@@ -247,15 +247,6 @@ def profile_interval(
 Cost = Callable[[Real], float]
 
 
-def _direct(cost: Cost, lower: Real, upper: Real) -> Real:
-    """Search a box globally by NLopt's DIRECT-L (Gablonsky and Kelley 2001)."""
-    optimiser = nlopt.opt(nlopt.GN_DIRECT_L, len(lower))
-    optimiser.set_lower_bounds(lower)
-    optimiser.set_upper_bounds(upper)
-    optimiser.set_maxeval(60 if len(lower) == 1 else 400)
-    return minimised(optimiser, cost, (lower + upper) / 2)
-
-
 def _polished(cost: Cost, start: Real, lower: Real, upper: Real, *, near: bool) -> Real:
     """Polish a minimum; a start that is near takes smaller steps.
 
@@ -273,13 +264,8 @@ def _polished(cost: Cost, start: Real, lower: Real, upper: Real, *, near: bool) 
             options={"xtol": tolerance},
         )
         return np.clip(np.array([found.x]), lower, upper)
-    optimiser = nlopt.opt(nlopt.LN_SBPLX, len(lower))
-    optimiser.set_lower_bounds(lower)
-    optimiser.set_upper_bounds(upper)
-    optimiser.set_initial_step(step)
-    optimiser.set_xtol_abs(1e-5 if near else 1e-9)
-    optimiser.set_maxeval(2000)
-    return minimised(optimiser, cost, start)
+    within = 1e-5 if near else 1e-9
+    return minimised("LN_SBPLX", cost, start, lower, upper, initial_step=step, xtol_abs=within, maxeval=2000)
 
 
 _unchecked: Any = None
