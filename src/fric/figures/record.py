@@ -123,7 +123,7 @@ def _draw_table(axes: NDArray[np.object_], table: ForceVelocity) -> None:
     """Draw mean forces with their 95 % errors over velocity, and the size of both over a logarithmic speed."""
     fv, uv = prefixed(_size(table.velocity), table.unit("velocity"))
     fF, uF = prefixed(_size(table.force), table.unit("force"))
-    error = 1.96 * standard_errors(table)
+    error = 1.96 * standard_errors(table)[0]
     forward = table.velocity > 0
     for axis, sign in ((axes[0], np.ones_like(table.velocity)), (axes[1], np.sign(table.velocity))):
         for chosen, colour, marker, label in (

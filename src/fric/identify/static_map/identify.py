@@ -32,10 +32,10 @@ from fric.identify.static_map.points import (
     Weights,
     rounded_by,
 )
-from fric.identify.static_map.stribeck_fit import REPEATED
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.records.flaws import record_flaws, stroke_flaws
+from fric.records.over_strokes import REPEATED
 from fric.statistics import smoother_than_noise
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
@@ -314,13 +314,9 @@ def damping_notices(fit: MapFit) -> Sequence[Notice]:
     problem, theta, asked = fit.problem, fit.solution.theta, fit.asked
     if asked.plant is None or theta["sigma"] > 0 or "sigma" not in problem.free:
         return []
-    J = problem.jacobian(theta) / problem.standard_error[:, None]
-    size = np.linalg.norm(J, axis=0)
-    used = size > 0
-    inverse = np.linalg.pinv(J[:, used] / size[used], rcond=1e-7) / size[used][:, None]
-    at = [name for name, item in zip(problem.free, used, strict=True) if item].index("sigma")
-    short = -theta["sigma"] - float(inverse[at] @ (fit.residual / problem.standard_error))
-    error = float(np.hypot(2 * np.linalg.norm(inverse[at]), asked.damping_error))
+    by_force = problem.inverse(fit.solution)[problem.free.index("sigma")]
+    short = -theta["sigma"] - float(by_force @ (fit.residual / problem.standard_error))
+    error = float(np.hypot(2 * np.linalg.norm(by_force), asked.damping_error))
     damping = asked.of(asked.damping, "viscous")
     if short > max(error, TAKEN * asked.damping):
         return [flaws.DAMPING_TOO_LARGE.found(damping=damping, beyond=asked.of(short, "viscous"))]

@@ -17,7 +17,6 @@ from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
 from fric.identify.static_map.stribeck_fit import (
     DELTA_RANGE,
     PARAMETERS,
-    REPEATED,
     FittedMap,
     MapSolution,
     StribeckProblem,
@@ -25,6 +24,7 @@ from fric.identify.static_map.stribeck_fit import (
     profile_interval,
     solve_with_scatter,
 )
+from fric.records.over_strokes import REPEATED
 from fric.statistics import supposed
 from fric.units import si_unit
 

@@ -17,7 +17,7 @@ from fric.flaws.static_map import ERRORS_OF_MEANS, RECORDS_WITHOUT_STROKE, ROWS_
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
-from fric.records.over_strokes import OverPlace, over_place
+from fric.records.over_strokes import REPEATED, OverPlace, over_place
 from fric.records.resolution import lattice_step
 from fric.records.segments import SHORTEST, Segment, steady_segments, travelled
 from fric.statistics import robust_deviation
@@ -30,7 +30,6 @@ SWINGS = 0.03  # Root mean square of the velocity about its mean, over that mean
 UNEVEN = 0.25  # Largest relative difference in speed of the halves of a stroke with ripple
 ENOUGH = 4096  # Number of samples searched for a swing; of more, means are used
 RISES = 0.02  # Least rise of the force in the second half of a stroke that ends in pre-sliding, as a share
-SPEED_ALIKE = 0.05  # Largest relative difference in speed of two strokes that repeat each other
 ENDS = 0.15  # Share of the travel left out at either end of a stroke with ripple, for its ramps
 
 
@@ -102,8 +101,8 @@ def slid(points: Sequence[SpeedPoint]) -> tuple[list[SpeedPoint], list[SpeedPoin
     are at most half of all.
     """
     v, rising = np.array([point.velocity for point in points]), np.array([_rises(point) for point in points])
-    ended = rising & [bool(rising[np.abs(v + back) <= SPEED_ALIKE * abs(back)].all()) for back in v]
-    slower = np.abs(v) < (1.0 - SPEED_ALIKE) * np.max(np.abs(v[ended]), initial=0.0)
+    ended = rising & [bool(rising[np.abs(v + back) <= REPEATED * abs(back)].all()) for back in v]
+    slower = np.abs(v) < (1.0 - REPEATED) * np.max(np.abs(v[ended]), initial=0.0)
     if 2 * ended.sum() > len(points) or slower.sum() > ended.sum():
         ended[:] = False
     return list(compress(points, ~ended)), list(compress(points, ended))
@@ -230,17 +229,23 @@ def velocity_swing(log: Log, segment: Segment) -> float:
     return swing if swing > SWINGS else 0.0
 
 
-def standard_errors(table: ForceVelocity) -> Real:
-    """Return the standard error of each mean [N], shape (n,).
+def standard_errors(table: ForceVelocity) -> tuple[Real, str]:
+    """Return the standard error of each mean [N], shape (n,), and where it is from, if the table does not give it.
 
     It is that of the table; else the deviation over √n; else the deviation itself, an upper bound; or 0 if nothing is
     known, so that the scatter of the means about the map is their only error.
     """
     if table.error is not None:
-        return table.error
+        return table.error, ""
     if table.deviation is None:
-        return np.zeros_like(table.force)
-    return table.deviation if table.n is None else np.asarray(table.deviation / np.sqrt(table.n))
+        why = "it has no errors: the scatter of its means about the map is used instead"
+        return np.zeros_like(table.force), why
+    if table.n is None:
+        why = "it has deviations but no n: each is used as the error of its mean, an upper bound"
+        return table.deviation, why
+    errors = np.asarray(table.deviation / np.sqrt(table.n))
+    most = readable(float(errors.max()), table.unit("force"), 2)
+    return errors, f"the errors of its means are deviation/√n, {most} at most; further scatter is allowed for"
 
 
 def table_points(tables: Sequence[ForceVelocity], plant: Plant | None) -> tuple[list[SpeedPoint], list[Notice]]:
@@ -249,7 +254,7 @@ def table_points(tables: Sequence[ForceVelocity], plant: Plant | None) -> tuple[
     notices: list[Notice] = []
     damping = plant.damping if plant else 0.0
     for table in tables:
-        errors = standard_errors(table)
+        errors, why = standard_errors(table)
         counts = np.ones_like(table.force) if table.n is None else table.n
         for row, (v, F, error, n) in enumerate(zip(table.velocity, table.force, errors, counts, strict=True)):
             if abs(v) >= STILL:
@@ -257,21 +262,8 @@ def table_points(tables: Sequence[ForceVelocity], plant: Plant | None) -> tuple[
                 points.append(SpeedPoint(float(v), float(F - damping * v), float(error), int(n), name, 0.0, 0.0))
         if still := int(np.count_nonzero(np.abs(table.velocity) < STILL)):
             notices.append(ROWS_AT_REST.found(f"'{table.name}'", rows=still))
-        notices += _error_notices(table)
+        notices += [ERRORS_OF_MEANS.found(f"'{table.name}'", why=why)] if why else []
     return points, notices
-
-
-def _error_notices(table: ForceVelocity) -> list[Notice]:
-    if table.error is not None:
-        return []
-    if table.deviation is None:
-        why = "it has no errors: the scatter of its means about the map is used instead"
-    elif table.n is None:
-        why = "it has deviations but no n: each is used as the error of its mean, an upper bound"
-    else:
-        most = readable(float(standard_errors(table).max()), table.unit("force"), 2)
-        why = f"the errors of its means are deviation/√n, {most} at most; further scatter is allowed for"
-    return [ERRORS_OF_MEANS.found(f"'{table.name}'", why=why)]
 
 
 HUBER = 1.345  # Huber's tuning constant: 95 % efficiency on Gaussian noise (Huber 1964)
@@ -429,9 +421,10 @@ class Stretches(dict[int, tuple[Log, Segment]]):
     """Record and steady segment of the strokes that do not swing, by the number of the point."""
 
     @classmethod
-    def of(cls, points: Sequence[SpeedPoint], logs: Sequence[Log]) -> Self:
-        """Return the stretches of points; none where records share a name."""
-        unique = len({log.name for log in logs}) == len(logs)
+    def of(cls, points: Sequence[SpeedPoint], records: Sequence[Log | ForceVelocity]) -> Self:
+        """Return the stretches of points; none where records in time share a name."""
+        names = [record.name for record in records if isinstance(record, Log)]
+        unique = len({*names}) == len(names)
         return cls({n: p.stretch for n, p in enumerate(points) if unique and p.stretch is not None and not p.swing})
 
     @property
@@ -498,8 +491,7 @@ class Strokes:
     @classmethod
     def at(cls, points: Sequence[SpeedPoint], asked: Asked, records: Sequence[Log | ForceVelocity] = ()) -> Self:
         """Return the strokes of points that are known."""
-        logs = [record for record in records if isinstance(record, Log)]
-        return cls(asked, records, points, Stretches.of(points, logs), np.empty((0, len(points))))
+        return cls(asked, records, points, Stretches.of(points, records), np.empty((0, len(points))))
 
     @property
     def logs(self) -> list[Log]:

@@ -12,7 +12,8 @@ method polishes it in one parameter, a simplex in two. Intervals are profiles of
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from math import isfinite, sqrt
 from typing import Any, NamedTuple
 
@@ -23,6 +24,7 @@ from scipy.special import stdtrit
 from fric.arrays import Mask, Real
 from fric.errors import FricError
 from fric.friction.stribeck import STATIC_PARAMETERS, stribeck_shares
+from fric.records.over_strokes import REPEATED
 from fric.search import minimised
 from fric.statistics import robust_deviation
 
@@ -53,17 +55,12 @@ class StribeckProblem:
     """Root mean square of the velocity about its mean over that mean, of each stroke, shape (n,); the force of a stroke
     is then the mean of eq. (2) along a sine of this size. None where no stroke swings."""
     offset: float = 0.0  # The offset where it is not fitted [N]
-    _weight: Real = field(init=False, repr=False)
-    _size: float = field(init=False, repr=False)
-    _ones: Real = field(init=False, repr=False)
-    _sign: Real = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
-        weight = 1.0 / self.standard_error
-        size = float(np.linalg.norm(weight))
-        parts = {"_weight": weight, "_size": size, "_ones": weight / size, "_sign": np.sign(self.v)}
-        for name, value in parts.items():
-            object.__setattr__(self, name, value)
+    @cached_property
+    def _weighted_ones(self) -> tuple[Real, float]:
+        """The weights over the root of the sum of their squares, shape (n,), and that root."""
+        size = float(np.linalg.norm(1.0 / self.standard_error))
+        return 1.0 / self.standard_error / size, size
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -127,7 +124,7 @@ class StribeckProblem:
 
     def _project(self, held: Mapping[str, float], v_s: float, delta: float) -> MapSolution:
         """Minimise over the linear parameters at given v_s and delta, with F_s ≥ F_c ≥ 0 and sigma ≥ 0."""
-        sign, g = self._sign, self._shares(v_s, delta)
+        sign, g = np.sign(self.v), self._shares(v_s, delta)
         F = self.F - held.get("offset", 0.0) - held.get("sigma", 0.0) * self.v
         if "F_s" in held and "F_c" not in held:
             F, columns = F - held["F_s"] * sign * g, {"F_c": sign * (1.0 - g)}  # from 0 to F_s
@@ -146,7 +143,7 @@ class StribeckProblem:
 
     def _nonnegative(self, columns: Mapping[str, Real], F: Real, free_offset: bool) -> dict[str, float]:
         """Weighted non-negative least squares, with a free offset, if any, projected out first."""
-        w = self._weight
+        w, (ones, size) = 1.0 / self.standard_error, self._weighted_ones
         A, b = np.empty((len(w), len(columns))), F * w
         for n, column in enumerate(columns.values()):
             np.multiply(column, w, out=A[:, n])
@@ -155,13 +152,12 @@ class StribeckProblem:
         A /= scale
         rest_A, rest_b = A, b
         if free_offset:
-            ones = self._ones
             rest_A, rest_b = A - ones[:, None] * (ones @ A), b - ones * (ones @ b)
         x = nonnegative(rest_A, rest_b, 3 * len(columns))[0] if columns else np.zeros(0)
         residual = rest_b - rest_A @ x
         found = dict(zip(columns, (x / scale).tolist(), strict=True)) | {"cost": float(residual @ residual)}
         if free_offset:
-            found["offset"] = float(ones @ (b - A @ x)) / self._size
+            found["offset"] = float(ones @ (b - A @ x)) / size
         return found
 
     def jacobian(self, theta: Mapping[str, float], v: Real | None = None) -> Real:
@@ -182,19 +178,23 @@ class StribeckProblem:
         }
         return np.column_stack([columns[name] for name in self.free])
 
-    def covariance(self, solution: MapSolution) -> Real:
-        """Return the linearised covariance of the free parameters for the given standard errors."""
-        J = self.jacobian(solution.theta) * self._weight[:, None]
+    def inverse(self, solution: MapSolution) -> Real:
+        """Return the change of the free parameters with each weighted force, to first order, shape (len(free), n)."""
+        J = self.jacobian(solution.theta) / self.standard_error[:, None]
         size = np.linalg.norm(J, axis=0)
         size[size == 0] = 1.0
-        inverse = np.linalg.pinv(J / size, rcond=1e-7)  # of J, not of J'J: so no variance is negative
-        return (inverse @ inverse.T) / np.outer(size, size)
+        return np.linalg.pinv(J / size, rcond=1e-7) / size[:, None]
+
+    def covariance(self, solution: MapSolution) -> Real:
+        """Return the linearised covariance of the free parameters for the given standard errors."""
+        inverse = self.inverse(solution)
+        return np.asarray(inverse @ inverse.T)  # of J, not of J'J: so no variance is negative
 
 
 def profile_interval(
-    problem: StribeckProblem, best: MapSolution, name: str, scale: float, guess: float, level: float = 0.95
+    problem: StribeckProblem, best: MapSolution, name: str, scale: float, guess: float
 ) -> tuple[float, float]:
-    """Return the profile-likelihood interval of one parameter.
+    """Return the 95 % profile-likelihood interval of a parameter.
 
     The parameter is held, the rest minimised again, and the limits are where the sum of squares has risen by
     ``t²·scale`` (t: Student's quantile for the degrees of freedom; Bates and Watts 1988, ch. 6). A limit is the
@@ -203,7 +203,7 @@ def profile_interval(
     ``scale`` is the variance of a residual in units of its standard error squared, ``guess`` the linearised standard
     error of the parameter, from which the search begins.
     """
-    target = float(stdtrit(problem.degrees_of_freedom, 0.5 + level / 2)) ** 2 * scale
+    target = float(stdtrit(problem.degrees_of_freedom, 0.975)) ** 2 * scale
     best_value = best.theta[name]
     force = 10.0 * float(np.abs(problem.F).max())
     walls = {
@@ -295,7 +295,6 @@ def nonnegative(A: Real, b: Real, most: int) -> tuple[Real, float]:
     return x, rest
 
 
-REPEATED = 0.05  # Ratio of speeds, less one, up to which two strokes repeat each other
 SWUNG = 0.3  # Share of what averaging over a swing does to a force that is its error: the swing is no sine
 MOST_OUTLYING = 0.15  # Largest share of strokes that count as outliers: where more deviate, the map does not fit
 OUTLYING = 5.0  # Standard deviations from the map beyond which the deviation of a stroke is in its weight
