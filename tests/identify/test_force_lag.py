@@ -11,7 +11,7 @@ import pytest
 
 from fric.drive.plant import Plant
 from fric.identify.plant.identify import identify_plant
-from fric.identify.plant.response_fit import force_constant
+from fric.identify.plant.response_fit import force_scale
 from fric.log import Log
 from fric.notice import Notice
 from fric.records.prepared import acting_force, prepared
@@ -34,7 +34,7 @@ def codes(warnings: tuple[str, ...]) -> dict[str, str]:
 def test_the_force_constant_and_the_lag_of_a_late_force(lag: int, corner: float, how: dict[str, Any]) -> None:
     """K_f within 1 %, the lag within 0.1 sample; the low-frequency lag of a filter behind a hold is T_f + T_s/2."""
     log = shaken(RUBBING, seed=lag, force_lag=lag, force_filter=corner, force_step=0.5, **how)
-    found = force_constant([log], None, "linear")
+    found = force_scale([log], None, "linear")
     assert found.K_f is not None
     assert found.lag is not None
     assert float(found.K_f) == pytest.approx(RUBBING.K_f, rel=2e-3)
@@ -54,7 +54,7 @@ def test_a_dead_zone_of_the_drive_is_told_by_its_size(dead: float, lag: float) -
     log = shaken(RUBBING, seed=3, force_lag=lag, force_step=0.5, mean=0.0, swing=2e-3, count=15)
     assert log.input is not None
     share = dead * float(np.std(log.input))
-    found = force_constant([replace(log, input=log.input + share * np.sign(log.input))], None, "linear")
+    found = force_scale([replace(log, input=log.input + share * np.sign(log.input))], None, "linear")
     (notice,) = (w for w in found.warnings if isinstance(w, Notice) and w.code == "dead-zone")
     assert notice.severity == "wrong"
     number, unit = str(notice).split("±")[1].split()[:2]
@@ -66,18 +66,18 @@ def test_a_filter_of_the_force_is_no_dead_zone(corner: float) -> None:
     """What is late of a filtered force went for a jump at the input's sign, where the input is no Gaussian noise."""
     machine = replace(RUBBING, F_s=1.5 * RUBBING.F_c)
     log = shaken(machine, seed=1, force_filter=corner, force_lag=1.0, mean=0.0, swing=2e-3, count=15)
-    assert "dead-zone" not in codes(force_constant([log], None, "linear").warnings)
+    assert "dead-zone" not in codes(force_scale([log], None, "linear").warnings)
 
 
 def test_without_periods_and_along_a_motion_it_is_the_same() -> None:
     swept = run(RUBBING, 2e-3 * np.sin(0.002 * np.arange(60_000) ** 1.3), force_lag=3.0, kind="motion")
-    found = force_constant([replace(swept, reference=None)], None, "linear")
+    found = force_scale([replace(swept, reference=None)], None, "linear")
     assert float(found.K_f) == pytest.approx(RUBBING.K_f, rel=0.01)  # type: ignore[arg-type]
     assert float(found.lag) * RATE == pytest.approx(3.0, abs=0.1)  # type: ignore[arg-type]
     log = motion(seed=1)
     F = np.asarray(log.force)
     late = replace(log, input=F / 35.0, force=np.concatenate([np.full(3, F[0]), F[:-3]]))
-    found = force_constant([late], None, "linear")
+    found = force_scale([late], None, "linear")
     sampling = (len(log) - 1) / float(log.time[-1] - log.time[0])
     assert float(found.K_f) == pytest.approx(35.0, rel=0.01)  # type: ignore[arg-type]
     assert float(found.lag) * sampling == pytest.approx(3.0, abs=0.1)  # type: ignore[arg-type]
@@ -88,7 +88,7 @@ def test_intervals_cover_where_the_force_is_noisy() -> None:
     covered = np.zeros(2)
     for seed in range(40):
         log = shaken(RUBBING, seed=seed, force_lag=2.0, force_noise=20.0, periods=6, period=2000, count=25)
-        found = force_constant([log], None, "linear")
+        found = force_scale([log], None, "linear")
         for n, (estimate, truth) in enumerate(((found.K_f, RUBBING.K_f), (found.lag, 2 / RATE))):
             low, high = estimate.ci95  # type: ignore[union-attr, misc]
             covered[n] += low <= truth <= high
@@ -97,7 +97,7 @@ def test_intervals_cover_where_the_force_is_noisy() -> None:
 
 def test_records_that_differ_widen_the_interval() -> None:
     logs = [shaken(replace(RUBBING, K_f=K, B=2.5 * K / 210), seed=n) for n, K in enumerate((205.0, 210.0, 216.0))]
-    low, high = force_constant(logs, None, "linear").K_f.ci95  # type: ignore[union-attr, misc]
+    low, high = force_scale(logs, None, "linear").K_f.ci95  # type: ignore[union-attr, misc]
     assert low < 206
     assert high > 215
 
@@ -133,7 +133,7 @@ def test_a_force_that_is_a_multiple_of_the_input_has_that_factor_and_no_lag() ->
         + 2.0 * np.sign(np.sin(0.7 * t + 1.0))
         + np.random.default_rng(1).normal(0.0, 0.01, len(t))
     )
-    found = force_constant([Log(t, position=np.cos(2.1 * t), input=u, force=31.5 * u, kind="motion")], None, "linear")
+    found = force_scale([Log(t, position=np.cos(2.1 * t), input=u, force=31.5 * u, kind="motion")], None, "linear")
     assert found.K_f is not None
     assert float(found.K_f) == pytest.approx(31.5, rel=1e-9)
     assert found.shift == 0.0

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fric.identify.plant.response_fit import force_constant, steady_force_constant
+from fric.identify.plant.response_fit import force_scale, steady_force_constant
 from fric.log import Log
 from tests.chance import fewest
 from tests.identify.constant_velocity import both_directions, stroke
@@ -48,5 +48,5 @@ def test_a_force_that_is_not_the_motor_s_is_told():
 
 def test_few_strokes_tell_nothing_and_what_is_given_goes_first():
     assert steady_force_constant(strokes(1)[:3], "linear") == (None, ())
-    assert float(force_constant([], 200.0, "linear", strokes=strokes(1)).K_f) == 200.0
-    assert float(force_constant([], None, "linear", strokes=strokes(1)).K_f) == pytest.approx(K_F, rel=1e-3)
+    assert float(force_scale([], 200.0, "linear", strokes=strokes(1)).K_f) == 200.0
+    assert float(force_scale([], None, "linear", strokes=strokes(1)).K_f) == pytest.approx(K_F, rel=1e-3)

@@ -22,6 +22,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.special import stdtrit
 
@@ -77,17 +78,15 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
     """
     motion, where = record.motion, record.log.where
     reversals = strokes_of(record)
-    count = max((len(reversals) - 1) // 2, 0)
-    if count == 0:
+    if len(reversals) < 3:
         raise FricError(
             f"no whole cycle is in it ({len(reversals)} reversals)",
             where=where,
             hint="Log two cycles or more of a slow sine.",
         )
-    loaded = cycles is None and begins_loaded(record, reversals)
-    if loaded:
+    if loaded := cycles is None and begins_loaded(record, reversals):
         reversals = reversals[1:]
-        count = (len(reversals) - 1) // 2
+    count = (len(reversals) - 1) // 2
     first, last = cycles or (1, count)
     if first > count:
         raise FricError(
@@ -275,20 +274,16 @@ def _apart(cycles: Real, others: Real) -> tuple[float, float]:
 
 
 def _spliced(parts: list[tuple[str, Real, Real, float]], mismatch: float) -> VirginCurve:
-    displacement = np.concatenate([place for _, place, _, _ in parts])
-    rows = sum(len(cycles) for _, _, cycles, _ in parts)
-    table = np.full((rows, len(displacement)), np.nan)
-    row = column = 0
-    for _, place, cycles, _ in parts:
-        table[row : row + len(cycles), column : column + len(place)] = cycles
-        row, column = row + len(cycles), column + len(place)
+    names, places, cycles, levels = zip(*parts, strict=True)
+    displacement = np.concatenate(places)
+    table = np.where(block_diag(*map(np.ones_like, cycles)), block_diag(*cycles), np.nan)
     count = np.isfinite(table).sum(axis=0)
     force = np.nanmean(table, axis=0)
     scatter = np.sqrt(np.nansum((table - force) ** 2, axis=0) / np.maximum(count - 1, 1))
     band = np.where(count > 1, stdtrit(np.maximum(count - 1, 1), 0.975) * scatter / np.sqrt(count), np.nan)
     relative = least_slope(displacement, force)
-    ends = tuple((name, float(place[-1])) for name, place, _, _ in parts if len(place))
-    return VirginCurve(displacement, force, band, table, ends, parts[-1][3], mismatch, relative)
+    ends = tuple((name, float(place[-1])) for name, place in zip(names, places, strict=True) if len(place))
+    return VirginCurve(displacement, force, band, table, ends, levels[-1], mismatch, relative)
 
 
 def _branches(
@@ -303,7 +298,7 @@ def _branches(
         swing = np.where(v < 0, back.level(v) + static.F_s, static.level(v) + back.F_s)
         ratio = swing / (static.F_s + back.F_s)
     edges = _edges(amplitude, motion.step)
-    cycles, places, levels = [], [], []
+    found, levels = [], []
     for first, reversal, last in hysteresis.chosen():
         halves = [(first, reversal), (reversal, last)]
         signs = [1.0 if z[b] > z[a] else -1.0 for a, b in halves]
@@ -319,9 +314,8 @@ def _branches(
             at = 0.5 * sign * (z[a : b + 1] - z[a]) / q
             halved = 0.5 * (sign * force[a : b + 1] - (end - level) + level) / q
             sums += 0.5 * np.array(_binned(at, halved, edges))
-        places.append(sums[0])
-        cycles.append(sums[1])
-    table, where = np.array(cycles), np.array(places)
+        found.append(sums)
+    where, table = np.swapaxes(found, 0, 1)
     count = np.isfinite(where).sum(axis=0)
     place = np.where(count > 0, np.nansum(where, axis=0) / np.maximum(count, 1), 0.5 * (edges[1:] + edges[:-1]))
     return place, table, float(np.mean(levels))

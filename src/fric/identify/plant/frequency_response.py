@@ -263,21 +263,17 @@ class MeanLines(NamedTuple):
     stated: bool
 
 
-def excited(spectra: Spectra, driven: Mask | None = None) -> Mask:
+def excited(spectra: Spectra) -> Mask:
     """Return the driven lines of a periodic excitation.
 
     At a line that is not driven a closed loop shows the controller, encoder steps or friction's harmonics, which may
     repeat as exactly as the excitation. A driven line is tall among its neighbours in input and position together, not
     small against the input at any lower frequency, and above the noise. A line that is less than surely tall must take
     power from the voltage, ``Re(u*·jωz) > 0``: friction's harmonics bring it.
-
-    driven: The lines that the reference drives, shape (n,), where it is known: it settles the question.
     """
     U, Z = (np.abs(np.mean(x, axis=0)) for x in (spectra.input, spectra.position))
     variance = np.var(spectra.input, axis=0, ddof=1) / len(spectra.input)
     noise = np.sqrt(ndimage.median_filter(variance, size=21, mode="nearest"))
-    if driven is not None:
-        return driven
     both = np.sqrt(U * Z)
     half_width = np.maximum(2, np.arange(len(U)) // 4)
     around = np.array([both[max(0, k - r) : k + r + 1].max() for k, r in enumerate(half_width)])
@@ -438,7 +434,7 @@ def _over_periods(record: Log, u: Real, z: Real, period: int, sampling: float, k
         spectra = period_spectra(u, z, period, sampling)
     if known is None and record.reference is not None:
         known = _driven(record.reference, period)
-    lines = excited(spectra, known)
+    lines = excited(spectra) if known is None else known
     if np.count_nonzero(lines) < 3:
         raise FricError("fewer than three frequencies are excited", where=record.where, hint="Excite more of them.")
     repeating = distortion(spectra, lines)

@@ -39,12 +39,11 @@ from fric.identify.plant.response_fit import (
     ResponseFit,
     against_mass,
     at,
-    force_constant,
+    force_scale,
     near,
     select,
     solve,
 )
-from fric.identify.plant.response_fit import force_constant as slope_of_force
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_several_axes
 from fric.notice import Notice
 from fric.records.flaws import even_sampling, evened, record_flaws
@@ -93,11 +92,7 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     """
     # of the records as they were logged: what is made up for along a cubic looks like jitter
     clocks = [record_flaws([given], "plant") if isinstance(given, Log) else [] for given in records]
-    even, uneven = list[Log | FrequencyResponse](), list[Notice]()
-    for given in records:
-        record, clock_notices = evened(given) if isinstance(given, Log) else (given, [])
-        even.append(record)
-        uneven += clock_notices
+    even, uneven = zip(*(evened(given) if isinstance(given, Log) else (given, []) for given in records), strict=True)
     logs = [record for record in even if isinstance(record, Log)]
     fits, sets = [], []
     for measured, clock in zip(_measured(even, clocks, period, segment), clocks, strict=True):
@@ -114,9 +109,9 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     rates = [fit.hold for fit in fits if fit.hold is not None]
     rate = min(rates) if rates else None
     estimates = solution.estimates(motion)
-    scale = force_constant(logs, given_force_constant, motion, period=period, segment=segment, strokes=strokes)
+    scale = force_scale(logs, given_force_constant, motion, period=period, segment=segment, strokes=strokes)
     estimates |= scale.estimates()
-    others = [*uneven, *scale.warnings, *against_mass(estimates, mass, motion)]
+    others = [*chain(*uneven), *scale.warnings, *against_mass(estimates, mass, motion)]
     transport = estimates["T_d"]
     if rate is not None:
         low, high = transport.ci95 or (0.0, 0.0)
@@ -503,7 +498,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
         unity = Estimate(1.0, si_unit("force per input", motion), fixed=True)
         scale = ForceScale(unity, Estimate(late, si_unit("time", motion), assumed=True))
     else:
-        scale = slope_of_force(logs, force_constant, motion)
+        scale = force_scale(logs, force_constant, motion)
     scaled = force_constant is not None
     served = [
         replace(log, force=None) if channel == "input" or (scaled and log.input is not None) else log for log in logs

@@ -158,9 +158,6 @@ class ResponseForm(NamedTuple):
         return resonance.response(plant, frequency, hold) if resonance else plant.response(frequency, hold)
 
 
-EQUATION_1 = ResponseForm()
-
-
 @dataclass(frozen=True)
 class PlantSolution:
     """Parameters of eq. (1), and of Coulomb friction and a second mass where they were requested."""
@@ -173,7 +170,7 @@ class PlantSolution:
     # Relative deviation that must be added to the measured deviations to explain the residuals; 0 where noise does
     misfit: float
     freedom: float  # Degrees of freedom, correlated lines counted once
-    form: ResponseForm = EQUATION_1  # Which parameters there are
+    form: ResponseForm  # Which parameters there are
 
     def plant(self, reversing: float = 0.0) -> LinearPlant:
         """Return eq. (1), with what friction adds to A along a motion with this gain [s/m]."""
@@ -411,7 +408,7 @@ class ForceScale:
         return {name: estimate for name, estimate in found.items() if estimate is not None}
 
 
-def force_constant(
+def force_scale(
     logs: Sequence[Log],
     given: float | None,
     motion: Motion,
