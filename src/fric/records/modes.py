@@ -116,9 +116,8 @@ def _logged(log: Log) -> list[ModePart]:
 
 def _strokes(log: Log, followed: Tracking) -> list[_ModeStroke]:
     """Return the strokes of the reference from reversal to reversal."""
-    assert log.reference is not None
-    assert log.position is not None
-    x, error, found = log.reference, log.position - log.reference, []
+    x, found = log.require("reference", "its strokes"), list[_ModeStroke]()
+    error = log.require("position", "its strokes") - x
     speed = np.abs(np.gradient(x, log.time))
     for (begin, first, end), (following, last, _) in pairwise(followed.spans):
         move = float(x[last] - x[first])

@@ -310,12 +310,11 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
         used &= np.abs(motion.velocity) >= CREEP * np.abs(motion.velocity).max()
     if filters is not None:
         used[: filters.border] = False
-        return Prepared(log, motion, np.asarray(force, float), used, reversals, done)
-    if len(reversals) > 1:
+    elif len(reversals) > 1:
         used[: reversals[0]] = False
     else:
         used[np.abs(position - position[0]) < 0.02 * np.ptp(position)] = False
-    if log.force is not None and source == "force":
+    if filters is None and log.force is not None and source == "force":
         used &= ~(clipped(log.force) | drive_off(log))
     return Prepared(log, motion, np.asarray(force, float), used, reversals, done)
 

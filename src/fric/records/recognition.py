@@ -265,13 +265,11 @@ def is_rigid(log: Log) -> bool:
 
     At rest, as between the moves of a robot, friction is anything up to F_c: it is not judged there.
     """
-    if log.force is None:
-        return False
     velocity = log.velocity if log.velocity is not None else np.gradient(travelled(log), log.time)
     terms = np.column_stack([np.gradient(velocity, log.time), velocity, np.sign(velocity), np.ones_like(velocity)])
     terms /= np.maximum(np.abs(terms).max(axis=0), 1e-300)
     moves = np.abs(velocity) > REST * np.quantile(np.abs(velocity), 0.98)
-    terms, force = terms[moves], log.force[moves]
+    terms, force = terms[moves], log.require("force", "the law of a rigid body")[moves]
     values = np.linalg.lstsq(terms, force, rcond=None)[0]
     left = force - terms @ values
     return bool(terms.any(axis=0).all() and values[:3].min() >= 0.0 and left.var() < (1.0 - RIGID) * force.var())

@@ -50,8 +50,7 @@ class Path:
     def distance(self, start: int, stop: int) -> Real:
         """Return the distance of each sample of a piece from its chord [m]."""
         t, z = self.time[start:stop], self.position[start:stop]
-        slope = (z[-1] - z[0]) / (t[-1] - t[0])
-        return self.rounded(np.abs(z - (z[0] + slope * (t - t[0]))))
+        return self.rounded(np.abs(z - (z[0] + self.slope(start, stop) * (t - t[0]))))
 
     def rounded(self, distance: Real) -> Real:
         """Return distances [m] without their last bits: of whole counts, many equal each other or a tolerance."""
@@ -68,8 +67,7 @@ class Path:
 
     def slope(self, start: int, stop: int) -> float:
         """Return the slope of the chord [m/s]."""
-        rise = self.position[stop - 1] - self.position[start]
-        return float(rise / (self.time[stop - 1] - self.time[start]))
+        return self.travel(start, stop) / float(self.time[stop - 1] - self.time[start])
 
 
 def travelled(log: Log) -> Real:

@@ -450,7 +450,10 @@ def force_scale(
         T_low, T_high = (float(values[2] + side * half[2]) for side in (-1, 1))
         corner = Estimate(1 / (2 * np.pi * float(values[2])), "Hz", (1 / (2 * np.pi * T_high), 1 / (2 * np.pi * T_low)))
     found = Estimate.around_log(K_f, unit, float(half[0]))
-    warnings = _lag_described(late, corner, sampling)
+    warnings, samples = list[Notice](), lag * sampling
+    if _matters(late, sampling):
+        size = Estimate(abs(lag), "s")
+        warnings.append(FORCE_LAGS.found(lag=size, samples=abs(samples), late=samples, corner=corner))
     warnings += [notice for log, _ in answered if (notice := _dead_zone(log, *values[1:3])) is not None]
     if stated is not None and abs(K_f / float(stated) - 1) > max(DIFFERS, float(half[0])):
         warnings.append(K_F_DIFFERS.found(given=stated, found=found))
@@ -477,17 +480,16 @@ def _dead_zone(log: Log, delay: float, corner: float) -> Notice | None:
     u_0 is regressed with K_f by parts of the record, both columns late as the force is [s]: of what a lag or a filter
     would leave, the sign of an input that is no Gaussian noise takes a part.
     """
-    assert log.input is not None
-    assert log.force is not None
+    u, F = (log.require(channel, "a dead zone") for channel in ("input", "force"))
     n, interval = len(log), float(np.median(np.diff(log.time)))
     s = 2j * np.pi * np.fft.rfftfreq(n, interval)
-    late = np.fft.irfft(np.fft.rfft([log.input, np.sign(log.input)]) * np.exp(-s * delay) / (1 + s * corner), n)
+    late = np.fft.irfft(np.fft.rfft([u, np.sign(u)]) * np.exp(-s * delay) / (1 + s * corner), n)
     X = np.column_stack([*late, np.ones(n)])
     parts = np.array_split(np.arange(n), PARTS + 2)[1:-1]  # at the ends both overlap
-    found = np.array([np.linalg.lstsq(X[part], log.force[part], rcond=None)[0] for part in parts])
+    found = np.array([np.linalg.lstsq(X[part], F[part], rcond=None)[0] for part in parts])
     slope, jump = found[:, :2].mean(axis=0)
     error = float(found[:, 1].std(ddof=1)) / np.sqrt(PARTS)
-    if jump > -max(DEAD * slope * float(np.sqrt(np.mean(log.input**2))), SURE * error):
+    if jump > -max(DEAD * slope * float(np.sqrt(np.mean(u**2))), SURE * error):
         return None
     rises = Estimate(float(slope), si_unit("force per input", log.motion))
     return DEAD_ZONE.found(log.where, zone=Estimate(-jump / slope, log.unit("input")), slope=rises)
@@ -518,13 +520,6 @@ def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Mot
     if abs(found / mass - 1) <= max(DIFFERS, float(np.hypot(relative[0], relative[1]))):
         return []
     return [MASS_DIFFERS.found(found=Estimate(found, unit), stated=Estimate(mass, unit))]
-
-
-def _lag_described(lag: Estimate, corner: Estimate | None, sampling: float) -> list[Notice]:
-    if not _matters(lag, sampling):
-        return []
-    size, samples = Estimate(abs(float(lag)), "s"), float(lag) * sampling
-    return [FORCE_LAGS.found(lag=size, samples=abs(samples), late=samples, corner=corner)]
 
 
 FLOOR = 1e-5  # Least relative deviation of a line: the rounding of a logged force

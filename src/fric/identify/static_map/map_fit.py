@@ -2,7 +2,8 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import exp, log
+from functools import partial
+from math import exp, hypot, log
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -379,6 +380,17 @@ def widened(estimate: Estimate, by: Callable[[float], float], least: float = -np
     return replace(estimate, ci95=(max(value - below, least), value + above))
 
 
+def _wider(
+    estimates: Mapping[str, Estimate], halves: Mapping[str, float], both: Callable[[float, float], float]
+) -> dict[str, Estimate]:
+    """Return the estimates with each half of an interval made one with another; only an offset may be below 0."""
+    wider = {
+        name: widened(estimates[name], partial(both, half), -np.inf if name == "offset" else 0.0)
+        for name, half in halves.items()
+    }
+    return {**estimates, **wider}
+
+
 def _estimates(fitted: FittedMap, asked: Asked) -> tuple[dict[str, Estimate], Covariance]:
     problem, solution = fitted.problem, fitted.solution
     scale = solution.cost / problem.degrees_of_freedom
@@ -427,11 +439,9 @@ def _with_supposed_shape(
         moment += log(free.theta["delta"] / given) ** 2
     matrix = np.transpose(moved) @ moved / 2.0
     seen, far = [freed.free.index(name) for name in covariance.names], NORMAL_97_5 * moment**0.5
-    estimates = estimates | {"delta": Estimate(given, "1", (given * exp(-far), given * exp(far)), assumed=True)}
-    for name, by in zip(freed.free, NORMAL_97_5 * np.sqrt(np.diag(matrix)), strict=True):
-        if name != "delta":
-            least = -np.inf if name == "offset" else 0.0
-            estimates[name] = widened(estimates[name], lambda half, by=by: float(np.hypot(half, by)), least)  # type: ignore[misc]
+    halves = dict(zip(freed.free, NORMAL_97_5 * np.sqrt(np.diag(matrix)), strict=True))
+    delta = Estimate(given, "1", (given * exp(-far), given * exp(far)), assumed=True)
+    estimates = _wider(estimates, halves, hypot) | {"delta": delta}
     matrix[np.ix_(seen, seen)] += np.array(covariance.matrix)
     return estimates, Covariance.of(freed.free, matrix, "linear")
 
@@ -453,11 +463,7 @@ def _with_weights(estimates: dict[str, Estimate], fitted: FittedMap) -> dict[str
         left = fit_strokes(replace(problem, **parts, swing=swing), fixed=False, start=fitted.solution)
         thetas.append([left.solution.theta[name] for name in problem.free])
     spread = np.sqrt((groups - 1) / groups * np.sum((np.array(thetas) - np.mean(thetas, axis=0)) ** 2, axis=0))
-    halves = zip(problem.free, float(stdtrit(groups - 1, 0.975)) * spread, strict=True)
-    return estimates | {
-        name: widened(estimates[name], lambda size, by=by: max(size, by), 0.0 if name != "offset" else -np.inf)  # type: ignore[misc]
-        for name, by in halves
-    }
+    return _wider(estimates, dict(zip(problem.free, float(stdtrit(groups - 1, 0.975)) * spread, strict=True)), max)
 
 
 def _less_damping(
@@ -482,9 +488,5 @@ def _with_common_errors(estimates: dict[str, Estimate], fitted: FittedMap, toget
     thetas = [replace(problem, F=problem.F + shift).solve(start=solution).theta for shift in together if shift.any()]
     if not thetas:
         return estimates
-    found = dict(estimates)
-    for name in problem.free:
-        shift = float(np.linalg.norm([theta[name] - float(estimates[name]) for theta in thetas]))
-        least = 0.0 if name != "offset" else -np.inf
-        found[name] = widened(estimates[name], lambda half, by=shift: float(np.hypot(half, by)), least)  # type: ignore[misc]
-    return found
+    moved = {name: [theta[name] - float(estimates[name]) for theta in thetas] for name in problem.free}
+    return _wider(estimates, {name: float(np.linalg.norm(by)) for name, by in moved.items()}, hypot)
