@@ -194,12 +194,11 @@ def test_a_stretch_that_friction_builds_up_in_is_no_stroke_where_a_longer_one_go
     first, second = Segment(0, 400, 5e-5, 5e-8, 0), Segment(440, n, 5.001e-5, 1e-8, 440)
     t = np.arange(n) / 1000.0
     path = path_of(Log(time=t, position=encoder(5e-5 * t, 5e-8, 0.0)))
-    assert _leads_into(path, force, first, [second]) == builds_up
-    assert not _leads_into(path, force, first, [replace(second, velocity=-5e-5)])
-    assert not _leads_into(path, force, first, [replace(second, velocity=6e-5)])
-    assert not _leads_into(path, force, first, [])
+    assert _leads_into(path, force, first, second) == builds_up
+    assert not _leads_into(path, force, first, replace(second, velocity=-5e-5))
+    assert not _leads_into(path, force, first, replace(second, velocity=6e-5))
     rested = path_of(Log(time=t, position=encoder(5e-5 * (t - np.clip(t - 0.4, 0.0, 0.04)), 5e-8, 0.0)))
-    assert not _leads_into(rested, force, first, [second])
+    assert not _leads_into(rested, force, first, second)
 
 
 def moved(*speeds):

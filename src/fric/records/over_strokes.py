@@ -82,7 +82,7 @@ def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
         return None
     low, high = min(z.min() for z, *_ in cut), max(z.max() for z, *_ in cut)
     edges = np.linspace(low, high, PLACES + 1)
-    profiles = [(_profile(z, F, edges), v) for z, F, v in cut]
+    profiles = [(profile(z, F, edges), v) for z, F, v in cut]
     same = _common([(a, b) for (a, v), (b, w) in combinations(profiles, 2) if v * w > 0.0 and v != w])
     opposite = _common([(a, b) for (a, v), (b, w) in combinations(profiles, 2) if v * w < 0.0])
     if same is None or opposite is None or not same.sure or same.correlation < STROKES_AGREE:
@@ -107,8 +107,8 @@ class _Common(NamedTuple):
     strokes: int
 
 
-def _profile(z: Real, F: Real, edges: Real) -> Real:
-    """Return the mean force at each place; nan outside the stroke."""
+def profile(z: Real, F: Real, edges: Real) -> Real:
+    """Return the mean force of a stroke at each place between edges; nan where it was not."""
     place = np.clip(np.digitize(z, edges) - 1, 0, len(edges) - 2)
     count = np.bincount(place, minlength=len(edges) - 1)
     return np.where(count > 0, np.bincount(place, F, minlength=len(count)) / np.maximum(count, 1), np.nan)

@@ -31,6 +31,7 @@ from fric.records.motion import (
     shows_mass,
     smooth_motion,
 )
+from fric.records.over_strokes import profile
 from fric.records.preparation import Own, Preparation
 from fric.records.recognition import kind_of
 from fric.records.resolution import clipped, drive_off
@@ -354,12 +355,11 @@ def begins_loaded(record: Prepared, reversals: Indices) -> bool:
 
     def unlike(n: int) -> float:
         """Return the difference of two strokes of the same direction, apart from a constant [N]."""
-        along = []
-        for begin, end in ((reversals[m], reversals[m + 1]) for m in (n, n + 2)):
-            part = np.clip(np.digitize(np.abs(z[begin:end] - z[begin]), edges) - 1, 0, PARTS - 1)
-            count = np.bincount(part, minlength=PARTS)
-            along.append(np.bincount(part, F[begin:end], PARTS) / np.where(count, count, np.nan))
-        apart = along[1] - along[0]
+        before, after = (
+            profile(np.abs(z[begin:end] - z[begin]), F[begin:end], edges)
+            for begin, end in (reversals[n : n + 2], reversals[n + 2 : n + 4])
+        )
+        apart = after - before
         return float(np.sqrt(np.nanmean((apart - np.nanmean(apart)) ** 2)))
 
     later = max(unlike(n) for n in range(1, len(reversals) - 3))  # one alone is small by chance where a drive hunts

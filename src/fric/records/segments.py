@@ -14,6 +14,7 @@ Where only the velocity was logged, z is its integral, and the noise to be expla
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 
 import numpy as np
 
@@ -245,9 +246,8 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
     rests = [(start, stop) for start, stop, travel, rest, _ in moves if travel <= rest]
     if log.force is not None:
         force = log.force
-        found = [
-            segment for n, segment in enumerate(found) if not _leads_into(path, force, segment, found[n + 1 : n + 2])
-        ]
+        pairs = zip_longest(found, found[1:])
+        found = [segment for segment, later in pairs if later is None or not _leads_into(path, force, segment, later)]
         found = [_settled(path, force, segment) for segment in found]
     return found, rests
 
@@ -335,19 +335,17 @@ def _lasts(
     return len(segment) >= 0.5 * max(segment.start - before, after - segment.stop)
 
 
-def _leads_into(path: Path, force: Real, segment: Segment, after: list[Segment]) -> bool:
+def _leads_into(path: Path, force: Real, segment: Segment, later: Segment) -> bool:
     """Return whether a segment continues at its speed in a longer one while its force is settling.
 
     Friction that builds up along a slow stroke makes the axis lag by a part of a count, which splits the stroke.
     """
-    for later in after:
-        same = abs(segment.velocity - later.velocity) <= TREND * abs(later.velocity) + 5.0 * segment.velocity_se
-        on = later.velocity * float(path.time[later.start] - path.time[segment.stop - 1])
-        behind = abs(path.travel(segment.stop - 1, later.start + 1) - on)  # by all of it, where it rested between
-        same = same and behind <= 2.0 * path.resolution + 0.25 * abs(on)
-        if same and later.start - segment.stop < len(later) and len(segment) < len(later):
-            return segment.start + settled_from(force[segment.start : later.stop])[0] >= segment.stop
-    return False
+    same = abs(segment.velocity - later.velocity) <= TREND * abs(later.velocity) + 5.0 * segment.velocity_se
+    on = later.velocity * float(path.time[later.start] - path.time[segment.stop - 1])
+    behind = abs(path.travel(segment.stop - 1, later.start + 1) - on)  # by all of it, where it rested between
+    same = same and behind <= 2.0 * path.resolution + 0.25 * abs(on)
+    longer = later.start - segment.stop < len(later) and len(segment) < len(later)
+    return same and longer and segment.start + settled_from(force[segment.start : later.stop])[0] >= segment.stop
 
 
 def _settled(path: Path, force: Real, segment: Segment) -> Segment:
@@ -385,9 +383,7 @@ def settled_from(force: Real) -> tuple[int, bool]:
     total, squares = np.cumsum(means[::-1])[::-1], np.cumsum((means - middle)[::-1] ** 2)[::-1]
     scatter = np.maximum(squares - left * (total / left - middle) ** 2, 0.0)
     cut = int(np.argmin((scatter / left**2)[: last + 1]))
-    if cut == 0:
-        return 0, True
-    if not _is_transient(means[:cut], means[cut:]):
+    if cut == 0 or not _is_transient(means[:cut], means[cut:]):
         return 0, True
     quarter = batches // 4
     settled = cut < last or not _is_transient(means[-2 * quarter : -quarter], means[-quarter:])

@@ -310,7 +310,7 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     cycled = [cycle.for_replay() for cycle in hysteresis]
     slides = [record.in_sliding() for record in ready[count:]] if static is not None else []
     records = [*cycled, *slides]
-    begin = _lag_of(slides, _at_level(base, found, ASSUMED_C, curve.saturates), negative)
+    begin = _lag_of(slides, _at_level(base, found, curve.saturates), negative)
 
     model: FrictionModel
     fit: ReplayFit | None = None
@@ -325,7 +325,7 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
         alpha, k, level = _by_leaving_out(found, without, base, motion)
         C = Estimate(ASSUMED_C, si_unit("force rate", motion), assumed=True)
         level = level if curve.saturates else Estimate(1.0, "1")
-        model = directed(_at_level(static or base, found, ASSUMED_C, curve.saturates), negative)
+        model = directed(_at_level(static or base, found, curve.saturates), negative)
     if static is None:
         base, by = replace(base, F_c=base.F_c * float(level), F_s=base.F_s * float(level)), float(level)
         limits = None if level.ci95 is None else (float(level.ci95[0]) / by, float(level.ci95[1]) / by)  # type: ignore[arg-type]
@@ -357,12 +357,12 @@ def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:
     return presliding, [replace(log, kind=kind) for log, kind in kinds if kind == "sliding-sine"]
 
 
-def _at_level(static: StaticMap, blocks: Blocks, C: float, with_level: bool) -> GMS:
+def _at_level(static: StaticMap, blocks: Blocks, with_level: bool) -> GMS:
     """Return the model of some blocks on a static map, scaled to their level where they slide."""
     level = float(blocks.limit.sum()) / static.F_s if with_level else 1.0
     alpha = blocks.limit / blocks.limit.sum()
     k = alpha * static.F_s * level / blocks.displacement
-    return GMS(replace(static, F_c=static.F_c * level, F_s=static.F_s * level), tuple(alpha), tuple(k), C)
+    return GMS(replace(static, F_c=static.F_c * level, F_s=static.F_s * level), tuple(alpha), tuple(k), ASSUMED_C)
 
 
 def _lag_of(slides: Sequence[Prepared], model: GMS, negative: StaticMap | None) -> GMS:

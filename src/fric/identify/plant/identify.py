@@ -106,8 +106,7 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
         sets.append(at(lines, kept))
     solution, influence = _joined(fits, sets)
     motion = fits[0].measured.table.motion
-    rates = [fit.hold for fit in fits if fit.hold is not None]
-    rate = min(rates) if rates else None
+    rate = min((fit.hold for fit in fits if fit.hold is not None), default=None)
     estimates = solution.estimates(motion)
     scale = force_scale(logs, given_force_constant, motion, period=period, segment=segment, strokes=strokes)
     estimates |= scale.estimates()
@@ -587,7 +586,7 @@ _EACH = ("F_v_positive", "F_c_positive", "F_v_negative", "F_c_negative")
 def _of_timing(X: Real, late: Real, residual: Real, lengths: Sequence[int]) -> Real:
     """Return the increase of the covariance (p, p) due to the alignment of force and position within a sample.
 
-    As `fric.identify.replay.replay_fit.of_timing`, by a force that is late by one standard deviation (n,).
+    As `fric.identify.replay.replay_fit.of_supposed`, by a force that is late by one standard deviation (n,).
     """
     joint = np.column_stack([late, X])
     if not late.any() or np.linalg.cond(joint / np.linalg.norm(joint, axis=0)) > CONDITION:

@@ -285,15 +285,12 @@ def _left_out(found: optimize.OptimizeResult, sets: Sequence[Lines], covariance:
     The errors of a model, of friction and of an encoder's steps are similar from line to line, and no scatter over
     periods shows them. Where blocks differ by no more than chance, that scatter is sufficient.
     """
-    label, first = [], 0
-    for lines in sets:
-        n = len(lines.frequency)
-        block = first + np.argsort(np.argsort(lines.frequency)) * BLOCKS // n
-        label += [block, block]
-        first += BLOCKS
-    smallest = min(len(lines.frequency) for lines in sets)
-    if smallest < 2 * FEWEST:
+    if min(len(lines.frequency) for lines in sets) < 2 * FEWEST:
         return np.zeros((len(found.x), len(found.x)))
+    label = []
+    for number, lines in enumerate(sets):
+        block = np.argsort(np.argsort(lines.frequency)) * BLOCKS // len(lines.frequency)
+        label += 2 * [block + BLOCKS * number]
     moved = jackknife(found.jac, found.fun, np.concatenate(label))
     wider = SCATTER_BY_CHANCE * float(stdtrit(BLOCKS - 1, 0.975)) ** 2
     sure = np.diag(moved) > wider * np.diag(covariance)

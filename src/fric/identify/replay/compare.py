@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 from time import perf_counter
 
 import numpy as np
@@ -63,15 +64,14 @@ def presliding_length(record: Prepared) -> float:
     For a record without two reversals it is a hundredth of its travel.
     """
     z, found = record.motion.position, []
-    for begin, end in zip(record.reversals[:-1], record.reversals[1:], strict=True):
+    for begin, end in pairwise(record.reversals):
         force = record.force[begin:end]
         if len(force) < 8:
             continue
         tail = float(np.median(force[len(force) // 2 :]))
-        share = (force - force[0]) / (tail - force[0]) if tail != force[0] else np.zeros_like(force)
-        passed = np.flatnonzero(share >= 0.9)
-        if len(passed):
-            found.append(abs(float(z[begin + passed[0]] - z[begin])))
+        if tail != force[0]:
+            passed = int(np.argmax((force - force[0]) / (tail - force[0]) >= 0.9))
+            found.append(abs(float(z[begin + passed] - z[begin])))
     return float(np.median(found)) if found else 0.01 * float(np.ptp(z))
 
 

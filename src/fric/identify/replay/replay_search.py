@@ -195,15 +195,14 @@ def coordinates_of(coordinates: Coordinates, model: FrictionModel) -> Real:
     x = np.empty(len(coordinates.free))
     for n, c in enumerate(coordinates.free):
         owner = model if c.section == model.name else getattr(model, c.section)
+        value, base = getattr(owner, "F_s" if c.parameter is LEVEL else c.parameter.name), 1.0
         if c.parameter is LEVEL:
-            x[n] = np.log(getattr(owner, "F_s") / coordinates.held["static", "F_s"])  # noqa: B009
-            continue
-        value = getattr(owner, c.parameter.name)
-        if c.scale == "share":
-            x[n] = np.log(value[c.block] / value[-1])
-            continue
+            base = coordinates.held["static", "F_s"]
+        elif c.scale == "share":
+            base = value[-1]
+        elif c.parameter.at_least:
+            base = getattr(owner, c.parameter.at_least)
         value = value if c.block is None else value[c.block]
-        base = getattr(owner, c.parameter.at_least) if c.parameter.at_least else 1.0
         x[n] = value if c.scale == "linear" else np.log(value / base)
     return np.asarray(np.clip(x, coordinates.lower, coordinates.upper))
 
