@@ -441,7 +441,6 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
 
 SAMPLES = 256  # Least number of samples in a record
 Purpose = Literal["static", "gms", "plant", "inspect"]
-Strokes = Sequence[tuple["Log", "Segment"]]
 
 FASTER = 1.2  # Ratio of speeds above which a faster record also shows the jitter of a slower record
 OTHER_UNIT = 500.0  # Ratio of sampling intervals of two records above which a time in ms was taken for s
@@ -503,7 +502,7 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
 
 
 def stroke_flaws(
-    strokes: Strokes,
+    strokes: Sequence[tuple[Log, Segment]],
     place: OverPlace | None,
     *,
     force: float = inf,

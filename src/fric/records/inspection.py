@@ -15,7 +15,7 @@ from fric.flaws.channel import ENCODER_TOO_COARSE, FOREIGN_COMPENSATION, ONE_DIR
 from fric.flaws.drift import ENERGY_DRIFTS, ENERGY_IN_ONE_SEGMENT
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
-from fric.records.flaws import Transmission, clock_flaws, foreign_compensation, stroke_flaws, transmission_of
+from fric.records.flaws import GAP, Transmission, clock_flaws, foreign_compensation, stroke_flaws, transmission_of
 from fric.records.holding import HoldingMap, holding_map, holds
 from fric.records.over_strokes import over_place
 from fric.records.recognition import LOOP_SHARE, Sine, Staircase, force_rises, recognised_kind, turns_of
@@ -425,7 +425,6 @@ def inspect_table(record: ForceVelocity) -> TableInspection:
     )  # fmt: skip
 
 
-GAP = 1.5  # Sampling intervals above which samples are missing
 ONE_SPEED = 0.03  # Relative difference up to which two segments have the same speed
 
 

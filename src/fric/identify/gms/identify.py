@@ -1,10 +1,11 @@
 """Identification of the GMS model (Section 3.2.1): from pre-sliding records to alpha, k and C."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from scipy.special import expit, logit, stdtrit
@@ -58,8 +59,6 @@ from fric.records.recognition import kind_of
 from fric.records.resolution import without_clipped
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
-
-T = TypeVar("T")
 
 ASSUMED_C = 1e4  # Attraction parameter [N/s] without a record in sliding: a lag s/C of 10 to 16 ms for Table 1
 UNDETERMINED = float(np.log(10.0))
@@ -174,6 +173,10 @@ class GMSFit:
         return f"{start}{refined}; intervals by leaving out cycles, and by the repeatable misfit"
 
 
+Fit = Callable[[Sequence[Prepared]], tuple[GMSFit, Mapping[str, Estimate]]]
+"""A fit to records, and the lags of their forces."""
+
+
 @one_blas_thread()
 def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     logs: Sequence[Log],
@@ -223,10 +226,9 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     try:
         result, lateness = _on_time(ready, identified)
     except FricError as error:
-        without = _without_one(ready, lambda records: _on_time(records, identified))
-        if without is None:
+        if (without := _without_one(ready, identified)) is None:
             raise
-        (result, lateness), unsuitable = without
+        result, lateness, unsuitable = without
         unsuited.append(RECORD_LEFT_OUT.found(unsuitable.log.where, why=error.what))
     found = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
     warnings, amiss = (*result.warnings, *lateness, *found), record_flaws([*presliding, *sliding], "gms")
@@ -249,22 +251,16 @@ def _is_slow(record: Prepared) -> bool:
     return record.log.kind != "sliding-sine"
 
 
-def _without_one(
-    records: Sequence[Prepared], identified: Callable[[Sequence[Prepared]], T]
-) -> tuple[T, Prepared] | None:
+def _without_one(records: Sequence[Prepared], identified: Fit) -> tuple[GMSFit, list[Notice], Prepared] | None:
     """Return the result without one of at least three pre-sliding records, and that record; else None."""
     slow = [*filter(_is_slow, records)]
     for record in slow if len(slow) > 2 else ():
-        try:
-            return identified([other for other in records if other is not record]), record
-        except FricError:
-            continue
+        with suppress(FricError):
+            return *_on_time([other for other in records if other is not record], identified), record
     return None
 
 
-def _on_time(
-    ready: Sequence[Prepared], identified: Callable[[Sequence[Prepared]], tuple[GMSFit, Mapping[str, Estimate]]]
-) -> tuple[GMSFit, list[Notice]]:
+def _on_time(ready: Sequence[Prepared], identified: Fit) -> tuple[GMSFit, list[Notice]]:
     """Return the fit, with the common lag of the force corrected if that is better, and the warnings.
 
     A lag is one step from a fit (`lateness`), and is estimated again with the force moved by the first estimate: a step
