@@ -28,7 +28,7 @@ from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.response import FALSE, RESPONSE_MISFIT, UNSURE
 from fric.flaws.static_map import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.flaws.unit import BOUNDS, UNUSUAL
-from fric.identify.gms import fit as gms
+from fric.identify.gms import identify as gms
 from fric.identify.plant import identify as plant_fit
 from fric.identify.plant import response_fit
 from fric.identify.plant.frequency_response import measure_response

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot, isfinite
+from math import hypot, inf
 
 import numpy as np
 
@@ -78,7 +78,7 @@ def halves(logs: Sequence[Log], plant: Plant | None = None) -> Halves:
             continue
         found += [
             Halved(by, name, half[name], other[name]) for name in half.keys() & other.keys()
-            if _closed(half[name]) and _closed(other[name])
+            if all(0.0 < estimate.half_width < inf for estimate in (half[name], other[name]))
         ]  # fmt: skip
     if not found:
         why = "; ".join(dict.fromkeys(untold.values())) or "there are neither strokes nor motions"
@@ -91,10 +91,6 @@ def halves(logs: Sequence[Log], plant: Plant | None = None) -> Halves:
 
 
 Fit = Callable[[], Mapping[str, Estimate]]
-
-
-def _closed(estimate: Estimate) -> bool:
-    return estimate.ci95 is not None and isfinite(estimate.half_width) and estimate.half_width > 0.0
 
 
 def _of_strokes(logs: Sequence[Log], plant: Plant | None) -> Iterator[tuple[str, Fit, Fit]]:

@@ -102,8 +102,7 @@ def path_of(log: Log) -> Path:
     time = log.time
     if log.position is not None:
         count = lattice_step(log.position) or 0.0
-        resolution = max(count, 4.0 * noise_level(log.position))
-        resolution = max(resolution, 1e-9 * float(np.ptp(log.position)))
+        resolution = max(count, 4.0 * noise_level(log.position), 1e-9 * float(np.ptp(log.position)))
         return Path(time, log.position, None, count, resolution, lambda samples: 2.0 * resolution)
     assert log.velocity is not None  # a Log holds one of them
     v = log.velocity

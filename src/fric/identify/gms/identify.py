@@ -488,15 +488,13 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
     if loaded := [cycle.record.name for cycle in fit.hysteresis if cycle.loaded]:
         yield flaws.BEGINS_LOADED.found(records=loaded)
     if fit.C.assumed:
-        why = (
-            "pre-sliding records do not determine it"
-            if not sliding_logged
-            else "no static map is given"
-            if not fit.static_given
-            else "the fit was not refined by replay"
-            if not fit.refined
-            else "the sliding record does not determine it to a factor of ten (is the plant that of the log?)"
-        )
+        reasons = {
+            "pre-sliding records do not determine it": not sliding_logged,
+            "no static map is given": not fit.static_given,
+            "the fit was not refined by replay": not fit.refined,
+            "the sliding record does not determine it to a factor of ten (is the plant that of the log?)": True,
+        }
+        why = next(reason for reason, applies in reasons.items() if applies)
         C = Estimate(float(fit.C), si_unit("force rate", fit.motion))
         yield flaws.C_ASSUMED.found(C=C, why=why, logged=sliding_logged)
     elif not plant_given:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from time import perf_counter
+from timeit import repeat
 
 import numpy as np
 from scipy.special import stdtrit
@@ -235,7 +235,7 @@ def _scored(
         return lambda record: record.replay(fits[-1].model)
 
     residual, seen = _held_out(fit, records, splits)
-    spent = min(_seconds(fits[0].model, records) for _ in range(3))
+    spent = min(repeat(lambda: [record.replay(fits[0].model) for record in records], repeat=3, number=1))
     steps = sum(len(record.force) for record in records)
     return Score(name, len(fits[0].x), residual, *_sizes(residual, near), tuple(fits), _rms(seen), spent / steps * 1e9)
 
@@ -287,13 +287,6 @@ def _sizes(residual: Sequence[Real], near: Masks) -> tuple[float, float]:
 def _rms(values: Real) -> float:
     known = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
-
-
-def _seconds(model: FrictionModel, records: Sequence[Prepared]) -> float:
-    begin = perf_counter()
-    for record in records:
-        record.replay(model)
-    return perf_counter() - begin
 
 
 def _lead(records: Sequence[Prepared], best: Sequence[Real], other: Sequence[Real]) -> tuple[float, float]:
