@@ -215,8 +215,9 @@ def test_a_motion_is_fitted_anew_from_a_wrong_basin(spoiled, monkeypatch):
     if spoiled == "search":
         real = replay_search.minimised
         monkeypatch.setattr(
-            replay_search, "minimised", lambda *given: given[2] * 0.0 if next(searched, 0.0) else real(*given)
-        )
+            replay_search, "minimised",
+            lambda *given, **settings: given[2] * 0.0 if next(searched, 0.0) else real(*given, **settings),
+        )  # fmt: skip
     else:
         monkeypatch.setattr(
             replay_search.Search, "coarse",
@@ -231,8 +232,8 @@ def test_a_search_that_explains_sliding_worse_than_coulomb_and_viscous_friction_
     """A search that settled at a rigid contact left 3 % of a fast motion's force, and F_c was 29 % too small."""
     draw, drawn = replay_search.minimised, []
 
-    def settled(search, cost, start):
-        drawn.append(np.array([0.686, 0.0, 0.05, 1e-3, 0.99, 0.9]) if not drawn else draw(search, cost, start))
+    def settled(*search, **settings):
+        drawn.append(np.array([0.686, 0.0, 0.05, 1e-3, 0.99, 0.9]) if not drawn else draw(*search, **settings))
         return drawn[-1]
 
     monkeypatch.setattr(replay_search, "minimised", settled)

@@ -447,10 +447,7 @@ def force_scale(
         T_low, T_high = (float(values[2] + side * half[2]) for side in (-1, 1))
         corner = Estimate(1 / (2 * np.pi * float(values[2])), "Hz", (1 / (2 * np.pi * T_high), 1 / (2 * np.pi * T_low)))
     found = Estimate.around_log(K_f, unit, float(half[0]))
-    warnings, samples = list[Notice](), lag * sampling
-    if _matters(late, sampling):
-        size = Estimate(abs(lag), "s")
-        warnings.append(FORCE_LAGS.found(lag=size, samples=abs(samples), late=samples, corner=corner))
+    warnings = _lag_described(late, corner, sampling)
     warnings += [notice for log, _ in answered if (notice := _dead_zone(log, *values[1:3])) is not None]
     if stated is not None and abs(K_f / float(stated) - 1) > max(DIFFERS, float(half[0])):
         warnings.append(K_F_DIFFERS.found(given=stated, found=found))
@@ -517,6 +514,13 @@ def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Mot
     if abs(found / mass - 1) <= max(DIFFERS, float(np.hypot(relative[0], relative[1]))):
         return []
     return [MASS_DIFFERS.found(found=Estimate(found, unit), stated=Estimate(mass, unit))]
+
+
+def _lag_described(lag: Estimate, corner: Estimate | None, sampling: float) -> list[Notice]:
+    if not _matters(lag, sampling):
+        return []
+    size, samples = Estimate(abs(float(lag)), "s"), float(lag) * sampling
+    return [FORCE_LAGS.found(lag=size, samples=abs(samples), late=samples, corner=corner)]
 
 
 FLOOR = 1e-5  # Least relative deviation of a line: the rounding of a logged force
