@@ -8,6 +8,7 @@ from fric.control.cascade import Cascade
 from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder, low_pass_pole
 from fric.errors import FricError
+from fric.kernels.sensing import FAULTLESS, read
 
 X_AXIS = Plant(A=28.57, B=4.526, T_d=0.65e-3, K_f=548.0)
 
@@ -51,10 +52,12 @@ def test_a_controller_that_cannot_be_is_refused() -> None:
 
 def test_encoder_rounds_to_its_steps_and_errs_by_half_of_one() -> None:
     z = np.linspace(-1e-5, 1e-5, 999)
-    read = Encoder(0.25e-6).read(z)
-    assert np.abs(read - z).max() <= 0.125e-6 * (1 + 1e-9)
-    np.testing.assert_allclose(read / 0.25e-6, np.rint(read / 0.25e-6), atol=1e-9)
-    assert Encoder().read(z) is z
+    seen, untouched = z.copy(), z.copy()
+    read(seen, 0.25e-6, FAULTLESS)
+    assert np.abs(seen - z).max() <= 0.125e-6 * (1 + 1e-9)
+    np.testing.assert_allclose(seen / 0.25e-6, np.rint(seen / 0.25e-6), atol=1e-9)
+    read(untouched, Encoder().resolution, FAULTLESS)
+    assert np.array_equal(untouched, z)
 
 
 def test_low_pass_is_down_3_db_at_its_corner_when_sampled_fast() -> None:

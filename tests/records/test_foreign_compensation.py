@@ -14,7 +14,7 @@ from fric.log import Log
 from fric.records.flaws import foreign_compensation
 from fric.records.inspection import inspect
 from fric.results.given_models import machine_of
-from fric.simulate.experiment import Trial, logs_of, trials_of_kind
+from fric.simulate.experiment import Planned, Trial, logs_of
 from tests.chance import fewest, most
 from tests.records.test_modes import drawn as in_modes
 
@@ -43,7 +43,7 @@ def drawn(machine: str, seed: int) -> list[Log]:
     settings = {"loops": 2, "ramp": 0.05, "dwell": 0.2} if seed % 3 == 0 else {"cycles": 2} if seed % 3 == 1 else {}
     if seed % 3 == 2:
         settings = {"speeds": (float(10 ** rng.uniform(-4, -2)),)}
-    trial = trials_of_kind(axis, kind, **settings)[-1]
+    trial = Planned(kind, settings, "").trials(axis)[-1]
     if seed % 3 == 2:  # a single kick is none
         one = trial.reference
         parts = {name: np.tile(getattr(one, name), 3) for name in ("position", "velocity", "acceleration")}

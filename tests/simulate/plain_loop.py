@@ -14,6 +14,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.signal import cont2discrete
 
+from fric.drive.sensing import Encoder
 from fric.friction.gms import GMS
 from fric.reference import Reference
 from fric.simulate.machine import Axis
@@ -107,6 +108,12 @@ def _controllable(numerator: list[float], denominator: list[float]) -> tuple[np.
     return A, np.eye(order)[:, :1], (b[1:] - b[0] * a[1:])[np.newaxis], np.array([[b[0]]])
 
 
+def counted(encoder: Encoder, z: float) -> float:
+    """Return a position by an encoder that rounds it to whole steps."""
+    step = encoder.resolution
+    return float(np.rint((z + encoder.shift) / step) * step - encoder.shift) if step else z
+
+
 def plain_loop(
     axis: Axis, reference: Reference, friction_voltage: np.ndarray, *, observer: bool
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -114,7 +121,7 @@ def plain_loop(
     plant, c, T = axis.plant, axis.cascade, 1.0 / axis.cascade.sampling
     assert isinstance(axis.friction, GMS)
     body = Body(axis, axis.friction, float(reference.position[0]))
-    filtered, integral, seen = 0.0, 0.0, axis.encoder.read(np.array(reference.position[0])).item()
+    filtered, integral, seen = 0.0, 0.0, counted(axis.encoder, float(reference.position[0]))
     if observer:
         assert axis.observer is not None
         tau = 1.0 / (2 * math.pi * axis.observer.q.cutoff)
@@ -128,7 +135,7 @@ def plain_loop(
     whole, share = int(delay // T), delay % T
     positions, voltages = [], []
     for n, r in enumerate(reference.position):
-        z = axis.encoder.read(np.array(body.z)).item()
+        z = counted(axis.encoder, body.z)
         filtered = pole * filtered + (1 - pole) * (z - seen) / T
         seen = z
         error = c.K_v * (r - z) + reference.velocity[n] - filtered

@@ -11,10 +11,12 @@ from fric.documents.machine_files import read_machine
 from fric.drive.plant import LinearPlant, SampledPlant
 from fric.drive.sensing import Encoder, low_pass_pole
 from fric.errors import FricError
+from fric.kernels.sensing import read
 from fric.log import Log
 from fric.simulate.experiment import constant_velocity, experiment, frequency_response, presliding_sine
 from fric.simulate.reality.flaws import Clock, ForceChannel, Interpolation, NoiseColour, Reality
-from fric.simulate.reality.trace import _between, _driven, encoder_tells
+from fric.simulate.reality.motion import sensing_of
+from fric.simulate.reality.trace import _between, _driven
 
 MACHINES = Path("configs/reality")
 BASE = read_machine(MACHINES / "base.yaml").axis("x")
@@ -133,9 +135,9 @@ def test_the_encoder_errs_with_the_pitch_of_its_scale_and_the_controller_follows
     # at 5 Hz the loop holds what the encoder tells at the reference, so that the error is in the true position
     assert np.std(told - reference - np.mean(told - reference)) < 0.1e-6
     true = np.linspace(0, 60e-6, 301)
-    np.testing.assert_allclose(
-        encoder_tells(axis, true) - true, 0.3e-6 * np.sin(2 * np.pi * true / 20e-6 + 0.6), atol=1e-15
-    )
+    seen = true.copy()
+    read(seen, axis.encoder.resolution, sensing_of(axis))
+    np.testing.assert_allclose(seen - true, 0.3e-6 * np.sin(2 * np.pi * true / 20e-6 + 0.6), atol=1e-15)
 
 
 def test_a_seed_gives_the_same_digits_and_the_noise_of_a_machine_without_flaws_is_not_drawn_anew() -> None:

@@ -12,7 +12,7 @@ from fric.circles.measured import MeasuredCircle, even
 from fric.control.base import Setting
 from fric.control.cascade import Cascade
 from fric.drive.plant import LinearPlant
-from fric.drive.sensing import low_pass_pole
+from fric.drive.sensing import low_passed
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.circle import ADDED_VOLTAGE_FOUND, CONTROLLER_DIFFERS, FEEDFORWARD_FOUND, LOOP_LAGS
@@ -373,17 +373,14 @@ class _Fit:
 
     def volts(self, log_values: Real) -> Real:
         """Return the output of a cascade without feedforward [V]."""
-        from scipy.signal import lfilter
-
         K_v, K_p, K_i, corner = np.exp(log_values)
         if self.lag is not None:
             velocity = np.gradient(self.z) * self.rate
             error = K_v * (self.r - self.z) - velocity + self.lag * self.rate * np.gradient(velocity)
             summed = np.cumsum(error) - 0.5 * (error + error[0])
         else:
-            pole = low_pass_pole(float(corner), self.rate)
             first = np.diff(self.z, prepend=2 * self.z[0] - self.z[1]) * self.rate
-            error = K_v * (self.r - self.z) - lfilter([1.0 - pole], [1.0, -pole], first, zi=[pole * first[0]])[0]
+            error = K_v * (self.r - self.z) - low_passed(first, float(corner), self.rate)
             summed = np.cumsum(error)
         return np.asarray(K_p * error + K_i / self.rate * summed)[self.used]
 
@@ -432,10 +429,8 @@ class _Fit:
 
     def _linear(self, corner: float) -> Real:
         """Return start values of the logarithms of K_v, K_p and K_i, by a fit that is linear in sums of gains."""
-        from scipy.signal import lfilter
-
-        error, pole = self.r - self.z, low_pass_pole(corner, self.rate)
-        rate_of = lfilter([1.0 - pole], [1.0, -pole], np.diff(error, prepend=error[0]) * self.rate)
+        error = self.r - self.z
+        rate_of = low_passed(np.diff(error, prepend=error[0]) * self.rate, corner, self.rate)
         parts = (rate_of, error, np.cumsum(error) / self.rate)
         columns = np.column_stack([self._off(part[self.used]) for part in parts])
         D, P, integral = np.linalg.lstsq(columns, self.without, rcond=None)[0]

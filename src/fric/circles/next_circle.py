@@ -89,7 +89,7 @@ def completed(friction: FrictionModel, left: Sequence[tuple[VoltageRecord, Real]
 
     left: Records, each with the residual force of the model at the samples used [N].
     """
-    grid = travels(2 * max(record.radius for record, _ in left))
+    grid = travels(2 * max(record.test.radius for record, _ in left))
     sums, counts = np.zeros((2, len(grid))), np.zeros((2, len(grid)))
     for record, force in left:
         whole = record.revolution[record.used] >= 0
@@ -511,12 +511,9 @@ def wrong_shape(circles: Iterable[tuple[Scheme, float]]) -> list[Notice]:
 
     circles: Schemes, and the glitch of each on the circle [m].
     """
-    learned, modelled = [], []
-    for scheme, glitch in circles:
-        if scheme.friction == LEARNED:
-            learned.append(glitch)
-        elif scheme.friction not in {None, "static"}:
-            modelled.append(glitch)
+    circles = list(circles)
+    learned = [glitch for scheme, glitch in circles if scheme.friction == LEARNED]
+    modelled = [glitch for scheme, glitch in circles if scheme.friction not in {None, "static", LEARNED}]
     if not learned or not modelled or not min(learned) < CLEARLY * min(modelled):
         return []
     return [flaws.MODEL_SHAPE.found(learned=Estimate(min(learned), "m"), model=Estimate(min(modelled), "m"))]

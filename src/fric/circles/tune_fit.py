@@ -85,9 +85,6 @@ class Filter:
 class VoltageRecord:
     """One axis of one circle test, made ready to be replayed."""
 
-    where: str  # File, test and axis, for messages
-    feed: float  # feed, radius: of the circle [m/s], [m]
-    radius: float
     time: Real  # Even sample instants [s], shape (n,)
     position: Real  # position, velocity: the motion [m], [m/s], without the encoder's steps, shape (n,)
     velocity: Real
@@ -163,13 +160,12 @@ def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None =
     from scipy.signal import decimate, sosfiltfilt
 
     t, r, z_m, u, sampling = test.driven(name, "tuning")
-    where = f"{test.where}, axis {name}"
     # how fine the motion behind a reversal is: its time over the first half micrometre
     along = (2 * BREAK_AWAY * test.radius) ** 0.5 / test.feed
     every = max(1, int(min(sampling / SLOWEST, sampling * along / FINE)))
     rate = sampling / every
     thin = t[::every]
-    angle, revolution, used = _seen(test, thin, where) if like is None else (like.angle, like.revolution, like.used)
+    angle, revolution, used = _seen(test, thin, name) if like is None else (like.angle, like.revolution, like.used)
     rate_of = np.gradient(z_m, t)  # behind the filter of the comparison, noise included: no motion is removed
     a = np.gradient(rate_of, t)
     a[1:-1] = (z_m[2:] - 2 * z_m[1:-1] + z_m[:-2]) * sampling**2
@@ -191,8 +187,8 @@ def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None =
     slides = np.abs(np.gradient(r, t))[::every] > SLIDING * test.feed
     nodes = np.flatnonzero(~slides | (np.arange(len(thin)) % COARSE == 0) | (np.arange(len(thin)) == len(thin) - 1))
     return VoltageRecord(
-        where, test.feed, test.radius, thin, *smooth, inertia, damping, spline, used, nodes, revolution, angle,
-        (t, r, z_m, u), z, test, name, Filter(thin, used, nodes),
+        thin, *smooth, inertia, damping, spline, used, nodes, revolution, angle, (t, r, z_m, u), z, test, name,
+        Filter(thin, used, nodes),
     )  # fmt: skip
 
 
@@ -219,7 +215,7 @@ def refined(
     )
 
 
-def _seen(test: MeasuredCircle, t: Real, where: str) -> tuple[Real, Indices, Mask]:
+def _seen(test: MeasuredCircle, t: Real, axis: str) -> tuple[Real, Indices, Mask]:
     """Return angle and revolution at even instants, and at which of them voltages are compared."""
     first, second = test.together()
     x, y = first.asked, second.asked
@@ -238,7 +234,7 @@ def _seen(test: MeasuredCircle, t: Real, where: str) -> tuple[Real, Indices, Mas
     used &= np.arange(len(t)) % max(int(rate / ROWS), 1) == 0
     if np.count_nonzero(used) < LEAST or np.ptp(angle[used]) < TURNED:
         raise FricError(
-            "too little of the circle is left behind its run-in to tune by", where=where,
+            "too little of the circle is left behind its run-in to tune by", where=f"{test.where}, axis {axis}",
             hint="Record two revolutions at steady feed.",
         )  # fmt: skip
     return angle, revolution, used
@@ -766,7 +762,7 @@ def _drifts(axis: Axis, found: FittedBalance) -> Iterator[Notice]:
         rest = residual + change * apart  # the drift itself is no error of it
         half = 2.0 * float(np.sqrt(hac_covariance(apart[thin, None], rest[thin])[0, 0]))
         if abs(change) > max(half, CHANGES):
-            feed = Estimate(record.feed, "m/s")
+            feed = Estimate(record.test.feed, "m/s")
             yield circle.CIRCLE_DRIFTS.found(f"axis {axis.name}", change=change, size=abs(change), half=half, feed=feed)
 
 

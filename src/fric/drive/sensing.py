@@ -1,7 +1,7 @@
 """What the controller sees of the motion: a quantised position, a filtered first difference."""
 
 from dataclasses import dataclass
-from math import pi
+from math import inf, pi
 
 import numpy as np
 
@@ -31,12 +31,6 @@ class Encoder:
         """Distance of its counts below whole steps [m or rad]."""
         return self.place * self.resolution
 
-    def read(self, position: Real) -> Real:
-        """Return the position as the encoder measures it [m], of the same shape."""
-        if self.resolution == 0.0:
-            return position
-        return np.asarray(np.rint((position + self.shift) / self.resolution) * self.resolution - self.shift)
-
 
 def low_pass_pole(corner: float, sampling: float) -> float:
     """Return the pole of the velocity filter ``v[n] = p·v[n-1] + (1 - p)·(z[n] - z[n-1])/T_s``.
@@ -44,3 +38,13 @@ def low_pass_pole(corner: float, sampling: float) -> float:
     ``p = exp(-2π·corner/sampling)`` keeps the corner frequency [Hz] of the first-order low-pass.
     """
     return exp(-2 * pi * corner / sampling)
+
+
+def low_passed(values: Real, corner: float, sampling: float) -> Real:
+    """Return values, shape (n,), behind the low-pass of this pole, which has always been at the first of them."""
+    if corner == inf:
+        return values
+    from scipy.signal import lfilter  # not at the start: a contour needs none
+
+    pole = low_pass_pole(corner, sampling)
+    return np.asarray(lfilter([1.0 - pole], [1.0, -pole], values, zi=[pole * values[0]])[0])

@@ -122,7 +122,7 @@ def draw_tuned(axis: TunedAxis) -> Figure:
         panels = figure.subplots(2, circles, squeeze=False, sharex="col", height_ratios=(1.4, 1))
         for n, (above, below) in enumerate(panels.T):
             record = axis.after.balance.records[n]
-            place, scale = _voltage_after(axis, n), 1e3 * record.radius / record.feed
+            place, scale = _voltage_after(axis, n), 1e3 * record.test.radius / record.test.feed
             angle = record.angle[record.used]
             near = np.abs(angle - place) <= AROUND
             sense = 1.0 if angle[-1] >= angle[0] else -1.0

@@ -29,7 +29,7 @@ from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
-from fric.estimate import Covariance, elements
+from fric.estimate import NORMAL_97_5, Covariance, elements
 from fric.flaws.prediction import PLAN_ACCURACY, PLAN_LEFT_OVER, PLAN_NOT_ENOUGH, PLAN_PLANT_UNSURE, PLAN_TYPICAL
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed
@@ -311,8 +311,9 @@ _RECORDS: dict[str, Callable[[Axis, Limits, int], Planned]] = {
 }  # fmt: skip
 
 
-NORMAL = 1.959963984540054  # Half a 95 % interval in standard deviations
-ASSUMED = {"C": log(10.0) / NORMAL}  # Standard deviation of the logarithm of an assumed parameter: C to a factor of ten
+ASSUMED = {
+    "C": log(10.0) / NORMAL_97_5
+}  # Standard deviation of the logarithm of an assumed parameter: C to a factor of ten
 SURE = 0.4  # Relative uncertainty of a further record's information: half-widths of simulated ones are good to 20 %
 LARGEST = 0.5  # Largest step of a logarithm or logit in which a derivative is taken
 
@@ -344,7 +345,7 @@ def narrowing(
     test = Circle(float(circle["radius"]), float(circle["feed"]))  # type: ignore[arg-type]
     slopes = _slopes(machine, axis, model, known, scheme, test, advance)
     names, S = list(known.deviation), known.matrix
-    half = NORMAL * _deviation(slopes, S)
+    half = NORMAL_97_5 * _deviation(slopes, S)
     worst = slopes[int(np.argmax(np.einsum("qi,ij,qj->q", slopes, S, slopes)))]
     shares = worst * (S @ worst) / max(float(worst @ S @ worst), 1e-300)
     found = []
@@ -356,7 +357,7 @@ def narrowing(
         advance()
         I = _information(made, axis, model, known, between, ranges)  # noqa: E741 - Fisher's
         least, after, most = (
-            NORMAL * _deviation(slopes, np.asarray(np.linalg.inv(np.linalg.inv(S) + share * I), float))
+            NORMAL_97_5 * _deviation(slopes, np.asarray(np.linalg.inv(np.linalg.inv(S) + share * I), float))
             for share in (1 + SURE, 1.0, 1 - SURE)
         )
         lasting = sum(len(trial.reference) for trial in experiment.trials(axis)) / axis.cascade.sampling

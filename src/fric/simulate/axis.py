@@ -1,8 +1,9 @@
 """One axis in closed loop along a reference, and the blocks of its scheme: packed for its nominal models."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import log10
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from fric.arrays import Real
 from fric.control import ControlBlock, Setting, block_type
 from fric.control.feedforward import friction_feedforward, inverse_model
 from fric.control.scheme import NONE, OBSERVER, Scheme
-from fric.design.blocks import JointDesign, design_block, design_jointly
+from fric.design.blocks import design_block, design_jointly
 from fric.design.loop import SampledLoop, learned_share
 from fric.design.observer import PEAK_SENSITIVITY
 from fric.errors import FricError
@@ -56,11 +57,7 @@ def _block(name: str, values: Mapping[str, float], setting: Setting, scheme: Sch
     kind = block_type(name)
     if not kind.tuned or kind.tuned in values:
         return kind.from_values(values, setting)
-    key = _key(kind, setting, scheme)
-    if key not in _DESIGNED:
-        _DESIGNED[key] = design_block(kind, setting, peak_sensitivity=scheme.peak_sensitivity or PEAK_SENSITIVITY).block
-    designed = {parameter.name: getattr(_DESIGNED[key], parameter.name) for parameter in kind.parameters}
-    return kind.from_values(designed | dict(values), setting)
+    return kind.from_values(vars(_once(design_block, kind, setting, scheme).block) | dict(values), setting)
 
 
 def jointly_designed(axis: Axis, scheme: Scheme, reference: Reference) -> Axis:
@@ -73,23 +70,22 @@ def jointly_designed(axis: Axis, scheme: Scheme, reference: Reference) -> Axis:
             f"scheme {scheme.name} designs '{kind.name}' together with the cascade, and axis {axis.name} gives both",
             hint=f"Leave '{kind.tuned}' of the block out of the axis, or 'joint' out of the scheme.",
         )
-    setting = setting_of(axis, scheme, reference)
-    key = _key(kind, setting, scheme)
-    if key not in _JOINT:
-        _JOINT[key] = design_jointly(kind, setting, peak_sensitivity=scheme.peak_sensitivity or PEAK_SENSITIVITY)
-    found = _JOINT[key]
-    values = {parameter.name: getattr(found.block.block, parameter.name) for parameter in kind.parameters}
-    return replace(axis, cascade=found.cascade, blocks={**axis.blocks, kind.name: values})
+    found = _once(design_jointly, kind, setting_of(axis, scheme, reference), scheme)
+    return replace(axis, cascade=found.cascade, blocks={**axis.blocks, kind.name: vars(found.block.block)})
 
 
-def _key(kind: type[ControlBlock], setting: Setting, scheme: Scheme) -> tuple[object, ...]:
+Design = TypeVar("Design")
+_DESIGNED: dict[tuple[object, ...], Any] = {}
+
+
+def _once(design: Callable[..., Design], kind: type[ControlBlock], setting: Setting, scheme: Scheme) -> Design:
+    """Return what a design makes for the nominal models of a controller, which many machines and schemes share."""
     friction = setting.friction or setting.models.get("gms")
-    return (kind, setting.plant, setting.cascade, friction, setting.K_f, scheme.peak_sensitivity)
-
-
-_DESIGNED: dict[tuple[object, ...], ControlBlock] = {}
-"""Blocks that were designed for the nominal models of a controller, which many machines and schemes share."""
-_JOINT: dict[tuple[object, ...], JointDesign] = {}  # Blocks that were designed with their cascade, by the same
+    key = (design, kind, setting.plant, setting.cascade, friction, setting.K_f, scheme.peak_sensitivity)
+    if key not in _DESIGNED:
+        _DESIGNED[key] = design(kind, setting, peak_sensitivity=scheme.peak_sensitivity or PEAK_SENSITIVITY)
+    found: Design = _DESIGNED[key]
+    return found
 
 
 def _friction(axis: Axis, scheme: Scheme) -> FrictionModel | None:

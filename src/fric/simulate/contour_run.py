@@ -10,11 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import floor, inf, pi
-from typing import Any, Generic, Literal, Protocol, Self, TypedDict, TypeVar, Unpack
+from typing import Any, ClassVar, Generic, Literal, Protocol, Self, TypedDict, TypeVar, Unpack
 
 import numpy as np
 
-from fric.arrays import Mask, Real
+from fric.arrays import Real
 from fric.contour import Circularity, ContourError, Figures, beside, circularity, contour_error
 from fric.control.feedforward import inverse_model
 from fric.control.scheme import Scheme
@@ -75,12 +75,8 @@ class Chance:
 
     def text(self, scale: float = 1e6, digits: int = 1) -> str:
         """Return the median as text, with half of the interval where that is more than the last digit: ``1.5±0.2``."""
-        more = f"±{self.half * scale:.{digits}f}" if self.shown(scale, digits) else ""
+        more = f"±{self.half * scale:.{digits}f}" if self.half * scale >= 0.5 * 10**-digits else ""
         return f"{self.median * scale:.{digits}f}{more}"
-
-    def shown(self, scale: float = 1e6, digits: int = 1) -> bool:
-        """Return whether half of the interval is more than the last digit that is written."""
-        return self.half * scale >= 0.5 * 10**-digits
 
 
 Left = TypeVar("Left", bound=Circularity | ContourError)
@@ -417,6 +413,7 @@ class PointPath:
     x: Real
     y: Real
     feed: float
+    full: ClassVar[float] = 1 - 1e-6  # Share of the feed above which it is full
 
     def __post_init__(self) -> None:
         keep(self, {"x": "position", "y": "position"}, "", least=1)
@@ -476,10 +473,6 @@ class PointPath:
         )
         return x, y
 
-    def at_full_feed(self, velocity: Real) -> Mask:
-        """Return where the feed is full, of velocities [m/s], shape (n, 2)."""
-        return np.asarray(np.hypot(*velocity.T) > self.feed * (1 - 1e-6))
-
 
 @dataclass(frozen=True, eq=False)
 class RecordedPath:
@@ -494,6 +487,7 @@ class RecordedPath:
     time: Real  # Sample instants [s], strictly increasing, shape (n,)
     x: Real  # x, y: reference of the axes [m], each of shape (n,)
     y: Real
+    full: ClassVar[float] = 0.98  # As of a `PointPath`
 
     def __post_init__(self) -> None:
         keep(self, {"time": "time", "x": "position", "y": "position"}, "", least=10)
@@ -522,10 +516,6 @@ class RecordedPath:
             made.append(Reference(sampling, *(np.ascontiguousarray(spline(t, order)) for order in (0, 1, 2))))
         return made[0], made[1]
 
-    def at_full_feed(self, velocity: Real) -> Mask:
-        """Return where the feed is full, of velocities [m/s], shape (n, 2)."""
-        return np.asarray(np.hypot(*velocity.T) > 0.98 * self.feed)
-
 
 class PathRun(ContourRun[PointPath | RecordedPath, ContourError]):
     """Result of one scheme on a path: contour error and glitches, where the feed is full."""
@@ -538,7 +528,7 @@ class PathRun(ContourRun[PointPath | RecordedPath, ContourError]):
         asked, velocity = (
             np.column_stack([getattr(reference, part) for reference in references]) for part in ("position", "velocity")
         )
-        full = test.at_full_feed(velocity)
+        full = np.hypot(*velocity.T) > test.full * test.feed
         error = contour_error(asked[full], velocity[full], np.column_stack(motion)[full], references[0].sampling)
         return error, () if error.reversals else (NO_REVERSAL.found(),)
 

@@ -242,12 +242,8 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
     ]
 
 
-def trials_of_kind(axis: Axis, kind: str, seed: int = 0, **settings: object) -> list[Trial]:
-    """Return the motions of one kind of experiment; raise a `FricError` where there is no such kind."""
-    return _made(kind).planned(axis, seed, **settings)
-
-
 def _made(kind: str) -> Experiment:
+    """Return one kind of experiment; raise a `FricError` where there is no such kind."""
     if kind not in EXPERIMENTS:
         raise FricError(f"there is no experiment '{kind}'", hint=f"There are {', '.join(EXPERIMENTS)}, and all.")
     return _MADE[kind]
@@ -334,8 +330,7 @@ class Planned:
 
     def trials(self, axis: Axis) -> list[Trial]:
         """Return the motion of the axis, one trial a record; a circle has two axes, and no trial."""
-        settings: dict[str, Any] = dict(self.settings)
-        return [] if self.kind == "circle" else trials_of_kind(axis, self.kind, **settings)
+        return [] if self.kind == "circle" else _made(self.kind).planned(axis, **dict[str, Any](self.settings))
 
     def changed(self, **settings: Setting) -> Self:
         """Return the experiment with other settings."""

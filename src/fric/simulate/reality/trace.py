@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from fric.arrays import Real
 from fric.columns import Kind
-from fric.drive.sensing import low_pass_pole
+from fric.drive.sensing import low_pass_pole, low_passed
 from fric.kernels.sensing import read
 from fric.log import Log
 from fric.simulate.axis import Trace
@@ -42,8 +42,10 @@ def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: 
     late = flaws.clock.position * sampling
     driven = _driven(axis, run.input) if axis.second_mass is None else None
     sensed = _between(run.position if run.sensed is None else run.sensed, taken - late, driven)
+    read(sensed, axis.encoder.resolution, sensing_of(axis))
     voltage = _averaged(run.input, taken - flaws.clock.input * sampling, divider)
-    force = _averaged(_behind(run.input, flaws.force.filter, sampling), taken - flaws.force.lag * sampling, divider)
+    behind = low_passed(run.input, flaws.force.filter, sampling)
+    force = _averaged(behind, taken - flaws.force.lag * sampling, divider)
     force = axis.plant.K_f * force + noise
     if flaws.noise is not None:
         force += _coloured(rng, count, flaws.noise, sampling / divider)
@@ -53,19 +55,12 @@ def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: 
         kept[1:-1] = rng.uniform(size=count - 2) >= flaws.clock.lost
     log = Log(
         time=(stamp[kept] if flaws.clock.stamped else stamp[: kept.sum()]) / sampling,
-        position=encoder_tells(axis, sensed)[kept],
+        position=sensed[kept],
         force=_single(np.rint(force / step) * step if (step := flaws.force.step) else force)[kept],
         input=_single(voltage)[kept], reference=_between(run.reference, taken)[kept], name=name, kind=kind,
         axis=axis.name, motion=axis.motion,
     )  # fmt: skip
     return replace(log, sha256=sha256(b"".join(values.tobytes() for values in log.channels().values())).hexdigest())
-
-
-def encoder_tells(axis: Axis, position: Real) -> Real:
-    """Return the encoder's reading of a position [m], with the sub-divisional error, as in the loop."""
-    found = np.array(position, float)
-    read(found, axis.encoder.resolution, sensing_of(axis))
-    return found
 
 
 def _averaged(values: Real, at: Real, width: int) -> Real:
@@ -75,16 +70,6 @@ def _averaged(values: Real, at: Real, width: int) -> Real:
     start, stop = np.clip(at - width // 2, 0, n), np.clip(at - width // 2 + width, 0, n)
     up_to = np.interp(np.concatenate([start, stop]), np.arange(n + 1), sums)
     return np.asarray((up_to[len(at) :] - up_to[: len(at)]) / (stop - start))
-
-
-def _behind(values: Real, corner: float, sampling: float) -> Real:
-    """Return values behind the drive's low-pass ``y[n] = p·y[n-1] + (1 - p)·x[n]``."""
-    if not np.isfinite(corner):
-        return values
-    from scipy.signal import lfilter
-
-    p = low_pass_pole(corner, sampling)
-    return np.asarray(lfilter([1.0 - p], [1.0, -p], values, zi=[p * values[0]])[0])
 
 
 def _between(values: Real, at: Real, part: Callable[[Real], Real] | None = None) -> Real:
