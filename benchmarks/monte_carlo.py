@@ -18,7 +18,7 @@ import numpy as np
 
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
-from fric.simulate.processes import Study, default_workers, monte_carlo
+from fric.simulate.processes import Study, default_workers, run_all
 
 MACHINE = read_machine(Path(__file__).parents[1] / "configs/xy-table.yaml")
 STUDY = Study(MACHINE, tuple(PAPER_SCHEMES.values()))
@@ -78,7 +78,7 @@ def run() -> list[tuple[str, str, str]]:
         found, seconds = [], []
         for workers in (1, 2):
             start = perf_counter()
-            found.append(monte_carlo(STUDY, MACHINES, workers=workers).quadrants)
+            found.append([outcome.quadrants for outcome in run_all(STUDY, MACHINES, workers=workers)])
             seconds.append(perf_counter() - start)
         assert np.array_equal(*found)
         pairs.append((*seconds, 2 * _independent(1) / _independent(2)))

@@ -59,9 +59,10 @@ def test_discrete_filters_follow_the_continuous_ones_far_below_nyquist(name: str
     s = 2j * np.pi * f
     Q = observer.q.response(f)
     both = observer.discrete(4000.0)
-    assert both.inverse.response(f, 4000.0) == pytest.approx(Q * s * (s + A) / B, rel=3e-2)
+    inverse, low_pass = (signal.freqz(part.b, part.a, f, fs=4000.0)[1] for part in (both.inverse, both.low_pass))
+    assert inverse == pytest.approx(Q * s * (s + A) / B, rel=3e-2)
     hold = np.sinc(f * T_S) * np.exp(-0.5 * s * T_S)
-    assert both.low_pass.response(f, 4000.0) == pytest.approx(Q * hold, rel=3e-2)
+    assert low_pass == pytest.approx(Q * hold, rel=3e-2)
 
 
 @FILTERS

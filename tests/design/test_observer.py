@@ -3,6 +3,7 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
+from scipy.signal import freqz
 
 from fric.control.base import Setting
 from fric.control.inverse_model import DisturbanceObserver
@@ -207,7 +208,7 @@ def test_t_of_the_observer_loop_is_q(name: str) -> None:
     observer = DisturbanceObserver(QFilter(name, 60.0), X.A, X.B)
     loop = SampledLoop(replace(X, T_d=0.5 / 4000), CASCADE_X, (observer,))
     f, both = np.geomspace(1.0, 400.0, 50), observer.discrete(4000.0)
-    F, Q = (equation.response(f, 4000.0) for equation in (both.inverse, both.low_pass))
+    F, Q = (freqz(equation.b, equation.a, f, fs=4000.0)[1] for equation in (both.inverse, both.low_pass))
     L = F * loop.G(f) / (1 - Q)
     assert np.abs(L / (1 + L)) == pytest.approx(np.abs(observer.q.response(f)), abs=0.01)
 

@@ -67,9 +67,10 @@ from fric.records.inspection import inspect
 from fric.records.prepared import prepared
 from fric.simulate.contour_run import Circle, PointPath, run_circle, run_path
 from fric.simulate.experiment import Expected, Limits, Plan
-from fric.simulate.processes import Study, monte_carlo
+from fric.simulate.processes import Study
 from tests.figures.drawn import Panel, Wanted, curve, edges, function, near, part
 from tests.identify.virtual_logs import logs_of
+from tests.studies import monte_carlo
 
 ROOT = Path(__file__).parents[2]
 Case = tuple[Figure, list[Panel]]

@@ -18,7 +18,8 @@ from fric.io.recognise import read_report, recognise, write_report
 from fric.report.collect import as_data, collect, contour_test
 from fric.report.view import render_report
 from fric.simulate.contour_run import PointPath, run_circle, run_path
-from fric.simulate.processes import Study, monte_carlo
+from fric.simulate.processes import Study
+from tests.studies import monte_carlo
 
 from .conftest import LOGS, PAPER
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -108,10 +109,10 @@ def _controllable(numerator: list[float], denominator: list[float]) -> tuple[np.
     return A, np.eye(order)[:, :1], (b[1:] - b[0] * a[1:])[np.newaxis], np.array([[b[0]]])
 
 
-def counted(encoder: Encoder, z: float) -> float:
-    """Return a position by an encoder that rounds it to whole steps."""
+def counted(encoder: Encoder, z: Any) -> Any:
+    """Return a position, or several, by an encoder that rounds them to whole steps."""
     step = encoder.resolution
-    return float(np.rint((z + encoder.shift) / step) * step - encoder.shift) if step else z
+    return np.rint((z + encoder.shift) / step) * step - encoder.shift if step else z
 
 
 def plain_loop(

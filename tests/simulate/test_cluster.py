@@ -11,7 +11,8 @@ from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.simulate import processes
 from fric.simulate.contour_run import Circle
-from fric.simulate.processes import Study, cluster_outcomes, monte_carlo
+from fric.simulate.processes import Study, cluster_outcomes
+from tests.studies import monte_carlo
 
 STUDY = Study(
     read_machine(Path("configs/xy-table.yaml")),

@@ -20,8 +20,9 @@ from fric.results.base import Table
 from fric.results.simulate import CircleResult
 from fric.simulate import processes
 from fric.simulate.contour_run import Circle, run_circle
-from fric.simulate.processes import MonteCarlo, Outcome, Study, monte_carlo, outcomes
+from fric.simulate.processes import MonteCarlo, Outcome, Study, outcomes
 from fric.simulate.spread import Spread
+from tests.studies import monte_carlo
 
 MACHINE = read_machine(Path("configs/xy-table.yaml"))
 SMALL = Circle(0.005, 0.05, 1)

@@ -23,7 +23,7 @@ from typing import Annotated, Self
 import numpy as np
 from numba import types
 
-from fric.arrays import Complex, Real
+from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.control.q_filter import QFilter
 from fric.errors import FricError
@@ -62,11 +62,6 @@ class DifferenceEquation:
 
     b: Real  # b, a: coefficients of falling age, of one length
     a: Real
-
-    def response(self, frequency: Real, sampling: float) -> Complex:
-        """Return the frequency response, shape (n,), at frequencies [Hz], shape (n,), for a sampling rate [Hz]."""
-        z = np.exp(2j * np.pi * np.asarray(frequency, float) / sampling)
-        return np.polyval(self.b, z) / np.polyval(self.a, z)
 
 
 @dataclass(frozen=True)

@@ -367,9 +367,3 @@ class MonteCarlo:
             drawn = {key.partition(".")[2] for outcome in ran for key in outcome.drawn}
             warnings += [SPREAD_UNUSED.found(name=name) for name in spreads if name not in drawn]
         return tuple(warnings)
-
-
-def monte_carlo(study: Study, machines: int, *, workers: int | None = None) -> MonteCarlo:
-    """Run a study on a number of machines."""
-    with outcomes(study, machines, workers=workers) as found:
-        return MonteCarlo(study, machines, tuple(found))
