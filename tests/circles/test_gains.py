@@ -10,7 +10,7 @@ import pytest
 
 import fric
 from fric.circles.gains import controller_of, lags, stated_voltage
-from fric.circles.learn import learn_from
+from fric.circles.learn import Learning, learn_from
 from fric.circles.measured import AxisTrace, MeasuredCircle, measured_from_run
 from fric.circles.tune_fit import voltage_record
 from fric.documents.controller import ControllerDocument
@@ -144,7 +144,11 @@ def test_what_needs_reference_and_voltage_refuses_a_circle_in_one_way(
 ) -> None:
     machine, test = test_circle
     bare, plant = changed(test, **lacking), fric.read_machine(machine)
-    for use in (lambda: controller_of(bare, "x"), lambda: voltage_record(bare, "x"), lambda: learn_from(bare, plant)):
+    for use in (
+        lambda: controller_of(bare, "x"),
+        lambda: voltage_record(bare, "x"),
+        lambda: learn_from(bare, plant, Learning.at(0.1)),
+    ):
         with pytest.raises(FricError, match=said) as caught:
             use()
         assert "axis x" in caught.value.where

@@ -88,7 +88,8 @@ def test_a_disturbance_is_learned_in_one_round_where_the_plant_is_linear():
 
 def test_a_measured_circle_gives_the_feedforward_of_the_next(table, tmp_path):
     run = run_circle(table, PAPER_SCHEMES["a"], Circle())
-    made = learn_from(measured_from_run(run), table)
+    circle = measured_from_run(run)
+    made = learn_from(circle, table, Learning.at(circle.feed))
     # with the truth believed it is the true friction ahead by the delay, wherever friction does not jump
     axis = table.axes["x"]
     friction = run.traces["x"].friction / axis.plant.K_f

@@ -274,7 +274,7 @@ def taken_apart(both: bool = True, **more: object) -> Iterable[Notice]:
     zero = Estimate.around(0.0, "m", 1e-7)
     geometry = {"mismatch": zero, "backlash.x": Estimate.around(given["backlash"], "m", 1e-6)}
     circles = [N(count=given["revolutions"], errors={}, test=test)] * (1 + both)
-    return diagnose.identifiability_warnings(circles, geometry, [{"+x": given["angle"]}], 1.0)
+    return diagnose.identifiability_warnings(circles, geometry, [{"+x": given["angle"]}])
 
 
 def kicked_circle(size: float) -> list[Notice]:
@@ -467,7 +467,7 @@ SHOWN: dict[str, Show] = {
     "lost-motion-cause": lambda s: taken_apart(backlash=s * 1e-6),
     "ball-bar-length": lambda s: taken_apart(instrument="ball-bar" if is_so(s) else "grid"),
     "one-revolution": lambda s: taken_apart(revolutions=2 - is_so(s)),
-    "glitch-does-not-end": lambda s: taken_apart(angle=s),
+    "glitch-does-not-end": lambda s: taken_apart(angle=s * float(diagnose.LARGEST)),
     "limit-cycle": lambda s: against(oscillation=s * verdict.CYCLE),
     "cannot-run": lambda s: against(drawn=[np.nan if is_so(s) else 3e-6] * 30),
     "scheme-spoils": lambda s: against(9e-6 + s * 0.2e-6),

@@ -384,11 +384,10 @@ def identifiability_warnings(
     circles: Sequence[Revolutions],
     geometry: Mapping[str, Estimate],
     behind: Sequence[Mapping[str, float]],
-    largest: float = float(LARGEST),
 ) -> tuple[Notice, ...]:
     """Return the warnings of tests: squareness, backlash, scale, scatter, glitches that do not end.
 
-    behind, largest: Per test and quadrant, up to what angle behind the reversal a glitch was seen and looked for [rad].
+    behind: Per test and quadrant, up to what angle behind the reversal a glitch was seen [rad].
     """
     test, both, warnings = circles[0].test, len(circles) > 1, []
     ellipse = Estimate(abs(float(geometry["mismatch"])), "m")
@@ -404,9 +403,9 @@ def identifiability_warnings(
         warnings.append(circle.BALL_BAR_LENGTH.found())
     if min(circle.count for circle in circles) < 2:
         warnings.append(circle.ONE_REVOLUTION.found())
-    wide = sorted({name for of in behind for name, angle in of.items() if angle >= largest - 1e-6})
+    wide = sorted({name for of in behind for name, angle in of.items() if angle >= LARGEST - 1e-6})
     if wide:
-        warnings.append(circle.GLITCH_DOES_NOT_END.found(quadrants=wide, degrees=degrees(largest)))
+        warnings.append(circle.GLITCH_DOES_NOT_END.found(quadrants=wide, degrees=degrees(LARGEST)))
     return tuple(warnings)
 
 
@@ -453,8 +452,7 @@ class Diagnosis:
 
     def pulses(self, n: int = 0) -> dict[str, GlitchPulse]:
         """Return the deviation of a test around its reversals, less geometry and pitch."""
-        tested = self.tests[n]
-        return pulses(tested.angle, tested.deviation - self.model[n], tested.revolution, tested.test.direction)
+        return _pulses_of(self.tests[n], self.model[n])
 
 
 def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
@@ -487,7 +485,7 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     fit = fit_geometry(tested, behind, lines)
     for _ in range(ROUNDS):
         new = [
-            {name: _covers(pulse) for name, pulse in _pulses_of(circle, fit, n).items()}
+            {name: _covers(pulse) for name, pulse in _pulses_of(circle, fit.model(circle, n)).items()}
             for n, circle in enumerate(tested)
         ]
         if not lines:
@@ -500,14 +498,15 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     least = SHARE * max(
         float(np.abs(pulse.rest).max())
         for n, circle in enumerate(tested)
-        for pulse in _pulses_of(circle, fit, n).values()
+        for pulse in _pulses_of(circle, fit.model(circle, n)).values()
     )
     sizes = [fit.amplitude(n) for n in range(len(lines))]
     seen = [line for line, size in zip(lines, sizes, strict=True) if float(size) > max(3 * size.half_width, least)]
     if len(seen) < len(lines):
         lines = seen
         fit = fit_geometry(tested, behind, lines)
-    every = [_pulses_of(circle, fit, n) for n, circle in enumerate(tested)]
+    model = tuple(fit.model(circle, n) for n, circle in enumerate(tested))
+    every = list(map(_pulses_of, tested, model))
     found = tuple(
         {
             name: glitch_of(pulse, radius, fit.error_at(circle, n, k * pi / 2 + circle.test.direction * 1e-3), steps[n])
@@ -532,8 +531,7 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     notices += (circle.COMPENSATION_KICKS.found(quadrants=list(dict.fromkeys(kicks))),) if kicks else ()
     return Diagnosis(
         tested, geometry, lags(tested, behind, fit), found, periodic, iso230(tested), rest,
-        float(np.mean(known)) if known else None, noise, tuple(fit.model(circle, n) for n, circle in enumerate(tested)),
-        notices,
+        float(np.mean(known)) if known else None, noise, model, notices,
     )  # fmt: skip
 
 
@@ -572,8 +570,8 @@ def _require_one_circle(tests: Sequence[MeasuredCircle]) -> None:
             )  # fmt: skip
 
 
-def _pulses_of(tested: Revolutions, fit: Geometry, n: int) -> dict[str, GlitchPulse]:
-    return pulses(tested.angle, tested.deviation - fit.model(tested, n), tested.revolution, tested.test.direction)
+def _pulses_of(tested: Revolutions, model: Real) -> dict[str, GlitchPulse]:
+    return pulses(tested.angle, tested.deviation - model, tested.revolution, tested.test.direction)
 
 
 def _covers(pulse: GlitchPulse) -> float:

@@ -79,9 +79,8 @@ class LearnedFeedforward:
 
     test: MeasuredCircle  # The circle that it is for
     how: Learning  # How it was learned
-    time: Mapping[
-        str, Real
-    ]  # By axis: instants [s], reference [m] and voltage against friction [V], each of shape (n,)
+    # time, reference, voltage: by axis, instants [s], reference [m], voltage against friction [V], each of shape (n,)
+    time: Mapping[str, Real]
     reference: Mapping[str, Real]
     voltage: Mapping[str, Real]
     warnings: tuple[Notice, ...]  # What the user should know
@@ -93,15 +92,13 @@ class LearnedFeedforward:
 
 
 def learn_from(
-    test: MeasuredCircle, machine: Machine, how: Learning | None = None, before: Mapping[str, Real] | None = None
+    test: MeasuredCircle, machine: Machine, how: Learning, before: Mapping[str, Real] | None = None
 ) -> LearnedFeedforward:
     """Return the feedforward of the next round from a measured circle.
 
     machine: The machine, whose nominal plants are taken.
-    how: By the feed where not given.
     before: By axis, the feedforward against friction in this round [V], shape (n,); none where not given.
     """
-    how = how or Learning.at(test.feed)
     time, wanted, voltage = {}, {}, {}
     for name in test.names:
         (t, r, z, u), axis = test.require(name, "learning"), machine.axis(name)

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,9 +12,7 @@ from fric.estimate import STAYS, Interval
 from fric.flaws.prediction import SCHEME_UNSTABLE
 from fric.notice import Notice
 from fric.simulate.contour_run import pair
-
-if TYPE_CHECKING:
-    from fric.simulate.processes import MonteCarlo
+from fric.simulate.processes import MonteCarlo
 
 
 @dataclass(frozen=True)
@@ -81,7 +78,7 @@ UNSTABLE = 0.05  # Largest share of machines with an unstable loop, for a truste
 
 
 def predicted(
-    many: "MonteCarlo",
+    many: MonteCarlo,
     *,
     widened: Mapping[str, tuple[Notice, ...]] | None = None,
     measured: Sequence[str] = (),
@@ -104,10 +101,9 @@ def predicted(
         ran = many.quadrants[np.isfinite(many.glitches[:, n]), n]
         failed = 1 - len(ran) / len(many)
         why = list((of_schemes or {}).get(scheme.name, ()))
-        if failed > UNSTABLE or not len(ran):
+        if failed > UNSTABLE:
             why.append(SCHEME_UNSTABLE.found(scheme=scheme.name, share=failed))
-        if not len(ran):
-            ran = np.full((1, 4), np.inf)
+        ran = ran if len(ran) else np.full((1, 4), np.inf)
         size = np.abs(ran)
         glitch = size.max(axis=1)
         ends = {name: size[:, k::2].max(axis=1) for k, name in enumerate(names) if name in axes}

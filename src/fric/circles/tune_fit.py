@@ -324,12 +324,8 @@ class BalanceCoordinates:
 
     def moved(self, other: "BalanceCoordinates", x: Real) -> Real:
         """Return the point in these coordinates for a point in others about the same nominal model."""
-        found = np.zeros(len(self.names))
-        for n, name in enumerate(self.names):
-            found[n] = other._value(x, name)
-            if name.startswith("k_") and "stiffness" not in self.names:
-                found[n] += other._value(x, "stiffness")
-        return found
+        of_all = 0.0 if "stiffness" in self.names else other._value(x, "stiffness")
+        return np.array([other._value(x, name) + of_all * name.startswith("k_") for name in self.names])
 
     def _value(self, x: Real, name: str) -> float:
         return float(x[self.names.index(name)]) if name in self.names else 0.0
@@ -946,39 +942,27 @@ def _of_the_encoder(found: FittedBalance) -> Real:
     coordinates = found.balance.coordinates
     model = coordinates.friction(found.x)
     step = max(lattice_step(record.raw[2]) or 0.0 for record in found.balance.records)
-    variances = np.zeros(len(coordinates.names))
     shares = [SEEN * step * k / (alpha * model.static.F_s) for alpha, k in zip(model.alpha, model.k, strict=True)]
-    for n, name in enumerate(coordinates.names):
-        if name == "stiffness":
-            variances[n] = shares[int(np.argmax(model.k))] ** 2
-        elif name.startswith("k_"):
-            variances[n] = shares[int(name[2:]) - 1] ** 2
-    return variances
+    by_name = {f"k_{n}": share for n, share in enumerate(shares, 1)} | {"stiffness": shares[int(np.argmax(model.k))]}
+    return np.array([by_name.get(name, 0.0) ** 2 for name in coordinates.names])
 
 
 def _logarithms(found: FittedBalance) -> tuple[Real, list[str]]:
     """Return derivatives of the parameters' logarithms by coordinates and plant, and the parameters' names."""
-    coordinates, p = found.balance.coordinates, len(found.x)
-    total = p + len(found.plant)
+    coordinates, p, point = found.balance.coordinates, len(found.x), np.append(found.x, found.plant)
 
-    def all_of(x: Real, linear: Real) -> Real:
-        model = parameters(coordinates.friction(x))
+    def all_of(point: Real) -> Real:
+        model, (m, a) = parameters(coordinates.friction(point[:p])), point[p : p + 2]
         flat = np.concatenate([np.atleast_1d(np.asarray(value, float)) for value in model.values()])
-        m, a = linear[:2]
-        tail = [max(a / m, 1e-12), 1 / m, coordinates.delay(x)]
+        tail = [max(a / m, 1e-12), 1 / m, coordinates.delay(point[:p])]
         return np.log(np.maximum(np.concatenate([flat, tail]), 1e-300))
 
-    here = all_of(found.x, found.plant)
-    slope = np.zeros((len(here), total))
-    for n in range(p):
-        moved = found.x.copy()
-        moved[n] += SMALL_STEP
-        slope[:, n] = (all_of(moved, found.plant) - here) / SMALL_STEP
-    for n in range(2):
-        step = SMALL_STEP * max(abs(found.plant[n]), 1e-9)
-        linear = found.plant.copy()
-        linear[n] += step
-        slope[:, p + n] = (all_of(found.x, linear) - here) / step
+    here = all_of(point)
+    slope = np.zeros((len(here), len(point)))
+    for n in range(p + 2):
+        moved, step = point.copy(), SMALL_STEP * (max(abs(point[n]), 1e-9) if n >= p else 1.0)
+        moved[n] += step
+        slope[:, n] = (all_of(moved) - here) / step
     named = parameters(coordinates.friction(found.x)).items()
     return slope, [*(label for name, value in named for label in _labels(name, value)), "A", "B", "T_d"]
 

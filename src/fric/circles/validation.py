@@ -185,9 +185,7 @@ def _scored(
     loop: Loop, log: Log, friction: FrictionModel, pairs: Pairs, cutoff: float, rate: float,
     thinned_by: Conditioning | None = None,
 ) -> Validation:  # fmt: skip
-    """Return the differences of signals, and the second with the largest error of the force, or else of the
-    velocity.
-    """
+    """Return the differences of signals, and the second with the largest error of force, or else of velocity."""
     signals = {name: _difference(*pair) for name, pair in pairs.items()}
     decisive = signals["force" if "force" in signals else "velocity"]
     begin, every = (thinned_by.border, thinned_by.decimation) if thinned_by else (0, 1)
