@@ -133,8 +133,7 @@ class ControlBlock(Parametrised):
         cls.check(values)
         if len(values) == len(cls.parameters):
             return cls(**values)
-        usual = cls.designed(setting)
-        return cls(**{name: values.get(name, getattr(usual, name)) for name in (each.name for each in cls.parameters)})
+        return replace(cls.designed(setting), **values)
 
     @abstractmethod
     def packed(self, setting: Setting) -> Real:

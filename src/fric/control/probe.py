@@ -28,11 +28,6 @@ class Probed:
         chosen = [Sample._fields.index(name) for name in inputs]
         return self.B[:, chosen].sum(axis=1), float(self.D[chosen].sum())
 
-    def sees(self, inputs: Sequence[str]) -> bool:
-        """Return whether any of some inputs reaches the volts."""
-        B, D = self.columns(inputs)
-        return bool(np.any(B) or D != 0.0)
-
     @cached_property
     def _triangular(self) -> tuple[Complex, Complex]:
         if not self.A.size:

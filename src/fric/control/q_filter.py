@@ -70,8 +70,10 @@ class QFilter:
     @property
     def bandwidth(self) -> float:
         """The last frequency at which |Q|² = 1/2 [Hz]."""
-        # |Q|² is rational in x = (frequency/cutoff)²; 2|N|² − |D|² = 0 is a polynomial in x.
-        poles, zeros = (_squared_magnitude(roots) for roots in Q_FILTERS[self.name])
+        # |Q|² is rational in x = (frequency/cutoff)²; 2|N|² − |D|² = 0 is a polynomial in x. Of roots r that are closed
+        # under conjugation |Π(jω − r)|² is Π(x + r²) at x = ω²
+        squares = (np.poly([-(root**2) for root in roots]) for roots in Q_FILTERS[self.name])
+        poles, zeros = (np.atleast_1d(np.real(square)) for square in squares)
         x = np.roots(np.polysub(2 * zeros / zeros[-1], poles / poles[-1]))
         return self.cutoff * sqrt(max(root.real for root in x if abs(root.imag) < 1e-6 * abs(root) and root.real > 0))
 
@@ -89,8 +91,3 @@ class QFilter:
 def _scaled(roots: Roots, cutoff: float) -> Complex:
     """Return the roots of a filter with a cutoff [Hz]; by Python's product, which is the same on every processor."""
     return np.array([root * (2 * pi * cutoff) for root in roots], np.complex128)
-
-
-def _squared_magnitude(roots: Roots) -> Real:
-    """Return Π(x + r²) over roots closed under conjugation, highest power first: |Π(jω − r)|² at x = ω²."""
-    return np.atleast_1d(np.real(np.poly([-(root**2) for root in roots])))

@@ -8,7 +8,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.control import ControlBlock, Setting
 from fric.control.cascade import Cascade
-from fric.design.loop import Loop, Margins, OpenLoop, decibel, three_digits
+from fric.design.loop import Loop, Margins, OpenLoop, cut, decibel
 from fric.design.observer import PEAK_SENSITIVITY, Perturbation, WholeLoop, largest_that_keeps, model_perturbation
 from fric.errors import FricError
 from fric.search import minimised
@@ -69,7 +69,7 @@ def design_block(
             f"'{kind.name}' misses {text}, at the smallest {kind.tuned} already",
             hint="Lower the gains of the controller, or ask for a larger peak sensitivity.",
         )
-    value, reason = three_digits(min(found, 1e300)), f"limited by {text}"
+    value, reason = cut(min(found, 1e300)), f"limited by {text}"
     if found == inf:
         value, reason = tuned.upper, "limited by no margin, but by its bound"
     loop, blocks = loop_with(block := kind.tuned_to(value, setting), cascade, Delta, setting)
@@ -150,13 +150,9 @@ def design_jointly(
             velocity_filter=cascade.velocity_filter * corner,
         )  # fmt: skip
 
-    def loop(x: Real, block: ControlBlock) -> tuple[WholeLoop, tuple[ControlBlock, ...]]:
-        chosen = cascade_at(x)
-        return loop_with(block, chosen, Delta, replace(setting, cascade=chosen))
-
     def cost(x: Real) -> float:
-        block = kind.tuned_to(float(np.exp(x[3])), replace(setting, cascade=cascade_at(x)))
-        whole, blocks = loop(x, block)
+        here = replace(setting, cascade=(chosen := cascade_at(x)))
+        whole, blocks = loop_with(kind.tuned_to(float(np.exp(x[3])), here), chosen, Delta, here)
         peak = whole.peak(blocks)
         if not np.isfinite(peak):
             return 1e3
@@ -169,7 +165,7 @@ def design_jointly(
     start, step = np.clip(start, low + 1e-9, high - 1e-9), np.array([0.4, 0.3, -0.2, 0.4])
     found = minimised("LN_SBPLX", cost, start, low, high, initial_step=step, maxeval=STEPS, xtol_abs=2e-3)
     chosen, names = cascade_at(found), ("K_p", "K_i", "K_v", "velocity_filter")
-    chosen = replace(chosen, **{name: three_digits(float(getattr(chosen, name))) for name in names})  # rounded down
+    chosen = replace(chosen, **{name: cut(float(getattr(chosen, name))) for name in names})  # rounded down
     block = design_block(kind, replace(setting, cascade=chosen), peak_sensitivity=peak_sensitivity, perturbation=Delta)
     whole, blocks = loop_with(block.block, chosen, Delta, replace(setting, cascade=chosen))
     before = step_compliance(WholeLoop(setting.plant, cascade, Delta))

@@ -207,10 +207,8 @@ def _nearest(holds: Callable[[float], bool], tried: np.ndarray, wanted: float) -
     """Return the value that holds nearest to the wanted value, by their ratio; None where none holds."""
     if holds(wanted):
         return wanted
-    for value in sorted(tried, key=lambda value: abs(np.log(value / wanted))):
-        if holds(value):
-            return border(holds, value, wanted)
-    return None
+    found = next(filter(holds, sorted(tried, key=lambda value: abs(np.log(value / wanted)))), None)
+    return None if found is None else border(holds, found, wanted)
 
 
 def _infeasible(plant: LinearPlant, tried: list[Cascade], asked: Requirement, name: str) -> FricError:

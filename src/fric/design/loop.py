@@ -99,7 +99,8 @@ class SampledLoop:
         feedback, kept = np.zeros(before.shape, complex), np.ones(before.shape, complex)
         for sign, block in ((1.0, self._main), *self._others):
             feedback -= sign * block.response(("measured",), frequency, self.cascade.sampling)
-            if block.sees(LAST_VOLTAGE):
+            B, D = block.columns(LAST_VOLTAGE)
+            if B.any() or D:
                 kept -= sign * block.response(LAST_VOLTAGE, frequency, self.cascade.sampling) * before
         return np.asarray((self.G(frequency) if G is None else G) * feedback / kept)
 
@@ -167,9 +168,8 @@ def learned_share(block: ControlBlock, loop: SampledLoop, setting: Setting) -> t
 
     Raises FricError: When the motion does not repeat.
     """
-    if setting.reference is None or not setting.reference.period:
-        block.packed(setting)  # which raises the error of what is missing
-        raise ValueError("a block that repeats did without a period")
+    block.packed(setting)  # raises the error of what is missing
+    assert setting.reference is not None
     sampling = setting.sampling
     period = (SHORT + setting.reference.period * sampling % 1.0) / sampling
     still = Reference(sampling, *(np.zeros(2) for _ in range(3)), period=period)
@@ -239,8 +239,7 @@ def decibel(ratio: float) -> float:
 
 def rounded_down(value: float) -> str:
     """Return a positive number cut, not rounded, to four digits: what is named as allowed must be allowed."""
-    scale = 10.0 ** (3 - int(np.floor(np.log10(value))))
-    return f"{np.floor(value * scale) / scale:.4g}"
+    return f"{cut(value, 4):.4g}"
 
 
 def border(holds: Callable[[float], bool], inside: float, outside: float, precision: float = 1e-8) -> float:
@@ -251,9 +250,9 @@ def border(holds: Callable[[float], bool], inside: float, outside: float, precis
     return float(inside)
 
 
-def three_digits(value: float) -> float:
-    """Return a value with three digits, rounded down; 0 stays 0."""
-    scale = 10.0 ** (2 - floor(log10(value))) if value > 0 else 1.0
+def cut(value: float, digits: int = 3) -> float:
+    """Return a value with some digits, rounded down; 0 stays 0."""
+    scale = 10.0 ** (digits - 1 - floor(log10(value))) if value > 0 else 1.0
     return floor(value * scale) / scale
 
 

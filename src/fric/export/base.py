@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -59,10 +60,7 @@ def remark(text: str) -> str:
 
 def identifier(text: str) -> str:
     """Return a text as an identifier of any language: letters, digits and single underscores."""
-    made = "".join(c.lower() if c.isascii() and c.isalnum() else "_" for c in text).strip("_")
-    while "__" in made:
-        made = made.replace("__", "_")
-    return made or "axis"
+    return re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_").lower() or "axis"
 
 
 LARGEST = {

@@ -27,7 +27,6 @@ class Variable:
     unit: str
     doc: str
     start: str = "0.0"
-    variability: str = "continuous"
 
 
 def _variables(part: ExportedPart, unit: str, force: str) -> list[Variable]:
@@ -40,7 +39,6 @@ def _variables(part: ExportedPart, unit: str, force: str) -> list[Variable]:
             ("encoder", "output", unit, "position by the encoder"),
             ("encoder_velocity", "output", f"{unit}/s", "first difference of the encoder behind a low-pass"),
             ("force", "output", force, "friction"),
-            ("fault", "output", "1", "1 from a fault until reset"),
         ]
     else:
         rows = [
@@ -56,9 +54,9 @@ def _variables(part: ExportedPart, unit: str, force: str) -> list[Variable]:
             ("model", "output", "V", "inverse model of the plant"),
             ("estimate", "output", "V", "taken off by observers"),
             ("force", "output", force, "friction of the model"),
-            ("fault", "output", "1", "1 from a fault until reset"),
         ]
-    return [Variable(n, *row) for n, row in enumerate(rows)]
+    fault = ("fault", "output", "1", "1 from a fault until reset")
+    return [Variable(n, *row) for n, row in enumerate((*rows, fault))]
 
 
 def fmi_files(part: ExportedPart) -> Files:
@@ -91,9 +89,7 @@ def _zipped(version: int, name: str, sources: dict[str, str], values: dict[str, 
             f'      <SourceFile name="{name}_fmi3.c"/>\n    </SourceFileSet>\n  </BuildConfiguration>\n'
             "</fmiBuildDescription>\n"
         ).encode()
-    binary = _compiled(name, sources, version)
-    if binary is not None:
-        content[binary[0]] = binary[1]
+    content |= _compiled(name, sources, version)
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         for file, data in content.items():
@@ -101,11 +97,11 @@ def _zipped(version: int, name: str, sources: dict[str, str], values: dict[str, 
     return packed.getvalue()
 
 
-def _compiled(name: str, sources: dict[str, str], version: int) -> tuple[str, bytes] | None:
-    """Return a shared library for this computer and its path in a unit; None without a compiler."""
+def _compiled(name: str, sources: dict[str, str], version: int) -> dict[str, bytes]:
+    """Return a shared library for this computer by its path in a unit; none without a compiler."""
     compiler = shutil.which("cc")
     if compiler is None or not sys.platform.startswith("linux"):
-        return None
+        return {}
     machine = platform.machine().replace("AMD64", "x86_64")
     folder = "linux64" if version == 2 else f"{machine}-linux"
     with tempfile.TemporaryDirectory() as place:
@@ -117,7 +113,7 @@ def _compiled(name: str, sources: dict[str, str], version: int) -> tuple[str, by
             raise FricError(
                 f"the compiler refuses the unit: {done.stderr.splitlines()[0]}", where=f"{name}_fmi{version}.c"
             )
-        return f"binaries/{folder}/{name}.so", (Path(place) / f"{name}.so").read_bytes()
+        return {f"binaries/{folder}/{name}.so": (Path(place) / f"{name}.so").read_bytes()}
 
 
 TARGET = Target(

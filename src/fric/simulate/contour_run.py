@@ -127,23 +127,14 @@ class ContourRun(ABC, Generic[Followed, Left]):
         """Return what is left of a contour along the true positions of both axes [m], and warnings about it."""
 
     @classmethod
-    def run(
-        cls,
-        machine: Machine,
-        scheme: Scheme,
-        test: Followed,
-        *,
-        only: str | None = None,
-        halvings: int = 0,
-        accuracy: float = 0.0,
-        places: int = PLACES,
-        schemes: int = 1,
-    ) -> Self:
+    def run(cls, machine: Machine, scheme: Scheme, test: Followed, **how: Unpack[How]) -> Self:
         """Follow a contour with two axes of a machine, x and y of the contour, under one scheme.
 
         A run that depends on the counts of encoders is that of the median glitch, with the errors of all places. It
         depends on them below `SLOW`, and where its glitch is less than a count.
         """
+        only, places = how.get("only"), how.get("places", PLACES)
+        halvings, accuracy = how.get("halvings", 0), how.get("accuracy", 0.0)
         names = pair(machine)
         moved = [machine.axis(only).name] if only else [name for name in names if name in machine.axes]
         references = test.references(machine.axes[moved[0]].cascade.sampling)
@@ -165,7 +156,7 @@ class ContourRun(ABC, Generic[Followed, Left]):
         rough = max(accuracy, ACCURACY)
         slow = test.feed < SLOW and count > 0.0 and places > 1
         sampling, samples = references[0].sampling, len(references[0].position)
-        refuse_long(samples / sampling, sampling, len(moved), schemes)
+        refuse_long(samples / sampling, sampling, len(moved), how.get("schemes", 1))
         first: Self = once(machine, rough if slow else accuracy)
         if places == 1 or not (slow or 0.0 < first.contour.glitch < count):
             return first
@@ -336,13 +327,14 @@ class CircleGrid:
 
     def __call__(self, index: int) -> "Cell":
         """Run all schemes on one circle; a scheme that cannot run has no glitch, but a reason."""
-        circle, glitches, why = self.circle(index), np.full(len(self.schemes), np.nan), {}
+        cell = self.not_run(index)
         for n, scheme in enumerate(self.schemes):
             try:
-                glitches[n] = run_circle(self.machine, scheme, circle, accuracy=self.accuracy).circularity.glitch
+                run = run_circle(self.machine, scheme, cell.circle, accuracy=self.accuracy)
+                cell.glitches[n] = run.circularity.glitch
             except FricError as error:
-                why[scheme.name] = error.what
-        return Cell(circle, glitches, why)
+                cell.failures[scheme.name] = error.what
+        return cell
 
 
 @dataclass(frozen=True)

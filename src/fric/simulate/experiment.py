@@ -311,8 +311,7 @@ class Limits:
     def broken_by(self, motion: Reference) -> str:
         """Return which limit a motion breaks; empty where it keeps all of them."""
         used = (np.ptp(motion.position), np.abs(motion.velocity).max(), np.abs(motion.acceleration).max())
-        names = ("stroke", "feed", "acceleration")
-        return next((name for name, item in zip(names, used, strict=True) if item > getattr(self, name)), "")
+        return next((name for (name, most), item in zip(vars(self).items(), used, strict=True) if item > most), "")
 
 
 @dataclass(frozen=True)
@@ -372,8 +371,7 @@ class CandidateRecord:
     planned: Planned  # The experiment
     lasting: float  # How long it lasts [s]
     half_width: float  # Half the 95 % interval of the predicted glitch with it [m]
-    # Scatter of it with other noise, and other places between two encoder counts [m]
-    scatter: float
+    scatter: float  # Scatter of it with other noise, and other places between two encoder counts [m]
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,6 @@ class Body:
     def kept(self, value: ir.Expression) -> ir.Name:
         """Return a new variable that holds a value, to be set before the present statement."""
         name = self.temporary(value.type)
-        self.variables[name.name] = value.type
         self.before.append(ir.Assign(name, value))
         return name
 
@@ -352,7 +351,6 @@ class Body:
 
     def several(self, targets: ast.Tuple, values: ast.Tuple) -> list[ir.Statement]:
         """Assign several values at once, with a temporary if a later value contains an earlier target."""
-        statements: list[ir.Statement] = []
         written: set[str] = set()
         aside = False
         for target, value in zip(targets.elts, values.elts, strict=True):
@@ -360,16 +358,12 @@ class Body:
             aside = aside or bool(used & written)
             written |= {node.id for node in ast.walk(target) if isinstance(node, ast.Name)}
         if not aside:
-            for target, value in zip(targets.elts, values.elts, strict=True):
-                statements += self.assign(target, value)
-            return statements
-        kept = []
-        for value in values.elts:
-            kept.append(self.kept(self.expression(value)))
-            statements += self.flush()
-        for target, node in zip(targets.elts, kept, strict=True):
-            statements.append(ir.Assign(self.place(target, node.type), node))
-        return statements
+            pairs = zip(targets.elts, values.elts, strict=True)
+            return [made for target, value in pairs for made in self.assign(target, value)]
+        kept = [self.kept(self.expression(value)) for value in values.elts]
+        before = self.flush()
+        places = (self.place(target, node.type) for target, node in zip(targets.elts, kept, strict=True))
+        return [*before, *map(ir.Assign, places, kept)]
 
     def place(self, target: ast.expr, of: ir.Type) -> ir.Name | ir.Element:
         """Return the target of an assignment: a variable, declared with its type, or an element of an array."""
