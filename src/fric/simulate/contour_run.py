@@ -75,8 +75,12 @@ class Chance:
 
     def text(self, scale: float = 1e6, digits: int = 1) -> str:
         """Return the median as text, with half of the interval where that is more than the last digit: ``1.5±0.2``."""
-        more = f"±{self.half * scale:.{digits}f}" if self.half * scale >= 0.5 * 10**-digits else ""
+        more = f"±{self.half * scale:.{digits}f}" if self.shown(scale, digits) else ""
         return f"{self.median * scale:.{digits}f}{more}"
+
+    def shown(self, scale: float = 1e6, digits: int = 1) -> bool:
+        """Return whether half of the interval is more than the last digit that is written."""
+        return self.half * scale >= 0.5 * 10**-digits
 
 
 Left = TypeVar("Left", bound=Circularity | ContourError)
