@@ -137,7 +137,7 @@ def draw_tuned(axis: TunedAxis) -> Figure:
             above.plot(t, (measured - after)[near], color=BLUE, label="replayed after")
             below.plot(t, before[near] * 1e3, color=VERMILION, linestyle="--")
             below.plot(t, after[near] * 1e3, color=BLUE)
-            above.set_title(feed_of(record), fontsize=8)
+            above.set_title(feed_of(record.test), fontsize=8)
             below.set_xlabel("time after the reversal [ms]")
             for axes in (above, below):
                 axes.axvline(0, color=GREY, linewidth=0.6)

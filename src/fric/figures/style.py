@@ -96,7 +96,7 @@ def look(n: int) -> dict[str, Any]:
 
 
 def feed_of(circle: Any) -> str:
-    """Return radius and feed of a circle [m], [m/s], or of its record, for a title."""
+    """Return radius and feed of a circle [m], [m/s], for a title."""
     return f"{circle.radius * 1e3:g} mm at {circle.feed * 1e3:g} mm/s"
 
 
