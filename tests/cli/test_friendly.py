@@ -349,3 +349,12 @@ def test_an_option_is_no_file(option, tmp_path, monkeypatch):
     found = RUN.invoke(app, ["ingest", "a.csv", *option, "--json"])
     assert "'--json' is an option, and no file" in str(found.exception)
     assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
+
+
+def test_a_mapping_that_goes_to_a_dash_is_printed(tmp_path, monkeypatch):
+    """It was written to a file named `-`."""
+    monkeypatch.chdir(tmp_path)
+    rows = "".join(f"{n},{n * n % 7},{n % 5}\n" for n in range(60))
+    (tmp_path / "a.csv").write_text("time,position,current\n" + rows)
+    RUN.invoke(app, ["ingest", "a.csv", "--propose", "-"])
+    assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]

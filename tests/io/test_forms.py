@@ -646,3 +646,139 @@ def test_files_named_by_axes_are_of_these(tmp_path: Path, head: str) -> None:
     for old, new in (("X_axis", "run_a"), ("Y_axis", "run_b")):
         (logs / f"{old}.csv").rename(logs / f"{new}.csv")
     assert {log.axis for log in find_sources([logs], None, tmp_path / "out" / "mappings").logs} == {"x"}
+
+
+@pytest.mark.parametrize("form", ["header", "none", "lines"])
+def test_whole_seconds_and_their_rest_are_a_clock(tmp_path: Path, form: str) -> None:
+    """Of ROS 2 the seconds alone were taken, as rounded stamps, with a period 1.3 % off, or the nanoseconds."""
+    a = axis_of_a_drive(n=4000)
+    stamps = 1_700_000_000_123_456_789 + np.rint(1e9 * a["t"]).astype(np.int64)
+    cells = [
+        [s // 10**9, s % 10**9, f"{x:.6f}", f"{v:.5f}", f"{f:.4f}"]
+        for s, x, v, f in zip(stamps, a["position"], a["velocity"], a["current"], strict=True)
+    ]
+    if form == "lines":
+        path = tmp_path / "log.jsonl"
+        of = ('{{"stamp": {{"secs": {}, "nsecs": {}}}, "position": {}, "velocity": {}, "effort": {}}}'.format(*row)
+              for row in cells)  # fmt: skip
+        path.write_text("\n".join(of) + "\n")
+    else:
+        path = tmp_path / "log.csv"
+        head = "header.stamp.sec,header.stamp.nanosec,position,velocity,effort\n" if form == "header" else ""
+        path.write_text(head + "\n".join(",".join(map(str, row)) for row in cells) + "\n")
+    fric.ingest(path, output=tmp_path / "log.h5", assume=True)
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert len(log) == 4000
+    np.testing.assert_allclose(np.diff(log.time), 1e-3, atol=1e-6)
+
+
+def test_rounded_stamps_have_the_period_of_whole_ones(tmp_path: Path) -> None:
+    """It was the span from the first stamp to the last: off by what the rounding left out at both ends."""
+    a = axis_of_a_drive(n=4000)
+    stamps = np.floor(2.0 * a["t"] + 0.99) / 2.0
+    path = write(tmp_path / "log.csv", "time [s];position;current", stamps, a["position"], a["current"])
+    (axis,) = told(path)
+    assert parse(axis.roles["time"].unit, "time") == pytest.approx(1e-3, rel=1e-3)
+
+
+def test_seconds_beside_a_stamp_of_its_own_stay_as_they_are(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t_sec,t_usec,x\n" + "".join(f"{n * 0.01:.2f},{n * 10_000},{n}\n" for n in range(50)))
+    (block,) = next(tables(path)).read([0, 1])
+    np.testing.assert_allclose(block.columns[0], np.arange(50) * 0.01)
+
+
+@pytest.mark.parametrize("values", [1, 3])
+def test_dates_and_times_of_a_day_are_no_words(tmp_path: Path, values: int) -> None:
+    """A trend with a label, a date, a time and three values a row had "no rows of numbers"."""
+    names = ",".join(f'"Axis.Value{n}"' for n in range(values))
+    lines = ['"Trend:","Axis"', f'"Header:","Date","Time",{names}']
+    for n in range(300):
+        row = ",".join(f"{np.sin(n / 30 + k):.4f}" for k in range(values))
+        lines.append(f"11/8/2023,11/8/2023,09:37:{n // 100:02d};{n % 100 * 10:03d},{row}")
+    path = tmp_path / "trend.csv"
+    path.write_text("\n".join(lines) + "\n")
+    table = next(tables(path))
+    assert table.columns[2].name == "Time"
+    (block,) = table.read([2, 3])
+    np.testing.assert_allclose(np.diff(block.columns[0]), 0.01, atol=1e-9)
+    assert np.isfinite(block.columns[1]).all()
+
+
+def test_remarks_between_rows_are_passed_over(tmp_path: Path) -> None:
+    """A line ``# stroke 2`` was a row with a bad cell, or with too many of them; places are still those of the file."""
+    lines = ["t [s] x [mm]", *(f"{n * 0.01:.2f} {n * 0.1:.3f}" for n in range(100))]
+    lines[51:51] = ["# stroke 2, at 5 mm/s of the plan", ""]
+    lines[80] = "0.77 ?"
+    path = tmp_path / "log.txt"
+    path.write_text("\n".join(lines) + "\n")
+    table = next(tables(path))
+    (block,) = table.read([0, 1])
+    assert len(block.columns[0]) == 100
+    (bad,) = np.flatnonzero(np.isnan(block.columns[1]))
+    assert table.place(int(bad)).endswith("line 81")
+    assert table.text(int(bad), 1) == "?"
+
+
+def test_a_damaged_log_is_left_out_with_its_reason_beside_good_ones(tmp_path: Path) -> None:
+    """Its error ended the whole folder."""
+    a = axis_of_a_drive(n=2000)
+    write(tmp_path / "good.csv", "t;position;velocity;current", a["t"], a["position"], a["velocity"], a["current"])
+    rows = [f"{t:.4f},{x:.6f},{v:.5f},{f:.4f}" for t, x, v, f in zip(
+        a["t"], a["position"], a["velocity"], a["current"], strict=True
+    )]  # fmt: skip
+    (tmp_path / "bad.csv").write_text("\n".join(["a,b,c,d", *rows, "1,2,3,4,5", ""]))
+    found = find_sources([tmp_path], proposals=tmp_path / "out", assume=True)
+    assert [log.path.name for log in found.logs] == ["good.csv"]
+    assert [why for why, files in found.refused.items() if "bad.csv" in files[0].name] == [
+        "has more cells than the 4 of the header"
+    ]
+
+
+def test_a_letter_that_falls_is_no_time_and_a_torque_that_never_changes_no_force(tmp_path: Path) -> None:
+    """Of ``time, p, v, t, t_ff`` the torque t was a time, and the feedforward, which is 0, the force."""
+    a = axis_of_a_drive(n=2000)
+    path, still = tmp_path / "log.csv", 0.0 * a["t"]
+    write(path, "time;t_ff;p;v;t", a["t"], still, a["position"], a["velocity"], a["current"])
+    (axis,) = told(path)
+    assert channels(axis) == {"time": 0, "position": 2, "velocity": 3, "force": 4}
+    write(path, "time;torque;p;v", a["t"], still, a["position"], a["velocity"])
+    assert "force" not in proposal([path]).partition("# force")[0].partition("columns:")[2]
+
+
+def test_joints_that_rest_are_no_axes(tmp_path: Path) -> None:
+    """The noise of their velocities made an axis of each, with three questions more."""
+    a, noise = axis_of_a_drive(n=3000), np.random.default_rng(4).standard_normal((6, 3000))
+    positions = 0.3 + 1e-5 * noise[0], a["position"], 1.0 + 1e-5 * noise[1]
+    speeds, forces = (5e-4 * noise[2], a["velocity"], 5e-4 * noise[3]), (0.1 * noise[4], a["current"], 0.1 * noise[5])
+    head = ";".join(["time", *(f"{name}[{k}]" for name in ("q", "dq", "tau") for k in range(3))])
+    (axis,) = told(write(tmp_path / "log.csv", head, 1e3 * a["t"], *positions, *speeds, *forces))
+    assert channels(axis) == {"time": 0, "position": 2, "velocity": 5, "force": 8}
+
+
+def test_a_large_current_in_whole_numbers_may_be_in_counts() -> None:
+    """The current of a gimbal's motor, in steps of 3 A / 16384, was in mA without a question."""
+    unit, sure, others = usual_units("force", spoken(Column("given_current")), "rotary", np.array([-3000.0, 1450.0]))
+    assert (unit, sure < SURE, others[0]) == ("mA", True, "count")
+    assert usual_units("force", spoken(Column("current")), "rotary", np.array([-3000.25, 1450.5]))[1] > SURE
+
+
+@pytest.mark.parametrize("name", ["Normalkraft", "normal force", "Reibwert", "COF", "Normal Load"])
+def test_what_presses_on_a_tribometer_is_no_force_of_its_axis(name: str) -> None:
+    assert spoken(Column(name)).quantity == "other"
+
+
+def test_lines_of_json_are_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They were parsed each of a dozen times that a log is looked at."""
+    from fric.io.readers import structured
+
+    path, parsed = tmp_path / "log.jsonl", []
+    path.write_text("".join(f'{{"t": {n}, "x": {n * n}}}\n' for n in range(50)))
+    columns = structured._columns
+    monkeypatch.setattr(structured, "_columns", lambda value, depth=0: parsed.append(depth) or columns(value, depth))
+    for _ in range(3):
+        next(tables(path))
+    assert parsed.count(0) == 1
+    path.write_text("".join(f'{{"t": {n}, "x": {n * n}}}\n' for n in range(60)))
+    (block,) = next(tables(path)).read([0])
+    assert len(block.columns[0]) == 60

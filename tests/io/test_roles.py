@@ -173,7 +173,7 @@ def test_what_is_open_is_said_once_for_all_files_with_one_mapping_to_fill_in(tmp
     (tmp_path / "map.yaml").write_text(
         form.replace('"strom", unit: "?"', '"strom", unit: A').replace('"beta", unit: "?"', '"beta", unit: A')
         .replace('unit: "?"', "unit: rad").replace("motion: linear ", "motion: rotary ")
-        .replace('"velocity", unit: rad', '"velocity", unit: rad/s')
+        .replace('"tempo", unit: rad', '"tempo", unit: rad/s')
     )  # fmt: skip
     read = read_document(tmp_path / "map.yaml", MappingDocument)
     assert {part.columns["force"].column for part in read.parts} == {"strom", "beta"}

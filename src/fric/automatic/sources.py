@@ -186,7 +186,9 @@ def _guessed(
 ) -> None:  # fmt: skip
     """Guess the meaning of files from their values; files that need no question leave the open ones."""
     with ExitStack() as opened:
-        guess = guessed([path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None)
+        guess = guessed(
+            [path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None, refused=asking
+        )
         pushed = tuple(part for part in guess.found if part.kind or {"force", "input"} & part.axis.roles.keys())
         if pushed:  # what lies beside logs of friction, and has no force, needs no question
             rest = {path for part in guess.found for path in part.files}.difference(*(part.files for part in pushed))

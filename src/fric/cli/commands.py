@@ -135,7 +135,7 @@ INGEST = Command(
     "bar, into a circle test file for `fric diagnose` and `fric tune`.",
     terminal=[
         parameter("propose", Annotated[
-            Path | None, option("Write the guessed mapping; ingest nothing.", metavar="MAP.yaml")
+            Path | None, option("Write the guessed mapping (-: print it); ingest nothing.", metavar="MAP.yaml")
         ], None),
         INTERACTIVE,
         parameter("list_formats", Annotated[

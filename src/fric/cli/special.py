@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -110,9 +111,13 @@ def _on_page(guess: Any) -> Any:
 
 
 def _propose(given: dict[str, Any]) -> None:
-    from fric.io.propose import propose
+    from fric.io.propose import proposal, propose
 
-    text, place = propose(given["files"], given["propose"], force=given["force"], join=given["join"]), given["propose"]
+    place = given["propose"]
+    if place == Path("-"):
+        OUT.print(proposal(given["files"], join=given["join"]), markup=False)
+        return
+    text = propose(given["files"], place, force=given["force"], join=given["join"])
     if given["json"]:
         print_json({"output": str(place), "mapping": text})
     else:

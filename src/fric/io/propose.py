@@ -70,7 +70,7 @@ class Guess:
         missing = [] if {"position", "velocity"} & self.axis.roles.keys() else [NO_POSITION]
         missing += [] if "time" in self.axis.roles or self.kind else ["no column looks like the time"]
         found |= dict.fromkeys(missing, (self.files, self.axis.name))
-        for channel, role in wanted_roles(self.axis).items():
+        for channel, role in wanted_roles(self.axis).items() if NO_POSITION not in missing else ():
             name = f"'{self.table.columns[role.column].name}'" if role.column is not None else "the sampling period"
             if role.likelihood < SURE and channel in NEEDED:
                 beside = " or ".join(_other(self.table, role, n) for n in role.others)
@@ -79,6 +79,7 @@ class Guess:
             if channel in NEEDED and not _known_unit(role, self.axis.motion):
                 others = f", or {', '.join(role.units)}" if role.units else ""
                 unit = f"is in {role.unit} ({role.unit_likelihood:.0%}{others})" if role.unit else "has no unit"
+                unit = unit if role.column is not None or role.unit else "is not in the file"
                 turning = next((column.name for column in self.table.columns if is_electrical(column)), "")
                 unit += f": '{turning}' counts turns of pole pairs" * bool(turning and not role.unit)
                 if role.column is not None and in_counts(self.table.columns[role.column]) and role.channel != "force":
@@ -146,11 +147,14 @@ def wanted_roles(axis: AxisColumns) -> dict[str, Role]:
     }  # fmt: skip
 
 
-def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> list[Guess]:
+def guesses(
+    paths: Sequence[Path], files: ExitStack, *, join: bool = False, refused: dict[Path, str] | None = None
+) -> list[Guess]:
     """Return the guesses for files, those of the same columns together, each of their axes apart.
 
     files: Keeps them open as long as their tables are needed.
     join: The files hold the channels of one record: each names those that it has.
+    refused: Receives why files cannot be read, which are left out.
     """
     if join:
         opened = [next(files.enter_context(closing(tables(path, None)))) for path in paths]
@@ -159,11 +163,17 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
         return [Guess(tuple(paths), opened[0], AxisColumns("", motion, 1.0), False, joined=parts)]
     groups: dict[tuple[tuple[Column, ...], str | None], list[ForeignTable]] = {}
     for path in paths:
-        with closing(tables(path, None)) as of_file:
-            for table in of_file:  # which is read as long as its file is open
-                of_axis = table.said["axis"] if OF_SEVERAL in table.said else axis_of_file(path)
-                members = groups.setdefault((tuple(table.columns), of_axis), [])
-                members.append(in_memory(table, rows=len(members) < MOST_FILES))
+        try:
+            with closing(tables(path, None)) as of_file:
+                for table in of_file:  # which is read as long as its file is open
+                    of_axis = table.said["axis"] if OF_SEVERAL in table.said else axis_of_file(path)
+                    key = tuple(table.columns), of_axis
+                    held = in_memory(table, rows=len(groups.get(key, ())) < MOST_FILES)
+                    groups.setdefault(key, []).append(held)
+        except FricError as error:
+            if refused is None:
+                raise
+            refused[path] = error.what
     found = [guess for members in groups.values() for guess in _of_group(members)]
     known: dict[str, set[str]] = {}
     for guess in found:
@@ -207,9 +217,9 @@ def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> Axi
     """Return what the values show of an axis, and the names that they leave open."""
     taken = axis.columns
     for channel, role in by_name.roles.items():
-        n = role.column or 0
-        supply = channel == "input" and is_supply(next(table.read([n])).columns[0], by_unit="unit" in role.why)
-        if supply or spoken(table.columns[n]).quantity == "other":
+        n, by_unit = role.column or 0, "unit" in role.why and channel == "input"
+        constant = channel in {"force", "input"} and is_supply(next(table.read([n])).columns[0], by_unit=by_unit)
+        if constant or spoken(table.columns[n]).quantity == "other":
             continue  # a supply is in V, and no input; nor is what never changes
         if channel == "velocity" or (channel == "position" and "velocity" in axis.roles):
             continue  # of this axis, its values would show it
@@ -502,11 +512,12 @@ def guessed(
     *,
     assume: bool = False,
     every: bool = False,
+    refused: dict[Path, str] | None = None,
 ) -> Guessed:
     """Return the guesses for those files whose header does not define their columns, or for ``every`` file.
 
-    Files that cannot be read, and those of fric, are skipped. In a file whose header defines all but the force (a
-    current counts as force), the force is taken where it is sure, or where the likeliest is to be ``assume``d.
+    Those of fric, and files whose header cannot be read, are skipped. In a file whose header defines all but the force
+    (a current counts as force), the force is taken where it is sure, or where the likeliest is to be ``assume``d.
     """
     asking, free = [], set[Path]()
     for path in paths:
@@ -517,7 +528,7 @@ def guessed(
         if said is None or said == "force":
             asking.append(path)
             free |= {path} if said else set()
-    found = guesses(asking, files) if asking else []
+    found = guesses(asking, files, refused=refused) if asking else []
     return Guessed(tuple(guess for guess in found if assume or guess.sure or not free.issuperset(guess.files)))
 
 

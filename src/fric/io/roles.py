@@ -69,6 +69,7 @@ DRIVING = 0.2  # Score of a voltage that drives an axis, at least
 FILETIME = "100 ns"  # What the stamps of Windows count, since 1601
 ALIKE = 0.7  # Correlation, and relative score, above which two columns may be the same force, asked and measured
 CLEARLY = 0.8  # What the actual position leaves of a force, relative to what the commanded one leaves, at most
+FALLING = 0.2  # Share of rows from which on what falls is no time, whatever its name
 JUMPS = 0.5  # Step from row to row, relative to the spread, from which on a position cannot be followed
 LOOKED_AT = 2000  # Rows that the different values of a column are counted in
 MODES = 4  # Values that a mode has at most
@@ -127,6 +128,11 @@ class Samples:
             rows = np.flatnonzero(good[:, n])
             self.x[:, n] = self.x[rows[np.maximum(np.searchsorted(rows, np.arange(len(self.x)), "right") - 1, 0)], n]
         self.x[:, ~self.numeric] = 0.0
+        falls = np.mean(np.diff(self.x, axis=0) < 0.0, axis=0) if len(self.x) > 1 else np.zeros(len(self.columns))
+        self.said = [  # no time falls: t is a torque there
+            Spoken(None) if says.quantity == "time" and share > FALLING else says
+            for says, share in zip(self.said, falls, strict=True)
+        ]
         self.moving = self.numeric & (np.ptp(self.x, axis=0) > 0 if len(self.x) else False)
         pieces = np.split(self.x, self.starts[1:])  # what jumps from record to record is no turn
         self.turn = np.zeros(len(self.columns))
@@ -321,8 +327,9 @@ def _clock(data: Samples) -> Role:
     ) > 0.999:
         return Role("time", None, "", 1.0, 0.0, f"'{data.columns[n].name}' counts rows")
     says, stamps = data.said[n], data.x[: first or None, n]
-    if (np.diff(stamps) == 0.0).mean() > REPEATED and _is_rounded(stamps):
-        period = float(stamps[-1] - stamps[0]) / (len(stamps) - 1)
+    jumps = np.flatnonzero(np.diff(stamps))  # between the first and the last, periods are whole
+    if (np.diff(stamps) == 0.0).mean() > REPEATED and len(jumps) > 2 and _is_rounded(stamps):
+        period = float(np.ptp(stamps[jumps[[0, -1]]]) / np.ptp(jumps))
         weights = {says.unit: 1.0} if says.unit else time_units(period, len(stamps))
         unit = max(weights, key=lambda unit: weights[unit])
         if weights[unit] > SURE * sum(weights.values()):
@@ -901,7 +908,11 @@ def _by_velocity(data: Samples, movements: Sequence[_Movement]) -> list[_Movemen
     wanted = [n for n in speeds if not data.said[n].commanded] or speeds[:1]
     if movements:
         pushed = {data.tags[n] for n, says in enumerate(data.said) if says.quantity == "force" and data.moving[n]}
-        pushed -= {None, *(movement.tag(data) for movement in movements)}
+        named = zip(data.columns, data.tags, strict=True)
+        names = [column.name.casefold().replace(tag or " ", "#") for column, tag in named]
+        moved = {names[m.roles["position"].column or 0] for m in movements if "position" in m.roles}
+        still = {data.tags[n] for n, name in enumerate(names) if name in moved}  # a position would show that it moves
+        pushed -= {None, *still, *(movement.tag(data) for movement in movements)}
         wanted = [n for n in wanted if data.moving[n] and data.tags[n] in pushed]
     roles = {v: Role("velocity", v, "", 0.97, 0.0, "by its name or unit") for v in wanted}
     beside = {v: frozenset(n for n in speeds if not _apart(data, n, v)) for v in wanted}
@@ -1015,7 +1026,7 @@ def _units_beside(
     return units
 
 
-_DECADES = tuple(m * 10.0**k for m in (1.0, 2.0, 3.6, 4.0, 5.0) for k in range(2, 6))
+_DECADES = tuple(m * 10.0**k for m in (1.0, 2.0, 3.6, 4.0, 5.0, 8.0) for k in range(2, 6))
 COUNTS = np.array([*(2.0**k for k in range(8, 25)), *_DECADES])  # Steps of a turn that encoders have
 
 

@@ -45,8 +45,9 @@ BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "températu
                  "modus", "flag", "id", "i d", "ud", "u d", "vd", "v d", "stato", "estado", "état", "vibration", "batt",
                  "[uv]bus", "[uv]dc", "tcp", "pose", "cartesian",
                  "battery", "hours", "fault", "current in(?:put)?", "in(?:put)? current", "d axis",
-                 "enabled?")  # fmt: skip
-"""What drives log beside a motion."""
+                 "enabled?", "normal ?(?:force|load|kraft)", "reibwert", "reib(?:ungs)?zahl", "friction coefficient",
+                 "coefficient of friction", "cof")  # fmt: skip
+"""What drives and tribometers log beside a motion."""
 MODE = ("mode(?!l)", "modus", "enabled?", "freigabe", "control ?word", "servo on", "state", "zustand", "stato",
         "estado", "état", "status")  # fmt: skip
 """What a control is in, the surest words first."""
@@ -510,7 +511,7 @@ def usual_units(channel: str, says: Spoken, motion: str, values: Real) -> tuple[
     whole = bool(np.all(np.rint(values) == values))  # amperes have decimals, milliamperes and counts need none
     if says.means == "current":
         if size < SMALL_CURRENT or size > LARGE_CURRENT:
-            return ("A", 0.96, ("%",)) if size < SMALL_CURRENT else ("mA", 0.96, ("A",))
+            return ("A", 0.96, ("%",)) if size < SMALL_CURRENT else ("mA", 0.8 if whole else 0.96, ("count", "A"))
         return ("mA", 0.6, ("A", "%")) if whole and size > 20.0 else ("A", 0.7, ("%", "mA"))
     if whole and size > (20.0 if says.means in {"force", ""} else 100.0):
         return "count", 0.6, ("0.1 %", newtons, "A")  # the step of a converter, or of CiA 402

@@ -4,7 +4,7 @@ import logging
 import re
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from math import nan
@@ -287,6 +287,22 @@ def number(value: Any) -> float:
         return float(value) if isinstance(value, int | float | str) else nan
     except (ValueError, OverflowError):
         return nan
+
+
+_REST = re.compile(r"(?i)(?P<of>.*?)(?P<unit>nano|n|micro|u)_?sec(?:ond)?s?")
+
+
+def whole_stamps(columns: Sequence[Column], values: Callable[[int], Any], wanted: Iterable[int]) -> list[Any]:
+    """Return the values of columns; those of whole seconds with the rest in the next one, as ``sec, nanosec``."""
+    found = []
+    for n in wanted:
+        rest, whole = _REST.fullmatch(columns[n + 1].name) if n + 1 < len(columns) else None, values(n)
+        if rest and re.fullmatch(f"(?i){re.escape(rest['of'])}sec(ond)?s?", columns[n].name):
+            seconds, beside = whole[:], values(n + 1)[:] * (1e-9 if rest["unit"][0] in "nN" else 1e-6)
+            parted = (seconds % 1.0 > 0.0) | (beside < 0.0) | (beside >= 1.0)  # each is a time of its own
+            whole = whole if parted.any() else seconds + beside
+        found.append(whole)
+    return found
 
 
 def plain_name(name: str) -> str:

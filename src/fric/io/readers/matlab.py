@@ -20,7 +20,7 @@ import numpy as np
 from fric.apart import run_python
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import OF_SEVERAL, RECORD, Column, ForeignTable, Format, Memory, named
+from fric.io.readers.base import OF_SEVERAL, RECORD, Column, ForeignTable, Format, Memory, named, whole_stamps
 from fric.io.readers.text import OF_UNITS
 from fric.io.safe_hdf5 import open_file, text
 from fric.io.words import spoken
@@ -202,6 +202,9 @@ def tables_of(path: Path, variables: Mapping[str, Any]) -> Iterator[ForeignTable
             "holds no vector of numbers",
             hint="Objects such as timeseries and timetable are not read: save their arrays.",
         )
+    names = [*columns]
+    stamped = whole_stamps([*map(Column, names)], [*columns.values()].__getitem__, range(len(names)))
+    columns = dict(zip(names, stamped, strict=True))
     records = _records(columns)
     found = {name: match for name in records if (match := _AXIS.fullmatch(name))}
     axes = {name: (match["letter"] or match["name"]).lower() for name, match in found.items()}

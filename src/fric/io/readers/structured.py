@@ -8,6 +8,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -57,7 +58,8 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a file: a table, or one a record where structs have the same fields."""
     with reading(path, MOST_BYTES) as file:
         is_xml = file.read(64).lstrip(b"\xef\xbb\xbf \r\n\t").startswith(b"<")
-    found = _of_xml(read_xml(path, MOST_BYTES)) if is_xml else _of_text(path)
+    about = path.stat()
+    found = _of_xml(read_xml(path, MOST_BYTES)) if is_xml else _of_text(path, about.st_mtime_ns, about.st_size)
     yield from tables_of(path, _in_units(found) if isinstance(found, Mapping) else {"log": found})
 
 
@@ -70,7 +72,9 @@ def _in_units(found: Mapping[str, Any]) -> Mapping[str, Any]:
     return {f"{name} [{units[name]}]" if name in units else name: values for name, values in found.items()}
 
 
-def _of_text(path: Path) -> Any:
+@lru_cache(maxsize=2)
+def _of_text(path: Path, changed: int, size: int) -> Any:
+    """Return what a text holds, read once while it is not changed: a log is looked at several times."""
     text = path.read_text(encoding="utf-8-sig", errors="replace")
     found = [
         _stamp(line) | dict(_PAIR.findall(line)) for line in (text.splitlines() if text.lstrip()[:1] != "{" else ())

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from itertools import chain, islice, repeat
 from pathlib import Path
 from typing import IO, Any, NamedTuple
@@ -22,7 +22,7 @@ from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.input import foreign, other_kind
-from fric.io.readers.base import Column, ForeignTable, Format, Memory, RowBlock, named
+from fric.io.readers.base import Column, ForeignTable, Format, Memory, RowBlock, named, whole_stamps
 from fric.io.readers.joined import GAP
 from fric.io.words import spoken
 from fric.units import is_unit
@@ -99,8 +99,9 @@ class _Row(NamedTuple):
 
     @property
     def score(self) -> int:
-        """Numbers count for the reading, words against it; empty cells do not count."""
-        words = sum(not number and bool(cell) for cell, number in zip(self.cells, self.numeric, strict=True))
+        """Numbers count for the reading, words against it; empty cells, dates and times of a day do not count."""
+        rest = (cell for cell, number in zip(self.cells, self.numeric, strict=True) if cell and not number)
+        words = sum(not _STAMP.match(cell) for cell in rest)
         return sum(self.numeric) - words
 
 
@@ -139,7 +140,8 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
             if sum(is_number(cell, decimal) for cell in table[n]) >= width:
                 what = f"line {n + 1} has more cells than the {width} of the header"
                 raise FricError(what, hint="Mend or remove the line.")
-    cells = (layout.header is None and _listed(lines[:first], width)) or (table[names] if names is not None else [])
+    cells = table[names] if names is not None else _unnamed([row.cells for row in rows[first - start :] if row.cells])
+    cells = (layout.header is None and _listed(lines[:first], width)) or cells
     cells = [cell or f"column {n}" for n, cell in enumerate((cells + [""] * width)[:width])]
     columns = [named(cell) for cell in cells]
     if units is not None:
@@ -156,6 +158,14 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
         columns.pop()  # a delimiter at the end of each line makes no column
     spaced = any(delimiter + " " in line for line in lines[first:])
     return Shape(encoding, delimiter, decimal, first, tuple(columns), _preamble(lines[:top], delimiter), spaced)
+
+
+def _unnamed(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return names of columns without names, by their number; of stamps of ROS 2 they are seconds and nanoseconds."""
+    stamps = [tuple(int(cell) if re.fullmatch(r"\d{1,10}", cell) else 0 for cell in row[:2]) for row in rows]
+    of_ros = all(len(stamp) == 2 and 1e9 < stamp[0] < 2.5e9 and stamp[1] < 1e9 for stamp in stamps)
+    of_ros = of_ros and max(stamp[1] for stamp in stamps) > 1e6 and stamps == sorted(stamps)
+    return [*["sec", "nanosec"] * bool(of_ros), *(f"column {n}" for n in range(2 * bool(of_ros), len(rows[0])))]
 
 
 def _listed(lines: Sequence[str], width: int) -> list[str] | None:
@@ -314,6 +324,7 @@ HELD, LEAST_ROWS = 0.1, 31
 """How often, relative to the most frequent, a column is written that is held; rows by which empty cells are known."""
 MOST_STATES = 64  # Words of a column of states at most: others are no state
 
+_REMARK = re.compile(rb"(?m)^#.*\n?")  # A line between rows that is none
 _DATE = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d")
 _STAMP = re.compile(rf"{_DATE.pattern}|\d+:\d\d|\d+(\.\d+)?\s*(s|sec|ms|us|min|hr)\Z")
 _GZIP = b"\x1f\x8b"
@@ -492,11 +503,11 @@ class TextTable(ForeignTable):
         """Read the wanted columns as numbers."""
         row = 0
         for frame, size in self.frames():
-            columns = [
-                self._states(frame[n]) if n == self.states else as_numbers(frame[n], self.shape.decimal) for n in wanted
-            ]
-            yield RowBlock(row, columns, size)
+            yield RowBlock(row, whole_stamps(self.columns, partial(self._numbers, frame), wanted), size)
             row += len(frame)
+
+    def _numbers(self, frame: pd.DataFrame, n: int) -> Real:
+        return self._states(frame[n]) if n == self.states else as_numbers(frame[n], self.shape.decimal)
 
     def frames(self) -> Iterator[tuple[pd.DataFrame, int]]:
         """Read the file piece by piece through pandas; the next pieces are parsed while a piece is processed."""
@@ -556,6 +567,8 @@ class TextTable(ForeignTable):
     def _parsed(self, piece: Sequence[memoryview]) -> pd.DataFrame:
         # Cells are read by their place. The encoding matters for names alone, which are known by now.
         shape, names = self.shape, range(len(self.columns))
+        if (whole := b"".join(piece)).startswith(b"#") or b"\n#" in whole:
+            piece = [memoryview(_REMARK.sub(b"", whole))]
         read_csv: Callable[..., pd.DataFrame] = pd.read_csv  # whose types ask for more of a file than it does
         options: dict[str, Any] = {
             "sep": r"\s+" if shape.delimiter == "whitespace" else shape.delimiter, "decimal": shape.decimal,
@@ -633,7 +646,7 @@ class TextTable(ForeignTable):
         with _opened(self.path, self._zipped, self.shape.encoding) as file:
             for number, line in enumerate(file, 1):
                 content = line.partition(self._comment)[0] if self._comment else line
-                if number > self.shape.first and content.strip(blank):
+                if number > self.shape.first and content.strip(blank) and content[0] != "#":
                     yield number, content
 
 
@@ -653,7 +666,7 @@ def as_numbers(column: "pd.Series[Any]", decimal: str) -> Real:
 
 def _stamps(text: "pd.Series[Any]") -> "pd.Series[Any]":
     """Return dates, times of a day or durations (0.001 sec) as seconds; NaN where a cell is none of them."""
-    text = text.str.replace(r"(?<=\d),(?=\d)", ".", regex=True)
+    text = text.str.replace(r"(?<=\d)[,;](?=\d)", ".", regex=True)
     first = next((text for text in text.head(20) if _STAMP.match(text)), "")
     if not first:
         return pd.Series(np.full(len(text), np.nan))
