@@ -514,7 +514,7 @@ WITHOUT = """
     nothing-fed-before circle-drifts loop-designed falling-friction tuned-in-part tuning-refused
     tuning-no-better circle-unused prediction-widened interval-open not-drawn scheme-unstable not-as-predicted
     scheme-saturates no-reversal scheme-failed drive-saturates spread-unused interrupted T_d-below-hold
-    inverse-left-out library-warns samples-without-value joined-in-part joined-thinned joined-moved
+    inverse-left-out library-warns samples-without-value line-cut joined-in-part joined-thinned joined-moved
     channels-without-time scope-scale cycle-assumed there-already radius-assumed no-reference columns-by-content
     columns-left-out cells-dropped samples-missing unit-failed no-log file-copies file-left-out file-unused
     mapping-bundled mapping-proposed mapping-ambiguous mapping-beside step-failed record-left-out

@@ -782,3 +782,25 @@ def test_lines_of_json_are_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyP
     path.write_text("".join(f'{{"t": {n}, "x": {n * n}}}\n' for n in range(60)))
     (block,) = next(tables(path)).read([0])
     assert len(block.columns[0]) == 60
+
+
+@pytest.mark.parametrize("delimiter", [",", "\t", ";"])
+@pytest.mark.parametrize(("end", "rows"), [("0.0299,1.1", 30), ("0.0299,1.1,2.5,3.5", 31), ("0.0299,1.1\n", None)])
+def test_a_line_that_ends_where_the_log_stopped_is_left_out(
+    tmp_path: Path, delimiter: str, end: str, rows: int | None
+) -> None:
+    """`auto` could use no log whose last line was cut: "the cell is empty". A short line with an end is no cut."""
+    lines = [
+        "time [s],position [mm],velocity [mm/s],force [N]",
+        *(f"{0.001 * n:.4f},{0.1 * n:.3f},100.0,5.0" for n in range(30)),
+    ]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([*lines, end]).replace(",", delimiter))
+    if rows is None:
+        with pytest.raises(FricError, match="the cell is empty"):
+            fric.ingest(path, output=tmp_path / "a.h5")
+        return
+    result = fric.ingest(path, output=tmp_path / "a.h5")
+    (log,) = read_logs(tmp_path / "a.h5")
+    assert len(log) == rows
+    assert [notice.code for notice in result.warnings if notice.code == "line-cut"] == ["line-cut"] * (rows == 30)

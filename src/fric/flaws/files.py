@@ -5,6 +5,7 @@ from fric.flaws.base import Flaw
 # fmt: off
 LIBRARY_WARNS = Flaw("library-warns", "doubt", "{message}")
 SAMPLES_WITHOUT_VALUE = Flaw("samples-without-value", "note", "{samples} samples hold no value, and are left out.")
+LINE_CUT = Flaw("line-cut", "note", "The last line is cut, and left out.")
 JOINED_IN_PART = Flaw("joined-in-part", "note",
     "Joined over {samples} samples from {begin:.6g} s on, which all channels have{holes:, less {holes} in gaps|}.")
 JOINED_THINNED = Flaw("joined-thinned", "note",

@@ -21,6 +21,7 @@ import pandas as pd
 from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
+from fric.flaws.files import LINE_CUT
 from fric.input import foreign, other_kind
 from fric.io.readers.base import Column, ForeignTable, Format, Memory, RowBlock, named, whole_stamps
 from fric.io.readers.joined import GAP
@@ -551,8 +552,13 @@ class TextTable(ForeignTable):
                         rest = [whole[end:]]
         except (OSError, EOFError, zlib.error, UnicodeError) as error:
             raise FricError(f"is damaged: {error}", where=str(self.path), hint="Copy the file again.") from None
-        if any(map(len, rest)):
-            yield rest
+        last = b"".join(rest)
+        cells = last.split() if self.shape.delimiter == "whitespace" else last.split(self.shape.delimiter.encode())
+        # a line without an end and with fewer cells: there the log stopped
+        if last.strip() and not last.startswith(b"#") and len(cells) < len(self.columns) and b"\r" not in last:
+            self.notices = [LINE_CUT.found(str(self.path))]
+        elif last:
+            yield [memoryview(last)]
 
     def _refuse_bomb(self, unpacked: int, pending: int) -> None:
         """Raise where a packed file holds more than text packs to, or a line goes on without an end."""
