@@ -804,3 +804,13 @@ def test_a_line_that_ends_where_the_log_stopped_is_left_out(
     (log,) = read_logs(tmp_path / "a.h5")
     assert len(log) == rows
     assert [notice.code for notice in result.warnings if notice.code == "line-cut"] == ["line-cut"] * (rows == 30)
+
+
+def test_why_a_log_with_a_bad_cell_is_left_out_names_its_line_and_the_remedy(tmp_path: Path) -> None:
+    """`auto` said "the cell is empty", and to name columns in a mapping."""
+    rows = [f"{0.001 * n:.3f},{0.1 * n:.3f},{5.0 if n != 17 else ''}" for n in range(30)]
+    (tmp_path / "a.csv").write_text("\n".join(["time [s],position [mm],force [N]", *rows, ""]))
+    (why,) = find_sources([tmp_path]).refused
+    assert "line 19" in why
+    assert "`assume=True`" in why
+    assert find_sources([tmp_path], assume=True).logs

@@ -397,7 +397,9 @@ def _records(
                 doubts += [w for w in read.warnings if w.severity != "note" and w.code != LEFT_OUT.code]
             return read_records(log)
         except FricError as error:
-            return error.what
+            line = re.search(r"line \d+", error.where)
+            why = f"{line[0]}: {error.what}" if line else error.what
+            return f"{why} (`assume=True` leaves such samples out)" if "bad_cells" in error.hint else why
 
 
 def _read(
