@@ -20,7 +20,7 @@ identified.
 make reality          # 40 seeds a machine; writes this page, and ends with status 1 where a flaw is silent
 ```
 
-It takes an hour of one core, and goes on where it was stopped: `python -m benchmarks.reality --minutes 10` runs ten
+It takes two hours of one core, and goes on where it was stopped: `python -m benchmarks.reality --minutes 10` runs ten
 minutes of it. The results are in `build/reality/`, one JSON file a machine.
 
 Each session logs strokes at 11 speeds, sines in pre-sliding, a sine in sliding and a multisine; `identify plant`,
