@@ -120,15 +120,16 @@ def judged(flaw: str, seed: int) -> dict[str, tuple[bool, bool]]:
     return found
 
 
-@pytest.mark.long(900)
-def test_intervals_of_sessions_with_one_flaw_hold_or_the_flaw_is_said() -> None:
+@pytest.mark.long(300)
+@pytest.mark.parametrize("seeds", [range(2), range(2, 4), range(4, 6)])
+def test_intervals_of_sessions_with_one_flaw_hold_or_the_flaw_is_said(seeds: range) -> None:
     """Of 94, A was held in 90 %, T_d in 89, F_c in 83, F_s in 74, v_s in 86, C in 72 %: those that miss are said.
 
     Fails in under one of a thousand for each parameter where 93 % are held or said (`tests/chance.py`).
     """
     good: dict[str, list[bool]] = {}
     for flaw in FLAWS:
-        for seed in range(6):
+        for seed in seeds:
             for name, (held, said) in judged(flaw, seed).items():
                 good.setdefault(name, []).append(held or said)
     assert all(sum(one) >= fewest(len(one), 0.93) for one in good.values()), good
