@@ -58,6 +58,8 @@ def test_encoder_rounds_to_its_steps_and_errs_by_half_of_one() -> None:
     np.testing.assert_allclose(seen / 0.25e-6, np.rint(seen / 0.25e-6), atol=1e-9)
     read(untouched, Encoder().resolution, FAULTLESS)
     assert np.array_equal(untouched, z)
+    np.testing.assert_allclose(Encoder(0.25e-6).read(z), seen, atol=1e-15)  # what users call rounds as the loop does
+    assert Encoder().read(z) is z
 
 
 def test_low_pass_is_down_3_db_at_its_corner_when_sampled_fast() -> None:

@@ -31,6 +31,12 @@ class Encoder:
         """Distance of its counts below whole steps [m or rad]."""
         return self.place * self.resolution
 
+    def read(self, position: Real) -> Real:
+        """Return the position as the encoder measures it [m], of the same shape."""
+        if self.resolution == 0.0:
+            return position
+        return np.asarray(np.rint((position + self.shift) / self.resolution) * self.resolution - self.shift)
+
 
 def low_pass_pole(corner: float, sampling: float) -> float:
     """Return the pole of the velocity filter ``v[n] = p·v[n-1] + (1 - p)·(z[n] - z[n-1])/T_s``.
