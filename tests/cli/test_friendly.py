@@ -356,5 +356,8 @@ def test_a_mapping_that_goes_to_a_dash_is_printed(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     rows = "".join(f"{n},{n * n % 7},{n % 5}\n" for n in range(60))
     (tmp_path / "a.csv").write_text("time,position,current\n" + rows)
-    RUN.invoke(app, ["ingest", "a.csv", "--propose", "-"])
+    text = RUN.invoke(app, ["ingest", "a.csv", "--propose", "-"]).stdout
+    assert text.startswith("fric: mapping/1")
+    assert "wrote" not in text
+    assert json.loads(RUN.invoke(app, ["ingest", "a.csv", "--propose", "-", "--json"]).stdout)["mapping"] in text
     assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]

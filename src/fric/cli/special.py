@@ -114,14 +114,16 @@ def _propose(given: dict[str, Any]) -> None:
     from fric.io.propose import proposal, propose
 
     place = given["propose"]
-    if place == Path("-"):
-        OUT.print(proposal(given["files"], join=given["join"]), markup=False)
-        return
-    text = propose(given["files"], place, force=given["force"], join=given["join"])
+    printed = place == Path("-")
+    if printed:
+        text = proposal(given["files"], join=given["join"])
+    else:
+        text = propose(given["files"], place, force=given["force"], join=given["join"])
     if given["json"]:
         print_json({"output": str(place), "mapping": text})
     else:
         OUT.print(text, markup=False)
+    if not (printed or given["json"]):
         OUT.print(f"wrote {printable(str(place))}: look at it, edit it, and give it with --map", markup=False)
 
 

@@ -911,7 +911,7 @@ def _by_velocity(data: Samples, movements: Sequence[_Movement]) -> list[_Movemen
         named = zip(data.columns, data.tags, strict=True)
         names = [column.name.casefold().replace(tag or " ", "#") for column, tag in named]
         moved = {names[m.roles["position"].column or 0] for m in movements if "position" in m.roles}
-        still = {data.tags[n] for n, name in enumerate(names) if name in moved}  # a position would show that it moves
+        still = {data.tags[n] for n, name in enumerate(names) if name in moved}  # their position is logged, and rests
         pushed -= {None, *still, *(movement.tag(data) for movement in movements)}
         wanted = [n for n in wanted if data.moving[n] and data.tags[n] in pushed]
     roles = {v: Role("velocity", v, "", 0.97, 0.0, "by its name or unit") for v in wanted}

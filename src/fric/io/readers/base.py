@@ -299,8 +299,8 @@ def whole_stamps(columns: Sequence[Column], values: Callable[[int], Any], wanted
         rest, whole = _REST.fullmatch(columns[n + 1].name) if n + 1 < len(columns) else None, values(n)
         if rest and re.fullmatch(f"(?i){re.escape(rest['of'])}sec(ond)?s?", columns[n].name):
             seconds, beside = whole[:], values(n + 1)[:] * (1e-9 if rest["unit"][0] in "nN" else 1e-6)
-            parted = (seconds % 1.0 > 0.0) | (beside < 0.0) | (beside >= 1.0)  # each is a time of its own
-            whole = whole if parted.any() else seconds + beside
+            two_clocks = (seconds % 1.0 > 0.0) | (beside < 0.0) | (beside >= 1.0)  # the second column is no rest
+            whole = whole if two_clocks.any() else seconds + beside
         found.append(whole)
     return found
 
