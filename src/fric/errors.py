@@ -31,6 +31,23 @@ def printable(text: str, most: int = MOST_CHARACTERS) -> str:
     return line if len(line) <= most else f"{line[: 2 * most // 3]} … {line[-(most // 3) :]}"
 
 
+_NAME = re.compile(r"\w[\w .+-]{0,39}")
+
+
+def require_name(name: str, what: str, where: str = "") -> str:
+    """Return the name of an axis or of a scheme, which files, groups, shell scripts and programs are named by.
+
+    what: What it names, with its article.
+    Raises FricError: When it holds more than letters, digits and a few signs.
+    """
+    if not _NAME.fullmatch(name) or name == "monte_carlo":  # A group of the files of runs
+        raise FricError(
+            f"'{name}' is no name of {what}", where=where,
+            hint="Take letters, digits, spaces and _ . + -, 40 at most, a letter or a digit first.",
+        )  # fmt: skip
+    return name
+
+
 REWORDED = {
     "Value error, ": "", "Input should be a valid integer": "give a whole number",
     "Input should be a valid string": "give a text", "Input should be greater than or equal to": "give at least",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
@@ -17,15 +16,13 @@ from fric.columns import (
     Kind,
     channel_dimension,
 )
-from fric.errors import FricError, near
+from fric.errors import FricError, near, require_name
 from fric.series import keep
 from fric.units import MOTIONS, Motion, factor, is_effort, si_unit
 from fric.verb import refused, typed
 
 if TYPE_CHECKING:
     from fric.arrays import Real
-
-_AXIS = re.compile(r"\w[\w .+-]{0,39}")
 
 
 def axis_name(name: str, where: str = "") -> str:
@@ -34,12 +31,7 @@ def axis_name(name: str, where: str = "") -> str:
     Raises FricError: When it holds more than letters, digits and a few signs: a name from a foreign file could
         otherwise write files elsewhere, or add lines to a program.
     """
-    if not _AXIS.fullmatch(name):
-        raise FricError(
-            f"'{name}' is no name of an axis", where=where,
-            hint="Take letters, digits, spaces and _ . + -, 40 at most, a letter or a digit first.",
-        )  # fmt: skip
-    return name
+    return require_name(name, "an axis", where)
 
 
 class Columns(Protocol):

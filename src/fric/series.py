@@ -24,6 +24,17 @@ def largest(dimension: str, motion: Motion = "linear") -> float:
     return LINEAR if dimension == "position" and not rotates(motion) else LARGEST.get(dimension, OTHERWISE)
 
 
+def doubles(given: Any) -> "Real | None":
+    """Return numbers as doubles, of any shape; None where they are no real numbers."""
+    import numpy as np  # which the help of a command does without
+
+    try:
+        with np.errstate(over="ignore"):  # of a wider float, which is then no number
+            return None if np.iscomplexobj(given) else np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        return None
+
+
 def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Motion = "linear", least: int = 2) -> None:
     """Keep the series of a dataclass as arrays of doubles.
 
@@ -31,8 +42,6 @@ def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Moti
     Raises FricError: Where a series is no row of numbers, is shorter than ``least`` or not as long as the others, holds
         a value that is no number or that no machine reaches, or ``time`` does not rise throughout.
     """
-    import numpy as np  # which the help of a command does without
-
     found: dict[str, Real] = {}
     for name, dimension in dimensions.items():
         given = getattr(holder, name)
@@ -40,12 +49,8 @@ def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Moti
             continue
         if given is None:
             raise FricError(f"there is no {name}", where=where, hint="Log it, or map its column.")
-        try:
-            with np.errstate(over="ignore"):  # of a wider float, which is then no number
-                values = np.empty(()) if np.iscomplexobj(given) else np.asarray(given, dtype=np.float64)
-        except (TypeError, ValueError):
-            values = np.empty(())
-        if values.ndim != 1:
+        values = doubles(given)
+        if values is None or values.ndim != 1:
             raise refused(type(holder).__name__, f"{name} as an array of numbers, shape (n,)", given)
         require_plausible(name, values, dimension, where, motion=motion)
         found[name] = values

@@ -1,5 +1,6 @@
 """What a scheme may name, and how it is written and read."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from fric.documents.schemes import read_schemes
 from fric.errors import FricError
 from fric.io.circle import read_runs, write_runs
 from fric.kernels.block import Sample
+from fric.results.given_models import schemes_of
 from fric.simulate.axis import blocks_of, setting_of
 from fric.simulate.contour_run import Circle, run_circle
 from tests.control.blocks import AXIS, MOTION
@@ -64,7 +66,7 @@ def test_the_machine_s_file_gives_a_block_its_parameters_and_margins_give_the_re
         ("{kalman: {cutoff: 25 s}}", "frequency"),
         ("{kalman: {cutof: 25 Hz}}", "cutof"),
         ("{kalman: two.yaml}", "is the block 'two-dof'"),
-        ("{kalman: {cutoff: -1 Hz}}", "lies between"),
+        ("{kalman: {cutoff: -1 Hz}}", "lies between 1 and 300"),
     ):
         file.write_text(text.replace("    encoder:\n", f"    blocks: {wrong}\n    encoder:\n", 1))
         with pytest.raises(FricError, match=told):
@@ -117,3 +119,19 @@ def state_over_time(block):
         type(block).step(sample, n, rows, state, parameters)
         level.append(state[0])
     return np.array(level)
+
+
+@pytest.mark.parametrize("name", ["", ".", "...", "a/b", "x\n", "\ud800", "monte_carlo", "x" * 41])
+def test_a_name_that_no_group_of_a_run_file_can_have_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(FricError, match="no name of a scheme"):
+        Scheme(name, "")
+    file = tmp_path / "schemes.yaml"
+    file.write_text(f"{HEAD}  {json.dumps(name)}: {{title: t}}\n")
+    with pytest.raises(FricError):
+        read_schemes(file)
+
+
+def test_two_schemes_have_two_names_and_one_asked_for_twice_runs_once() -> None:
+    assert [scheme.name for scheme in schemes_of("a,c,a")] == ["a", "c"]
+    with pytest.raises(FricError, match="two schemes have the name 'a'"):
+        schemes_of([Scheme("a", ""), Scheme("a", "", friction="gms")])

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from fric.drive.plant import Plant
+from fric.errors import FricError
+from fric.friction import models
 from fric.friction.dahl import Dahl
 from fric.friction.gms import GMS
 from fric.friction.leuven import Leuven
@@ -190,3 +193,25 @@ def test_who_gives_energy_back(model, gives):
     force = model.replay(time, position, np.append(v[0], v))
     work = (force[1:] * dz)[-8000:].sum()
     assert work < -2e-3 if gives else work > 4e-3
+
+
+@pytest.mark.parametrize("wrong", [float("inf"), float("nan"), -1.0, 1e400])
+def test_no_model_has_a_parameter_that_no_friction_has(wrong: float) -> None:
+    """In Python as in a file: each parameter of each model in turn."""
+    for model in models().values():
+        typical = model.typical()
+        for parameter in model.parameters:
+            if parameter.lower < 0 and wrong == -1:
+                continue
+            several = (wrong,) * max(1, len(getattr(typical, parameter.name))) if parameter.per_block else wrong
+            with pytest.raises(FricError):
+                replace(typical, **{parameter.name: several})
+
+
+@pytest.mark.parametrize("wrong", [np.ones(3) + 0j, "a", [None], [[1.0], [1.0, 2.0]], {}])
+def test_a_law_takes_real_numbers(wrong: object) -> None:
+    model = models()["gms"].typical()
+    plant = Plant(16.0, 2.4, 6e-4, 150.0)
+    for law in (model.steady_state, getattr(model, "virgin_curve"), plant.response):  # noqa: B009
+        with pytest.raises(FricError, match="numbers"):
+            law(wrong)

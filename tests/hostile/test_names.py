@@ -80,7 +80,7 @@ def test_a_log_with_a_hostile_axis_makes_auto_write_nothing_outside_its_folder(t
     assert not list(tmp_path.rglob("escaped"))
 
 
-SCHEMES = 'fric: schemes/1\nschemes:\n  "{}": {{friction: gms, observer: true}}\n'
+SCHEMES = 'fric: schemes/1\nschemes:\n  f: {{title: "{}", friction: gms, observer: true}}\n'
 WORSE_SCHEMES = {
     "c": 'a */ #include <evil.h> /*\\nint evil;\\" \\\\',
     "st": "a *) evil := TRUE; (*\\nevil",
@@ -91,8 +91,8 @@ WORSE_SCHEMES = {
 
 
 @pytest.mark.parametrize("target", WORSE_SCHEMES)
-def test_the_name_of_a_scheme_stays_a_comment(tmp_path: Path, target: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Line by line the files are those of a scheme with an ordinary name; what circles leave hangs on no name."""
+def test_the_title_of_a_scheme_stays_a_comment(tmp_path: Path, target: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Line by line the files are those of a scheme with an ordinary title; what circles leave hangs on none."""
     monkeypatch.setattr("fric.results.export.trust_of", lambda *given, **known: ([], []))
     monkeypatch.setattr("fric.export.sinumerik.glitches_of", lambda *given: lambda *run: 1e-6)
 

@@ -6,7 +6,7 @@ from typing import Any, Literal, Self
 
 from fric.control import block_type
 from fric.control.base import ControlBlock
-from fric.errors import FricError, require_known
+from fric.errors import FricError, require_known, require_name
 from fric.kernels.loop import BLOCKS
 from fric.reference import MOST_LEAD
 from fric.verb import typed
@@ -32,7 +32,7 @@ OBSERVER = "inverse-model"  # The block that ``observer: true`` denotes
 class Scheme:
     """A compensation scheme.
 
-    name: Its short name, as ``a`` to ``f`` of the paper.
+    name: Its short name, as ``a`` to ``f`` of the paper: letters, digits, spaces and ``_ . + -``.
     title: Its description in a few words.
     friction: Name of the friction model that is fed forward (``static``, ``gms``, …); None for no feedforward.
     gain: Gain of the friction feedforward; None for that of the machine.
@@ -42,8 +42,8 @@ class Scheme:
         given.
     joint: True where the gains of the cascade are designed together with the block that feeds back.
     blocks: Names of the further control blocks: observers and feedforward.
-    Raises FricError: When there is no such block, one is of another kind, there are more than a loop has room for, or a
-        cascade is to be designed together with none or with several.
+    Raises FricError: When its name cannot name a group of a file, there is no such block, one is of another kind, there
+        are more than a loop has room for, or a cascade is to be designed together with none or with several.
     """
 
     name: str
@@ -57,6 +57,7 @@ class Scheme:
     blocks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        require_name(self.name, "a scheme")
         require_feedforward(self.gain, self.lead)
         if (kind := block_type(self.controller).kind) != "controller":
             raise FricError(

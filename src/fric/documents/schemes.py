@@ -39,7 +39,7 @@ class SchemePart(Part):
     @model_validator(mode="after")
     def _blocks_fit(self) -> Self:
         with refused():
-            self.scheme("")
+            self.scheme("new")
         return self
 
     def scheme(self, name: str) -> Scheme:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, replace
 from functools import cache
 from inspect import get_annotations
-from math import nan
+from math import isfinite, nan
 from typing import Any, ClassVar, Literal, Self, get_origin
 
 import numpy as np
@@ -15,6 +15,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.kernels.replay import replay
 from fric.kernels.signatures import Step
+from fric.series import doubles
 from fric.verb import refused, require_numbers
 
 
@@ -41,10 +42,11 @@ class Parameter:
         return replace(self, name=name, typical=typical, per_block=per_block)
 
     def bound(self, holder: str, *values: float) -> None:
-        """Refuse values [SI] beyond the bounds; ``holder`` names the model or block that has them."""
-        if wrong := [value for value in values if not self.lower <= value <= self.upper]:
-            what = f"{self.name} of '{holder}' is {wrong[0]:g}, but {self.doc} lies between {self.lower:g} and"
-            raise FricError(f"{what} {self.upper:g}", hint="Look at the number and its unit.")
+        """Refuse values [SI] beyond the bounds, or infinite; ``holder`` names the model or block that has them."""
+        if wrong := [value for value in values if not (self.lower <= value <= self.upper and isfinite(value))]:
+            limits = f"between {self.lower:g} and {self.upper:g}" if isfinite(self.upper) else f"from {self.lower:g} up"
+            what = f"{self.name} of '{holder}' is {wrong[0]:g}, but {self.doc} lies {limits}"
+            raise FricError(what, hint="Look at the number and its unit.")
 
 
 Property = Literal["bounded", "passive", "pre-sliding", "non-local memory", "no creep", "frictional lag"]
@@ -101,6 +103,9 @@ class FrictionModel(Parametrised):
         require_numbers(self, *_names(type(self)))
         for name in _names(type(self))[1]:  # given as an array, say, whose truth is not that of a tuple
             object.__setattr__(self, name, tuple(getattr(self, name)))
+        for parameter in self.parameters:
+            value = getattr(self, parameter.name)
+            parameter.bound(self.name, *(value if parameter.per_block else (value,)))
 
     @classmethod
     def declared(cls) -> dict[str, tuple[Parameter, ...]]:
@@ -134,7 +139,6 @@ class FrictionModel(Parametrised):
                 given |= {p.name: values} if values else {}
             elif isinstance(given.get(p.name), tuple):
                 raise FricError(f"{p.name} of '{cls.name}' has several values, and there is one", hint=f"{p.doc}.")
-            p.bound(cls.name, *values)
         return given
 
     @classmethod
@@ -145,10 +149,9 @@ class FrictionModel(Parametrised):
 
     def steady_state(self, v: Real | float) -> Real:
         """Return the friction force [N] after a long time at constant velocity v [m/s], of any shape."""
-        try:
-            return self.sliding_force(np.asarray(v, float))
-        except (TypeError, ValueError):
-            raise refused("steady_state", "v as numbers", v) from None
+        if (speeds := doubles(v)) is None:
+            raise refused("steady_state", "v as numbers", v)
+        return self.sliding_force(speeds)
 
     @abstractmethod
     def sliding_force(self, v: Real) -> Real:

@@ -14,6 +14,7 @@ from fric.estimate import Estimate
 from fric.friction.base import FrictionModel, Parameter, Property
 from fric.kernels.elementary import exp, power
 from fric.kernels.signatures import Step, compiled, compiled_step
+from fric.series import doubles
 from fric.verb import refused
 
 
@@ -176,6 +177,7 @@ class OnBlocks(OnStaticMap):
 
     def virgin_curve(self, z: Real | float) -> Real:
         """Return the force [N] of a relaxed contact that is slowly moved by z [m], ``Σ min(k_i·z, alpha_i·F_s)``."""
-        z = np.asarray(z, float)[..., np.newaxis]
+        if (path := doubles(z)) is None:
+            raise refused("virgin_curve", "z as numbers", z)
         limit = np.asarray(self.alpha) * self.static.F_s
-        return np.asarray(np.clip(np.asarray(self.k) * z, -limit, limit).sum(axis=-1))
+        return np.asarray(np.clip(np.asarray(self.k) * path[..., np.newaxis], -limit, limit).sum(axis=-1))

@@ -146,6 +146,10 @@ def schemes_of(asked: Any, known: Any = None) -> list[Scheme]:
     if not all(isinstance(item, str | Scheme) for item in given):
         raise UnfitError("names of schemes, as a,c,f or all", asked)
     every = ([item] if isinstance(item, Scheme) else choose_schemes(item, known) for item in given)
-    if not (found := [scheme for part in every for scheme in part]):
+    found: dict[str, Scheme] = {}
+    for scheme in (scheme for part in every for scheme in part):
+        if found.setdefault(scheme.name, scheme) != scheme:
+            raise FricError(f"two schemes have the name '{scheme.name}'", hint="Give each its name.")
+    if not found:
         raise FricError("there is no scheme to run", hint="Name one, as 'f', of schemes that there are.")
-    return found
+    return list(found.values())

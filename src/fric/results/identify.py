@@ -66,6 +66,7 @@ from fric.results.kinds import (
     SchemeName,
     Seed,
 )
+from fric.series import doubles
 from fric.simulate.spread import closed_intervals, draw_friction, friction_intervals
 from fric.units import Motion, parse, readable, si_unit
 from fric.verb import Kind, verb
@@ -138,14 +139,11 @@ class IdentifiedModel(IdentifiedFriction):
 def _numbers(given: ArrayLike | str, what: str, motion: Motion = "linear") -> Real:
     """Return finite numbers; of velocities also those of a text."""
     found = several(given, "velocity", motion) if isinstance(given, str) else given
-    try:
-        numbers = np.atleast_1d(np.asarray(found, float))
-    except (TypeError, ValueError):
-        numbers = np.array([np.nan])
-    if not np.isfinite(numbers).all():
+    numbers = doubles(found)
+    if numbers is None or not np.isfinite(numbers).all():
         text = " [m/s], or a text as '1 mm/s, 10 mm/s'" if what == "velocities" else ""
         raise FricError(f"{given!s} are no {what}", hint=f"Give numbers{text}.")
-    return numbers
+    return np.atleast_1d(numbers)
 
 
 class PlantResult(Identified, tree=plant_tree):
