@@ -195,14 +195,12 @@ def test_who_gives_energy_back(model, gives):
     assert work < -2e-3 if gives else work > 4e-3
 
 
-@pytest.mark.parametrize("wrong", [float("inf"), float("nan"), -1.0, 1e400])
+@pytest.mark.parametrize("wrong", [float("inf"), float("nan"), -float("inf")])
 def test_no_model_has_a_parameter_that_no_friction_has(wrong: float) -> None:
     """In Python as in a file: each parameter of each model in turn."""
     for model in models().values():
         typical = model.typical()
         for parameter in model.parameters:
-            if parameter.lower < 0 and wrong == -1:
-                continue
             several = (wrong,) * max(1, len(getattr(typical, parameter.name))) if parameter.per_block else wrong
             with pytest.raises(FricError):
                 replace(typical, **{parameter.name: several})

@@ -42,11 +42,10 @@ class Parameter:
         return replace(self, name=name, typical=typical, per_block=per_block)
 
     def bound(self, holder: str, *values: float) -> None:
-        """Refuse values [SI] beyond the bounds, or infinite; ``holder`` names the model or block that has them."""
-        if wrong := [value for value in values if not (self.lower <= value <= self.upper and isfinite(value))]:
-            limits = f"between {self.lower:g} and {self.upper:g}" if isfinite(self.upper) else f"from {self.lower:g} up"
-            what = f"{self.name} of '{holder}' is {wrong[0]:g}, but {self.doc} lies {limits}"
-            raise FricError(what, hint="Look at the number and its unit.")
+        """Refuse values [SI] beyond the bounds; ``holder`` names the model or block that has them."""
+        if wrong := [value for value in values if not self.lower <= value <= self.upper]:
+            what = f"{self.name} of '{holder}' is {wrong[0]:g}, but {self.doc} lies between {self.lower:g} and"
+            raise FricError(f"{what} {self.upper:g}", hint="Look at the number and its unit.")
 
 
 Property = Literal["bounded", "passive", "pre-sliding", "non-local memory", "no creep", "frictional lag"]
@@ -103,9 +102,10 @@ class FrictionModel(Parametrised):
         require_numbers(self, *_names(type(self)))
         for name in _names(type(self))[1]:  # given as an array, say, whose truth is not that of a tuple
             object.__setattr__(self, name, tuple(getattr(self, name)))
-        for parameter in self.parameters:
+        for parameter in self.parameters:  # a step of a fit may leave the bounds; what is read from a file lies within
             value = getattr(self, parameter.name)
-            parameter.bound(self.name, *(value if parameter.per_block else (value,)))
+            if not all(map(isfinite, value if parameter.per_block else (value,))):
+                raise FricError(f"{parameter.name} of '{self.name}' is not finite", hint=f"Give the {parameter.doc}.")
 
     @classmethod
     def declared(cls) -> dict[str, tuple[Parameter, ...]]:
@@ -139,6 +139,7 @@ class FrictionModel(Parametrised):
                 given |= {p.name: values} if values else {}
             elif isinstance(given.get(p.name), tuple):
                 raise FricError(f"{p.name} of '{cls.name}' has several values, and there is one", hint=f"{p.doc}.")
+            p.bound(cls.name, *values)
         return given
 
     @classmethod

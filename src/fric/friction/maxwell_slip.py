@@ -68,8 +68,8 @@ class MaxwellSlip(FrictionModel):
             raise FricError(
                 f"maxwell_slip has {len(self.W)} W and {len(self.k)} k", hint="Give one of each for every block."
             )
-        if not all(k > 0 for k in self.k):
-            raise FricError("k of maxwell_slip must be positive")
+        if not (min(self.W) >= 0 and all(k > 0 for k in self.k)):
+            raise FricError("W of maxwell_slip must not be negative, and k must be positive")
 
     def sliding_force(self, v: Real) -> Real:
         """Return ``Σ W_i·sign(v) + sigma·v`` [N] at velocity v [m/s]."""
