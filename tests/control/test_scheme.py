@@ -125,6 +125,7 @@ def state_over_time(block):
 def test_a_name_that_no_group_of_a_run_file_can_have_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(FricError, match="no name of a scheme"):
         Scheme(name, "")
+    assert Scheme("a", "of \x1b[31m\nred").title.isprintable()
     file = tmp_path / "schemes.yaml"
     file.write_text(f"{HEAD}  {json.dumps(name)}: {{title: t}}\n")
     with pytest.raises(FricError):

@@ -195,7 +195,7 @@ def test_who_gives_energy_back(model, gives):
     assert work < -2e-3 if gives else work > 4e-3
 
 
-@pytest.mark.parametrize("wrong", [float("inf"), float("nan"), -float("inf")])
+@pytest.mark.parametrize("wrong", [float("inf"), float("nan"), -1e300])
 def test_no_model_has_a_parameter_that_no_friction_has(wrong: float) -> None:
     """In Python as in a file: each parameter of each model in turn."""
     for model in models().values():

@@ -6,7 +6,7 @@ from typing import Any, Literal, Self
 
 from fric.control import block_type
 from fric.control.base import ControlBlock
-from fric.errors import FricError, require_known, require_name
+from fric.errors import FricError, printable, require_known, require_name
 from fric.kernels.loop import BLOCKS
 from fric.reference import MOST_LEAD
 from fric.verb import typed
@@ -58,6 +58,7 @@ class Scheme:
 
     def __post_init__(self) -> None:
         require_name(self.name, "a scheme")
+        object.__setattr__(self, "title", printable(self.title))
         require_feedforward(self.gain, self.lead)
         if (kind := block_type(self.controller).kind) != "controller":
             raise FricError(

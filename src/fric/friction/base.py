@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, replace
 from functools import cache
 from inspect import get_annotations
-from math import isfinite, nan
+from math import nan
 from typing import Any, ClassVar, Literal, Self, get_origin
 
 import numpy as np
@@ -15,7 +15,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.kernels.replay import replay
 from fric.kernels.signatures import Step
-from fric.series import doubles
+from fric.series import GAIN, doubles
 from fric.verb import refused, require_numbers
 
 
@@ -104,8 +104,8 @@ class FrictionModel(Parametrised):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         for parameter in self.parameters:  # a step of a fit may leave the bounds; what is read from a file lies within
             value = getattr(self, parameter.name)
-            if not all(map(isfinite, value if parameter.per_block else (value,))):
-                raise FricError(f"{parameter.name} of '{self.name}' is not finite", hint=f"Give the {parameter.doc}.")
+            if not all(abs(number) <= GAIN for number in (value if parameter.per_block else (value,))):
+                raise FricError(f"{parameter.name} of '{self.name}' is no {parameter.doc}", hint="Give it in SI units.")
 
     @classmethod
     def declared(cls) -> dict[str, tuple[Parameter, ...]]:
