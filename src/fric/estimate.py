@@ -13,6 +13,7 @@ STAYS = {"leaves": False}  # Metadata of a dataclass's field that documents leav
 
 NORMAL_97_5 = 1.959963984540054  # The 97.5 % quantile of the standard normal distribution
 TWOFOLD = log(2.0) / NORMAL_97_5  # Standard deviation of the logarithm of a shape factor that a fit supposes
+FAR = 1e15  # Size of a limit in SI beyond which an interval is open: the data tell nothing
 OPEN = 14.0  # Half-width of an interval of a logarithm that is no limit: a factor of a million to either side
 Value = float | tuple[float, ...]
 Interval = tuple[float, float]
@@ -42,6 +43,7 @@ class Estimate:
 
     def __post_init__(self) -> None:
         values = self.value if isinstance(self.value, tuple) else None
+        object.__setattr__(self, "ci95", _closed(self.ci95))
         require_numbers(self, ("value",), () if values is None else ("value",))
         for name, kind in (("unit", str), ("source", str), ("fixed", bool), ("assumed", bool)):
             if not isinstance(getattr(self, name), kind):
@@ -94,8 +96,7 @@ class Estimate:
     def read(cls, entry: Mapping[str, Any]) -> Self:
         """Return the estimate of a mapping made by `as_dict`."""
         value = tuple(entry["value"]) if isinstance(entry["value"], list) else entry["value"]
-        limits = _closed(entry.get("ci95"))
-        return cls(value, entry["unit"], limits, bool(entry.get("fixed")), bool(entry.get("assumed")))
+        return cls(value, entry["unit"], entry.get("ci95"), bool(entry.get("fixed")), bool(entry.get("assumed")))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the mapping for a YAML or JSON document, without unset fields."""
@@ -166,9 +167,9 @@ def _is_interval(given: Any) -> bool:
 
 
 def _closed(limits: Any) -> Any:
-    """Return the limits with infinity for null."""
-    if isinstance(limits, list | tuple) and len(limits) == 2 and None in limits:
-        return -inf if limits[0] is None else limits[0], inf if limits[1] is None else limits[1]
+    """Return the limits with infinity for null, and for what is beyond all drives."""
+    if isinstance(limits, list | tuple) and len(limits) == 2 and all(x is None or is_number(x) for x in limits):
+        return tuple(end if x is None or abs(x) > FAR else x for x, end in zip(limits, (-inf, inf), strict=True))
     return tuple(map(_closed, limits)) if isinstance(limits, list | tuple) else limits
 
 

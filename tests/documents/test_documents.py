@@ -8,6 +8,7 @@ import platform
 import subprocess
 import sys
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.documents.yaml import dump, plain, read_document, read_tree, write_document
 from fric.errors import FricError
+from fric.estimate import Estimate
 from fric.identify.gms.identify import identify_gms
 from fric.identify.plant.identify import identify_plant
 from fric.identify.replay.replay_fit import identify_by_replay
@@ -268,3 +270,12 @@ def test_a_record_without_terms_of_its_own_has_none():
     (record,) = prepared([fric.Log(np.arange(9.0), np.arange(9.0), force=np.sin(np.arange(9.0)))])
     bare = replace(record, done=replace(record.done, own=()))
     assert bare.own.shape == (9, 0)
+
+
+def test_an_interval_that_reaches_beyond_all_drives_is_open() -> None:
+    """A fit of 1.5e-9 N·s/m gave a limit of 1.5e19 N·s/m, which says nothing and looks as if it did."""
+    found = Estimate(1.5e-9, "N*s/m", (0.0, 1.5e19))
+    assert found.limits == (0.0, inf)
+    assert found.as_dict()["ci95"] == [0.0, None]
+    assert Estimate.read(found.as_dict()) == found
+    assert Estimate((1.0, 2.0), "N/m", ((-1e16, 3.0), (0.0, 1e14))).ci95 == ((-inf, 3.0), (0.0, 1e14))
