@@ -79,15 +79,23 @@ def test_without_noise_everything_is_exact():
     assert found.lag["y"].value == pytest.approx(10e-6, abs=0.1e-6)
 
 
-def test_causes_are_ranked_by_what_each_adds_to_the_range_of_the_radius():
-    """12 and 4 µm of friction, 6 µm of backlash of y, 9 µm (R·3e-4) of scale; the rest is within its interval of 0."""
-    faults = Faults(backlash=(0.0, 6e-6), scale=(1.0003, 1.0), glitch=(12e-6, 4e-6, 10e-6, 3e-6))
+def test_causes_are_ranked_by_the_deviation_of_each_which_is_that_of_the_table():
+    """12 and 4 µm of friction, 6 µm of backlash of y, 7.5 µm (R/2·5e-4) of scale; the rest is not seen."""
+    faults = Faults(backlash=(0.0, 6e-6), scale=(1.0005, 1.0), glitch=(12e-6, 4e-6, 10e-6, 3e-6))
     rng = np.random.default_rng(5)
     found = DiagnosisResult(diagnose([circle(faults, rng, direction=sense) for sense in (1, -1)])).causes()
     ranked = ["friction of x", "scale of x against y", "backlash of y", "friction of y"]
     assert [row[0] for row in found.rows[:4]] == ranked
-    assert [float(row[1]) for row in found.rows[:4]] == pytest.approx([12, 9, 6, 4], abs=0.4)
+    assert [float(row[1]) for row in found.rows[:4]] == pytest.approx([12, 7.5, 6, 4], abs=0.4)
     assert sum(float(row[2].rstrip("%")) for row in found.rows) == pytest.approx(100, abs=2)
+    both = [circle(Faults(lag=(100e-6, 10e-6)), rng, direction=sense) for sense in (1, -1)]
+    lagging = DiagnosisResult(diagnose(both))
+    (cause,), (row,) = (
+        [row for row in table.rows if row[0] == "mismatch of the loops"]
+        for table in (lagging.causes(), lagging._geometry())
+    )
+    assert float(cause[1]) == pytest.approx(float(row[1]), abs=0.06)
+    assert float(cause[1]) == pytest.approx(4.5, abs=0.1)  # F·(τ_x − τ_y)/2
 
 
 def test_what_repeats_with_the_pitch_is_found_and_disturbs_nothing_else():

@@ -36,7 +36,7 @@ class ContourScheme(Written):
     """Result of one scheme on a contour."""
 
     title: str = of("scheme.title")
-    glitch: float = of(lambda run: run.chance().median, "largest at a reversal, without its sign [m]")
+    glitch: float = of(lambda run: run.chance().median, "largest size at a reversal, on the given machine [m]")
 
 
 class CircleScheme(ContourScheme):

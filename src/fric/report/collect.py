@@ -158,6 +158,11 @@ class ContourTest:
         return Path(path) if known else None
 
     @property
+    def of_file(self) -> str:
+        """Of which machine curves and reversals are; empty where no others were drawn."""
+        return " on the machine of the file" if any(contour.drawn for contour in self.contours) else ""
+
+    @property
     def same(self) -> tuple[Any, ...]:
         """The common properties of two comparable tests."""
         return (self.radius, self.feed, self.direction, self.labels)
@@ -535,11 +540,11 @@ def glitch_changes(before: ContourTest, after: ContourTest) -> list[Change]:
     earlier = {contour.scheme.name: contour for contour in before.contours}
     return [
         Change(
-            f"({contour.scheme.name}) {contour.scheme.title}", "m", earlier[contour.scheme.name].glitch, contour.glitch,
+            f"({contour.scheme.name}) {contour.scheme.title}", "m", earlier[contour.scheme.name].middle, contour.middle,
             earlier[contour.scheme.name].interval, contour.interval,
         )
         for contour in after.contours
-        if contour.scheme.name in earlier
+        if contour.scheme.name in earlier and isfinite(contour.middle + earlier[contour.scheme.name].middle)
     ]  # fmt: skip
 
 

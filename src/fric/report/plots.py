@@ -557,7 +557,7 @@ def magnification(test: ContourTest) -> float:
 def contour_figure(n: int, test: ContourTest, earlier: ContourTest | None) -> PageFigure:
     """Return the contours of one test: a magnified circle, or the error along a path."""
     parts = [
-        f"({contour.scheme.name}) {contour.scheme.title} {readable(contour.glitch, 'm')}" for contour in test.contours
+        f"({contour.scheme.name}) {contour.scheme.title} {readable(contour.middle, 'm')}" for contour in test.contours
     ]
     what = "radial error of a circle" if test.radius is not None else "contour error along a path"
     alt = f"The {what} under each scheme; largest glitch of each: {', '.join(parts)}. The table gives every number."
@@ -566,8 +566,8 @@ def contour_figure(n: int, test: ContourTest, earlier: ContourTest | None) -> Pa
         return PageFigure(f"contour-{n}", title, "Dashed lines: with observer.", alt, along_figure(_contours(test)))
     before = _contours(earlier) if earlier else []
     text = (
-        "The error of the radius, magnified around the reference circle (grey). Outwards is positive; dotted "
-        "circles are labelled in µm; the arrow has the direction of the motion. Dashed lines: with observer."
+        f"The error of the radius{test.of_file}, magnified around the reference circle (grey). Outwards is positive; "
+        "dotted circles are labelled in µm; the arrow has the direction of the motion. Dashed lines: with observer."
     )
     figure = overlay_figure(_contours(test), test.radius, test.direction, magnification(test), before)
     title = f"Circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
@@ -584,13 +584,14 @@ def decision_figure(n: int, test: ContourTest, chosen: Contour) -> PageFigure:
         replace(contour, look=look | {"linestyle": "-", "label": label})
         for contour, look, label in zip(_contours(drawn), looks, pair, strict=True)
     ]
-    sizes = ", ".join(f"{label} {readable(contour.glitch, 'm', 2)}" for label, contour in pair.items())
+    sizes = ", ".join(f"{label} {readable(contour.middle, 'm', 2)}" for label, contour in pair.items())
     key, alt = f"decision-{n}", f"Contour error around its largest glitch: {sizes}."
     if test.radius is None:
         return PageFigure(key, "", "Error along the path.", alt, along_figure(contours))
     times = magnification(drawn)
     figure = overlay_figure(contours, test.radius, test.direction, times, size=(4.6, 4.6))
-    return PageFigure(key, "", f"Error of the radius, magnified {times:g} times; outwards is positive.", alt, figure)
+    text = f"Error of the radius{test.of_file}, magnified {times:g} times; outwards is positive."
+    return PageFigure(key, "", text, alt, figure)
 
 
 def reversal_figures(n: int, test: ContourTest) -> list[PageFigure]:
@@ -605,7 +606,7 @@ def reversal_figures(n: int, test: ContourTest) -> list[PageFigure]:
         peaks = ", ".join(
             f"({contour.scheme.name}) {readable(abs(contour.glitches[quarter]), 'm')}" for contour in test.contours
         )
-        alt = f"Radial error over time around the reversal at {label}; peaks: {peaks}."
+        alt = f"Radial error over time around the reversal at {label}; peaks{test.of_file}: {peaks}."
         drawn.append(PageFigure(f"reversal-{n}-{axis}", f"At the reversal of axis {axis}, {label}", "", alt, figure))
     return drawn
 

@@ -4,6 +4,7 @@ import re
 from base64 import b64encode
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime
 from functools import cache
 from itertools import combinations
@@ -171,9 +172,10 @@ def observations(test: ContourTest, presliding: float | None = None) -> list[str
 
     presliding: Displacement over which friction builds up after a reversal [m], where a friction file holds it.
     """
+    test = replace(test, contours=tuple(contour for contour in test.contours if isfinite(contour.middle)))
     found = [*overcompensation(test), *too_weak(test.contours), *observer_share(test), *observer_spoils(test)]
     found += uneven(test)
-    for text in wrong_shape((contour.scheme, contour.glitch) for contour in test.contours):
+    for text in wrong_shape((contour.scheme, contour.middle) for contour in test.contours):
         found.append(f"{text[0].upper()}{text[1:]}.")  # a learned circle leaves clearly less
     if presliding is not None and test.radius is not None:
         found.append(build_up(presliding, test.radius, test.feed))
@@ -186,7 +188,7 @@ def least(test: ContourTest) -> float:
     If the bare loop was not run, it is a share of the largest glitch.
     """
     without = bare(test.contours)
-    size = max(contour.glitch for contour in test.contours) if without is None else without.glitch
+    size = max(contour.middle for contour in test.contours) if without is None else without.middle
     by_chance = max((contour.chance.half for contour in test.contours), default=0.0)
     return max(EARNED * size, float(test.provenance.get("resolution", 0.0)), by_chance)
 
@@ -198,23 +200,23 @@ def peak(contour: Candidate) -> float:
 
 def overcompensation(test: ContourTest) -> list[str]:
     """Describe friction feedforward that leaves an inward spike where the bare loop has an outward spike."""
-    contours, without = test.contours, bare(test.contours)
+    without = bare(test.contours)
     if without is None:
         return []
     reversed_signs = [
         contour
-        for contour in contours
-        if contour.scheme.friction and peak(contour) * peak(without) < 0 and contour.glitch > least(test)
+        for contour in test.contours
+        if contour.scheme.friction and peak(contour) * peak(without) < 0 and contour.middle > least(test)
     ]
     static = [contour for contour in reversed_signs if contour.scheme.friction == "static"]
     said = [
-        f"{contour.named} overcompensates: its spike of {readable(abs(peak(contour)), 'm')} points the other way. The "
+        f"{contour.named} overcompensates: its spike of {readable(contour.middle, 'm')} points the other way. The "
         "friction that is fed forward is larger than the true one: lower its gain or identify again."
         for contour in reversed_signs
         if contour not in static
     ]
     if static:
-        spikes = " and ".join(f"{contour.named} ({readable(abs(peak(contour)), 'm')})" for contour in static)
+        spikes = " and ".join(f"{contour.named} ({readable(contour.middle, 'm')})" for contour in static)
         text = (
             f"{spikes} overcompensate{'s' if len(static) == 1 else ''}: the spike points the other way. A static map "
             "switches at the reversal at once; true friction builds up over the pre-sliding, as a GMS model does."
@@ -230,12 +232,12 @@ def too_weak(contours: Sequence[Contour]) -> list[str]:
     is the share that the feedforward lacks.
     """
     without = bare(contours)
-    if without is None or not without.glitch:
+    if without is None or not without.middle:
         return []
     for contour in contours:
         if contour.scheme.friction in {None, "static"} or contour.scheme.observer:
             continue
-        left = contour.glitch / without.glitch
+        left = contour.middle / without.middle
         same = all(a * b > 0 for a, b in zip(contour.glitches, without.glitches, strict=True))
         if same and left > SAME_SIGN_LEFT:
             return [
@@ -256,10 +258,10 @@ def _pairs(contours: Sequence[Contour]) -> list[tuple[Contour, Contour]]:
 def observer_share(test: ContourTest) -> list[str]:
     """Describe how much the observer reduces the glitch of each feedforward."""
     parts = [
-        f"{1 - with_it.glitch / alone.glitch:.0%} off "
+        f"{1 - with_it.middle / alone.middle:.0%} off "
         + ("the bare loop" if alone.scheme.friction is None else alone.named)
         for alone, with_it in _pairs(test.contours)
-        if alone.glitch - with_it.glitch > least(test)
+        if alone.middle - with_it.middle > least(test)
     ]
     return [f"The disturbance observer takes {', '.join(parts)}."] if parts else []
 
@@ -267,11 +269,11 @@ def observer_share(test: ContourTest) -> list[str]:
 def observer_spoils(test: ContourTest) -> list[str]:
     """Describe an observer that makes a feedforward worse."""
     return [
-        f"With the observer, {alone.named} gets worse by {readable(with_it.glitch - alone.glitch, 'm')}: does the "
+        f"With the observer, {alone.named} gets worse by {readable(with_it.middle - alone.middle, 'm')}: does the "
         "observer see the feedforward? It must be given the control voltage without it, or friction is compensated "
         "twice."
         for alone, with_it in _pairs(test.contours)
-        if with_it.glitch - alone.glitch > least(test)
+        if with_it.middle - alone.middle > least(test)
     ]
 
 
@@ -286,8 +288,8 @@ def uneven(test: ContourTest) -> list[str]:
     if len(test.axes) == 2 and max(first, second) > UNEVEN * min(first, second):
         larger, lesser = ("x", "y") if first > second else ("y", "x")
         said.append(
-            f"Axis {larger} has the larger glitch without compensation, {readable(max(first, second), 'm')} against "
-            f"{readable(min(first, second), 'm')} of axis {lesser}: begin there."
+            f"Axis {larger} has the larger glitch without compensation{test.of_file}, "
+            f"{readable(max(first, second), 'm')} against {readable(min(first, second), 'm')} of {lesser}: begin there."
         )
     for axis, ends in (("x", (0, 2)), ("y", (1, 3))):
         first, other = (float(size[end]) for end in ends)
@@ -411,11 +413,12 @@ def _test(
 ) -> dict[str, Any]:
     verdict = inputs.verdict(test)
     without, chosen = bare(test.contours), verdict.choice
+    now = 0.0 if without is None else without.middle
     lines = [
         {
             "contour": contour, "advised": contour is chosen, "look": scheme_look(k, contour.scheme),
-            "reduction": None if without is None or contour is without or not without.glitch
-            else 1 - contour.glitch / without.glitch,
+            "reduction": 1 - contour.middle / now
+            if now and contour is not without and isfinite(contour.middle) else None,
         }
         for k, contour in enumerate(test.contours)
     ]  # fmt: skip
@@ -425,7 +428,7 @@ def _test(
         for kind in (block_type(contour.scheme.controller), *contour.scheme.block_types)
         if kind.name != "cascade"
     }
-    sizes = {} if without in (None, chosen) else {"now": ("now", without.middle)}
+    sizes = {} if without in (None, chosen) else {"now": ("now", now)}
     if chosen is not None:
         sizes["with"] = (f"with {chosen.named}", chosen.middle)
         sizes |= {"most": ("at most", chosen.stays_under)} if chosen.drawn else {}
@@ -501,14 +504,7 @@ def environment() -> Environment:
         loader=PackageLoader("fric.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True, finalize=_shown,
     )  # fmt: skip
-    made.filters |= {
-        "readable": readable,
-        "micrometres": micrometres,
-        "embedded": embedded,
-        "percent": percent,
-        "limit": limit,
-        "minus": minus,
-    }
+    made.filters |= {item.__name__: item for item in (readable, micrometres, embedded, percent, limit, minus)}
     made.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
     made.globals["version"] = fric.__version__
     return made

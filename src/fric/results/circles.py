@@ -103,9 +103,10 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
         return Table(columns, rows, f"{of}, {sense}, {sum(test.count for test in found.tests)} revolutions")
 
     def causes(self) -> Table:
-        """Return what each cause adds to the range of the radius, the largest first, with its share of the sum.
+        """Return the deviation of the radius by each cause, the largest first, with its share of the sum.
 
-        The parts are those of `fric.circles.diagnose.diagnose`, without the centre and parts whose interval contains 0.
+        It is the height of a spike or step, the amplitude of an ellipse or wave. The parts are those of
+        `fric.circles.diagnose.diagnose`, without the centre and parts whose interval contains 0.
         """
         found, R = self.found, self.found.test.radius
         geometry, names = found.geometry, found.test.names
@@ -115,12 +116,12 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
             peak = max(both, key=lambda glitch: abs(glitch.value))
             parts.append((f"friction of {name}", peak.value, 0.5 * (peak.ci95[1] - peak.ci95[0])))
             parts.append((f"backlash of {name}", *_sized(geometry[f"backlash.{name}"])))
-        (first, half), (other, its) = (_sized(geometry[f"scale.{name}"], R) for name in names)
+        (first, half), (other, its) = (_sized(geometry[f"scale.{name}"], 0.5 * R) for name in names)
         parts.append((f"scale of {names[0]} against {names[1]}", first - other, hypot(half, its)))
-        parts.append(("mismatch of the loops", *_sized(geometry["mismatch"], 2.0)))
-        parts.append(("squareness", *_sized(geometry["squareness"], R)))
+        parts.append(("mismatch of the loops", *_sized(geometry["mismatch"])))
+        parts.append(("squareness", *_sized(geometry["squareness"], 0.5 * R)))
         for line, amplitude in found.periodic:
-            parts.append((f"error every {readable(line.pitch, 'm')} of {names[line.axis]}", *_sized(amplitude, 2.0)))
+            parts.append((f"error every {readable(line.pitch, 'm')} of {names[line.axis]}", *_sized(amplitude)))
         seen = sorted(((abs(size), what) for what, size, half in parts if abs(size) > half), reverse=True)
         total = sum(size for size, _ in seen)
         unseen = [what for what, size, half in parts if abs(size) <= half]
