@@ -74,8 +74,7 @@ class _Table(_FromFile):
 
     def columns(self) -> dict[str, Real]:
         """Return the columns that there are, by name."""
-        found = {name: getattr(self, name) for name in self.dimensions}
-        return {name: values for name, values in found.items() if values is not None}
+        return {name: values for name in self.dimensions if (values := getattr(self, name)) is not None}
 
     def unit(self, column: str) -> str:
         """Return the SI unit of a column on this axis."""
@@ -190,8 +189,7 @@ class Log(_FromFile):
 
     def channels(self) -> dict[str, Real]:
         """Return the channels that were logged, by name, time first, in SI units: ``DataFrame(log.channels())``."""
-        found = {channel: getattr(self, channel) for channel in CHANNELS}
-        return {channel: values for channel, values in found.items() if values is not None}
+        return {channel: values for channel in CHANNELS if (values := getattr(self, channel)) is not None}
 
     def unit(self, channel: str) -> str:
         """Return the SI unit of a channel on this axis."""

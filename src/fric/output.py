@@ -103,6 +103,12 @@ def staged(path: Path, *, force: bool = False) -> Iterator[Path]:
             os.close(lock)
 
 
+def written(path: Path, text: str, *, force: bool = False) -> None:
+    """Write a text whole or not at all."""
+    with staged(path, force=force) as draft:
+        draft.write_text(text, encoding="utf-8")
+
+
 def _locked(draft: Path) -> int:
     """Make an empty file that this process holds a lock on; -1 where another took it for a leftover, just then."""
     lock = os.open(draft, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)

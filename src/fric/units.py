@@ -191,7 +191,7 @@ _SPELLED = {
     "Volt": "V", **dict.fromkeys(["Sek", "Sek.", "sek"], "s"), **dict.fromkeys(["Arms", "Apk", "Amps", "Amp"], "A"),
 }  # fmt: skip
 """Units as headers spell them that Pint does not know."""
-_NEWTON_METRE = re.compile(r"\b([kmuc]?N)([mcu]?m)\b")
+_NEWTON_METRE = re.compile(r"\b([kmuc]?N)-?([mcu]?m)\b")
 
 
 def _spelled(unit: str) -> str:

@@ -22,8 +22,8 @@ from fric.documents.yaml import read_document, write_document
 from fric.errors import FricError
 from fric.export.base import remark
 from fric.io.propose import proposal
-from fric.io.recognise import write_report
 from fric.log import axis_name
+from fric.output import written
 from fric.report.view import environment
 from fric.results.export import export_axis
 from tests.command import fric as run
@@ -173,7 +173,7 @@ def test_a_name_of_a_file_goes_everywhere_as_plain_text(tmp_path, monkeypatch, n
         run("inspect", f"{name}.h5", "--json").output,
     ]
     write_document(Path("a.yaml"), {"fric": "plant/1", "axis": "x", "provenance": {"command": name}})
-    write_report(Path("a.html"), environment().from_string("<p>{{ title }}</p>").render(title=name))
+    written(Path("a.html"), environment().from_string("<p>{{ title }}</p>").render(title=name))
     held = [Path("a.yaml").read_text(), Path("a.html").read_text(), *told]
     assert all(one.isprintable() or one == "\n" for text in held for one in text)
     assert "<script>" not in held[1]

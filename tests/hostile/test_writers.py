@@ -30,9 +30,9 @@ from fric.export import targets
 from fric.figures.style import rendered
 from fric.io.circle import write_circles, write_feedforward
 from fric.io.hdf5 import read_logs, write_logs
-from fric.io.propose import propose
-from fric.io.recognise import write_report
+from fric.io.propose import proposal
 from fric.notice import Notice
+from fric.output import written
 from fric.reproduce.step_cache import StepCache
 from fric.results.export import export_axis
 from fric.simulate.contour_run import PointPath
@@ -216,7 +216,7 @@ WRITERS: dict[str, Callable[[Path], object]] = {
     "ingest": lambda to: fric.ingest(*STROKES[:2], output=to / "log.h5"),
     "ingest --append": lambda to: fric.ingest(STROKES[0], output=to / "log.h5", append=True),
     "ingest circle": lambda to: write_circles(to / "circle.h5", _tests()),
-    "ingest --propose": lambda to: propose(STROKES[:1], to / "map.yaml"),
+    "ingest --propose": lambda to: written(to / "map.yaml", proposal(STROKES[:1])),
     "identify and plot": _both,
     "identify gms": lambda to: gms().save(to / "gms.yaml"),
     "plot png": lambda to: static().plot(to / "a.png"),
@@ -228,7 +228,7 @@ WRITERS: dict[str, Callable[[Path], object]] = {
     "simulate path": lambda to: followed().save(to / "path.h5"),
     "diagnose": lambda to: diagnosed().save(to / "diagnosis.yaml"),
     "fleet": _fleet,
-    "report": lambda to: write_report(to / "report.html", "<!doctype html><html>" + "a" * 20_000 + "</html>\n"),
+    "report": lambda to: written(to / "report.html", "<!doctype html><html>" + "a" * 20_000 + "</html>\n"),
     "example": lambda to: fric.example("xy-table", output=to / "example"),
     "auto": _session,
     "steps": _step,

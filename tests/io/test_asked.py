@@ -15,7 +15,7 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
-from fric.io.propose import guesses, proposal, propose
+from fric.io.propose import guesses, proposal
 from fric.io.questions import _written
 from fric.io.readers.base import Column, named
 from fric.io.words import named_as
@@ -77,14 +77,14 @@ def test_what_is_no_channel_is_left_out_as_before(tmp_path: Path, more: str) -> 
 
 def test_a_proposal_reads_and_ingests_once_it_is_looked_at(tmp_path: Path) -> None:
     (file,) = written(tmp_path, tribometer=TRIBOMETER)
-    text = propose([file], tmp_path / "map.yaml")
+    text = fric("ingest", file, "--propose", tmp_path / "map.yaml").stdout
     assert "or 'Normal'" in text
     assert "# not read: Normal" in text
     mapping = read_document(tmp_path / "map.yaml", MappingDocument)
     done = ingest(file, tmp_path / "log.h5", mapping=mapping)
     assert done.records[0].channels == {"time": "Time", "position": "Position", "force": "Friction"}
     with pytest.raises(FricError, match="exists"):
-        propose([file], tmp_path / "map.yaml")
+        fric("ingest", file, "--propose", tmp_path / "map.yaml")
 
 
 def test_a_proposal_reads_a_file_of_matlab_7_3_while_it_is_open(tmp_path: Path) -> None:

@@ -814,3 +814,124 @@ def test_why_a_log_with_a_bad_cell_is_left_out_names_its_line_and_the_remedy(tmp
     assert "line 19" in why
     assert "`assume=True`" in why
     assert find_sources([tmp_path], assume=True).logs
+
+
+@pytest.mark.parametrize(("mark", "header"), [
+    (".", "Time;Position;Speed;Current"), (",", "Zeit;Position;Drehzahl;Strom"),
+    (".", "Time;Position [mm];Speed / 1/min;Current (A)"),
+])  # fmt: skip
+def test_units_in_cells_are_those_of_columns(tmp_path: Path, mark: str, header: str) -> None:
+    a = axis_of_a_drive(n=1500)
+    rows = [f"{1e3 * t:.1f} ms;{x:.4f} mm;{v:.3f} 1/min;{i:.4f} A".replace(".", mark)
+            for t, x, v, i in zip(a["t"], a["position"], a["velocity"], a["current"], strict=True)]  # fmt: skip
+    path = tmp_path / "trend.csv"
+    path.write_text("\n".join([header, *rows]) + "\n")
+    (table,) = tables(path)
+    assert [column.unit for column in table.columns][1:] == ["mm", "1/min", "A"]
+    (block,) = table.read([0, 1, 3])
+    seconds = block.columns[0] * parse(f"1 {table.columns[0].unit or 's'}", "time")
+    for found, wanted in zip((seconds, *block.columns[1:]), (a["t"], a["position"], a["current"]), strict=True):
+        assert found == pytest.approx(wanted, abs=6e-5)
+    rows[700] = rows[700].replace(" mm", " um")  # a cell in another unit is no number of its column
+    path.write_text("\n".join([header, *rows]) + "\n")
+    (block,) = next(tables(path)).read([1])
+    assert np.flatnonzero(np.isnan(block.columns[0])).tolist() == [700]
+
+
+@pytest.mark.parametrize(("header", "name", "unit"), [
+    ("Weg / mm", "Weg", "mm"), ("Geschwindigkeit / mm/s", "Geschwindigkeit", "mm/s"), ("n in 1/min", "n", "1/min"),
+    ("Drehzahl U/min", "Drehzahl", "U/min"), ("Current {A}", "Current", "A"), ("Current <A>", "Current", "A"),
+    ("Torque (N-m)", "Torque", "N-m"), ("master / slave", "master / slave", None), ("plug in", "plug in", None),
+    ("x/y", "x/y", None), ("POSF(X)", "POSF(X)", None),
+])  # fmt: skip
+def test_units_behind_a_slash_and_in_other_brackets(header: str, name: str, unit: str | None) -> None:
+    assert named(header) == Column(name, unit)
+    if unit == "N-m":
+        assert parse(f"2 {unit}", "force", "rotary") == 2.0
+
+
+def test_a_unit_in_the_next_cell_is_that_of_the_sampling_cycle(tmp_path: Path) -> None:
+    """A cycle of 1 ms was one of 1 s, since the word before it is also one of rates."""
+    a = axis_of_a_drive(n=1500)
+    head = "Servo Guide\nSampling Cycle,1,msec\nNo.,CH1,CH2\nUnit,rad,A"
+    rows = [f"{n},{x:.4f},{i:.4f}" for n, (x, i) in enumerate(zip(a["position"], a["current"], strict=True))]
+    (tmp_path / "log.csv").write_text("\n".join([head, *rows]) + "\n")
+    (axis,) = told(tmp_path / "log.csv")
+    assert (axis.roles["time"].column, axis.roles["time"].unit) == (None, "0.001 s")
+
+
+def test_lines_with_numbers_above_stamped_rows_are_no_samples(tmp_path: Path) -> None:
+    """A waveform's start and step, a cell a channel, were the header, and one was a sample."""
+    a = axis_of_a_drive(n=1500)
+    begun = "2024-03-01 10:00:00.000"
+    head = f"waveform,[0],[1]\nt0,{begun},{begun}\ndelta t,0.001,0.001\n\ntime,Enc (rad),I (A)"
+    stamps = np.datetime64("2024-03-01T10:00:00.000") + np.arange(1500) * np.timedelta64(1, "ms")
+    rows = [f"{str(t).replace('T', ' ')},{x:.4f},{i:.4f}"
+            for t, x, i in zip(stamps, a["position"], a["current"], strict=True)]  # fmt: skip
+    (tmp_path / "log.csv").write_text("\n".join([head, *rows]) + "\n")
+    (table,) = tables(tmp_path / "log.csv")
+    assert table.columns[1:] == (Column("Enc", "rad"), Column("I", "A"))
+    (block,) = table.read([0, 1])
+    assert block.columns[1] == pytest.approx(a["position"], abs=1e-4)
+    assert np.diff(block.columns[0]) == pytest.approx(1e-3, abs=1e-6)
+
+
+def test_columns_of_one_motor_are_of_no_several_axes(tmp_path: Path) -> None:
+    """VL.FB, IL.FB and VL.CMD, IL.CMD were those of two axes, and the current was left out."""
+    a = axis_of_a_drive()
+    head = "Time (ms);PL.FB (Counts16Bit);VL.FB (rpm);IL.FB (Arms);VL.CMD (rpm);IL.CMD (Arms)"
+    path = write(tmp_path / "log.csv", head,
+                 1e3 * a["t"], np.round(a["position"] * 65536 / (2 * np.pi)), a["velocity"] * 9.5493, a["current"],
+                 a["speed"] * 9.5493, a["current"] + 0.01)  # fmt: skip
+    (axis,) = told(path)
+    assert channels(axis) == {"time": 0, "position": 1, "velocity": 2, "force": 3}
+
+
+def test_the_voltage_of_a_tachometer_is_no_input(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    path = write(tmp_path / "log.csv", "t;Encoder (rad);Torque (Nm);Tacho (V)", a["t"], a["position"], a["current"],
+                 a["velocity"])  # fmt: skip
+    (axis,) = told(path)
+    assert "input" not in axis.roles
+
+
+def test_a_bad_cell_is_mended_by_one_sentence(tmp_path: Path) -> None:
+    """A mapping was asked for as well, which opens nothing."""
+    a = axis_of_a_drive()
+    path = write(tmp_path / "log.csv", "time [s];position [rad];torque [N*m]", a["t"], a["position"], a["current"])
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([*lines[:800], "0.799;1.0;#DIV/0!", *lines[801:]]) + "\n")
+    with pytest.raises(FricError, match=r"line 801.*assume") as error:
+        fric.auto(path, output=tmp_path / "out")
+    assert "mapping" not in str(error.value)
+
+
+def test_registers_of_a_servo_are_counts_and_not_assumed(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    path = write(tmp_path / "log.csv", "timestamp;id;goal_position;present_position;present_velocity;present_current",
+                 a["t"], np.full(len(a["t"]), 7), np.round(a["asked"] * 652), np.round(a["position"] * 652),
+                 np.round(a["velocity"] * 41.7), np.round(a["current"] * 100))  # fmt: skip
+    found = find_sources([path], proposals=tmp_path / "maps", assume=True)
+    assert not found.logs
+    assert any("is in counts" in why for why in found.refused)
+
+
+def test_the_unit_of_a_clock_is_open_once_for_all_axes_of_a_file(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    path = write(tmp_path / "log.csv", "tick;X pos;X torque;C angle;C torque", 20 * np.arange(4000), 50 * a["position"],
+                 a["current"], np.cumsum(np.roll(a["velocity"], 500)) * 0.02, np.roll(a["current"], 500))  # fmt: skip
+    with ExitStack() as files:
+        guess = guessed([path], files, assume=True)
+        clocks = {settled for part in guess.found for what, settled in part.open.items() if "(time)" in what}
+    assert len(guess.found) == 2
+    assert len(clocks) == 1
+
+
+def test_a_reference_along_a_line_is_not_that_of_a_motor_that_turns(tmp_path: Path) -> None:
+    """A motor's angle, a slide's reference and scale in mm: the log could be neither used nor asked about."""
+    a = axis_of_a_drive()
+    head = "t_ms;x_soll_mm;phi_mot_deg;x_scale_mm;n_mot_rpm;i_q_A"
+    path = write(tmp_path / "log.csv", head, 1e3 * a["t"], 2 * a["asked"], 57.2958 * a["position"], 2 * a["position"],
+                 9.5493 * a["velocity"], a["current"])  # fmt: skip
+    (source,) = find_sources([path], proposals=tmp_path / "maps").logs
+    assert source.motion == "rotary/A"

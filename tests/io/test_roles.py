@@ -16,12 +16,13 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
-from fric.io.propose import guessed, guesses, mapping_text, propose
+from fric.io.propose import guessed, guesses, mapping_text, proposal
 from fric.io.questions import Question, answered
 from fric.io.readers import tables
 from fric.io.readers.base import Column, named
 from fric.io.roles import SURE, AxisColumns, axes_of
 from fric.io.words import Spoken, spoken, tags, usual_units
+from fric.output import written
 from fric.units import rotates
 from tests.chance import fewest
 from tests.io.judge import judged
@@ -118,7 +119,7 @@ def test_the_sign_by_which_friction_brakes_is_taken(tmp_path: Path) -> None:
     a = axis_of_a_drive()
     head = "time [ms];position [mm];motor force [N]"
     path = write(tmp_path / "log.csv", head, 1e3 * a["t"], 1e3 * a["position"], -1e3 * a["current"])
-    text = propose([path], tmp_path / "map.yaml")
+    written(tmp_path / "map.yaml", text := proposal([path]))
     assert "sign: -1" in text
     ingest(path, tmp_path / "log.h5", mapping=read_document(tmp_path / "map.yaml", MappingDocument))
     (log,) = read_logs(tmp_path / "log.h5")
@@ -142,7 +143,7 @@ def test_a_wide_table_is_proposed_an_axis_a_part(tmp_path: Path) -> None:
     head = "time [s];X position [mm];X force [N];Y position [mm];Y force [N]"
     slow = [np.interp(b["t"] * 0.61, b["t"], b[name]) for name in ("position", "current")]
     path = write(tmp_path / "log.csv", head, a["t"], a["position"], a["current"], *slow)
-    propose([path], tmp_path / "map.yaml")
+    written(tmp_path / "map.yaml", proposal([path]))
     mapping = read_document(tmp_path / "map.yaml", MappingDocument)
     assert [part.axis for part in mapping.parts] == ["x", "y"]
     assert mapping.parts[1].columns["force"].column == "Y force"

@@ -18,7 +18,7 @@ from matplotlib import image
 
 import fric
 from fric.io.circle import read_runs
-from fric.io.recognise import write_report
+from fric.output import written
 from fric.report.collect import collect
 from fric.report.summary import LEAST_MACHINES, Report
 from fric.report.view import render_report
@@ -56,7 +56,7 @@ def browser(files: SimpleNamespace, tmp_path_factory: pytest.TempPathFactory) ->
     """A browser, and a page for it."""
     folder = tmp_path_factory.mktemp("browser")
     given = [files.march, files.september, files.observer, files.plant, files.run, files.later_run]
-    write_report(folder / "report.html", render_report(collect([*given, LOGS / "presliding-sine.h5"])))
+    written(folder / "report.html", render_report(collect([*given, LOGS / "presliding-sine.h5"])))
     driver = started(folder)
     try:
         driver.set_script_timeout(600)

@@ -14,7 +14,8 @@ from fric.control.scheme import choose_schemes
 from fric.documents.contours import MonteCarloPart
 from fric.errors import FricError
 from fric.io.circle import read_runs, write_runs
-from fric.io.recognise import read_report, recognise, write_report
+from fric.io.recognise import read_report, recognise
+from fric.output import written
 from fric.report.collect import as_data, collect, contour_test
 from fric.report.view import render_report
 from fric.simulate.contour_run import PointPath, run_circle, run_path
@@ -83,7 +84,7 @@ def test_an_open_limit_of_an_interval_is_infinite(files: SimpleNamespace) -> Non
 def test_the_numbers_of_a_run_pass_through_a_report_to_the_last_digit(files: SimpleNamespace, tmp_path: Path) -> None:
     inputs = collect([files.run, files.march])
     path = tmp_path / "report.html"
-    write_report(path, render_report(inputs))
+    written(path, render_report(inputs))
     again = collect([path])
     runs = {run.scheme.name: run for run in read_runs(files.run)}
     (test,) = again.tests

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 from pydantic import ValidationError
 
 from fric.automatic.fleet import FleetResult, find_fleet, fleet
-from fric.automatic.sources import NO_FORCE, Source, Sources, find_sources
+from fric.automatic.sources import LEAVES_OUT, NO_FORCE, Source, Sources, find_sources
 from fric.automatic.steps import (
     SPARED,
     AxisOutcome,
@@ -406,16 +406,16 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
     ((why, files), *more) = sorted(found.refused.items(), key=lambda item: "column" not in item[0])
     what = f"no log here can be used: {why}"
     beside = [f"{first_of(others)}: {reason}" for reason, others in more[:3]]
-    hint = (
+    hint = "" if LEAVES_OUT in why else (
         "Log time, position or velocity, and force, torque or current of a moving axis; where they are there, name "
         f"them in a mapping: `{shlex.join(['fric', 'ingest', str(files[0]), '--propose', 'map.yaml'])}`."
-    )
+    )  # fmt: skip
     moved, pushed = (found.refused.get(lacking, []) for lacking in (NO_FORCE, NO_POSITION))
     if moved and pushed:  # the channels of a record in files of their own
         pair = [pushed[0].name, *get_close_matches(pushed[0].name, [path.name for path in moved], n=1, cutoff=0.0)]
         joined = shlex.join(["fric", "ingest", "--join", *pair, "--assume", "-o", "record.h5"])
         hint = f"Where two files hold one record, join them, and give what is made: `{joined}`."
-    return FricError(what, where=first_of(files), hint=". ".join([*beside, hint]))
+    return FricError(what, where=first_of(files), hint=". ".join(filter(None, [*beside, hint])))
 
 
 def _refuse_among(folder: Path, logs: Sequence[Path]) -> None:

@@ -34,7 +34,7 @@ from fric.io.recognise import is_hdf5, recognise
 from fric.io.words import axis_of_file
 from fric.log import Log, Record
 from fric.notice import Notice
-from fric.output import folder_made, staged
+from fric.output import folder_made, written
 from fric.records.flaws import two_encoders
 from fric.records.holding import holds, is_holding_map
 from fric.records.inspection import Inspection, TableInspection, excites, inspect, is_at_rest
@@ -65,6 +65,7 @@ _PAPER = re.compile(
 NO_FORCE = "no column is a force, a torque, a current or a voltage of the axis that moves, with its sign"
 """Why a record of a motion shows no friction."""
 AT_REST = "the axis does not move: what was logged is noise"
+LEAVES_OUT = "`assume=True` leaves such samples out"  # What opens a log with bad cells
 LACKS_FORCE = "no column is named force"
 """Why a log with a complete header needs a question: another column looks like its force."""
 
@@ -213,8 +214,7 @@ def _guessed(
         sure = replace(guess, found=wanted)
         if file is None:
             file = folder_made(places[-1]) / "mapping.yaml"
-            with staged(file, force=True) as whole:
-                whole.write_text(sure.text(), encoding="utf-8")
+            written(file, sure.text(), force=True)
         found.description += sure.notices(str(file))
     for part in wanted:
         for path in part.files:
@@ -399,7 +399,7 @@ def _records(
         except FricError as error:
             line = re.search(r"line \d+", error.where)
             why = f"{line[0]}: {error.what}" if line else error.what
-            return f"{why} (`assume=True` leaves such samples out)" if "bad_cells" in error.hint else why
+            return f"{why} ({LEAVES_OUT})" if "bad_cells" in error.hint else why
 
 
 def _read(

@@ -97,8 +97,7 @@ class AxisTrace:
 
     def channels(self) -> dict[str, Real]:
         """Return the channels that were recorded, by name."""
-        found = {name: getattr(self, name) for name in CHANNELS}
-        return {name: values for name, values in found.items() if values is not None}
+        return {name: values for name in CHANNELS if (values := getattr(self, name)) is not None}
 
     def part(self, cut: slice) -> "AxisTrace":
         """Return a part of the samples."""

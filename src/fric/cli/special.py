@@ -12,7 +12,7 @@ from fric.cli.command import READ_MACHINE, Command, argument
 from fric.cli.completion import topics, types
 from fric.cli.console import ERR, OUT, Interruption, asker, finish, interruption, paused, print_json
 from fric.errors import printable
-from fric.output import refuse_existing
+from fric.output import refuse_existing, written
 from fric.units import rotates
 
 
@@ -111,14 +111,11 @@ def _on_page(guess: Any) -> Any:
 
 
 def _propose(given: dict[str, Any]) -> None:
-    from fric.io.propose import proposal, propose
+    from fric.io.propose import proposal
 
-    place = given["propose"]
-    printed = place == Path("-")
-    if printed:
-        text = proposal(given["files"], join=given["join"])
-    else:
-        text = propose(given["files"], place, force=given["force"], join=given["join"])
+    place, text = given["propose"], proposal(given["files"], join=given["join"])
+    if not (printed := place == Path("-")):
+        written(place, text, force=given["force"])
     if given["json"]:
         print_json({"output": str(place), "mapping": text})
     else:

@@ -18,7 +18,7 @@ from fric.documents.bundled import located
 from fric.errors import FricError, clean, near, printable, reworded
 from fric.estimate import as_filed
 from fric.input import foreign, other_kind, regular
-from fric.output import refuse_ending, staged
+from fric.output import refuse_ending, written
 
 D = TypeVar("D", bound=Document)
 
@@ -122,9 +122,7 @@ def dump(tree: Mapping[str, Any]) -> str:
 def write_document(path: Path, tree: Mapping[str, Any], *, force: bool = False) -> None:
     """Write a document whole or not at all."""
     refuse_ending(Path(path), "YAML")
-    text = dump(tree)
-    with staged(Path(path), force=force) as draft:
-        draft.write_text(text, encoding="utf-8")
+    written(Path(path), dump(tree), force=force)
 
 
 def plain(tree: Any) -> Any:

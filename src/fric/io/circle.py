@@ -24,8 +24,10 @@ from fric.contour import Circularity, ContourError, Figures, Reversal
 from fric.control.scheme import Scheme
 from fric.documents.base import run_provenance
 from fric.documents.contours import MonteCarloPart, prediction_of, prediction_tree
+from fric.documents.mapping import ColumnMapping
 from fric.errors import FricError, clean, found_in
 from fric.input import foreign
+from fric.io.channels import origin_of
 from fric.io.readers import tables
 from fric.io.safe_hdf5 import check_type, column, open_file, staged_hdf5, text, write_column
 from fric.notice import Notice
@@ -33,7 +35,7 @@ from fric.series import keep, require_plausible
 from fric.simulate.axis import Trace
 from fric.simulate.contour_run import Circle, CircleRun, PathRun, PointPath, RecordedPath
 from fric.simulate.processes import MonteCarlo
-from fric.units import factor, si_unit
+from fric.units import si_unit
 
 RUN = "run/1"
 AGAIN = "Make it again with `fric simulate`."
@@ -264,23 +266,15 @@ def _of_circle(path: Path) -> RecordedPath:
 def _columns(path: Path) -> dict[str, Real]:
     """Return x and y [m], and time [s] where there is such a column."""
     table = next(iter(tables(path)))
-    names = ["time"] if any(column.name.lower() == "time" for column in table.columns) else []
-    names += ["x", "y"]
-    hint, scales = "Head the columns 'x [mm], y [mm]'.", []
+    channels = {"time": "time"} if any(column.name.lower() == "time" for column in table.columns) else {}
+    channels |= {"x": "x.position", "y": "y.position"}
     try:
-        columns = [table.find(name, name) for name in names]
+        found = [origin_of(table, of, ColumnMapping(column=name), "linear", {}) for name, of in channels.items()]
     except FricError as error:
-        raise FricError(error.what, where=error.where, hint=hint) from None
-    for name, n in zip(names, columns, strict=True):
-        unit = table.columns[n].unit
-        if unit is None:
-            raise FricError(f"column '{table.columns[n].name}' has no unit", where=str(path), hint=hint)
-        scales.append(factor(unit, "time" if name == "time" else "position"))
-    blocks = [block.columns for block in table.read(columns)]
-    return {
-        name: scale * np.concatenate([block[n] for block in blocks])
-        for n, (name, scale) in enumerate(zip(names, scales, strict=True))
-    }
+        raise FricError(error.what, where=error.where, hint="Head the columns 'x [mm], y [mm]'.") from None
+    blocks = zip(*(block.columns for block in table.read([origin.column or 0 for origin in found])), strict=True)
+    values = zip(channels, found, blocks, strict=True)
+    return {name: origin.factor * np.concatenate(parts) for name, origin, parts in values}
 
 
 FORMAT = "circle/1"

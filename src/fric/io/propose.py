@@ -37,7 +37,6 @@ from fric.io.words import (
     tags,
 )
 from fric.notice import Notice
-from fric.output import staged
 from fric.units import MOTIONS, Motion, converts, is_scale, rotates, si_unit
 
 NEEDED = ("time", "position", "velocity", "force")
@@ -87,7 +86,8 @@ class Guess:
                 if role.unit == "count":
                     unit = f"has no unit: friction is in its counts ({role.unit_likelihood:.0%}{others})"
                 of_motion = channel in {"position", "velocity"} and self.axis.readings
-                of = replace(self.axis.readings[0], weight=1.0) if of_motion else (channel, role.unit, role.units)
+                of_all = self.files if channel == "time" else (role.unit, role.units)
+                of = replace(self.axis.readings[0], weight=1.0) if of_motion else (channel, of_all)
                 found[f"{name} ({channel}) {unit}"] = of
         return found
 
@@ -142,8 +142,8 @@ def wanted_roles(axis: AxisColumns) -> dict[str, Role]:
     free = {"reference", "velocity"}  # which have the unit of the position, or follow from it
     return {
         channel: role for channel, role in axis.roles.items()
-        if channel in needed
-        or (role.likelihood >= SURE and (_known_unit(role, axis.motion) or (channel in free and role.unit)))
+        if channel in needed or (role.likelihood >= SURE and _fits(role, axis.motion) and (
+            role.unit_likelihood >= SURE or (channel in free and role.unit)))
     }  # fmt: skip
 
 
@@ -326,14 +326,6 @@ def _part(guess: Guess, assume: bool) -> list[str]:
         said = ", ".join(f"{k} = {v}" for k, v in guess.table.constants.items())
         lines.append(f"# the file says, for use as {{fields}}: {printable(said, 600)}")
     return lines
-
-
-def propose(paths: Sequence[Path], output: Path, *, force: bool = False, join: bool = False) -> str:
-    """Write a proposal to a file, whole or not at all, and return its text."""
-    text = proposal(paths, join=join)
-    with staged(output, force=force) as draft:
-        draft.write_text(text, encoding="utf-8")
-    return text
 
 
 def _holds_means(table: ForeignTable, guess: AxisColumns) -> bool:

@@ -17,7 +17,7 @@ from fric.io.propose import NEEDED, Guess, Guessed, first_of, wanted_roles
 from fric.io.readers import tables
 from fric.io.roles import SURE, AxisColumns, Role, take_reading
 from fric.io.words import Reading
-from fric.output import folder_made, staged
+from fric.output import folder_made, written
 from fric.units import Motion, converts, factor, in_units_of, is_scale, parse, rotates
 
 MOST_QUESTIONS = 3  # Largest number of questions; of the rest the likeliest answer is taken
@@ -97,8 +97,7 @@ def _written(text: str, *places: Path) -> Path | None:
         names = (place / f"{NAME}{f'-{n}' if n > 1 else ''}.yaml" for n in range(1, 1000))
         path = next(name for name in names if not name.exists())
         try:
-            with staged(folder_made(place) / path.name) as draft:
-                draft.write_text(text, encoding="utf-8")
+            written(folder_made(place) / path.name, text)
             return path
         except FricError:
             if place is places[-1]:

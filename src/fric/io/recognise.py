@@ -10,7 +10,6 @@ from fric.documents.yaml import read_tree
 from fric.errors import FricError
 from fric.input import MOST_TEXT, reading, regular
 from fric.io.safe_hdf5 import open_file, text
-from fric.output import staged
 
 FORMAT = "report/1"
 DATA_ID = "fric-report"
@@ -28,12 +27,6 @@ def read_report(path: Path) -> dict[str, Any]:
     if not isinstance(data, dict) or data.get("fric") != FORMAT:
         raise FricError("is no whole report", where=str(path), hint="Make it again with `fric report`.")
     return data
-
-
-def write_report(path: Path, html: str, *, force: bool = False) -> None:
-    """Write a report whole or not at all."""
-    with staged(path, force=force) as draft:
-        draft.write_text(html, encoding="utf-8")
 
 
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"

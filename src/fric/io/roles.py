@@ -378,7 +378,7 @@ def _is_rounded(stamps: Real) -> bool:
 
 
 _RATE = re.compile(r"(?i)\b(fs|f_s|rate|frequency|freq|sampling|samplerate|abtastrate)\b")
-_PERIOD = re.compile(r"(?i)\b(ts|t_s|dt|period|interval|delta x|sampling time|sample time|abtastzeit|step)\b")
+_PERIOD = re.compile(r"(?i)\b(ts|t_s|dt|period|interval|delta x|sampl(ing|e) time|abtastzeit|step|cycle|\w*zyklus)\b")
 
 
 def _said_clock(constants: Mapping[str, str]) -> Role | None:

@@ -25,9 +25,9 @@ CLOCKS = {"ms": "ms", "msec": "ms", "millis": "ms", "us": "us", "usec": "us", "m
 """Words of a clock that are its unit."""
 ERROR = ("error", "deviation", "diff", "difference", "fehler", "schleppabstand", "abweichung", "errore", "scostamento",
          "erreur", "écart", r"\w*偏差")  # fmt: skip
-REFERENCE = ("reference", "ref", "cmd", "command", "commanded", "demand", "set", "setpoint", "target", "soll",
-             "set point", "sollwert", "desired", r"(?<!\w)des(?= ?\d*$)", "requested", "planned", "goal", "wanted",
-             "riferimento", "consigne", "référence", "consigna", "referencia", r"\w*指令")  # fmt: skip
+REFERENCE = ("reference", "ref", "cmd", "command", "commanded", "demand", "set", "set ?point", "target", "soll",
+             "sollwert", "desired", r"(?<!\w)des(?= ?\d*$)", "requested", "planned", "goal", "traj", "wanted",
+             "ordered", "riferimento", "consigne", "référence", "consigna", r"\w*指令", "referencia")  # fmt: skip
 POSITION = ("position", "pos", "weg", "lage", "winkel", "angle", "displacement", "travel", "encoder", "enc", "tacho",
             "posizione", "spostamento", "déplacement", "posición", "posicion", r"\w*位置")  # fmt: skip
 VELOCITY = ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehzahl", "velocità", "vitesse",
@@ -164,8 +164,8 @@ ROWS = frozenset({"index", "row", "sample", "samples", "no", "nr", "count", "idx
 """Names of what counts rows."""
 COUNTS = ("adc", "lsb", "raw counts?")
 """Words that say that a column is in counts."""
-COUNTED = frozenset({"count", "counts", "cts", "inc", "incs", "pulse", "pulses", "tick", "ticks", "step", "steps",
-                     "inkr", "incr", "inkremente", "increments", "impulse", "units"})  # fmt: skip
+COUNTED = frozenset({"count", "counts", "cts", "cnt", "inc", "incs", "pulse", "pulses", "tick", "ticks", "step",
+                     "steps", "inkr", "incr", "inkremente", "increments", "impulse", "units"})  # fmt: skip
 """Units that say nothing but that a step is one."""
 ROTARY = ("angle", "winkel", "angolo", "ángulo", "angulo", "joint", "gelenk", "rotor", "theta", "phi", "omega",
           "drehzahl", "rpm", "erpm", "angular", "rotation", "giunto", "articulation", "q", "dq", "qd", "gimbal",
@@ -212,6 +212,8 @@ def spoken(column: Column) -> Spoken:
     unit = "N*m" if unit == "nm" and by_name == "force" else "count" if _has(name, COUNTS) and not unit else unit
     counted = is_counted(unit)
     by_unit = _quantity_of(unit) if unit and not counted else None
+    sensed = by_unit == "input" and by_name in {"position", "velocity"} and not _has(name, REFERENCE)
+    by_name = "other" if sensed else by_name
     turns = unit in {"1/s", "s^-1", "s-1"} and by_name == "velocity"
     unit, by_unit = (None, None) if turns else (unit, by_unit)
     commanded, measured = _has(name, REFERENCE), _has(name, MEASURED)
@@ -235,7 +237,7 @@ def spoken(column: Column) -> Spoken:
 
 
 CUSTOMS = (("rev", 1e4, re.compile(r"(pos|vel)_estimate|\bodrive")), ("mm", 20.0, re.compile(r"^joint\.\d+\.")), (
-    "rad", 20.0, re.compile(r"joint_?states?\b|\beffort|(\b|_)((d?q|qd|q_?dot)_?\[?\d|(theta|omega)(\b|_))")
+    "rad", 20.0, re.compile(r"joint_?states?\b|\beffort|(\b|_)((d?q|qd|q_?dot)_?[\[(]?(?::,)?\d|(theta|omega)(\b|_))")
 ), ("rpm", 20.0, re.compile(r"\bmotor[ _]speed|motordrehzahl")))  # fmt: skip
 """Units by names, with their weights: ODrive, LinuxCNC, joint states of ROS, symbols of robots, speeds of motors."""
 
@@ -257,7 +259,8 @@ def in_counts(column: Column) -> bool:
 
 
 _COUNTED = re.compile(
-    r"(?i)(position|velocity)_actual_(internal_)?value|[_ ](counts|cts|incs?|increments|pulses|ticks)$"
+    r"(?i)(position|velocity)_actual_(internal_)?value|"
+    r"^(present|goal)_(position|velocity)$|[_ ](counts|cts|incs?|increments|pulses|ticks)$"
 )
 
 
@@ -305,6 +308,7 @@ def tags(columns: Sequence[Column]) -> list[str | None]:
     """
     plain = (re.sub(r"\((?::,)?(\w+)\)$", r" \1", bare(column)) for column in columns)  # J1 is no joule
     names = [tuple(_words(name).split()) for name in plain]
+    shown = [spoken(column).quantity or "" for column in columns]  # IL.FB [A] and VL.FB [rpm] are of no two axes
     first, last = [0] * len(names), [len(name) - 1 for name in names]
     letters = sum(name[-1:] in {("x",), ("y",), ("z",)} for name in names)
     numbers = [next((n for n in reversed(range(len(name))) if re.fullmatch(r"\d{1,2}", name[n])), -1) for name in names]
@@ -314,7 +318,7 @@ def tags(columns: Sequence[Column]) -> list[str | None]:
         for k, (name, n) in enumerate(zip(names, places, strict=True)):
             if n >= 0 and len(name) > 1 and not says_something(name[n]):
                 found[k] = name[n]
-                rests.setdefault(name[n], set()).add(name[:n] + name[n + 1 :])
+                rests.setdefault(name[n], set()).add((*name[:n], *name[n + 1 :], shown[k]))
         common = {word: rest & set().union(*(r for w, r in rests.items() if w != word)) for word, rest in rests.items()}
         known = {word for word, rest in common.items() if rest and len(rests[word]) > 1}
         if len(known) > 1:

@@ -15,8 +15,8 @@ from fric.documents.contours import VerdictPart
 from fric.documents.listings import ReportDocument
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.io.recognise import write_report
 from fric.notice import Notice
+from fric.output import written
 from fric.report.collect import ContourTest, ReportInput, collect, description, document_changes, glitch_changes
 from fric.report.plots import presliding
 from fric.report.view import observations, render_report
@@ -111,7 +111,7 @@ class Report(Result):
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write one self-contained HTML page."""
-        write_report(Path(path), render_report(self.inputs, self.title), force=force)
+        written(Path(path), render_report(self.inputs, self.title), force=force)
 
     def _repr_html_(self) -> str:
         return render_report(self.inputs, self.title)

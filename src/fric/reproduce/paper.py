@@ -29,7 +29,7 @@ from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.io.circle import read_runs, write_runs
 from fric.io.hdf5 import write_logs
-from fric.output import staged
+from fric.output import staged, written
 from fric.report.collect import collect
 from fric.report.view import render_view, view
 from fric.reproduce.step_cache import StepCache
@@ -281,8 +281,7 @@ def write_page(
         published=bool(subject.published), circles=circles,
         axes=[_axis(name, file, document.axes[name], bool(subject.published)) for name, file in files.items()],
     )  # fmt: skip
-    with staged(page, force=True) as draft:
-        draft.write_text(text, encoding="utf-8")
+    written(page, text, force=True)
 
 
 def _axis(name: str, files: AxisFiles, part: AxisPart, published: bool) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import fric
-from fric.output import folder_made, staged
+from fric.output import folder_made, written
 
 LEDGER = ".steps.json"
 
@@ -54,8 +54,7 @@ class StepCache:
             path.unlink(missing_ok=True)
         make()
         self._known[name] = {"from": wanted, "leaves": _digests(leaves)}
-        with staged(self.folder / LEDGER, force=True) as draft:
-            draft.write_text(json.dumps(self._known, indent=1), encoding="utf-8")
+        written(self.folder / LEDGER, json.dumps(self._known, indent=1), force=True)
         return True
 
 

@@ -34,6 +34,7 @@ from fric.results.kinds import (
     Workers,
 )
 from fric.simulate import contour_run
+from fric.simulate.contour_run import Chance, ContourRun
 from fric.simulate.machine import Machine
 from fric.simulate.processes import MonteCarlo, Study, run_all
 from fric.units import microns, readable
@@ -87,13 +88,8 @@ class CircleResult(Result, schema=CircleResultDocument):
             table = self._distributions(self.many, f"{self.machine.name}: {len(self.many)} machines, {where}")
             return [table, *self.verdict.lines()]
         columns = ["scheme", *QUADRANTS, "glitch", "rms", "range", "reduction", *(["paper"] if self.published else [])]
-        return [Table(columns, [self._row(run) for run in self.runs], f"{self.machine.name}: {where}")]
-
-    def _row(self, run: contour_run.CircleRun) -> list[str]:
-        less = contour_run.reduction(run, self.runs)
-        sizes = [*run.glitches, run.chance(), run.chance("rms"), run.chance("range")]
-        row = [_named(run), *(chance.text() for chance in sizes), "" if less is None else f"{less:.0%}"]
-        return row + self._paper(run)
+        rows = [[*_row(run, self.runs, *run.glitches), *self._paper(run)] for run in self.runs]
+        return [Table(columns, rows, f"{self.machine.name}: {where}")]
 
     def _paper(self, run: contour_run.CircleRun) -> list[str]:
         known = self.published.get(run.scheme.name)
@@ -150,8 +146,14 @@ class CircleResult(Result, schema=CircleResultDocument):
         return rows
 
 
-def _named(run: contour_run.CircleRun) -> str:
+def _named(run: ContourRun[Any, Any]) -> str:
     return f"({run.scheme.name}) {run.scheme.title}"
+
+
+def _row(run: ContourRun[Any, Any], runs: Sequence[ContourRun[Any, Any]], *glitches: Chance) -> list[str]:
+    less = contour_run.reduction(run, runs)
+    sizes = [*glitches, run.chance(), run.chance("rms"), run.chance("range")]
+    return [_named(run), *(chance.text() for chance in sizes), "" if less is None else f"{less:.0%}"]
 
 
 @verb
@@ -362,7 +364,7 @@ class PathResult(Result, schema=PathResultDocument):
         """Return the error under each scheme, and the glitch at each reversal."""
         title = f"{self.machine.name}: {self.name} at {readable(self.runs[0].path.feed, 'm/s')}; contour error in µm"
         text: list[Piece] = [
-            Table(["scheme", "glitch", "rms", "range", "reduction"], [self._row(run) for run in self.runs], title)
+            Table(["scheme", "glitch", "rms", "range", "reduction"], [_row(run, self.runs) for run in self.runs], title)
         ]
         worst = max(self.runs, key=lambda run: run.contour.glitch)
         names = contour_run.pair(self.machine)
@@ -373,11 +375,6 @@ class PathResult(Result, schema=PathResultDocument):
         ]
         columns = ["reversal", *(f"({run.scheme.name})" for run in self.runs)]
         return [*text, Table(columns, rows, "glitch at each reversal in µm")] if rows else text
-
-    def _row(self, run: contour_run.PathRun) -> list[str]:
-        less = contour_run.reduction(run, self.runs)
-        sizes = [chance.text() for chance in (run.chance(), run.chance("rms"), run.chance("range"))]
-        return [f"({run.scheme.name}) {run.scheme.title}", *sizes, "" if less is None else f"{less:.0%}"]
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write traces and metrics to a run file."""

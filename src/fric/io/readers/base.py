@@ -250,10 +250,13 @@ class Memory(ForeignTable):
 _SUFFIX = re.compile(r"(?:.+_(?:ms|us|µs|mm|um|µm|nm|deg|rad|mrad|Nm|mNm|kN|V|mV)|(?:[tT]|[tT]ime|[zZ]eit)_s|\w{2,}_N)")
 """Names that end in their unit; F_N is a normal force, and x_m may be a motor's or a mean."""
 _OF_AXIS = re.compile(r"\d+|[xyzXYZ]\d?|(?:[jJ]|(?i:joint|axis|achse) ?)\d+")
-_NAMED = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\))")
+_NAMED = re.compile(
+    r"(?P<name>.*?)(?:\s*(?:\[(?P<square>[^\[\]]*)\]|[({<](?P<round>[^(){}<>]*)[)}>])|"
+    r"(?:\s+(?:/|in)\s+|\s(?=\S+/))(?P<behind>[^\s\[\](){}<>]+))"
+)
 
 
-class _Plain(TreeBuilder):
+class PlainXML(TreeBuilder):
     """Builds the elements of XML that declares no document type, and so no entities."""
 
     def doctype(self, *_: object) -> None:
@@ -265,19 +268,20 @@ def read_xml(path: Path, most: int) -> Element:
     """Return the root of XML of a bounded size [byte]."""
     with foreign(path):
         try:
-            return parse(regular(path, most), XMLParser(target=_Plain())).getroot()
+            return parse(regular(path, most), XMLParser(target=PlainXML())).getroot()
         except (ParseError, LookupError, ValueError) as error:  # the others: an encoding that is unknown
             raise FricError(f"is no whole XML ({error})", hint="Save it again.") from None
 
 
 def named(header: str) -> Column:
-    """Split a header such as ``force [N]`` or ``force (N)`` into name and unit; ``force_N`` stays a name."""
+    """Split a header, as ``force [N]``, ``force (N)``, ``force / N`` or ``v in mm/s``; ``force_N`` stays a name."""
     text = header.strip().strip("\"'").lstrip("#%").strip()
     found = _NAMED.fullmatch(text)
-    inside = found and (found["square"] or found["round"] or "").strip()
-    if found is None or not found["name"] or _OF_AXIS.fullmatch(inside or ""):  # q[0], POSF(X)
+    inside = found and (found["square"] or found["round"] or found["behind"] or "").strip()
+    lacks = found is None or not found["name"] or (found["behind"] and not is_unit(inside or ""))
+    if found is None or lacks or _OF_AXIS.fullmatch(inside or ""):  # q[0], POSF(X)
         return Column(text, text.rpartition("_")[2] if _SUFFIX.fullmatch(text) else None)
-    unit = re.sub(r"^in\s+(?=\S)", "", found["square"] if found["square"] is not None else found["round"])
+    unit = re.sub(r"^in\s+(?=\S)", "", inside or "")
     return Column(text if found["square"] is None and not is_unit(unit) else found["name"], unit.strip() or None)
 
 

@@ -66,21 +66,18 @@ def _listing(head: bytes, layout: Layout) -> _Listing | None:
         if not 3 <= width <= text.MOST_TURNS:
             continue
         every = [text.split(line, delimiter) for line in lines[:-1]]  # the last may be cut
-        first = next((n for n, row in enumerate(every) if len(row) == width and any(map(_is_value, row))), len(every))
+        are = [len(row) == width and any(text.is_number(cell.replace(",", "."), ".") for cell in row) for row in every]
+        first = are.index(True) if True in are else len(every)
         rows = [row for row in every[first:] if len(row) == width]
         if len(rows) < max(8, 0.9 * (len(every) - first)):
             continue
-        points = any(_is_value(cell) and "." in cell for row in rows for cell in row)
+        points = any(text.is_number(cell, ".") and "." in cell for row in rows for cell in row)
         decimal = layout.decimal or ("." if delimiter == "," or points else ",")
         heads = every[first - 1] if first and len(every[first - 1]) == width else [""] * width
         columns = [named(cell or f"column {n}") for n, cell in enumerate(heads)]
         shape = text.Shape(encoding, delimiter, decimal, first, tuple(columns), {}, spaced=True)
         return _columns(shape, [pd.Series(cells) for cells in zip(*rows, strict=True)])
     return None
-
-
-def _is_value(cell: str) -> bool:
-    return text.is_number(cell, ".") or text.is_number(cell, ",")
 
 
 def _columns(shape: text.Shape, cells: Sequence["pd.Series[Any]"]) -> _Listing | None:

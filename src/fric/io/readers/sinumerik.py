@@ -22,7 +22,7 @@ from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.flaws.files import SAMPLES_WITHOUT_VALUE
 from fric.input import regular
-from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, Format, Memory, number
+from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, Format, Memory, PlainXML, number
 from fric.io.readers.joined import Joined, SharedClock
 from fric.series import CLOSEST, LARGEST
 
@@ -170,7 +170,7 @@ class _Trace:
         self.time, self.values = array("d"), array("d")
         self._at: dict[str, int] = {}
         parser = expat.ParserCreate()
-        parser.StartElementHandler, parser.StartDoctypeDeclHandler = self._begin, self._refuse
+        parser.StartElementHandler, parser.StartDoctypeDeclHandler = self._begin, PlainXML().doctype
         try:
             with path.open("rb") as file:
                 parser.ParseFile(file)
@@ -209,9 +209,6 @@ class _Trace:
             raise FricError(what, hint=AGAIN) from None
         self.time.append(time)
         self.values.extend(row)
-
-    def _refuse(self, *_: object) -> None:
-        raise FricError("declares a document type, as no trace does", hint="Save it again.")
 
 
 def _number(text: str | None) -> float:

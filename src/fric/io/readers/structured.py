@@ -1,4 +1,4 @@
-"""JSON, XML and lines ``t=1 pos=2`` of any program: arrays of numbers by name, or records of the same fields.
+"""JSON, XML, NumPy's files and lines ``t=1 pos=2``: arrays of numbers by name, or records of the same fields.
 
 In XML a record is an element that is repeated, its fields are attributes or elements in it; or an element holds a list
 of numbers, under its ``name`` and ``unit``. Structs in each other are named as in MATLAB's files.
@@ -18,11 +18,11 @@ import numpy as np
 from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.input import reading
+from fric.input import reading, regular
 from fric.io.readers.base import ForeignTable, Format, number, numbers, read_xml
-from fric.io.readers.matlab import tables_of
+from fric.io.readers.matlab import MOST_UNPACKED, tables_of
 
-FORMAT = Format("JSON, XML, name=value", (".json", ".jsonl", ".ndjson", ".xml"))
+FORMAT = Format("JSON, XML, NumPy, name=value", (".json", ".jsonl", ".ndjson", ".xml", ".npz", ".npy"))
 MOST_BYTES = 128 << 20  # Bytes of a file that are read at most: its values are held in memory as objects
 MOST_DEPTH, LEAST, LINES = 12, 3, 20  # Depth of structs; rows of a table at least; last lines of a head to look at
 _ROW = re.compile(rb"(?:-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?[\s,;\[\]]+){7}-?\d")  # Eight numbers in a row
@@ -43,6 +43,8 @@ def _stamp(line: str) -> dict[str, str]:
 
 def recognises(path: Path, head: bytes) -> float:
     """It is JSON or XML by its first letters, and has arrays or records of numbers."""
+    if head.startswith(b"\x93NUMPY") or (head.startswith(b"PK") and b".npy" in head[:300]):
+        return 1.0
     head = head.lstrip(b"\xef\xbb\xbf \r\n\t")
     found = bool(_ROW.search(head))
     if head.startswith(b"<?xml") and path.suffix.lower() == ".xml":
@@ -56,10 +58,15 @@ def recognises(path: Path, head: bytes) -> float:
 
 def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     """Read a file: a table, or one a record where structs have the same fields."""
-    with reading(path, MOST_BYTES) as file:
-        is_xml = file.read(64).lstrip(b"\xef\xbb\xbf \r\n\t").startswith(b"<")
     about = path.stat()
-    found = _of_xml(read_xml(path, MOST_BYTES)) if is_xml else _of_text(path, about.st_mtime_ns, about.st_size)
+    with reading(path) as file:
+        head = file.read(64).lstrip(b"\xef\xbb\xbf \r\n\t")
+    if head.startswith((b"\x93NUMPY", b"PK")):
+        found = _of_numpy(path)
+    elif head.startswith(b"<"):
+        found = _of_xml(read_xml(path, MOST_BYTES))
+    else:
+        found = _of_text(regular(path, MOST_BYTES), about.st_mtime_ns, about.st_size)
     yield from tables_of(path, _in_units(found) if isinstance(found, Mapping) else {"log": found})
 
 
@@ -70,6 +77,31 @@ def _in_units(found: Mapping[str, Any]) -> Mapping[str, Any]:
         units |= held if name.casefold() in {"unit", "units"} and isinstance(held, Mapping) else {}
     units = {name: unit for name, unit in units.items() if isinstance(unit, str) and unit}
     return {f"{name} [{units[name]}]" if name in units else name: values for name, values in found.items()}
+
+
+def _of_numpy(path: Path) -> Any:
+    """Return the arrays of an archive by name, or an array; Python objects in an archive are left out.
+
+    They would have to be unpickled, which runs what a file holds.
+    """
+    found = dict[str, Any]()
+    with reading(path) as file:
+        if isinstance(held := np.load(file, allow_pickle=False), np.ndarray):
+            return _fields(held)
+        if (size := sum(member.file_size for member in held.zip.infolist())) > MOST_UNPACKED:
+            raise FricError(f"unpacks to {size / 1e6:.0f} MB", hint="Save only what is needed of it.")
+        for name in held.files:
+            with suppress(ValueError):
+                found[name] = _fields(held[name])
+    return found
+
+
+def _fields(values: Any) -> Any:
+    """Return an array, a structured array as a struct, a matrix of one column or row as a vector, or its only value."""
+    if values.dtype.names:
+        return {name: _fields(values[name]) for name in values.dtype.names}
+    plain = np.squeeze(values)
+    return numbers(plain) if plain.ndim == 1 and plain.dtype.kind in "mM" else plain if plain.ndim else plain.item()
 
 
 @lru_cache(maxsize=2)

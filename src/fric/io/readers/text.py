@@ -149,6 +149,8 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
         given = (table[units] + [""] * width)[:width]
         bare = [_unit(unit.strip("[]()").strip()) or unit.strip("[]() ") or None for unit in given]
         columns = [Column(c.name, c.unit or unit) for c, unit in zip(columns, bare, strict=True)]
+    sample = [*rows[first - start].cells, *[""] * width]
+    columns = [Column(c.name, c.unit or _unit_in(cell) or None) for c, cell in zip(columns, sample, strict=False)]
     for line in lines[: first if names is None else names]:  # of a line such as `Y_Unit_Label;mm;N`
         label, *cells = split(line, delimiter)
         if OF_UNITS.search(label):
@@ -245,20 +247,18 @@ def _reading(lines: list[str], layout: Layout) -> tuple[str, str, list[_Row]]:
 
 def _row(line: str, delimiter: str, decimal: str, comment: str | None) -> _Row:
     cells = split(line.partition(comment)[0] if comment else line, delimiter)
-    return _Row(cells, [is_number(cell, decimal) for cell in cells])
+    return _Row(cells, [is_number(cell.removesuffix(_unit_in(cell)).rstrip(), decimal) for cell in cells])
 
 
 def _data_start(rows: list[_Row]) -> int:
     """Return the first row of data: numbers where most rows have them; a word in it is a bad cell, not a header."""
-    good = [row for row in rows if row.score > 0]
-    numeric = [2 * sum(column) > len(good) for column in zip(*(row.numeric for row in good), strict=True)]
-    numeric[0] |= 2 * sum(not row.cells[0] for row in good) > len(good)  # a label, where samples have an empty cell
-
-    def words(row: _Row) -> int:
-        return sum(wanted and bool(c) and not n for c, n, wanted in zip(row.cells, row.numeric, numeric, strict=True))
-
-    as_wide = [n for n, row in enumerate(rows) if row.cells]
-    first = next((n for n in as_wide if rows[n].score > 0 and not words(rows[n])), as_wide[0])
+    known = [[n or bool(_STAMP.match(c)) for c, n in zip(*row, strict=True)] for row in rows]
+    good = [n for n, row in enumerate(rows) if row.score > 0]
+    wanted = [2 * sum(column) > len(good) for column in zip(*(known[n] for n in good), strict=True)]
+    wanted[0] |= 2 * sum(not rows[n].cells[0] for n in good) > len(good)  # a label, where samples have an empty cell
+    cells = {n: zip(rows[n].cells, known[n], wanted, strict=True) for n in good}
+    whole = (n for n in good if all(k or not (w and cell) for cell, k, w in cells[n]))
+    first = next(whole, next(n for n, row in enumerate(rows) if row.cells))
     above = first
     while above and rows[above - 1].cells and any(rows[above - 1].numeric):
         above -= 1
@@ -287,6 +287,12 @@ def _header(
     return names, units
 
 
+def _unit_in(cell: str) -> str:
+    """Return the unit behind the number of a cell, as in ``12.5 mm``; a duration has none, it is taken in seconds."""
+    found = _QUANTITY.fullmatch(cell)
+    return found[1] if found and _unit(found[1]) and not _STAMP.match(cell) else ""
+
+
 @cache
 def _unit(cell: str) -> str:
     """Return the unit of a cell, a written-out unit in small letters; empty where it has none."""
@@ -302,8 +308,9 @@ def _preamble(lines: list[str], delimiter: str) -> dict[str, str]:
         if not mark or (":" in head.rstrip(" :") and delimiter != "whitespace"):
             head, mark, rest = line.partition(":" if ":" in line else "=")
         name = head.strip(" \t:#%\"'=")
-        value = rest.strip().strip("\"'") if delimiter == "whitespace" else (split(rest, delimiter) or [""])[0]
+        value, *more = [rest.strip().strip("\"'")] if delimiter == "whitespace" else split(rest, delimiter) or [""]
         if name and value and name not in found:
+            found |= {f"{name} [{more[0]}]": f"{value} {more[0]}"} if more and _unit(more[0]) else {}  # Cycle;2;ms
             found[name] = value
     return found
 
@@ -328,6 +335,7 @@ MOST_STATES = 64  # Words of a column of states at most: others are no state
 _REMARK = re.compile(rb"(?m)^#.*\n?")  # A line between rows that is none
 _DATE = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d")
 _STAMP = re.compile(rf"{_DATE.pattern}|\d+:\d\d|\d+(\.\d+)?\s*(s|sec|ms|us|min|hr)\Z")
+_QUANTITY = re.compile(r"[+-]?[\d.,]*\d(?:[eE][+-]?\d+)?\s*((?:1/)?[^\W\d_]\S*|[%°‰]\S*)")
 _GZIP = b"\x1f\x8b"
 
 FORMAT = Format("Text", (".csv", ".tsv", ".txt", ".dat", ".log", ".gz"))
@@ -508,7 +516,9 @@ class TextTable(ForeignTable):
             row += len(frame)
 
     def _numbers(self, frame: pd.DataFrame, n: int) -> Real:
-        return self._states(frame[n]) if n == self.states else as_numbers(frame[n], self.shape.decimal)
+        if n == self.states:
+            return self._states(frame[n])
+        return as_numbers(frame[n], self.shape.decimal, self.columns[n].unit)
 
     def frames(self) -> Iterator[tuple[pd.DataFrame, int]]:
         """Read the file piece by piece through pandas; the next pieces are parsed while a piece is processed."""
@@ -656,14 +666,14 @@ class TextTable(ForeignTable):
                     yield number, content
 
 
-def as_numbers(column: "pd.Series[Any]", decimal: str) -> Real:
-    """Return a column as floats, NaN where a cell is no number."""
+def as_numbers(column: "pd.Series[Any]", decimal: str, unit: str | None = None) -> Real:
+    """Return a column as floats, NaN where a cell is no number, also with its unit behind it."""
     if pd.api.types.is_bool_dtype(column):
         return np.full(len(column), np.nan)
     if not pd.api.types.is_numeric_dtype(column):
-        plain = column
+        plain = column.astype("str").str.removesuffix(unit) if unit else column
         if decimal == ",":
-            plain = column.astype("str").where(lambda text: ~text.str.contains(".", regex=False))
+            plain = plain.astype("str").where(lambda text: ~text.str.contains(".", regex=False))
             plain = plain.str.replace(",", ".", regex=False)
         found = pd.to_numeric(plain, errors="coerce")
         column = found if found.notna().any() else _stamps(column.astype("str").str.strip())
