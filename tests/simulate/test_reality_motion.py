@@ -14,7 +14,7 @@ from fric.errors import FricError
 from fric.friction.lugre import LuGre
 from fric.friction.stribeck import StaticMap
 from fric.kernels.replay import replay
-from fric.reference import Reference, strokes
+from fric.reference import Reference, circle, strokes
 from fric.simulate.axis import run_axis
 from fric.simulate.experiment import Trial, runs_of
 from fric.simulate.reality.flaws import Cogging, Direction, Drift, Dwell, Reality, SecondMass, Wave
@@ -223,3 +223,10 @@ def test_what_no_axis_can_have_is_told() -> None:
         run_axis(replace(IDEAL, second_mass=SecondMass(100.0, 1e7)), strokes(0.01, 0.01, 4000))
     with pytest.raises(FricError, match="encoder of second_mass is 'gear'"):
         SecondMass(10.0, 1e7, encoder="gear")
+
+
+def test_a_motion_that_grows_beyond_all_numbers_is_refused() -> None:
+    """A damper of 9e18 N·s/m on a spring made the position NaN, which a spline of the trace then refused."""
+    axis = replace(BASE, second_mass=SecondMass(20.0, 1e8, 9e18))
+    with pytest.raises(FricError, match="beyond all numbers"):
+        run_axis(axis, circle(0.005, 0.1, 1, axis.cascade.sampling)[0])

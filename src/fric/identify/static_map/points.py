@@ -156,7 +156,8 @@ def _points_of(log: Log, method: Average, plant: Plant | None, step: float) -> l
         mean = average(force[part], method, step)
         damping = plant.damping * segment.velocity if plant else 0.0
         swing = velocity_swing(log, segment)
-        error = float(np.hypot(mean.standard_error, 0.5 * np.std(force[part]) if swing > STICKS else 0.0))
+        share = float(np.clip(2.0 * swing / STICKS - 1.0, 0.0, 1.0))  # of the spread of the force that is an error
+        error = float(np.hypot(mean.standard_error, 0.5 * share * np.std(force[part])))
         points.append(
             SpeedPoint(
                 segment.velocity, mean.value - damping, error, len(segment), log.name, float(log.time[segment.start]),
