@@ -407,8 +407,8 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
     what = f"no log here can be used: {why}"
     beside = [f"{first_of(others)}: {reason}" for reason, others in more[:3]]
     hint = "" if LEAVES_OUT in why else (
-        "Log time, position or velocity, and force, torque or current of a moving axis; where they are there, name "
-        f"them in a mapping: `{shlex.join(['fric', 'ingest', str(files[0]), '--propose', 'map.yaml'])}`."
+        "Log time, position or velocity, and force, torque or current of a moving axis in one file; where they are "
+        f"there, name them in a mapping: `{shlex.join(['fric', 'ingest', str(files[0]), '--propose', 'map.yaml'])}`."
     )  # fmt: skip
     moved, pushed = (found.refused.get(lacking, []) for lacking in (NO_FORCE, NO_POSITION))
     if moved and pushed:  # the channels of a record in files of their own

@@ -80,10 +80,7 @@ def _in_units(found: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _of_numpy(path: Path) -> Any:
-    """Return the arrays of an archive by name, or an array; Python objects in an archive are left out.
-
-    They would have to be unpickled, which runs what a file holds.
-    """
+    """Return arrays by name, or an array; Python objects are left out, for to unpickle runs what a file holds."""
     found = dict[str, Any]()
     with reading(path) as file:
         if isinstance(held := np.load(file, allow_pickle=False), np.ndarray):
