@@ -29,9 +29,9 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'{'. ' if meant else ''}{meant}")
     found = getattr(import_module(home, __name__), name)
     if isinstance(found, type):
-        from fric.verb import explained
+        from fric.verb import explained, typed
 
-        found = explained(found, before=hasattr(found, "report"))  # a result takes anything
+        found = explained(typed(found) if hasattr(found, "report") else found)  # a result takes anything
     globals()[name] = found
     return found
 

@@ -17,9 +17,9 @@ from fric.columns import (
     channel_dimension,
 )
 from fric.errors import FricError, near, require_name
-from fric.series import keep
-from fric.units import MOTIONS, Motion, factor, is_effort, si_unit
-from fric.verb import refused, typed
+from fric.series import keep, real
+from fric.units import Motion, factor, is_effort, si_unit
+from fric.verb import refused, typed, verb
 
 if TYPE_CHECKING:
     from fric.arrays import Real
@@ -135,6 +135,7 @@ class Log(_FromFile):
             )
 
     @classmethod
+    @verb
     def from_frame(
         cls, frame: Columns, units: Mapping[str, str] | None = None, *, name: str = "record", kind: Kind | None = None,
         axis: str = "x", motion: Motion = "linear",
@@ -148,10 +149,6 @@ class Log(_FromFile):
         """
         if not hasattr(frame, "keys"):
             raise refused("Log.from_frame", "a data frame, or columns by name", frame)
-        if not isinstance(units, Mapping | None):
-            raise refused("Log.from_frame", "units by channel", units)
-        if not isinstance(motion, str) or motion not in MOTIONS:
-            raise refused("Log.from_frame", f"a motion ({', '.join(MOTIONS)})", motion)
         found, read = dict[str, Any](), list[Any]()
         for column in frame:
             channel, _, unit = str(column).partition("[")
@@ -160,10 +157,7 @@ class Log(_FromFile):
                 read.append(column)
                 unit = str((units or {}).get(channel, unit))
                 scale = factor(unit, channel_dimension(channel), motion) if unit else 1.0
-                try:
-                    found[channel] = scale * np.asarray(frame[column], float)
-                except (TypeError, ValueError):
-                    raise FricError(f"the column '{column}' holds what is no number") from None
+                found[channel] = scale * real(frame[column], "Log.from_frame", f"the column '{column}'")
         for lacking in ("time", "position or velocity"):
             if found.keys().isdisjoint(lacking.split(" or ")):
                 named = f"Its columns are {', '.join(map(str, frame))}."
@@ -197,8 +191,7 @@ class Log(_FromFile):
 
     def require(self, channel: str, purpose: str) -> Real:
         """Return a channel, or raise a `FricError` that names its use."""
-        values: Real | None = getattr(self, channel)
-        if values is None:
+        if (values := self.channels().get(channel)) is None:
             raise FricError(f"no {channel} was logged, and {purpose} needs it", where=self.where,
                             hint=f"Log the {channel}, or map its column when ingesting.")  # fmt: skip
         return values

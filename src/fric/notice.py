@@ -70,9 +70,9 @@ class Notice(str):
         """Return a text as a doubt, or what `as_dict` gave; a notice stays what it is."""
         if isinstance(given, str):
             return given if isinstance(given, Notice) else cls(given, "", "doubt")
-        where = given.get("where", "")
-        says = given["text"].removeprefix(f"{where}: ")
-        return cls(says, given["code"], given["severity"], given.get("values", {}), where, given.get("carried", False))
+        says, code, severity, where = (given.get(name, "") for name in ("text", "code", "severity", "where"))
+        values, carried = given.get("values", {}), given.get("carried", False)
+        return cls(says.removeprefix(f"{where}: "), code, severity, values, where, carried)
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as an entry of ``warnings_coded`` in documents, without empty keys."""

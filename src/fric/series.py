@@ -25,14 +25,25 @@ def largest(dimension: str, motion: Motion = "linear") -> float:
 
 
 def doubles(given: Any) -> "Real | None":
-    """Return numbers as doubles, of any shape; None where they are no real numbers."""
+    """Return numbers as doubles in a row of memory, of any shape; None where they are no real numbers.
+
+    Compiled loops take no array that is read-only, as those of a pandas Series are, or that has gaps.
+    """
     import numpy as np  # which the help of a command does without
 
     try:
         with np.errstate(over="ignore"):  # of a wider float, which is then no number
-            return None if np.iscomplexobj(given) else np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
+            other = np.asarray(given).dtype.kind in "cmM" or np.ma.is_masked(given)  # complex, dates, or with holes
+            return None if other else np.require(given, np.float64, ["C", "W", "E"])
+    except (TypeError, ValueError, OverflowError):
         return None
+
+
+def real(given: Any, called: str, name: str) -> "Real":
+    """Return numbers as `doubles` does; raise a `FricError` that names the argument where they are none."""
+    if (found := doubles(given)) is None:
+        raise refused(called, f"{name} as numbers", given)
+    return found
 
 
 def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Motion = "linear", least: int = 2) -> None:

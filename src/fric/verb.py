@@ -196,11 +196,11 @@ def _unbound(function: Callable[..., Any], called: str, args: Sequence[Any], kwa
     return FricError(f"{called} was not given {', '.join(lacks)}", hint=has)
 
 
-def explained(kind: type[T], *, before: bool = False) -> type[T]:
+def explained(kind: type[T]) -> type[T]:
     """Return a class whose constructor raises a `FricError` that names the argument, instead of a `TypeError`.
 
-    Arguments are looked at once the constructor has failed, which makes it as fast as before; or ``before``. Its
-    docstring gets its sections.
+    Arguments are looked at once the constructor has failed, which makes it as fast as before. Its docstring gets its
+    sections.
     """
     found: Any = kind
     kind.__doc__ = documented(cleandoc(kind.__doc__ or ""), signature(kind).parameters, {})
@@ -214,8 +214,6 @@ def explained(kind: type[T], *, before: bool = False) -> type[T]:
 
     @wraps(made, assigned=("__module__", "__qualname__", "__doc__"))
     def explaining(self: Any, *args: Any, **kwargs: Any) -> None:
-        if before:
-            _check(made, kind.__name__, self, *args, **kwargs)
         try:
             made(self, *args, **kwargs)
         except (TypeError, AttributeError, ValueError):
@@ -277,10 +275,10 @@ def require_within(holder: Any, of: str, where: str = "", **ranges: str) -> None
 
 
 def is_number(given: Any) -> bool:
-    """Return whether a double holds it, as NumPy's numbers too; no truth value is a number."""
+    """Return whether a double holds it, as most of NumPy's numbers; no truth value or time is a number."""
     if isinstance(given, int):
         return not isinstance(given, bool) and abs(given) <= sys.float_info.max
-    return isinstance(given, Real)
+    return isinstance(given, Real) and getattr(getattr(given, "dtype", None), "char", "d") not in "gm"
 
 
 _signature = cache(signature)
@@ -318,13 +316,15 @@ def _fits(given: Any, hint: Any) -> bool:
     if getattr(origin, "__name__", "") == "ndarray":  # whoever keeps an array tells what it is
         return True
     if getattr(hint, "_is_protocol", False) or origin is Callable:
-        return callable(given)
+        return callable(given) or (origin is not Callable and "__call__" not in vars(hint))
     if isinstance(origin, type) and issubclass(origin, Iterable):
         right = isinstance(given, origin) and not isinstance(given, str | bytes) and getattr(given, "ndim", 1) != 0
         if origin is tuple and ... not in inner:
             return right and len(given) == len(inner) and all(map(_fits, given, inner))
+        if isinstance(given, Mapping) and issubclass(origin, Mapping):
+            return all(_fits(name, inner[0]) and _fits(item, inner[1]) for name, item in given.items())
         again = given if hasattr(given, "__len__") else ()  # of an iterator nothing is read ahead
-        return right and (issubclass(origin, Mapping) or all(_fits(item, inner[0]) for item in again))
+        return right and all(_fits(item, inner[0]) for item in again)
     return hint is Any or not isinstance(hint, type) or isinstance(given, hint)
 
 
@@ -358,8 +358,9 @@ def _words(hint: Any) -> str:
         return " or ".join(filter(None, map(_words, inner)))
     if origin is Literal:
         return " or ".join(inner)
-    if isinstance(origin, type) and issubclass(origin, Iterable) and not issubclass(origin, Mapping):
-        return f"a list, of {_words(inner[0])} each"
+    if isinstance(origin, type) and issubclass(origin, Iterable):
+        named = issubclass(origin, Mapping)
+        return f"a {'mapping' if named else 'list'}, of {_words(inner[named])} each"
     return WORDS.get(hint, getattr(hint, "__name__", str(hint)))
 
 

@@ -5,27 +5,37 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 from pydantic import ValidationError
 
+import fric
 from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.circles.revolutions import find_circles
 from fric.circles.tune_fit import voltage_record
 from fric.control.cascade import Cascade
+from fric.control.q_filter import QFilter
 from fric.documents.contours import ContourScheme
+from fric.documents.machine_files import read_machine, read_spreads
 from fric.drive.plant import LinearPlant
+from fric.drive.sensing import Encoder
 from fric.errors import FricError
+from fric.friction.gms import GMS
+from fric.friction.stribeck import StaticMap
 from fric.input import foreign
 from fric.io.circle import read_feedforward, read_runs
 from fric.io.hdf5 import read_records, write_logs
 from fric.io.ingest import ingest
 from fric.log import ForceVelocity, FrequencyResponse, Log
+from fric.notice import Notice
 from fric.reference import circle as circular
 from fric.simulate.contour_run import PointPath, RecordedPath
+from fric.simulate.machine import Machine
+from fric.simulate.reality.flaws import Clock, Excitation, NoiseColour
 from tests.fuzz.whole import run_of_circles
 
 N = 64
@@ -54,6 +64,8 @@ TIMES: dict[str, Callable[[np.ndarray], Any]] = {
     "backwards": lambda a: a[::-1],
     "in 1e12 s": lambda a: a + 1e12,
 }
+MAP = StaticMap(60.0, 90.0, 2e-3)
+BLOCKS = GMS(MAP, (0.6, 0.4), (1e8, 2e6))
 FREQUENCY = np.geomspace(1.0, 100.0, N)
 
 
@@ -92,6 +104,57 @@ def test_a_degenerate_member_is_refused_in_a_sentence(make: Callable[..., Any], 
     with pytest.raises(FricError) as told:
         make(**series)
     assert len(str(told.value).splitlines()) <= 2
+
+
+ASKED = {  # Every method that takes numbers from a user
+    "steady_state": MAP.steady_state, "level": MAP.level, "sliding_force": MAP.sliding_force,
+    "virgin_curve": BLOCKS.virgin_curve, "response": LinearPlant(17.0, 2.4, 6e-4).response,
+    "replay": lambda a: BLOCKS.replay(T, a), "replay with a velocity": lambda a: BLOCKS.replay(T, S, a),
+}  # fmt: skip
+NO_NUMBERS: dict[str, Callable[[np.ndarray], Any]] = {how: SPOILT[how] for how in ("complex", "text", "objects")} | {
+    "masked": lambda a: np.ma.masked_array(a, a == a[5]),
+    "dates": lambda a: a.astype("m8[s]"),
+    "whole numbers beyond a double": lambda a: [10**400] * len(a),
+}
+OTHER_ARRAYS: dict[str, Callable[[np.ndarray], Any]] = {
+    "Series": lambda a: pd.Series(a, index=np.arange(len(a))[::-1]),
+    "read-only": lambda a: np.frombuffer(a.tobytes()),
+    "with gaps": lambda a: np.repeat(a, 2)[::2],
+    "big-endian": lambda a: a.astype(">f8"),
+    "list": list,
+}
+
+
+@pytest.mark.parametrize("spoil", NO_NUMBERS.values(), ids=list(NO_NUMBERS))
+@pytest.mark.parametrize("asked", ASKED.values(), ids=list(ASKED))
+def test_what_is_no_number_is_refused_by_every_method(asked: Callable[[Any], Any], spoil: Callable[..., Any]) -> None:
+    with pytest.raises(FricError, match="as numbers"):
+        asked(spoil(S))
+    with pytest.raises(FricError, match="as an array of numbers"):
+        Log(T, position=spoil(S))
+
+
+@pytest.mark.parametrize("other", OTHER_ARRAYS.values(), ids=list(OTHER_ARRAYS))
+@pytest.mark.parametrize("asked", ASKED.values(), ids=list(ASKED))
+def test_numbers_count_and_not_how_they_are_held(asked: Callable[[Any], Any], other: Callable[..., Any]) -> None:
+    """A column of a data frame is read-only since pandas 3, which no compiled loop takes."""
+    v = S + 1e-3
+    assert np.array_equal(asked(other(v)), asked(v))
+    log = Log(other(T), position=other(S))
+    assert np.array_equal(BLOCKS.replay(log.time, log.require("position", "a replay")), BLOCKS.replay(T, S))
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        (T[:2], S[:2]), (T, S[:-1]), (T[:0], S[:0]), (np.stack([T, T]), np.stack([S, S])), (T * 0.0, S), (T[::-1], S),
+        (T, S, 1.0), (T, S, S[:-1]), (T, S, S, np.zeros(2)), (T, S, S, "relaxed"), (T, S, S, [0.0] * 8),
+    ],
+)  # fmt: skip
+def test_a_motion_that_is_none_is_replayed_by_no_model(motion: tuple[Any, ...]) -> None:
+    """A state of another size was written beyond its end."""
+    with pytest.raises(FricError):
+        BLOCKS.replay(*motion)
 
 
 @pytest.mark.parametrize(("make", "whole"), TYPES.values(), ids=list(TYPES))
@@ -210,3 +273,45 @@ def test_a_run_whose_series_no_report_can_bear_is_refused(tmp_path: Path, name: 
         file[f"a/{name}"] = SPOILT[how](held)
     with pytest.raises(FricError, match="scheme 'a'"):
         read_runs(path)
+
+
+RIG = read_machine("virtual-rig")
+AXIS = RIG.axis("x")
+NOTHING = float("nan")
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Encoder(1e-7, cast("Any", "x")), lambda: Encoder(1e-7, NOTHING), lambda: Encoder(1e-7, 2.0),
+        lambda: Encoder(cast("Any", np.timedelta64(5, "s"))),
+        lambda: QFilter("binomial2", cast("Any", np.longdouble(1))),
+        lambda: replace(AXIS, load=NOTHING), lambda: replace(AXIS, load=1e300), lambda: replace(AXIS, force_noise=-1.0),
+        lambda: replace(AXIS, name="../x"), lambda: replace(AXIS, blocks={"kalman": cast("Any", 5)}),
+        lambda: replace(AXIS.nominal_friction, gain=cast("Any", b"5")),
+        lambda: replace(AXIS.nominal_friction, models={"gms": cast("Any", 5)}),
+        lambda: Machine("m", {"x": cast("Any", 5)}),
+        lambda: RIG.is_nominal(["gms"], ["z"]),
+        lambda: replace(AXIS.reality, encoder=cast("Any", "x")), lambda: replace(AXIS.reality, gravity=NOTHING),
+        lambda: replace(AXIS.reality, cogging=cast("Any", (1.0,))), lambda: NoiseColour(cast("Any", "x"), 2.0),
+        lambda: Clock(jitter=np.inf),
+        lambda: Excitation(20, cast("Any", b"x"), 300.0), lambda: Excitation(20, 2.0, -1.0),
+        lambda: Log(T, position=S).require("__class__", "a test"), lambda: Notice.of({"text": "x"}),
+        lambda: Log.from_frame({"time": T, "position": S + 1j}), lambda: replace(AXIS.reality, gravity=1e300),
+        lambda: fric.identify_model("dahl", Log(T, position=S, force=S), fix={"x": 1.0}),
+        lambda: fric.design_observer(AXIS.plant, resonances=["80 Hz, x"]),
+    ],
+)  # fmt: skip
+def test_what_no_machine_and_no_record_has_is_refused_where_it_is_given(make: Callable[[], Any]) -> None:
+    with pytest.raises(FricError):
+        make()
+
+
+def test_the_version_of_a_document_is_of_that_document(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
+    """The next document was read as YAML 1.1 too, in which 010 is 8 and a warning of the parser was printed."""
+    text = "fric: spread/1\nspreads:\n  level: {distribution: uniform, factor: {value: [05e-1, 010], unit: '1'}}\n"
+    (tmp_path / "old.yaml").write_text(f"%YAML 1.1\n---\n{text}")
+    (tmp_path / "new.yaml").write_text(text)
+    before, after = read_spreads(tmp_path / "old.yaml"), read_spreads(tmp_path / "new.yaml")
+    assert (before["level"].high, after["level"].high) == (8.0, 10.0)
+    assert not recwarn

@@ -63,7 +63,7 @@ FRAME = {"time": [0.0, 1e-3, 2e-3], "position": [0.0, 1.0, 2.0]}
     (lambda: fric.Log.from_frame(FRAME, units={"positon": "mm"}), "`units=` names 'positon'.*Is it position"),
     (lambda: fric.Log.from_frame({"time": [0.0, 1.0], "pos": [0.0, 1.0]}), "columns are time, pos. Rename them"),
     (lambda: fric.Log.from_frame(FRAME, units={"position": "N"}), "position cannot be in 'N'"),
-    (lambda: fric.Log.from_frame(pd.DataFrame(FRAME | {"force": ["a"] * 3})), "'force' holds what is no number"),
+    (lambda: fric.Log.from_frame(pd.DataFrame(FRAME | {"force": ["a"] * 3})), "the column 'force' as numbers"),
     (lambda: fric.read_machine("xy-table").save("machine.h5"), "what is written is YAML.*machine.yaml"),
     (lambda: fric.circle("xy-table", "a", radius="-30 mm"), "'-30 mm' is not positive"),
     (lambda: fric.read_machine("xy-table", nominal_files=np.array(None)), "nominal_files as a list, of a text each"),

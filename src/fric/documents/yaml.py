@@ -4,7 +4,7 @@ import io
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -31,7 +31,6 @@ KEYS = frozenset({"missing", "extra_forbidden"})  # Types of errors whose last p
 _KEYS = re.compile(r":\s|^\s*-\s", re.MULTILINE)
 
 
-@cache
 def _yaml() -> YAML:
     yaml = YAML(typ="rt")
     yaml.width = 140
@@ -73,6 +72,7 @@ def read_text(text: str, model: type[D]) -> D:
 def _tree(text: str) -> Any:
     """Return the content of a YAML text; a machine with its parts is read many times, and the parser is slow."""
     with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # as of YAML 1.1 on a number without a point
         warnings.simplefilter("error", ReusedAnchorWarning)  # which of two values an alias then means is a guess
         return _yaml().load(text)
 

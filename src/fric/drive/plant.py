@@ -7,8 +7,8 @@ import numpy as np
 from fric.arrays import Complex, Real
 from fric.errors import FricError
 from fric.kernels.elementary import exp, expm1
-from fric.series import GAIN, doubles
-from fric.verb import refused, require_within
+from fric.series import GAIN, real
+from fric.verb import require_within
 
 CURRENT_LOOP = 500.0  # Bandwidth that is assumed of a current loop [Hz]: that of slow servo drives
 MOST_SAMPLES = 400  # Samples that a delay is at most: each is a state of the loop, whose eigenvalues take their cube
@@ -64,9 +64,7 @@ class LinearPlant:
         """
         if hold is not None:
             return SampledPlant.of(self, hold).response(frequency, hold)
-        if (lines := doubles(frequency)) is None:
-            raise refused("response", "frequency as numbers", frequency)
-        s = 2j * np.pi * lines
+        s = 2j * np.pi * real(frequency, "response", "frequency")
         return np.asarray(self.B * np.exp(-s * self.T_d) / (s * (s + self.A)))
 
     def held(self, T: float) -> tuple[Real, Real]:

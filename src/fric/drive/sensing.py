@@ -17,14 +17,14 @@ class Encoder:
     resolution: One step [m or rad]; 0 for a position that is not quantised.
     place: Where position 0 lies between two counts [counts], from 0 to 1. No drive knows it
         (`fric.simulate.contour_run`).
-    Raises FricError: When the resolution is negative.
+    Raises FricError: When the resolution is negative, or the place is beyond a count.
     """
 
     resolution: float = 0.0
     place: float = 0.0
 
     def __post_init__(self) -> None:
-        require_within(self, "the encoder", resolution="[0, inf)")
+        require_within(self, "the encoder", resolution="[0, inf)", place="[0, 1]")
 
     @property
     def shift(self) -> float:

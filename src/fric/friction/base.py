@@ -15,7 +15,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.kernels.replay import replay
 from fric.kernels.signatures import Step
-from fric.series import GAIN, doubles
+from fric.series import GAIN, real, require_rising
 from fric.verb import refused, require_numbers
 
 
@@ -150,9 +150,7 @@ class FrictionModel(Parametrised):
 
     def steady_state(self, v: Real | float) -> Real:
         """Return the friction force [N] after a long time at constant velocity v [m/s], of any shape."""
-        if (speeds := doubles(v)) is None:
-            raise refused("steady_state", "v as numbers", v)
-        return self.sliding_force(speeds)
+        return self.sliding_force(real(v, "steady_state", "v"))
 
     @abstractmethod
     def sliding_force(self, v: Real) -> Real:
@@ -181,9 +179,17 @@ class FrictionModel(Parametrised):
         velocity: Velocity at each sample [m/s], shape (n,); central differences of the position where not given.
         state: State at the first sample, changed in place to that at the last; relaxed where it is not given.
         """
-        time, position = np.ascontiguousarray(time, float), np.ascontiguousarray(position, float)
-        v = np.gradient(position, time, edge_order=2) if velocity is None else np.ascontiguousarray(velocity, float)
-        state = self.initial_state() if state is None else state
+        time, position = real(time, "replay", "time"), real(position, "replay", "position")
+        v = position if velocity is None else real(velocity, "replay", "velocity")
+        if not time.shape == position.shape == v.shape == (max(time.size, 3 if velocity is None else 1),):
+            raise refused("replay", "a value a sample, of three at least where there is no velocity,", position)
+        if velocity is None:
+            require_rising(time, "replay")
+            v = np.gradient(position, time, edge_order=2)
+        begin = self.initial_state()
+        state = begin if state is None else state
+        if getattr(state, "shape", None) != begin.shape or state.dtype != begin.dtype or not state.flags.carray:
+            raise refused("replay", "state as initial_state gives it", state)
         return replay(type(self).step, position, v, time, state, self.packed())
 
 

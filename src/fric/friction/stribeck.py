@@ -14,7 +14,7 @@ from fric.estimate import Estimate
 from fric.friction.base import FrictionModel, Parameter, Property
 from fric.kernels.elementary import exp, power
 from fric.kernels.signatures import Step, compiled, compiled_step
-from fric.series import doubles
+from fric.series import real
 from fric.verb import refused
 
 
@@ -43,7 +43,7 @@ def _shares(v: Real, v_s: float, delta: float) -> Real:
 
 def stribeck_shares(v: Real | float, v_s: float, delta: float) -> Real:
     """Return `stribeck_share` at velocities v [m/s] of any shape."""
-    given = np.asarray(v, np.float64)
+    given = real(v, "the Stribeck curve", "v")
     return _shares(given.ravel(), v_s, delta).reshape(given.shape)
 
 
@@ -85,6 +85,7 @@ class StaticMap(FrictionModel):
 
     def sliding_force(self, v: Real) -> Real:
         """Return the force of eq. (2) [N] at velocity v [m/s]."""
+        v = real(v, "sliding_force", "v")
         return np.sign(v) * self.level(v) + self.sigma * v
 
     def initial_state(self) -> Real:
@@ -177,7 +178,6 @@ class OnBlocks(OnStaticMap):
 
     def virgin_curve(self, z: Real | float) -> Real:
         """Return the force [N] of a relaxed contact that is slowly moved by z [m], ``Σ min(k_i·z, alpha_i·F_s)``."""
-        if (path := doubles(z)) is None:
-            raise refused("virgin_curve", "z as numbers", z)
+        path = real(z, "virgin_curve", "z")[..., np.newaxis]
         limit = np.asarray(self.alpha) * self.static.F_s
-        return np.asarray(np.clip(np.asarray(self.k) * path[..., np.newaxis], -limit, limit).sum(axis=-1))
+        return np.asarray(np.clip(np.asarray(self.k) * path, -limit, limit).sum(axis=-1))

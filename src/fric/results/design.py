@@ -44,6 +44,7 @@ from fric.results.kinds import (
     RecordName,
     ResonancesLike,
 )
+from fric.series import doubles
 from fric.units import Motion, parse_gain, readable
 from fric.verb import Kind, verb
 
@@ -398,15 +399,11 @@ def measured_record(given: Any, name: str | None, of: tuple[str, Motion]) -> Log
 def _resonance(text: str) -> StructuralMode:
     """Parse ``FREQUENCY,DAMPING[,SHARE]``."""
     frequency, *rest = (part.strip() for part in text.split(","))
-    try:
-        numbers = [float(part) for part in rest]
-    except ValueError:
-        numbers = []
-    if not 1 <= len(numbers) <= 2:
+    if (numbers := doubles(rest)) is None or not 1 <= len(numbers) <= 2:
         raise FricError(
             f"'{text}' is no resonance", hint="Write frequency, damping and share, as in '280 Hz, 0.02, 0.1'."
         )
-    return StructuralMode(in_si(frequency, "frequency"), *numbers)
+    return StructuralMode(in_si(frequency, "frequency"), *map(float, numbers))
 
 
 class BlockResult(Design, schema=BlockDocument, of="content"):

@@ -68,7 +68,7 @@ from fric.results.kinds import (
 )
 from fric.series import doubles
 from fric.simulate.spread import closed_intervals, draw_friction, friction_intervals
-from fric.units import Motion, parse, readable, si_unit
+from fric.units import Motion, readable, si_unit
 from fric.verb import Kind, verb
 
 
@@ -451,13 +451,9 @@ def identify_static(
 def _shape_factor(given: float | str) -> ShapeFactor:
     if given in {"free", "auto"}:
         return given  # type: ignore[return-value]
-    try:
-        value = float(given)
-    except (TypeError, ValueError):
-        value = 0.0
-    if not 0.1 <= value <= 4.0:
+    if (value := doubles(given)) is None or not 0.1 <= value <= 4.0:
         raise FricError(f"delta '{given}' is not a shape factor", hint="Give a number from 0.1 to 4, 'free' or 'auto'.")
-    return value
+    return float(value)
 
 
 class GMSResult(IdentifiedModel, tree=gms_tree):
@@ -661,13 +657,12 @@ def _refuse_hidden(found: ReplayFit, records: Sequence[Log]) -> None:
 
 def _fixed(model: str, given: Iterable[str] | Mapping[str, float | str], motion: Motion) -> dict[str, float]:
     """Return parameters given by name, or as ``NAME=VALUE``, in SI."""
-    texts = given if not isinstance(given, Mapping) else [f"{k}={v}" for k, v in given.items() if isinstance(v, str)]
-    numbers = {k: float(v) for k, v in given.items() if not isinstance(v, str)} if isinstance(given, Mapping) else {}
+    pairs = given.items() if isinstance(given, Mapping) else (text.partition("=")[::2] for text in given)
+    numbers: dict[str, float] = {}
     declared = {p.name: p for parameters in models()[model].declared().values() for p in parameters}
-    for text in texts:
-        name, equals, value = text.partition("=")
+    for name, value in pairs:
         require_known(name, declared, f"{model} has no parameter", "It has")
-        if not equals:
+        if value == "":
             raise FricError(f"'{name}' is fixed at nothing", hint=f"Write its value, as in {name}=VALUE.")
-        numbers[name] = parse(value, declared[name].dimension, motion)
+        numbers[name] = in_si(value, declared[name].dimension, motion)
     return numbers

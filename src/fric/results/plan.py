@@ -22,7 +22,7 @@ from fric.friction import models
 from fric.notice import Notice
 from fric.output import write_folder
 from fric.planning.choose import KIND_OF, TYPICAL, Wanted, durations, narrowing, planned_for, prior_axis
-from fric.results.base import Advance, Piece, Result, Table, bounded, in_si, logs_of, plain_names, silent
+from fric.results.base import Advance, Piece, Result, Table, bounded, in_si, logs_of, plain_names, positive, silent
 from fric.results.given_models import document_of, machine_of, schemes_of
 from fric.results.kinds import AxisName, FrictionLike, LogLike, MachineLike, PlantLike, Quantity, SchemesLike
 from fric.simulate.experiment import Limits, Narrowing, Plan, Planned
@@ -244,13 +244,8 @@ def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) ->
             raise FricError(f"'{name}' is no parameter that a plan tells", hint=f"{near(name, KIND_OF)}As in F_s=2%.")
         text = str(value).strip()
         share = text.endswith("%")
-        try:
-            number = float(text[:-1]) / 100 if share else in_si(value, dimensions[name], axis.motion)
-        except ValueError:
-            raise FricError(f"'{text}' is no accuracy of {name}", hint="Write it as F_s=2%, or F_s=1 N.") from None
-        if not number > 0:
-            raise FricError(f"an accuracy of {text} for {name} is not positive")
-        found[name] = (number, share)
+        asked = positive(text if share else value, "ratio" if share else dimensions[name], axis.motion)
+        found[name] = (asked, share)
     return found
 
 

@@ -12,13 +12,13 @@ from fric.control.inverse_model import DisturbanceObserver
 from fric.control.scheme import Lead, require_feedforward
 from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder
-from fric.errors import FricError, require_known
+from fric.errors import FricError, require_known, require_name
 from fric.estimate import as_filed
 from fric.friction import FrictionModel
 from fric.notice import Notice
 from fric.simulate.reality.flaws import NONE, Reality, SecondMass
 from fric.units import Motion
-from fric.verb import typed
+from fric.verb import require_within, typed
 
 
 class HoldsBelief(Protocol):
@@ -33,6 +33,7 @@ Belief: TypeAlias = FrictionModel | Mapping[str, FrictionModel] | Plant | Cascad
 """What the controller of an axis can believe."""
 
 
+@typed
 @dataclass(frozen=True)
 class NominalFriction:
     """The friction that a controller feeds forward.
@@ -87,6 +88,10 @@ class Axis:
     motion: Motion = "linear"
     reality: Reality = NONE
     second_mass: SecondMass | None = None
+
+    def __post_init__(self) -> None:
+        require_name(self.name, "an axis")
+        require_within(self, f"axis {self.name}", load="(-1e9, 1e9)", force_noise="[0, 1e9)")
 
     def __repr__(self) -> str:
         plant = ", ".join(f"{name} {getattr(self.plant, name):.5g}" for name in ("A", "B", "T_d", "K_f"))
@@ -173,7 +178,7 @@ class Machine:
             whole = axis.reality == NONE and axis.second_mass is None
             return known and whole and axis.nominal in (None, axis.plant)
 
-        return all(exact(self.axes[name]) for name in axes)
+        return all(exact(self.axis(name)) for name in axes)
 
     def axis(self, name: str) -> Axis:
         """Return an axis by its name; raise a `FricError` that names those there are."""

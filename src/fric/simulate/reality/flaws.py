@@ -5,7 +5,7 @@ from math import inf
 from typing import Annotated, ClassVar
 
 from fric.errors import FricError, require_known
-from fric.verb import is_number, require_within
+from fric.verb import require_within, typed
 
 
 class Bounded:
@@ -20,8 +20,8 @@ class Bounded:
 
     def __post_init__(self) -> None:
         of, signed, positive, share = self._bounds
-        any_of, part = ("(-inf, inf)", "(-1, 1)") if signed else ("[0, inf]", "[0, 1)")
-        ranges = {name: any_of for name, value in vars(self).items() if is_number(value)}
+        any_of, part = ("(-1e15, 1e15)", "(-1, 1)") if signed else ("[0, 1e15)", "[0, 1)")
+        ranges = {name: any_of for name, hint in type(self).__annotations__.items() if hasattr(hint, "__metadata__")}
         ranges |= dict.fromkeys(positive, "(0, inf]") | ({share: part} if share else {})
         require_within(self, of, **ranges)
 
@@ -167,8 +167,9 @@ class Interpolation(Bounded, of="encoder", signed=True, positive=("pitch",)):
     phase: Annotated[float, "angle"] = 0.0
 
 
+@typed
 @dataclass(frozen=True)
-class Excitation:
+class Excitation(Bounded, of="multisine", positive=("lowest", "highest")):
     """How the multisine of a frequency response is made.
 
     lines: Frequencies.
@@ -185,8 +186,9 @@ class Excitation:
     peak: Annotated[float, "velocity"] = 0.0
 
 
+@typed
 @dataclass(frozen=True)
-class Reality:
+class Reality(Bounded, of="reality", signed=True):
     """Properties of the axis beyond the model: simulated in logs and circles, never in nominal models.
 
     force: resolution, lag and clipping of the logged force
@@ -217,6 +219,7 @@ class Reality:
     multisine: Excitation | None = None
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if sum(abs(wave.amplitude) for wave in self.waves) >= 1.0:
             raise FricError("the waves of the friction together reach 1", hint="Some per cent are usual.")
 
