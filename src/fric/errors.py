@@ -34,11 +34,12 @@ def printable(text: str, most: int = MOST_CHARACTERS) -> str:
 _NAME = re.compile(r"\w[\w .+-]{0,39}")
 
 
-def require_name(name: str, what: str, where: str = "") -> str:
+def require_name(name: str, where: str = "", what: str = "an axis") -> str:
     """Return the name of an axis or of a scheme, which files, groups, shell scripts and programs are named by.
 
     what: What it names, with its article.
-    Raises FricError: When it holds more than letters, digits and a few signs.
+    Raises FricError: When it holds more than letters, digits and a few signs: a name from a foreign file could
+        otherwise write files elsewhere, or add lines to a program.
     """
     if not _NAME.fullmatch(name) or name == "monte_carlo":  # A group of the files of runs
         raise FricError(

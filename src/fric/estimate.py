@@ -6,6 +6,7 @@ from math import exp, floor, inf, isinf, log, log10
 from typing import Any, Literal, Self, TypeVar
 
 from fric.errors import FricError
+from fric.series import GAIN
 from fric.units import prefixed, significant
 from fric.verb import WORDS, is_number, refused, require_numbers
 
@@ -13,7 +14,6 @@ STAYS = {"leaves": False}  # Metadata of a dataclass's field that documents leav
 
 NORMAL_97_5 = 1.959963984540054  # The 97.5 % quantile of the standard normal distribution
 TWOFOLD = log(2.0) / NORMAL_97_5  # Standard deviation of the logarithm of a shape factor that a fit supposes
-FAR = 1e15  # Size of a limit in SI beyond which an interval is open: the data tell nothing
 OPEN = 14.0  # Half-width of an interval of a logarithm that is no limit: a factor of a million to either side
 Value = float | tuple[float, ...]
 Interval = tuple[float, float]
@@ -167,9 +167,9 @@ def _is_interval(given: Any) -> bool:
 
 
 def _closed(limits: Any) -> Any:
-    """Return the limits with infinity for null, and for what is beyond all drives."""
+    """Return the limits with infinity for null, and for what no parameter of a drive reaches."""
     if isinstance(limits, list | tuple) and len(limits) == 2 and all(x is None or is_number(x) for x in limits):
-        return tuple(end if x is None or abs(x) > FAR else x for x, end in zip(limits, (-inf, inf), strict=True))
+        return tuple(end if x is None or abs(x) > GAIN else x for x, end in zip(limits, (-inf, inf), strict=True))
     return tuple(map(_closed, limits)) if isinstance(limits, list | tuple) else limits
 
 

@@ -25,15 +25,6 @@ if TYPE_CHECKING:
     from fric.arrays import Real
 
 
-def axis_name(name: str, where: str = "") -> str:
-    """Return the name of an axis, which is used in names of files, in shell scripts and in programs for controllers.
-
-    Raises FricError: When it holds more than letters, digits and a few signs: a name from a foreign file could
-        otherwise write files elsewhere, or add lines to a program.
-    """
-    return require_name(name, "an axis", where)
-
-
 class Columns(Protocol):
     """A data frame, or a mapping: columns by name."""
 
@@ -125,7 +116,7 @@ class Log(_FromFile):
     labels: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        axis_name(self.axis, self.where)
+        require_name(self.axis, self.where)
         if is_effort(self.motion):  # both are one signal
             vars(self)["force"] = vars(self)["input"] = self.input if self.force is None else self.force
         keep(self, {name: channel_dimension(name) for name in CHANNELS}, self.where, motion=self.motion)
@@ -233,7 +224,7 @@ class FrequencyResponse(_Table):
     sha256: str = ""
 
     def __post_init__(self) -> None:
-        axis_name(self.axis, self.where)
+        require_name(self.axis, self.where)
         keep(self, self.dimensions, self.where, motion=self.motion, least=3)
         above = float(np.finfo(float).tiny)
         _require_least(self, {"frequency": above, "magnitude": above, "coherence": above, "deviation": 0.0})
@@ -287,7 +278,7 @@ class ForceVelocity(_Table):
     sha256: str = ""
 
     def __post_init__(self) -> None:
-        axis_name(self.axis, self.where)
+        require_name(self.axis, self.where)
         keep(self, self.dimensions, self.where, motion=self.motion)
         _require_least(self, {"deviation": 0.0, "error": 0.0, "n": 1.0})
 

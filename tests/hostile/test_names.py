@@ -19,10 +19,9 @@ from fric.cli.main import app
 from fric.documents.machine_files import MachineDocument
 from fric.documents.schemes import read_schemes
 from fric.documents.yaml import read_document, write_document
-from fric.errors import FricError
+from fric.errors import FricError, require_name
 from fric.export.base import remark
 from fric.io.propose import proposal
-from fric.log import axis_name
 from fric.output import written
 from fric.report.view import environment
 from fric.results.export import export_axis
@@ -47,7 +46,7 @@ WORSE = [
 @pytest.mark.parametrize("name", WORSE)
 def test_no_file_gives_an_axis_a_name_that_does_more(tmp_path: Path, name: str) -> None:
     with pytest.raises(FricError, match="no name of an axis"):
-        axis_name(name)
+        require_name(name)
     log = tmp_path / "log.h5"
     log.write_bytes((ROOT / "data" / "presliding-sine.h5").read_bytes())
     with h5py.File(log, "a") as file:
@@ -66,7 +65,7 @@ def test_no_file_gives_an_axis_a_name_that_does_more(tmp_path: Path, name: str) 
 
 @pytest.mark.parametrize("name", ["x", "Y1", "Achse 1", "Ψ", "x-axis", "a.b", "table_2 left+right"])
 def test_what_axes_are_called_is_a_name(name: str) -> None:
-    assert axis_name(name) == name
+    assert require_name(name) == name
 
 
 def test_a_log_with_a_hostile_axis_makes_auto_write_nothing_outside_its_folder(tmp_path: Path) -> None:

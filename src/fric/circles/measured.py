@@ -10,8 +10,8 @@ import numpy as np
 from fric.arrays import Complex, Real
 from fric.columns import channel_dimension
 from fric.contour import beside
-from fric.errors import FricError, require_known
-from fric.log import Log, axis_name
+from fric.errors import FricError, require_known, require_name
+from fric.log import Log
 from fric.series import keep
 from fric.units import Motion, is_effort, si_unit
 from fric.verb import require_within
@@ -135,7 +135,7 @@ class MeasuredCircle:
     def __post_init__(self) -> None:
         for name, trace in self.axes.items():
             keep(trace, {channel: channel_dimension(channel) for channel in CHANNELS}, self.where, least=LEAST)
-            axis_name(name, self.where)
+            require_name(name, self.where)
         keep(self, {"angle": "angle", "deviation": "position"}, self.where, least=LEAST)
         require_within(self, "the circle", self.where, radius=CIRCLE, feed=CIRCLE)
         if self.direction not in (1, -1):

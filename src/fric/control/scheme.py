@@ -57,7 +57,7 @@ class Scheme:
     blocks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        require_name(self.name, "a scheme")
+        require_name(self.name, what="a scheme")
         object.__setattr__(self, "title", printable(self.title))
         require_feedforward(self.gain, self.lead)
         if (kind := block_type(self.controller).kind) != "controller":

@@ -52,9 +52,9 @@ from pydantic import (
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 import fric
-from fric.errors import FricError
+from fric.errors import FricError, require_name
 from fric.estimate import Covariance, Estimate, Interval, Scale
-from fric.log import Record, axis_name
+from fric.log import Record
 from fric.notice import Notice, Severity, once
 from fric.units import OF_INPUT, Motion, factor, of_force, si_unit
 
@@ -337,7 +337,7 @@ def sources(files: Iterable[Path]) -> list[dict[str, str]]:
     return [{"file": str(file), "sha256": sha256(Path(file).read_bytes()).hexdigest()} for file in files]
 
 
-AxisName = Annotated[str, AfterValidator(refused()(axis_name))]
+AxisName = Annotated[str, AfterValidator(refused()(require_name))]
 
 
 class SourceFile(Part, extra="allow"):

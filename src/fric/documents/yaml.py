@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
-from ruamel.yaml.error import ReusedAnchorWarning, YAMLError
+from ruamel.yaml.error import MantissaNoDotYAML1_1Warning, ReusedAnchorWarning, YAMLError
 
 from fric.documents.base import Document
 from fric.documents.bundled import located
@@ -72,7 +72,7 @@ def read_text(text: str, model: type[D]) -> D:
 def _tree(text: str) -> Any:
     """Return the content of a YAML text; a machine with its parts is read many times, and the parser is slow."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # as of YAML 1.1 on a number without a point
+        warnings.simplefilter("ignore", MantissaNoDotYAML1_1Warning)  # 1e-3 is a number in YAML 1.1 too
         warnings.simplefilter("error", ReusedAnchorWarning)  # which of two values an alias then means is a guess
         return _yaml().load(text)
 

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from fric.arrays import Real
 from fric.columns import CHANNELS, FORCE_VELOCITY, KINDS, channel_dimension
-from fric.errors import FricError, clean, found_in, printable
+from fric.errors import FricError, clean, found_in, printable, require_name
 from fric.input import files_of
 from fric.io.safe_hdf5 import check_type, open_file, staged_hdf5, text
 from fric.io.safe_hdf5 import column as safe_column
-from fric.log import ForceVelocity, FrequencyResponse, Log, Record, axis_name, refuse_several_axes
+from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_several_axes
 from fric.output import alone
 from fric.units import SI_UNITS, Motion, factor, si_unit
 
@@ -205,7 +205,7 @@ def log_writer(
     axis, motion: Name and motion of the axis; with ``append`` they must be those of the file.
     append: Keep what is in the file and add to it.
     """
-    axis_name(axis, str(path))
+    require_name(axis, str(path))
     with alone(path) if append else nullcontext():
         adding = append and path.exists()
         if adding:
@@ -234,7 +234,7 @@ def check_format(file: h5py.File, path: Path) -> tuple[str, Motion]:
     for name, group in records.items():
         if not isinstance(group, h5py.Group):
             raise FricError(f"is damaged: record '{name}' is no group", where=str(path), hint="Make it again.")
-    return axis_name(axis, str(path)), cast("Motion", motion)
+    return require_name(axis, str(path)), cast("Motion", motion)
 
 
 def read_records(path: Path) -> list[Record]:

@@ -149,9 +149,7 @@ def run_axis(
     arguments = _loop_arguments(axis, reference, scheme, excitation, accuracy, began, against)
     traces, saturated = closed_loop(*arguments, halvings, sensing_of(axis))
     if not np.isfinite(traces.position).all():
-        raise FricError(
-            f"the motion of axis {axis.name} grows beyond all numbers", hint="Look at the machine's values."
-        )
+        raise FricError(f"the motion of axis {axis.name} grows beyond all numbers", hint="Look at its values.")
     return Trace(time=reference.time, reference=reference.position, saturated=saturated, **traces._asdict())
 
 

@@ -90,7 +90,7 @@ class Axis:
     second_mass: SecondMass | None = None
 
     def __post_init__(self) -> None:
-        require_name(self.name, "an axis")
+        require_name(self.name)
         require_within(self, f"axis {self.name}", load="(-1e9, 1e9)", force_noise="[0, 1e9)")
 
     def __repr__(self) -> str:

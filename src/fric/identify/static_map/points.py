@@ -156,7 +156,8 @@ def _points_of(log: Log, method: Average, plant: Plant | None, step: float) -> l
         mean = average(force[part], method, step)
         damping = plant.damping * segment.velocity if plant else 0.0
         swing = velocity_swing(log, segment)
-        share = float(np.clip(2.0 * swing / STICKS - 1.0, 0.0, 1.0))  # of the spread of the force that is an error
+        # The fast part of a slip is lost in noise: an axis that sticks is seen to swing less, by up to a half
+        share = float(np.clip(2.0 * swing / STICKS - 1.0, 0.0, 1.0))
         error = float(np.hypot(mean.standard_error, 0.5 * share * np.std(force[part])))
         points.append(
             SpeedPoint(
