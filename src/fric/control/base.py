@@ -10,12 +10,12 @@ import numpy as np
 from fric.arrays import Real
 from fric.drive.plant import LinearPlant
 from fric.errors import require_known
+from fric.estimate import GAIN
 from fric.friction import FrictionModel
 from fric.friction.base import Parameter, Parametrised
 from fric.kernels.block import BlockStep
 from fric.kernels.loop import CONTROLLER, FEEDFORWARD, OBSERVER, Block
 from fric.reference import Reference
-from fric.series import GAIN
 from fric.verb import require_within
 
 Kind = Literal["controller", "feedforward", "observer"]

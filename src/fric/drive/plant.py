@@ -6,8 +6,9 @@ import numpy as np
 
 from fric.arrays import Complex, Real
 from fric.errors import FricError
+from fric.estimate import GAIN
 from fric.kernels.elementary import exp, expm1
-from fric.series import GAIN, real
+from fric.series import real
 from fric.verb import require_within
 
 CURRENT_LOOP = 500.0  # Bandwidth that is assumed of a current loop [Hz]: that of slow servo drives

@@ -12,10 +12,10 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.errors import FricError
-from fric.estimate import Estimate
+from fric.estimate import GAIN, Estimate
 from fric.kernels.replay import replay
 from fric.kernels.signatures import Step
-from fric.series import GAIN, real, require_rising
+from fric.series import real, require_rising
 from fric.verb import refused, require_numbers
 
 

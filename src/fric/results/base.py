@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, dataclass_transform
 
 from fric.errors import FricError, clean, names, printable, require_known
-from fric.estimate import Estimate, elements, estimate_rows
+from fric.estimate import GAIN, Estimate, elements, estimate_rows
 from fric.flaws import flaw_of
 from fric.flaws.unit import BOUNDS
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_several_axes
 from fric.notice import Notice
 from fric.plausibility import Finding, settled
-from fric.series import GAIN, largest
+from fric.series import largest
 from fric.units import Motion, likely, parse, readable
 from fric.verb import UnfitError, refused, verb
 
