@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite, nan
 from typing import TYPE_CHECKING
 
@@ -190,9 +190,9 @@ class Finding:
     def notice(self) -> Notice:
         """Return the sentence of the error or warning."""
         unit = si_unit(BOUNDS[self.name].dimension, self.motion)
-        flaw = UNUSUAL if self.unusual() else IMPLAUSIBLE
+        flaw = UNUSUAL[self.name] if self.unusual() else replace(IMPLAUSIBLE[self.name], mend="")
         falls = self.value < 0.0
-        return flaw[self.name].found(value=Estimate(self.value, unit), usual=Estimate(self.usual, unit), falls=falls)
+        return flaw.found(value=Estimate(self.value, unit), usual=Estimate(self.usual, unit), falls=falls)
 
 
 def settled(findings: Iterable[Finding], hint: str = "") -> list[Notice]:
@@ -203,10 +203,8 @@ def settled(findings: Iterable[Finding], hint: str = "") -> list[Notice]:
     known = list(findings)
     found = [finding for finding in known if finding.beyond()]
     if found and not _lifted.get():
-        first, bound = found[0], BOUNDS[found[0].name]
-        raise FricError(
-            str(first.notice()), where=first.where,
-            hint=f"{hint or f'Look at the units of {bound.units}'}; where it is so, say {LIFT}.",
-        )  # fmt: skip
+        first = found[0]
+        mend = f"{hint}; where it is so, say {LIFT}." if hint else IMPLAUSIBLE[first.name].mend
+        raise FricError(str(first.notice()), where=first.where, hint=mend)
     unusual = [] if _lifted.get() else [finding for finding in known if finding.unusual()]
     return list(once(finding.notice() for finding in found or unusual))

@@ -212,7 +212,8 @@ class Verdict:
         described += [self.checked] if self.checked else []
         described += [f"settled by the measured circle: {', '.join(self.settled_by_code)}"] if self.settled else []
         described += [f"not trusted yet: {text}" for text in self.why if text.code != NOTHING_SIMULATED.code]
-        return [*described, *(f"next: {text}" for text in self.next)]
+        commands = "\n".join(f"next: {text}" for text in self.next).replace("   # ", "\n      # ")  # fit 80 columns
+        return [*described, *commands.splitlines()]
 
     @property
     def settled_by_code(self) -> list[str]:
@@ -531,6 +532,6 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
         run = place[1] + "/circle.h5" * evidence.command.startswith("fric auto ") if place else "run.h5"
         of_axis, folder = f"--axis {axis} --scheme {chosen.scheme.name}", machine.removesuffix("/machine.yaml")
         if run == f"{folder}/circle.h5" and f" --measured {circle} " in evidence.command:
-            yield f"fric export linuxcnc {folder} {of_axis} -o controller   # or twincat, sinumerik, st, c"
+            yield f"fric export linuxcnc {folder} {of_axis} -o controller   # or to twincat, sinumerik, st, c"
         else:
             yield f"fric export linuxcnc {machine} {of_axis} --run {run} --circle {circle} -o controller"

@@ -437,6 +437,35 @@ def test_a_step_that_fails_is_told_and_the_rest_goes_on(first, folder, tmp_path,
     assert "7 steps: 6 up to date, 1 failed" in str(again)
 
 
+def test_a_report_that_fails_is_not_named_and_the_log_names_options(tmp_path):
+    """The last line named a page that was not there, and steps.log had arguments as Python writes them."""
+
+    def refuse(step):
+        if step.command == "report":
+            raise FricError("the disk is full", hint="Say `delay='1 ms'`.")
+        return step.make()
+
+    with undrawn():
+        found = fric.auto(ROOT / "data/constant-velocity.h5", output=tmp_path / "out", run=refuse)
+    assert not (tmp_path / "out/report.html").exists()
+    assert "report.html" not in str(found)
+    assert "Say --delay '1 ms'." in (tmp_path / "out/steps.log").read_text(encoding="utf-8")
+
+
+def test_an_error_in_a_mapping_names_its_file_its_line_and_its_mend(tmp_path):
+    """It named a log, and "line 3" of no file, with the mend of a log that lacks a channel."""
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "logs/a.csv").write_text("t,p\n0,1\n1,2\n2,3\n", encoding="utf-8")
+    mapping = tmp_path / "map.yaml"
+    mapping.write_text("fric: mapping/1\ncolumns:\n  position: {column: p, unit: N}\n", encoding="utf-8")
+    with pytest.raises(FricError) as found:
+        fric.auto(tmp_path / "logs", output=tmp_path / "out", mapping=str(mapping))
+    with pytest.raises(FricError) as alone:
+        fric.ingest(tmp_path / "logs/a.csv", output=tmp_path / "a.h5", mapping=mapping)
+    assert (found.value.where, found.value.hint) == (alone.value.where, alone.value.hint)
+    assert "map.yaml, line 3" in found.value.where
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [

@@ -91,6 +91,21 @@ def test_pages_are_listed_shown_and_guessed():
     assert "no page 'word'" in str(RUN.invoke(app, ["help", "word"]).exception)  # the head of its table is none
 
 
+@pytest.mark.parametrize(("asked", "terms"), [
+    ("Coulomb friction", ["Coulomb friction F_c"]), ("static FRICTION", ["static friction F_s"]),
+    ("presliding", ["pre-sliding"]), ("delay", ["delay T_d"]), ("f_C", ["Coulomb friction F_c"]),
+    ("quadrant glitch", ["glitch (quadrant glitch)"]), ("K_i", ["velocity gains K_p, K_i"]),
+])  # fmt: skip
+def test_terms_and_symbols_of_the_glossary_have_pages(asked, terms):
+    assert [line.partition(":")[0] for line in RUN.invoke(app, ["help", asked]).output.splitlines()] == terms
+
+
+def test_the_meaning_of_a_code_fits_a_terminal():
+    for code in ("records-vary", "strokes-swing", "implausible-speed"):
+        assert max(map(len, RUN.invoke(app, ["help", code]).output.splitlines())) <= 80
+    assert "Is it Coulomb friction F_c?" in str(RUN.invoke(app, ["help", "couloumb friction"]).exception)
+
+
 @pytest.mark.parametrize("words", [["schema", "friction"], ["ingest", "--list"]])
 def test_a_full_standard_output_is_told_in_a_line(words, warm):
     with Path("/dev/full").open("w") as full:

@@ -21,7 +21,7 @@ from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.design import observer
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.flaws import CATALOGUE
+from fric.flaws import CATALOGUE, entry
 from fric.flaws.base import HALF_WIDTHS, SMALL, by_size
 from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.files import GAINS_DESIGNED
@@ -551,6 +551,24 @@ def test_sentences_name_their_values_and_read_as_sentences() -> None:
             # an argument is named as Python has it, and the command line words it; but in a command to type
             named = re.sub(r"`fric [^`]*`|\(fric [^()]*\)|--implausible", "", text)
             assert "--" not in named, code
+
+
+@pytest.mark.parametrize("code", CATALOGUE)
+def test_the_page_of_a_flaw_has_no_gaps_of_a_template(code: str) -> None:
+    """Names of values are listed at its end alone, optional parts are left out, and no value leaves two blanks."""
+    lines = entry(CATALOGUE[code]).split("\n\n")
+    explained = "\n".join(line for line in lines[1:] if not line.startswith("A warning has values"))
+    assert not re.search(r"[{}\[\]|]|\*\w+\*|  |,,", explained), explained
+    assert re.search(r"\w{2}", lines[1])
+    assert ("Effect: " in explained, "To do: " in explained) == (True, bool(CATALOGUE[code].mend))
+
+
+def test_the_page_of_a_flaw_says_both_ways_and_optional_sentences() -> None:
+    assert "rises or falls by … % over" in entry(CATALOGUE["force-drifts"])
+    assert "In some cases, each holds one speed" in entry(CATALOGUE["records-vary"])
+    assert "larger values are missing." in entry(CATALOGUE["force-clipped"])
+    assert "To do: Removed; nothing to do. Or log each speed" in entry(CATALOGUE["force-over-position"])
+    assert "position and time" in entry(CATALOGUE["implausible-speed"])  # what to look at, which the error says
 
 
 LISTED = ("files", "glitches", "how", "kept", "lines", "names", "quadrants", "why")

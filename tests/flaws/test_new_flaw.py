@@ -35,4 +35,4 @@ def test_the_page_makes_a_flaw_that_is_found_at_its_threshold_and_has_a_page() -
     assert found.says.startswith("The force is 300 N in 30% of the samples: the channel hangs. Look")
     assert show(0.67) == []
     assert show(3.0)[0].severity == "wrong"
-    assert "widens level by 10%" in entry(names["FORCE_STUCK"])
+    assert "an error of 10% in the level of friction" in entry(names["FORCE_STUCK"])

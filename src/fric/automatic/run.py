@@ -45,6 +45,7 @@ from fric.progress import tried as say_step
 from fric.report.summary import Report, make_report
 from fric.results.base import Piece, Result, Table, bounded, named
 from fric.results.given_models import machine_of
+from fric.results.ingest import mapping_of
 from fric.results.kinds import Address, CircleFiles, EncoderName, MachineFile, Quantity, Workers
 from fric.units import Motion, drive_unit, is_effort, rotates, si_unit
 from fric.verb import Kind, verb
@@ -221,7 +222,8 @@ class AutoResult(Result, schema=AutoDocument):
         counts = ", ".join(f"{count} {what}" for what, count in numbers.items() if count)
         pieces += ["", f"{self.steps} steps: {counts}; what they printed: {self.folder / 'steps.log'}"]
         pieces += [f"failed: {text}" for text in self.failed]
-        return [*pieces, f"{self.folder / 'report.html'}"] if self.page else pieces
+        made = self.page is not None and not any(text.startswith("report: ") for text in self.failed)
+        return [*pieces, f"{self.folder / 'report.html'}"] if made else pieces
 
     def _doubts(self) -> list[str]:
         """Return what is wrong in the files, and the codes of their doubts, where the verdict does not name them."""
@@ -318,6 +320,7 @@ def auto(
     Raises FricError: When a file is not there, or none holds a record.
     """
     folder = Path(output)
+    mapping_of(mapping)  # refused before logs are read, where its place is known
     if units := find_fleet(list(map(Path, logs))):
         if machine or circles or tolerance is not None:
             raise FricError(
@@ -331,9 +334,7 @@ def auto(
         raise FricError("is a file, and a folder is written", where=str(folder), hint="Name another folder.")
     given = located(Path(machine), "machine") if machine else None
     if given is not None:
-        machine_of(given)  # refused before logs are read, as is a mapping that is not there
-    if mapping is not None:
-        located(Path(mapping), "mapping")
+        machine_of(given)  # refused before logs are read
     stated = Stated.of(controllers)
     say_step("reading logs")
     questions = list[Question]()

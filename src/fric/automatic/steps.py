@@ -15,7 +15,7 @@ from fric.documents.base import commanded
 from fric.documents.machine_files import read_identified
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import dump, plain, read_document, read_tree, write_document
-from fric.errors import FricError
+from fric.errors import FricError, as_options
 from fric.flaws.files import FILE_UNUSED, STEP_FAILED
 from fric.io.ingest import keep_freed_memory
 from fric.output import folder_made, together, write_folder
@@ -231,7 +231,7 @@ class Session:
         except FricError as error:
             if tried:
                 self.steps -= 1
-                self.log += [f"$ {text}", str(error), ""]
+                self.log += [f"$ {text}", as_options(str(error)), ""]
                 return False
             self.failed[step.name] = failure = Failure(step, error)
             self.script.append(f"# failed: {' '.join(text.splitlines())}")
@@ -246,7 +246,7 @@ class Session:
         return True
 
     def _tell(self, step: Step, command: str, brief: str, whole: str, lasted: str = "") -> None:
-        self.log += [f"$ {command}", whole or brief, ""]
+        self.log += [f"$ {command}", as_options(whole or brief), ""]
         self.say(f"{f'{step.name:<18} {brief}':<72}{lasted}".rstrip())  # 80 columns with the time
         self.done()
 

@@ -3,6 +3,7 @@
 import re
 from functools import cache
 from pathlib import Path
+from textwrap import fill
 
 import fric
 from fric.errors import FricError, as_options, near, require_known
@@ -76,16 +77,21 @@ def topics() -> dict[str, Path]:
 
 
 def page(name: str) -> str:
-    """Return the text of a page, or the meaning of the code of a warning."""
+    """Return the text of a page, or the meaning of a warning's code, or of a term or symbol of the glossary."""
     known = topics()
-    if name not in known:
-        from fric.flaws import CATALOGUE, entry
+    if name in known:
+        return known[name].read_text("utf-8")
+    from fric.flaws import CATALOGUE, entry
 
-        if name in CATALOGUE:
-            return as_options(entry(CATALOGUE[name]))
-        rows = re.findall(r"^\| (.+?) \| (.+) \|$", known["glossary"].read_text("utf-8"), re.MULTILINE)[1:]
-        if found := [f"{word}: {meaning}\n" for word, meaning in rows if name.casefold() in word.casefold().split()]:
-            return "".join(found)
-        hint = f"{near(name, [*known, *CATALOGUE])}`fric help` lists the pages; the glossary has the symbols."
-        raise FricError(f"there is no page '{name}'", hint=hint)
-    return known[name].read_text("utf-8")
+    if name in CATALOGUE:
+        parts = as_options(entry(CATALOGUE[name])).split("\n\n")
+        return "\n\n".join(fill(part, 80, break_long_words=False, break_on_hyphens=False) for part in parts) + "\n"
+    rows = re.findall(r"^\| (.+?) \| (.+) \|$", known["glossary"].read_text("utf-8"), re.MULTILINE)[1:]
+    if found := [f"{word}: {meaning}\n" for word, meaning in rows if _folded(name) in _folded(word)]:
+        return "".join(found)
+    hint = f"{near(name, [*known, *CATALOGUE, *dict(rows)])}`fric help` lists the pages; the glossary has the symbols."
+    raise FricError(f"there is no page '{name}'", hint=hint)
+
+
+def _folded(words: str) -> str:
+    return f" {re.sub('[-(),]', '', words.casefold())} "

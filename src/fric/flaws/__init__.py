@@ -38,45 +38,64 @@ def entries(family: ModuleType) -> list[Flaw]:
 
 CATALOGUE: Mapping[str, Flaw] = _listed()  # Every flaw by its code
 
-_PLAIN = Flaw("", "doubt", "")
-
 
 def flaw_of(notice: Notice) -> Flaw:
     """Return the flaw of a notice; an empty flaw where its code is not known."""
-    return CATALOGUE.get(notice.code, _PLAIN)
+    return CATALOGUE.get(notice.code, Flaw("", "doubt", ""))
+
+
+EFFECTS: Mapping[object, str] = {
+    "note": "Good to know; no number is wrong by it.",
+    "doubt": "A number may be off by more than its interval.",
+    "wrong": "A number is off by more than its interval, until this is mended.",
+}
+"""What each severity means for the result."""
+SIZED = "It depends on the case: good to know, or a number is off by more than its interval."
+NAMED = {"level": "the level of friction", "k": "the stiffnesses"}  # Parameters without a symbol of their own
 
 
 def entry(flaw: Flaw, head: str = "##") -> str:
-    """Return what `fric help CODE` and the page say of a flaw, as Markdown."""
-    severity = flaw.severity if isinstance(flaw.severity, str) else "by its size"
-    facts = [f"severity: {severity}"]
-    facts += [f"widens {name} by {share:.0%}" for name, share in flaw.widens.items()]
-    facts += ["a measured circle settles it"] * flaw.circle_settles
-    facts += ["no observer is trusted with it"] * flaw.no_response
-    facts += [f"threshold: {flaw.source}"] * bool(flaw.source)
-    texts = [f"{head} {flaw.code}", _template(flaw.says), _template(flaw.mend), f"*{'; '.join(facts)}*"]
+    """Return what `fric help CODE` and the page say of a flaw, as Markdown: what was found, its effect, what to do."""
+    effects = [EFFECTS.get(flaw.severity, SIZED)]
+    errors = [f"{share:.0%} in {NAMED.get(name, name)}" for name, share in flaw.widens.items()]
+    effects += [f"Predictions allow for an error of {' and '.join(errors)}."] * bool(errors)
+    effects += ["A measured circle settles it."] * flaw.circle_settles
+    effects += ["No observer is trusted with it."] * flaw.no_response
+    names = ", ".join(f"`{name}`" for name in dict.fromkeys(re.findall(r"{(\w+)", flaw.says + flaw.mend)))
+    texts = [f"{head} {flaw.code}", _explained(flaw.says) or "The warning itself says what was found.",
+             f"Effect: {' '.join(effects)}", f"To do: {mend}" if (mend := _explained(flaw.mend)) else "",
+             f"A warning has values in place of …, and in files as {names}." * bool(names)]  # fmt: skip
     return "\n\n".join(filter(None, texts)) + "\n"
 
 
-def _template(text: str) -> str:
-    """Return a sentence with its values as names: ``{size:2}`` is *size*, ``{rate:rises|falls}`` is rises/falls."""
-    text = re.sub(r"{(\w+)(?::[^{}|]*)?}", r"*\1*", text)
-    return re.sub(r"{\w+:([^{}|]*)\|([^{}]*)}", _choice, text)
+def _explained(text: str) -> str:
+    """Return a sentence without its values, as ``{size:2}``, which are … in it; empty where it has no words."""
+    text = re.sub(r"{(\w+)(?::[^{}|]*?(%)?)?}", lambda value: "… %" if value[2] else "…", text)
+    text = re.sub(r"{\w+:([^{}|]*)\|([^{}]*)}", _choice, text).replace("….", "…").strip()
+    return text if re.search(r"[^\W\d]{2}", text) else ""
 
 
 def _choice(found: re.Match[str]) -> str:
-    shown = [text for text in found.groups() if text]
-    return "/".join(shown) if len(shown) > 1 else f"[{shown[0]}]"
+    """Return both ways of ``{rate:rises|falls}``; of what is said in some cases alone a sentence or an alternative."""
+    first, *other = [text for text in found.groups() if text]
+    if other and first[0] in ",:;…":
+        return other[0] if first == "…" else first
+    if not other and not first.endswith("."):
+        return first if first.startswith(", or ") else ""
+    last = re.sub(r"^[A-Z](?=[a-z ])", lambda begin: begin[0].lower(), (other or [first])[0].strip())
+    if not other:
+        return f" In some cases, {last}"
+    return f"{first} {'Or' if first.endswith('.') else 'or'} {last}"
 
 
 def page() -> str:
     """Return the page of all flaws, as Markdown."""
     head = """# Warnings by their codes
 
-Made from `fric.flaws` by `make docs`; `fric help CODE` shows one entry. A *note* is good to know; with a *doubt* a
-number may be off by more than its interval; with *wrong* it is, until mended. Values are in italics. `load=` is an
-argument, and `--load` the option of the command line. Each warning in `warnings_coded` has `code`, `severity`, `text`,
-and where there are any `values`, `where` and `carried` (a file that was read said it first).
+Made from `fric.flaws` by `make docs`; `fric help CODE` shows one entry. In place of each … a warning has a value.
+`load=` is an argument, and `--load` the option of the command line. Each warning in `warnings_coded` has `code`,
+`severity` (`note`, `doubt` or `wrong`), `text`, and where there are any `values`, `where` and `carried` (a file that
+was read said it first).
 """
     chapters = (
         "\n".join([f"\n## {(family.__doc__ or '').partition(chr(10))[0]}\n", *(entry(flaw, "###") for flaw in flaws)])

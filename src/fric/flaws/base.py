@@ -49,7 +49,6 @@ class Flaw:
     disagrees: bool = False  # Whether it means that a measured circle is not as predicted
     word: tuple[str, str] = ("", "")
     """Of a flaw that every session has: the row of the table, and the words shown there instead of a warning."""
-    source: str = ""  # Where its threshold is from
 
     def found(self, where: str = "", /, **values: Any) -> Notice:
         """Return the notice that it was found.

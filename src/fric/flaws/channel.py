@@ -63,7 +63,7 @@ DRIVE_OFF = Flaw("drive-off", "note",
 FORCE_COARSE = Flaw("force-coarse", "doubt",
     "The force comes in steps of {step}: forces are off by up to half a step.", "Log it with a finer resolution.")
 ONE_DIRECTION = Flaw("one-direction", "doubt",
-    "Only one direction was measured: F_c and an offset cannot be separated{level:, only their sum, |}{level}.",
+    "Only one direction was measured: F_c and an offset cannot be separated{level:, only their sum, {level}|}.",
     "Log strokes in both directions, or give the offset as the load.")
 FORCE_TURNED = Flaw("force-turned", "wrong", "Forward strokes took less force than backward ones: the sign of the "
     "force is wrong.",

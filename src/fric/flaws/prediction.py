@@ -10,7 +10,7 @@ CIRCLE_ELSEWHERE = Flaw("circle-elsewhere", "doubt",
 CIRCLE_UNUSED = Flaw("circle-unused", "doubt", "{why}: no machine was made to agree with this circle.")
 PREDICTION_WIDENED = Flaw("prediction-widened", "note", "{name} ± {share:.2g}: {why}")
 INTERVAL_OPEN = Flaw("interval-open", "note",
-    "{name} × {low:g} … {high:g}: its interval is open, or does not hold the estimate.")
+    "{name} × {low:g} to {high:g}: its interval is open, or does not hold the estimate.")
 NOT_DRAWN = Flaw("not-drawn", "doubt",
     "{names} cannot be drawn: the interval is open or misses it; the usual spread is taken.")
 SCHEME_UNSTABLE = Flaw("scheme-unstable", "wrong",

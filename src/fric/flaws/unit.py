@@ -91,9 +91,13 @@ BOUNDS: Mapping[str, Bound] = {
 }  # fmt: skip
 
 IMPLAUSIBLE: Mapping[str, Flaw] = {
-    name: Flaw(f"implausible-{name}", "wrong", f"{bound.what} is {{value}}: {bound.reason}", source="physics")
+    name: Flaw(
+        f"implausible-{name}", "wrong", f"{bound.what} is {{value}}: {bound.reason}",
+        f"Look at the units of {bound.units}; where it is so, say {LIFT}.",
+    )
     for name, bound in BOUNDS.items()
-}
+}  # fmt: skip
+"""Those of which a warning does not say what to do: a warning is given where the bound is lifted."""
 UNUSUAL: Mapping[str, Flaw] = {
     name: Flaw(
         f"unusual-{name}", "doubt", f"{BOUNDS[name].what} is {{value}}, and few machines are below {{usual}}.",
