@@ -128,9 +128,8 @@ def _tuned(step: Step, advance: Advance) -> Result:
 
 
 def _reported(step: Step, advance: Advance) -> Result:
-    circles, tolerance = (step.options.get(name) for name in ("circle", "tolerance"))
-    failed = step.options.get("failed", ())
-    return make_report(*step.given, circles=circles or (), tolerance=tolerance, failed=failed, advance=advance)
+    given = dict(step.options)
+    return make_report(*step.given, circles=given.pop("circle", ()), advance=advance, **given)
 
 
 VERBS: Mapping[str, Callable[[Step, Advance], Result]] = {
@@ -148,17 +147,6 @@ VERBS: Mapping[str, Callable[[Step, Advance], Result]] = {
     "report": _reported,
 }
 """Factory of the step of each command."""
-
-
-@dataclass(frozen=True)
-class Failure:
-    """A step that failed."""
-
-    step: Step  # The step
-    why: FricError  # What its verb raised
-
-    def __str__(self) -> str:
-        return str(self.why).replace("\n", ". ")
 
 
 @dataclass
@@ -205,7 +193,7 @@ class Session:
         self.script += ["set -eu", f"cd {shlex.quote(str(Path.cwd()))}"]
         self.log: list[str] = []
         self.steps = self.made = 0
-        self.failed: dict[str, Failure] = {}
+        self.failed: dict[str, str] = {}  # Why each step failed, by its name
         self.last: Result | None = None  # What the last step made, where it was run
         self.may_know = True  # Whether the user was not asked for gains yet, or knew them
 
@@ -222,18 +210,17 @@ class Session:
             folder_made(path.parent)
         results: list[Result | None] = []
         say_step(step.name)
-        settings = {"words": list(step.words)}
         try:
             made = self.shop.step(
                 step.name, lambda: results.append(self.run(step)), reads=step.reads, leaves=step.leaves,
-                settings=settings,
+                settings={"words": list(step.words)},
             )  # fmt: skip
         except FricError as error:
             if tried:
                 self.steps -= 1
                 self.log += [f"$ {text}", as_options(str(error)), ""]
                 return False
-            self.failed[step.name] = failure = Failure(step, error)
+            self.failed[step.name] = failure = str(error).replace("\n", ". ")
             self.script.append(f"# failed: {' '.join(text.splitlines())}")
             self._tell(step, text, f"failed: {failure}", str(error))
             return False
@@ -285,7 +272,7 @@ def identify_axes(
         if session.take(step):
             logs.append(left)
         else:
-            found.description.append(STEP_FAILED.found(step.name, why=str(session.failed.get(step.name, "failed"))))
+            found.description.append(STEP_FAILED.found(step.name, why=session.failed.get(step.name, "failed")))
     axes: dict[str, AxisOutcome] = {}
     for name in sorted({log.axis for log in logs}):
         of_axis = [log for log in logs if log.axis == name]
@@ -302,8 +289,8 @@ def identify_axes(
             found.description.append(FILE_UNUSED.found(str(unused.path), axis=name, **what))
         done = ["plant"] * bool(plan.shaken)
         done += [step.name.partition(": ")[2] for step in plan.steps[len(done) :] if session.take(step)]
-        failed = [session.failed[step.name] for step in plan.steps if step.name in session.failed]
-        broken = [f"{failure.step.name.partition(': ')[2]}: {failure}" for failure in failed]
+        failed = [step.name for step in plan.steps if step.name in session.failed]
+        broken = [f"{name.partition(': ')[2]}: {session.failed[name]}" for name in failed]
         files = {part: folder / f"{part}.yaml" for part in PARTS}
         if not lean and "plant" in done and read_document(files["plant"], PlantDocument).K_f is None:
             plan.missing.append("K_f, and so the circle: a record with voltage and force, torque or current together")

@@ -50,13 +50,12 @@ EFFECTS: Mapping[object, str] = {
     "wrong": "A number is off by more than its interval, until this is mended.",
 }
 """What each severity means for the result."""
-SIZED = "It depends on the case: good to know, or a number is off by more than its interval."
 NAMED = {"level": "the level of friction", "k": "the stiffnesses"}  # Parameters without a symbol of their own
 
 
 def entry(flaw: Flaw, head: str = "##") -> str:
     """Return what `fric help CODE` and the page say of a flaw, as Markdown: what was found, its effect, what to do."""
-    effects = [EFFECTS.get(flaw.severity, SIZED)]
+    effects = [EFFECTS.get(flaw.severity, "It depends: good to know, or a number is off by more than its interval.")]
     errors = [f"{share:.0%} in {NAMED.get(name, name)}" for name, share in flaw.widens.items()]
     effects += [f"Predictions allow for an error of {' and '.join(errors)}."] * bool(errors)
     effects += ["A measured circle settles it."] * flaw.circle_settles

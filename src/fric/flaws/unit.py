@@ -90,14 +90,13 @@ BOUNDS: Mapping[str, Bound] = {
     "T_d": Bound("T_d", "time", (0.0, 0.25), (0.0, 0.25), "no servo loop closes over a quarter second", "the time"),
 }  # fmt: skip
 
-IMPLAUSIBLE: Mapping[str, Flaw] = {
+IMPLAUSIBLE: Mapping[str, Flaw] = {  # Their mend is of the error: a warning, given where a bound is lifted, has none
     name: Flaw(
         f"implausible-{name}", "wrong", f"{bound.what} is {{value}}: {bound.reason}",
         f"Look at the units of {bound.units}; where it is so, say {LIFT}.",
     )
     for name, bound in BOUNDS.items()
 }  # fmt: skip
-"""Those of which a warning does not say what to do: a warning is given where the bound is lifted."""
 UNUSUAL: Mapping[str, Flaw] = {
     name: Flaw(
         f"unusual-{name}", "doubt", f"{BOUNDS[name].what} is {{value}}, and few machines are below {{usual}}.",
