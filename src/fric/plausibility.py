@@ -44,7 +44,7 @@ def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding
             continue
         motion, where = log.motion, log.where
         yield Finding("sampling", 1.0 / float(np.median(np.diff(log.time))), motion, where)
-        yield Finding("speed", _speed(log), motion, where)
+        yield Finding("speed", speed_of(log), motion, where)
         if log.velocity is not None and log.position is not None:
             step = min(8, len(log) // 4)
             moved = log.position[step:] - log.position[:-step]
@@ -68,7 +68,7 @@ def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding
             yield Finding("force-constant", ratio / plant.K_f, logs[0].motion, logs[0].source)
 
 
-def _speed(log: Log) -> float:
+def speed_of(log: Log) -> float:
     """Return the greatest speed of a record but for a hundredth of its samples; NaN without velocity and position."""
     import numpy as np
 
@@ -107,7 +107,7 @@ def of_strokes(logs: Sequence[Log]) -> Iterator[Finding]:
     if strokes:
         travel, log = max(strokes, key=lambda pair: pair[0])
         yield Finding("stroke", travel, log.motion, log.where)
-        yield Finding("speed", max(_speed(log) for _, log in strokes), log.motion, log.where, usual=5e-4)
+        yield Finding("speed", max(speed_of(log) for _, log in strokes), log.motion, log.where, usual=5e-4)
 
 
 def of_amplitudes(logs: Sequence[Log]) -> Iterator[Finding]:
@@ -187,12 +187,18 @@ class Finding:
         """Return whether few machines have it."""
         return not rotates(self.motion) and not self._of_drive and 0.0 < self.value < self.usual
 
-    def notice(self) -> Notice:
-        """Return the sentence of the error or warning."""
+    def notice(self, mend: str = "") -> Notice:
+        """Return the sentence of the error or warning, with what to do about an implausible value."""
         unit = si_unit(BOUNDS[self.name].dimension, self.motion)
-        flaw = UNUSUAL[self.name] if self.unusual() else replace(IMPLAUSIBLE[self.name], mend="")
+        flaw = UNUSUAL[self.name] if self.unusual() else replace(IMPLAUSIBLE[self.name], mend=mend)
         falls = self.value < 0.0
         return flaw.found(value=Estimate(self.value, unit), usual=Estimate(self.usual, unit), falls=falls)
+
+
+def doubts(findings: Iterable[Finding]) -> list[Notice]:
+    """Return implausible values as warnings, for records of which nothing is identified yet."""
+    found = [finding for finding in findings if finding.beyond()]
+    return list(once(finding.notice(f"Look at the units of {BOUNDS[finding.name].units}.") for finding in found))
 
 
 def settled(findings: Iterable[Finding], hint: str = "") -> list[Notice]:

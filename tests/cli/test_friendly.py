@@ -266,6 +266,14 @@ def test_a_value_that_is_no_choice_is_told_with_the_choices_once(monkeypatch, ca
     assert "Value error" not in told
 
 
+@pytest.mark.parametrize("words", [["tune", "m.yaml", "c.h5"], ["export", "c", "m.yaml", "-o", "k"], ["auto"]])
+def test_what_is_missing_of_a_command_is_shown_by_an_example(monkeypatch, capsys, words):
+    monkeypatch.setattr("sys.argv", ["fric", *words])
+    with pytest.raises(SystemExit):
+        main.main()
+    assert f"\nExample: fric {words[0]} " in capsys.readouterr().err
+
+
 def test_a_pipe_gets_no_trailing_blanks():
     shown = RUN.invoke(app, ["ingest", "--list"]).output.splitlines()
     assert len(shown) > 9

@@ -149,7 +149,7 @@ def listed(homes: Mapping[str, Any], name: str, text_of: Any) -> dict[str, list[
     return found
 
 
-def _command(ctx: Any) -> str:
+def command_of(ctx: Any) -> str:
     """Return the name of a command without that of the program: ``identify gms``."""
     names = list[str]()
     while ctx.parent is not None:
@@ -174,7 +174,7 @@ class HelpfulCommand(TyperCommand):
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write places, then options by group."""
-        parts = GROUPS.get(_command(ctx), {})
+        parts = GROUPS.get(command_of(ctx), {})
         named = {option: title for title, options in parts.items() for option in options}
         groups: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
         for param in self.get_params(ctx):
@@ -199,7 +199,7 @@ class HelpfulCommand(TyperCommand):
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """Write the examples; a long line is continued as in a shell."""
-        if lines := EXAMPLES.get(_command(ctx)):
+        if lines := EXAMPLES.get(command_of(ctx)):
             formatter.write("\nExamples:\n")
             for line in lines:
                 words = re.split(r" (?=-)", f"  fric {line}")  # an option and its value stay together

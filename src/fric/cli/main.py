@@ -12,7 +12,7 @@ from typing import Any
 import typer
 
 import fric
-from fric.cli.command import group
+from fric.cli.command import EXAMPLES, command_of, group
 from fric.cli.commands import COMMANDS
 from fric.cli.console import ERR, prepare_streams
 from fric.errors import FricError, clean, of_path, reworded
@@ -84,6 +84,8 @@ def main() -> None:
                 message += ". Several values of an option are written with commas, as 'a,b'"
             use = "" if " is not one of " in message else getattr(getattr(error, "param", None), "help", None)
             error.message = clean(": ".join(filter(None, (message, use))))
+            if not message and (known := EXAMPLES.get(command_of(error.ctx))):
+                error.message += f"\nExample: fric {known[0]}"
             error.show()
             sys.exit(error.exit_code)
         finally:

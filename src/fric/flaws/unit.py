@@ -92,7 +92,7 @@ BOUNDS: Mapping[str, Bound] = {
 
 IMPLAUSIBLE: Mapping[str, Flaw] = {  # Their mend is of the error: a warning, given where a bound is lifted, has none
     name: Flaw(
-        f"implausible-{name}", "wrong", f"{bound.what} is {{value}}: {bound.reason}",
+        f"implausible-{name}", "wrong", f"{bound.what} is {{value}}: {bound.reason}.",
         f"Look at the units of {bound.units}; where it is so, say {LIFT}.",
     )
     for name, bound in BOUNDS.items()

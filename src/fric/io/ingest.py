@@ -27,8 +27,10 @@ from fric.io.hdf5 import LogWriter, header_of, log_writer, whole
 from fric.io.readers import tables
 from fric.io.readers.base import OF_SEVERAL, RECORD, ForeignTable, RowBlock
 from fric.io.readers.joined import Joined, SharedClock
+from fric.log import Log
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
+from fric.plausibility import Finding, doubts, speed_of
 from fric.units import Motion, drive_unit, words_of
 
 if TYPE_CHECKING:
@@ -475,6 +477,9 @@ class IngestSession:
                 continue
             if chosen.form != "response":
                 self._signs.add(channels)
+            if chosen.form == "time" and not samples and channels["time"].size > 1:
+                begun = Log(axis=writer.axis, motion=writer.motion, name=name, source=source, **channels)
+                self.warnings += doubts([Finding("speed", speed_of(begun), begun.motion, begun.where)])
             samples += len(next(iter(channels.values())))
             record.extend(channels)
         if samples < 2:

@@ -20,7 +20,7 @@ from fric.records.holding import HoldingMap, holding_map, holds
 from fric.records.over_strokes import over_place
 from fric.records.recognition import LOOP_SHARE, Sine, Staircase, force_rises, recognised_kind, turns_of
 from fric.records.resolution import STUCK, clipped_samples, counts, encoder_step
-from fric.records.segments import Segment, segments_and_rests, travelled
+from fric.records.segments import Segment, segments_and_rests, travelled, velocity_swing
 from fric.units import Motion, readable, rotates
 
 if TYPE_CHECKING:
@@ -321,6 +321,7 @@ class Inspection(InspectedRecord):
     gaps: where samples are missing
     stretches: at constant velocity
     speeds: of the stretches, those within three per cent as one [m/s]
+    swing: largest root mean square of the velocity about its mean in a stretch, over that mean; 0 where none swings
     sine: that the motion follows, where it does
     reversals: samples at which the motion reverses
     rise: share of the stroke that the force takes to come up after a reversal
@@ -340,6 +341,7 @@ class Inspection(InspectedRecord):
     gaps: tuple[Gap, ...] = ()
     stretches: tuple[Segment, ...] = ()
     speeds: tuple[float, ...] = ()
+    swing: float = 0.0
     sine: Sine | None = None
     reversals: tuple[int, ...] = ()
     rise: float | None = None
@@ -479,6 +481,7 @@ def inspect(record: Record, *, flaws: bool = True) -> Inspected:
         found = replace(found, slope=branch_slope(log.position, log.force, reversals), energy=lost)
     found = replace(
         found, kind=kind, stretches=tuple(segments), speeds=distinct_speeds(segments), sine=sine,
+        swing=max((velocity_swing(log, segment) for segment in segments), default=0.0),
         reversals=tuple(map(int, reversals)), rise=rise, warnings=tuple(warnings),
     )  # fmt: skip
     seen = 0.0

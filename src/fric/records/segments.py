@@ -31,6 +31,8 @@ SAME = 4.0  # Distance of a velocity's integral from a position, in its noise, u
 PROMPT = 0.01  # Interval of samples within which a drive logs its velocity [s]
 RELATIVE = 0.01  # Distance from the chord, as a share of the travel, that still counts as constant velocity
 GRAIN = 2.0**-20  # Share of the resolution that distances are rounded to
+SWINGS = 0.03  # Root mean square of the velocity about its mean, over that mean, above which a stroke swings
+ENOUGH = 4096  # Number of samples searched for a swing; of more, means are used
 SHORTEST = 16  # Least number of samples, and of encoder counts, in a segment
 
 
@@ -409,3 +411,39 @@ def _mean_se(batches: Real) -> float:
     negative = np.flatnonzero(covariance <= 0.0)
     upto = int(negative[0]) if len(negative) else len(covariance)
     return float(np.sqrt(max(covariance[0] + 2.0 * covariance[1:upto].sum(), 0.0) / max(n - 1, 1)))
+
+
+def velocity_swing(log: Log, segment: Segment) -> float:
+    """Return the root mean square of the velocity about its mean over that mean; 0 if below `SWINGS`.
+
+    For a logged position it is the sum of ``(2πf·Z)²`` over the lines above its noise, below the frequency at which the
+    sawtooth of whole counts would look like a swing.
+    """
+    part, n = slice(segment.start, segment.stop), len(segment)
+    if n < 4 * SHORTEST:
+        return 0.0
+    t = log.time[part] - log.time[segment.start]
+    sampling = (n - 1) / float(t[-1])
+    if log.position is None:
+        v = np.asarray(log.velocity)[part]
+        noise = float(np.var(np.diff(v))) / 2
+        spread = max(float(np.var(v)) - noise, 0.0)
+        swing = float(np.sqrt(spread)) / abs(segment.velocity)
+        return swing if swing > SWINGS else 0.0
+    count = lattice_step(log.position[part][:ENOUGH]) or 0.0
+    z = log.position[part] - segment.velocity * t
+    each = max(n // ENOUGH, 1)
+    n = n // each
+    z = z[: n * each].reshape(n, each).mean(axis=1)
+    z, sampling = z - z.mean(), sampling / each
+    # the sawtooth of whole counts, at any alias, has less than this share of the velocity below that frequency
+    top = min(0.25 * sampling, SWINGS / np.sqrt(2) * abs(segment.velocity) / count if count else np.inf)
+    if float(np.std(z)) * 2 * np.pi * top < SWINGS * abs(segment.velocity):
+        return 0.0
+    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(n) / n)  # Hann's, and the share of the variance of each line
+    power = 2 * np.abs(np.fft.rfft(z * window)) ** 2 / (n * float(window @ window))
+    f = np.arange(len(power)) * sampling / n
+    floor = max(float(np.median(power[f > 0.25 * sampling])), (count**2 / 12) * 2 / n)
+    seen = (f <= top) & (f >= 2 * sampling / n) & (power > 12 * floor)
+    swing = float(np.sqrt(np.sum((2 * np.pi * f[seen]) ** 2 * power[seen]))) / abs(segment.velocity)
+    return swing if swing > SWINGS else 0.0

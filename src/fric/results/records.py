@@ -1,6 +1,7 @@
 """Records of a drive, and their uses."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from math import floor, log10
 from pathlib import Path
 from typing import Any, overload
@@ -12,6 +13,7 @@ from fric.estimate import estimate_rows
 from fric.io.hdf5 import write_logs
 from fric.log import ForceVelocity, Log, Record
 from fric.notice import Notice
+from fric.plausibility import doubts, of_logs
 from fric.records.inspection import Channel, Inspected, Inspection, ResponseInspection, TableInspection
 from fric.records.inspection import inspect as inspect_record
 from fric.records.modes import switched
@@ -72,6 +74,7 @@ def _log_rows(found: Inspection) -> list[tuple[str, str]]:
         ("reversals", str(len(found.reversals)) if "position" in found.channels else ""),
         ("segments", str(len(found.stretches)) if found.stretches else ""),
         ("speeds", _speeds(found, speed)),
+        ("swing", f"{100 * found.swing:.2g} % of the velocity, rms, in the worst segment" if found.swing else ""),
     ]
     if sine := found.sine:
         text = f"{_value(sine.amplitude, length)}, {sine.frequency:.4g} Hz, {sine.cycles:.3g} cycles"
@@ -262,4 +265,13 @@ def inspect(*logs: LogLike) -> InspectionResult:
     records = records_of(logs, one_axis=False, whole=True)
     switches = [notice for log in records if isinstance(log, Log) and (notice := switched(log)) is not None]
     parts = [part for record in records for part in in_one_mode(record)]
-    return InspectionResult(parts, [inspect_record(part) for part in parts], switches)
+    return InspectionResult(parts, list(map(_inspected, parts)), switches)
+
+
+def _inspected(record: Record) -> Inspected:
+    """Return the content of a record; of no use where its values are implausible, for no verb takes them."""
+    found = inspect_record(record)
+    if not isinstance(record, Log) or not (implausible := tuple(doubts(of_logs([record])))):
+        return found
+    uses = tuple(replace(use, good=False, why="its values are implausible") for use in found.uses)
+    return replace(found, uses=uses, warnings=(*found.warnings, *implausible))

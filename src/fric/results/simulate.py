@@ -107,11 +107,13 @@ class CircleResult(Result, schema=CircleResultDocument):
         return Table(columns, rows, title)
 
     def brief(self) -> str:
-        """Return the glitch without compensation, and that of the recommended scheme."""
+        """Return the circle, the glitch without compensation, and that of the recommended scheme."""
+        test = self.runs[0].circle
         found, without = self.verdict.choice, bare(candidates_of(self.runs, self.many, self.prediction))
         now = "" if without is None else f"now {readable(without.middle, 'm', 2)}"
         left = "" if found is None else f"{found.named} {readable(found.middle, 'm', 2)}"
-        return ", ".join(filter(None, (now, left, f"{len(self.many)} varied machines" if self.many else "")))
+        glitches = ", ".join(filter(None, (now, left)))
+        return f"{readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}: {glitches}"
 
     def figure(self) -> Figure:
         """Return the radial error of each scheme; of many machines the distribution of the glitch."""

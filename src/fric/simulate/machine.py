@@ -202,7 +202,10 @@ class Machine:
         return replace(self, axes=axes)
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
-        """Write the machine as one file, which `fric.read_machine` and the command line read (`fric.write_machine`)."""
+        """Write the machine as one file, which `fric.read_machine` and the command line read (`fric.write_machine`).
+
+        Intervals are not written: to draw machines from them, keep the files that were identified.
+        """
         fric.write_machine(self, path, force=force)
 
     def placed(self, place: float) -> Self:

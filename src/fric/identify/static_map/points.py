@@ -19,16 +19,14 @@ from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.records.over_strokes import REPEATED, OverPlace, over_place
 from fric.records.resolution import lattice_step
-from fric.records.segments import SHORTEST, Segment, steady_segments, travelled
+from fric.records.segments import ENOUGH, SHORTEST, Segment, steady_segments, travelled, velocity_swing
 from fric.statistics import robust_deviation
 from fric.units import Motion, readable, si_unit
 
 Average = Literal["robust", "median"]
 STILL = 1e-12  # Speed below which a row is at rest: no drive takes eleven days for 1 µm
 ROW = ", row "  # Separator of the name of a table and the number of a row
-SWINGS = 0.03  # Root mean square of the velocity about its mean, over that mean, above which a stroke swings
 UNEVEN = 0.25  # Largest relative difference in speed of the halves of a stroke with ripple
-ENOUGH = 4096  # Number of samples searched for a swing; of more, means are used
 RISES = 0.02  # Least rise of the force in the second half of a stroke that ends in pre-sliding, as a share
 ENDS = 0.15  # Share of the travel left out at either end of a stroke with ripple, for its ramps
 
@@ -193,42 +191,6 @@ def _inner_part(log: Log) -> Segment | str:
         return f"its speed goes from {readable(abs(speeds[0]), unit)} to {readable(abs(speeds[1]), unit)}"
     error = abs(speeds[0] - speeds[1]) / 2
     return Segment(first, last, velocity, error, onset=first)
-
-
-def velocity_swing(log: Log, segment: Segment) -> float:
-    """Return the root mean square of the velocity about its mean over that mean; 0 if below `SWINGS`.
-
-    For a logged position it is the sum of ``(2πf·Z)²`` over the lines above its noise, below the frequency at which the
-    sawtooth of whole counts would look like a swing.
-    """
-    part, n = slice(segment.start, segment.stop), len(segment)
-    if n < 4 * SHORTEST:
-        return 0.0
-    t = log.time[part] - log.time[segment.start]
-    sampling = (n - 1) / float(t[-1])
-    if log.position is None:
-        v = np.asarray(log.velocity)[part]
-        noise = float(np.var(np.diff(v))) / 2
-        spread = max(float(np.var(v)) - noise, 0.0)
-        swing = float(np.sqrt(spread)) / abs(segment.velocity)
-        return swing if swing > SWINGS else 0.0
-    count = lattice_step(log.position[part][:ENOUGH]) or 0.0
-    z = log.position[part] - segment.velocity * t
-    each = max(n // ENOUGH, 1)
-    n = n // each
-    z = z[: n * each].reshape(n, each).mean(axis=1)
-    z, sampling = z - z.mean(), sampling / each
-    # the sawtooth of whole counts, at any alias, has less than this share of the velocity below that frequency
-    top = min(0.25 * sampling, SWINGS / np.sqrt(2) * abs(segment.velocity) / count if count else np.inf)
-    if float(np.std(z)) * 2 * np.pi * top < SWINGS * abs(segment.velocity):
-        return 0.0
-    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(n) / n)  # Hann's, and the share of the variance of each line
-    power = 2 * np.abs(np.fft.rfft(z * window)) ** 2 / (n * float(window @ window))
-    f = np.arange(len(power)) * sampling / n
-    floor = max(float(np.median(power[f > 0.25 * sampling])), (count**2 / 12) * 2 / n)
-    seen = (f <= top) & (f >= 2 * sampling / n) & (power > 12 * floor)
-    swing = float(np.sqrt(np.sum((2 * np.pi * f[seen]) ** 2 * power[seen]))) / abs(segment.velocity)
-    return swing if swing > SWINGS else 0.0
 
 
 def standard_errors(table: ForceVelocity) -> tuple[Real, str]:
