@@ -20,7 +20,7 @@ def strokes(speed: float, swing: float = 0.0) -> Log:
     return Log(time=T, position=np.cumsum(velocity) / 1000, force=force)
 
 
-@pytest.mark.parametrize("speed, plausible", [(2.0, True), (20.0, True), (30.0, False), (4000.0, False)])
+@pytest.mark.parametrize(("speed", "plausible"), [(2.0, True), (20.0, True), (30.0, False), (4000.0, False)])
 def test_a_speed_beyond_all_drives_is_said_by_ingest_and_inspect(tmp_path: Path, speed: float, plausible: bool) -> None:
     log = strokes(speed)
     rows = np.c_[log.time, log.position, log.force]

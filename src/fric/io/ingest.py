@@ -478,7 +478,7 @@ class IngestSession:
             if chosen.form != "response":
                 self._signs.add(channels)
             if chosen.form == "time" and not samples and channels["time"].size > 1:
-                begun = Log(axis=writer.axis, motion=writer.motion, name=name, source=source, **channels)
+                begun = Log(**cast("Any", channels), motion=writer.motion, name=name, source=source)
                 self.warnings += doubts([Finding("speed", speed_of(begun), begun.motion, begun.where)])
             samples += len(next(iter(channels.values())))
             record.extend(channels)
