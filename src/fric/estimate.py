@@ -193,7 +193,7 @@ def estimate_rows(section: Mapping[str, Estimate | Mapping[str, Any]]) -> list[t
         for key, estimate in parts:
             scale, unit = prefixed(size, estimate.unit)
             shown, text = in_digits(float(estimate), estimate.ci95, scale)
-            rows.append((key, shown, text or estimate.note, unit))
+            rows.append((key, shown, ", ".join(filter(None, (text, estimate.note))), unit))
     return rows
 
 

@@ -158,6 +158,7 @@ class Verdict:
     choice: Candidate | None  # What is recommended; None where nothing is
     headline: str  # The verdict in a sentence or two
     why: tuple[Notice, ...] = ()  # Why it is not to be trusted yet; empty where it is
+    now: str = ""  # The glitch without compensation; empty where it was not run
     effort: tuple[str, ...] = ()  # What less or more effort would change, if that is sure; what must not be used
     next: tuple[str, ...] = ()  # What to type next
     kept: bool | None = None  # Whether the tolerance is kept on 95 % of the machines; None where none was given
@@ -341,8 +342,9 @@ def decide(evidence: Evidence) -> Verdict:
         kept = max(chosen.stays_under, seen) <= evidence.tolerance
         if seen > evidence.tolerance:
             why += (prediction.MEASURED_BEYOND.found(scheme=chosen.named, seen=Estimate(seen, "m")),)
+    now = glitch_now(without, evidence) if (without := bare(usable)) else ""
     return Verdict(
-        choice=chosen, headline=headline(chosen, bare(usable), evidence, kept=kept), why=why, kept=kept,
+        choice=chosen, headline=headline(chosen, without, now, evidence, kept=kept), why=why, kept=kept, now=now,
         effort=(*_effort(chosen, usable, evidence), *said), next=tuple(steps(evidence, chosen, kept=kept)), **given,
     )  # fmt: skip
 
@@ -463,19 +465,25 @@ def _between(low: float, high: float) -> str:
     return most if most == f"{least} {unit}" else f"{least} to {most}"
 
 
-def headline(chosen: Candidate, without: Candidate | None, evidence: Evidence, *, kept: bool | None) -> str:
+def glitch_now(without: Candidate, evidence: Evidence) -> str:
+    """Return the glitch without compensation: as measured, or else as it is predicted."""
+    if evidence.glitches is not None and without.scheme.name in evidence.measured:
+        return readable(evidence.glitches[1], "m", 3)
+    return readable(without.middle, "m", 2)
+
+
+def headline(chosen: Candidate, without: Candidate | None, now: str, evidence: Evidence, *, kept: bool | None) -> str:
     """Return the verdict in a sentence: what to switch on, the glitch to expect, and the glitch now."""
     on = f" on {' and '.join(axis.upper() for axis in evidence.axes)}" if evidence.axes else ""
     expected = f"glitch{on} {readable(chosen.middle, 'm', 2)}"
     if chosen.drawn:
         expected += f", at most {readable(chosen.stays_under, 'm', 2)} ({len(chosen.drawn)} varied machines)"
-    now = f"; now {readable(without.middle, 'm', 2)}" if without else ""
     if len(evidence.candidates) == 1:
         text = f"Only {chosen.named} was run, so nothing is compared: expected {expected}."
     elif chosen is without:
         text = f"Leave it as it is: expected {expected}; no scheme is worth its effort."
     else:
-        text = f"Use {chosen.named}. Expected {expected}{now}."
+        text = f"Use {chosen.named}. Expected {expected}{now and f'; now {now}'}."
     if kept is False and evidence.tolerance is not None:
         text = f"No scheme surely stays within {readable(evidence.tolerance, 'm')}. {text}"
     return f"For a controller that fric designed: {text[0].lower()}{text[1:]}" if evidence.designed else text

@@ -45,6 +45,14 @@ def test_the_paper_s_table_calls_for_gms_and_observer():
     assert not found.trusted  # of one machine
 
 
+def test_what_the_glitch_is_now_is_as_measured_where_it_was_measured_without_compensation():
+    schemes = leaves("a", 20, 20 * LEVEL), leaves("c", 2, 2 + RNG.random(200))
+    measured = {"measured": {"a": 24 * UM}, "glitches": (21 * UM, 23.4 * UM)}  # 24 with an axis without a model
+    assert decide(evidence(*schemes, **measured)).now == "23.4 µm"
+    assert decide(evidence(*schemes, measured={"c": 3 * UM}, glitches=(2 * UM, 3 * UM))).now == "20 µm"
+    assert decide(evidence(schemes[1])).now == ""
+
+
 def test_what_counts_is_the_upper_end_of_what_was_drawn_not_the_nominal_glitch():
     """(f) leaves least of the nominal machine, and 12 µm of one in ten; (b) never more than 7."""
     wild = np.where(np.arange(200) % 10 == 0, 12.0, 2.0)

@@ -190,7 +190,7 @@ def _scored(
     decisive = signals["force" if "force" in signals else "velocity"]
     begin, every = (thinned_by.border, thinned_by.decimation) if thinned_by else (0, 1)
     squares = np.cumsum(np.append(0.0, (decisive.measured - decisive.simulated) ** 2))
-    width = min(round(rate / every), len(squares) - 1)
+    width = max(1, min(round(rate / every), len(squares) - 1))  # a sample of a log slower than a second
     first = int(np.argmax(squares[width:] - squares[:-width]))
     worst = begin + every * first, min(begin + every * (first + width), len(log))
     return Validation(loop, log, friction, signals, cutoff, worst)

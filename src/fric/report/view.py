@@ -428,10 +428,10 @@ def _test(
         for kind in (block_type(contour.scheme.controller), *contour.scheme.block_types)
         if kind.name != "cascade"
     }
-    sizes = {} if without in (None, chosen) else {"now": ("now", now)}
+    sizes = {} if without in (None, chosen) else {"now": ("now", verdict.now)}
     if chosen is not None:
-        sizes["with"] = (f"with {chosen.named}", chosen.middle)
-        sizes |= {"most": ("at most", chosen.stays_under)} if chosen.drawn else {}
+        sizes["with"] = (f"with {chosen.named}", readable(chosen.middle, "m", 2))
+        sizes |= {"most": ("at most", readable(chosen.stays_under, "m", 2))} if chosen.drawn else {}
     return {
         "test": test, "earlier": earlier, "lines": lines, "verdict": verdict, "sizes": sizes,
         "observations": observations(test, longest), "blocks": tuple(asked.values()),

@@ -25,7 +25,7 @@ def experiment(
     *,
     plan: PlanLike | None = None,
     seed: Seed = 0,
-    samples: Annotated[int | None, Kind(least=100)] = None,
+    samples: Annotated[int | None, Kind(least=100, most=10**9)] = None,
     speeds: Quantities | None = None,
     amplitudes: Quantities | None = None,
     frequency: Annotated[Quantity | None, "frequency"] = None,

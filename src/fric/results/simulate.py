@@ -108,12 +108,10 @@ class CircleResult(Result, schema=CircleResultDocument):
 
     def brief(self) -> str:
         """Return the circle, the glitch without compensation, and that of the recommended scheme."""
-        test = self.runs[0].circle
-        found, without = self.verdict.choice, bare(candidates_of(self.runs, self.many, self.prediction))
-        now = "" if without is None else f"now {readable(without.middle, 'm', 2)}"
-        left = "" if found is None else f"{found.named} {readable(found.middle, 'm', 2)}"
-        glitches = ", ".join(filter(None, (now, left)))
-        return f"{readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}: {glitches}"
+        test, without = self.runs[0].circle, bare(candidates_of(self.runs, self.many, self.prediction))
+        shown = [f"{found.named} {readable(found.middle, 'm', 2)}" for found in (without, self.verdict.choice) if found]
+        left = ", ".join(dict.fromkeys(shown))
+        return f"{readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}: {left}"
 
     def figure(self) -> Figure:
         """Return the radial error of each scheme; of many machines the distribution of the glitch."""
