@@ -78,7 +78,7 @@ def missing(path: Path, names: Sequence[str] = ()) -> FricError:
     bundled = near(str(path), names).replace("?", ", which comes with fric?")
     if not (beside or bundled) and names and not path.suffix:
         bundled = f"These come with fric, by name: {', '.join(names)}."
-    values = "" if path.suffix or len(path.name) > 3 else " Several values of an option are written with commas, as 'a,b'."
+    values = "" if path.suffix else " Several values of an option are written with commas, as 'a,b'."
     hint = (beside or bundled).rstrip() or f"It was looked for in {path.parent.absolute()}.{values}"
     return FricError("there is no such file", where=str(path), hint=hint)
 

@@ -211,6 +211,6 @@ def settled(findings: Iterable[Finding], hint: str = "") -> list[Notice]:
     if found and not _lifted.get():
         first = found[0]
         mend = f"{hint}; where it is so, say {LIFT}." if hint else IMPLAUSIBLE[first.name].mend
-        raise FricError(str(first.notice()), where=first.where, hint=mend)
+        raise FricError(str(first.notice()).rstrip("."), where=first.where, hint=mend)
     unusual = [] if _lifted.get() else [finding for finding in known if finding.unusual()]
     return list(once(finding.notice() for finding in found or unusual))

@@ -24,24 +24,23 @@ WORDS = {str: "a text", Path: "a path", float: "a number", int: "a whole number"
 
 @dataclass(frozen=True)
 class Kind:
-    """What an annotation says of an argument beside its type: ``Annotated[int, Kind(least=0)]``."""
+    """What an annotation says of an argument beside its type: ``Annotated[int, Kind(least=0, most=9)]``."""
 
     read: Any = None  # What a command reads it as, where the type leaves that open
     metavar: str | None = None  # Name of the value in a help text, in capitals
     complete: str = ""  # What the shell completes it from: the name of a function of `fric.cli.completion`
-    least: float | None = None  # Bounds of a number, which belong to the range
+    least: float | None = None  # Both bounds of a number, which belong to the range
     most: float | None = None
 
     def holds(self, given: Any) -> bool:
         """Return whether a number is within the bounds."""
-        number = isinstance(given, Real)
-        return not number or ((self.least is None or given >= self.least) and (self.most is None or given <= self.most))
+        if self.least is None or self.most is None or not isinstance(given, Real):
+            return True
+        return not given < self.least and given <= self.most
 
     def words(self) -> str:
         """Return the bounds in words."""
-        if self.most is not None:
-            return f" from {self.least:.10g} to {self.most:.10g}"
-        return "" if self.least is None else f" at least {self.least:g}"
+        return "" if self.most is None else f" from {self.least:.10g} to {self.most:.10g}"
 
 
 def verb(function: Callable[P, R]) -> Callable[P, R]:

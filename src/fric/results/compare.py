@@ -113,7 +113,7 @@ def compare(
     *logs: LogLike,
     models: Annotated[str | Sequence[str], Kind(str, "all|NAME,NAME…")] = "all",
     fit_on: Annotated[str | Sequence[str] | None, Kind(list[str], "RECORD", "records")] = None,
-    cycles: Annotated[int | None, Kind(metavar="N", least=1)] = None,
+    cycles: Annotated[int | None, Kind(metavar="N", least=1, most=10**6)] = None,
     folds: Annotated[int, Kind(least=2, most=100)] = 3,
     halves: bool = False,
     static: FrictionLike | None = None,

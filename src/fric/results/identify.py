@@ -211,7 +211,7 @@ def identify_plant(
     delay: Annotated[Quantity | None, "time"] = None,
     cutoff: Annotated[Quantity | None, "frequency"] = None,
     decimation: Count | None = None,
-    border: Annotated[int | None, Kind(least=0)] = None,
+    border: Annotated[int | None, Kind(least=0, most=10**9)] = None,
     encoder: EncoderName = "motor",
 ) -> PlantResult:
     """Identify the plant A, B, T_d (eq. 1) and K_f, from frequency responses or from an ordinary motion.

@@ -164,7 +164,7 @@ def plan(
     encoder: Annotated[Quantity | None, "position"] = None,
     like: LogLike | None = None,
     micro_steps: bool = False,
-    draws: int | None = None,
+    draws: Annotated[int | None, Kind(least=1, most=1000)] = None,
     advance: Advance = silent,
 ) -> PlanResult:
     """Plan the records that identify an axis, with the intervals to expect; or the most useful further record.
