@@ -30,7 +30,6 @@ from fric.flaws.static_map import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.flaws.unit import BOUNDS, UNUSUAL
 from fric.identify.gms import identify as gms
 from fric.identify.plant import identify as plant_fit
-from fric.identify.plant import response_fit
 from fric.identify.plant.frequency_response import measure_response
 from fric.identify.plant.identify import described
 from fric.identify.replay.replay_fit import Solved
@@ -115,15 +114,15 @@ def two_encoders(size: float) -> list[Notice | None]:
 
 def dead(size: float) -> list[Notice | None]:
     u = RNG.uniform(-1.0, 1.0, 8192)
-    zone = size * response_fit.DEAD * np.sqrt(np.mean(u**2))
+    zone = size * plant_fit.DEAD * np.sqrt(np.mean(u**2))
     force = 80.0 * np.sign(u) * np.maximum(np.abs(u) - zone, 0.0)
     log = Log(time=np.arange(len(u)) / 1e3, position=u, input=u, force=force)
-    return [response_fit._dead_zone(log, 0.0, 0.0)]
+    return [plant_fit._dead_zone(log, 0.0, 0.0)]
 
 
 def mass(size: float) -> list[Notice]:
     known = {"K_f": Estimate.around(100.0, "N/V", 0.0), "B": Estimate.around(10.0, "m/(s²V)", 0.0)}
-    return response_fit.against_mass(known, 10.0 / (1.0 + size * response_fit.DIFFERS), "linear")
+    return plant_fit.against_mass(known, 10.0 / (1.0 + size * plant_fit.DIFFERS), "linear")
 
 
 def response(size: float = 0.5, **more: object) -> list[Notice]:
@@ -395,8 +394,8 @@ SHOWN: dict[str, Show] = {
     "dead-zone": dead,
     "mass-differs": mass,
     "loop-lags": lambda s: gains.lags(N(K_v=50.0, velocity_feedforward=1.0), s * gains.LAGS / 50.0),
-    "force-lags": lambda s: response_fit._lag_described(
-        Estimate.around(s * response_fit.DESCRIBED / 1e3, "s", 0.0), None, 1e3
+    "force-lags": lambda s: plant_fit._lag_described(
+        Estimate.around(s * plant_fit.DESCRIBED / 1e3, "s", 0.0), None, 1e3
     ),
     "parameter-at-bound": lambda s: near_an_end(s, "linear"),
     "parameter-at-edge": lambda s: near_an_end(s, "log"),

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from fric.drive.plant import Plant
-from fric.identify.plant.identify import identify_plant
-from fric.identify.plant.response_fit import force_scale
+from fric.identify.plant.identify import force_scale, identify_plant
 from fric.log import Log
 from fric.notice import Notice
 from fric.records.prepared import acting_force, prepared

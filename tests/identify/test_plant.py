@@ -11,8 +11,7 @@ import pytest
 from fric.documents.machine_files import read_machine
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
-from fric.identify.plant.identify import identify_plant
-from fric.identify.plant.response_fit import PlantFit
+from fric.identify.plant.identify import PlantFit, identify_plant
 from fric.log import FrequencyResponse, Log
 from fric.reference import Reference
 from fric.reference import multisine as reference_multisine

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fric.identify.plant.response_fit import force_scale, steady_force_constant
+from fric.identify.plant.identify import force_scale, steady_force_constant
 from fric.log import Log
 from tests.chance import fewest
 from tests.identify.constant_velocity import both_directions, stroke

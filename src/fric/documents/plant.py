@@ -18,8 +18,7 @@ from fric.log import Record
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
-    from fric.identify.plant.identify import MotionFit
-    from fric.identify.plant.response_fit import PlantFit, ResponseFit
+    from fric.identify.plant.identify import MotionFit, PlantFit, ResponseFit
 
 
 class PlantPart(Physical):

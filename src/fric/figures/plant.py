@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 
 from fric.arrays import Complex, Real
 from fric.figures.style import BLACK, BLUE, CYCLE, GREY, VERMILION, look, new_figure, view
-from fric.identify.plant.identify import MotionFit
-from fric.identify.plant.response_fit import PlantFit, ResponseFit
+from fric.identify.plant.identify import MotionFit, PlantFit, ResponseFit
 from fric.units import si_unit
 
 MARKERS = "osD^v"

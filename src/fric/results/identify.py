@@ -24,9 +24,8 @@ from fric.estimate import NORMAL_97_5, estimate_rows
 from fric.friction import FrictionModel, models
 from fric.identify.gms.identify import GMSFit, Replay
 from fric.identify.gms.identify import identify_gms as fit_gms
-from fric.identify.plant.identify import MotionFit, identify_motion, plant_records
+from fric.identify.plant.identify import MotionFit, PlantFit, identify_motion, plant_records
 from fric.identify.plant.identify import identify_plant as fit_plant
-from fric.identify.plant.response_fit import PlantFit
 from fric.identify.replay.replay_fit import ReplayFit, axis_in_motion, fitted_model, identify_by_replay
 from fric.identify.static_map.identify import StaticFit
 from fric.identify.static_map.identify import identify_static as fit_static
