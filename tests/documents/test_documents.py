@@ -28,6 +28,7 @@ from fric.identify.gms.identify import identify_gms
 from fric.identify.plant.identify import identify_plant
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.points import Asked
 from fric.io.hdf5 import read_logs, read_records
 from fric.notice import Notice
 from fric.records.prepared import prepared
@@ -72,7 +73,7 @@ def test_the_words_of_older_files_become_data_once() -> None:
 
 def test_a_static_map_carries_plant_and_covariance_into_the_files_that_build_upon_it(tmp_path: Path) -> None:
     plant, logs = axis_plant(tmp_path), read_logs(LOGS / "constant-velocity.h5")
-    fit = identify_static(logs, plant=plant, delta=1.0, over_position="off")
+    fit = identify_static(logs, Asked(plant=plant, delta=1.0, over_position="off"))
     path = tmp_path / "static.yaml"
     write_document(path, static_tree(fit, logs))
     document = read_document(path, FrictionDocument)

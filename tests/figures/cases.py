@@ -60,6 +60,7 @@ from fric.identify.plant.identify import identify_motion, identify_plant
 from fric.identify.replay.compare import compare_models, split_by_folds
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.points import Asked
 from fric.io.hdf5 import read_logs, read_records
 from fric.log import Log
 from fric.planning.choose import choose
@@ -327,7 +328,7 @@ def many_machines() -> Case:
 
 @subject
 def static_fit() -> Any:
-    return identify_static(read_logs(ROOT / "data/constant-velocity.h5"))
+    return identify_static(read_logs(ROOT / "data/constant-velocity.h5"), Asked())
 
 
 @case

@@ -436,7 +436,7 @@ SHOWN: dict[str, Show] = {
     "rest-raises-friction": lambda s: hysteresis(mismatch=s * gms.LEVEL * 100.0),
     "records-vary": lambda s: (
         identify_static(
-            [strokes(level, n) for n, level in enumerate((0.97, 1.02, 1.01) if is_so(s) else (1.0, 1.0, 1.0))]
+            [strokes(level, n) for n, level in enumerate((0.97, 1.02, 1.01) if is_so(s) else (1.0, 1.0, 1.0))], Asked()
         ).warnings
     ),
     "strokes-in-presliding": lambda s: ended_early(s * RISES),

@@ -25,6 +25,7 @@ from fric.errors import FricError, printable
 from fric.identify.gms.identify import identify_gms
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.points import Asked
 from fric.io.hdf5 import read_logs, read_records, write_logs
 from fric.io.ingest import ingest
 from fric.io.readers import tables
@@ -265,7 +266,7 @@ def test_a_force_that_tells_nothing_ends_in_a_sentence(verb, spoil, match):
     kind = "constant-velocity" if verb == "static" else "presliding-sine"
     whole = read_logs(DATA / f"{kind}.h5")
     identify = {
-        "static": identify_static,
+        "static": lambda logs: identify_static(logs, Asked()),
         "gms": identify_gms,
         "dahl": lambda logs: identify_by_replay("dahl", prepared(logs)),
     }[verb]

@@ -41,7 +41,7 @@ def session(seed: int, records: int, level: float, offset: float) -> StaticFit:
         )
         for n in range(records)
     ]  # fmt: skip
-    return identify_static(tables, delta=1.0, form="stribeck", direction="both", over_position="off")
+    return identify_static(tables, Asked(delta=1.0, form="stribeck", direction="both", over_position="off"))
 
 
 def held(fits: list[StaticFit], name: str) -> int:
@@ -220,7 +220,7 @@ def one_speed_each(seed: int, level: float) -> StaticFit:
         friction = np.sign(v) * (TRUTH["F_c"] + (TRUTH["F_s"] - TRUTH["F_c"]) * np.exp(-np.abs(v) / 2e-3))
         force = (1.0 + level * rng.standard_normal()) * friction + TRUTH["sigma"] * v + 0.3 * rng.standard_normal(6)
         tables.append(ForceVelocity(v, force, error=np.full(6, 0.1), name=f"run {n:02d}"))
-    return identify_static(tables, delta=1.0, form="stribeck", direction="both", over_position="off")
+    return identify_static(tables, Asked(delta=1.0, form="stribeck", direction="both", over_position="off"))
 
 
 @pytest.mark.parametrize("count", [3, pytest.param(40, marks=pytest.mark.long(60))])

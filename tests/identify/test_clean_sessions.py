@@ -12,6 +12,7 @@ from fric.flaws.channel import SAMPLES_LOST
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.virgin_curve import find_cycles, virgin_curve
 from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.points import Asked
 from fric.log import ForceVelocity, Log
 from fric.records.flaws import clock_flaws, timing
 from fric.records.prepared import prepared
@@ -58,7 +59,7 @@ def test_strokes_of_a_spectrum_of_elements_have_no_doubt(seeds: range) -> None:
     doubted = []
     for seed in seeds:
         axis, rng = axis_and_records(seed, "iwan")
-        found = identify_static(plain_session.strokes(axis, rng))
+        found = identify_static(plain_session.strokes(axis, rng), Asked())
         doubted += [(seed, notice.code) for notice in found.warnings if notice.severity != "note"]
         assert float(found.static.estimates["F_c"]) == pytest.approx(axis.F_c, rel=0.02)
     assert len(doubted) <= most(len(seeds), 0.01), doubted
@@ -138,7 +139,7 @@ STROKES = """0.272 68.598 .099, 0.462 67.003 .091, -0.462 -66.623 .107, 0.785 64
 def test_a_slowest_stroke_that_is_high_by_chance_is_no_ageing() -> None:
     """F_s was called wrong: it grew by 1.7 N with each tenfold of the time of contact."""
     v, force, error = np.array([row.split() for row in STROKES.split(",")], float).T
-    found = identify_static([ForceVelocity(1e-3 * v, force, error=error, name="clean")])
+    found = identify_static([ForceVelocity(1e-3 * v, force, error=error, name="clean")], Asked())
     assert "friction-ages" not in {notice.code for notice in found.warnings}
 
 

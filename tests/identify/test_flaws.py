@@ -8,6 +8,7 @@ import pytest
 from fric.documents.inspection import InspectionDocument
 from fric.identify.plant.identify import identify_plant
 from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.points import Asked
 from fric.log import Log
 from fric.records.flaws import clock_flaws, stroke_flaws, timing
 from fric.records.inspection import inspect
@@ -174,7 +175,7 @@ def test_a_force_that_rises_along_the_axis_is_taken_off() -> None:
     for seed in range(3):
         rises, half = along_axis(steady(sprung(300.0, seed))) or (0.0, 0.0)
         assert rises == pytest.approx(300.0, abs=2 * half)
-        fit = identify_static(sprung(300.0, seed))
+        fit = identify_static(sprung(300.0, seed), Asked())
         assert fit.static is not None
         assert float(fit.static.estimates["F_c"]) == pytest.approx(80.0, abs=0.02)
         assert float(fit.static.estimates["offset"]) == pytest.approx(300.0 * 15.69e-3, abs=0.05)  # there
@@ -205,10 +206,10 @@ def test_a_force_that_settles_within_strokes_is_no_drift() -> None:
 
 
 def test_what_varies_is_wrong_where_the_interval_of_the_map_does_not_hold_it() -> None:
-    fit = identify_static(session(rate=-0.003, noise=0.2))
+    fit = identify_static(session(rate=-0.003, noise=0.2), Asked())
     drifts = [w for w in fit.warnings if getattr(w, "code", "") == "force-drifts"]
     assert [w.severity for w in drifts] == ["wrong"]
-    fine = identify_static(session(noise=0.2))
+    fine = identify_static(session(noise=0.2), Asked())
     assert not [w for w in fine.warnings if getattr(w, "severity", "") == "wrong"]
 
 
@@ -252,7 +253,7 @@ def test_every_identify_judges_a_record_alike(identify: str) -> None:
 
     if identify == "static":
         logs = [replace(log, force=np.clip(log.force, -80.0, 80.0)) for log in session()]
-        warnings = identify_static(logs).warnings
+        warnings = identify_static(logs, Asked()).warnings
     else:
         logs = [replace(log, force=np.clip(log.force, -120.0, 120.0)) for log in pair(step=0.0, noise=0.5)]
         if identify == "gms":  # whose stiffness begins where the force is largest

@@ -7,6 +7,7 @@ import pytest
 from fric.drive.plant import Plant
 from fric.identify.gms.identify import ASSUMED_C, identify_gms
 from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.points import Asked
 from fric.io.hdf5 import read_logs
 
 DATA = Path(__file__).parents[2] / "data"
@@ -15,7 +16,7 @@ DATA = Path(__file__).parents[2] / "data"
 @pytest.mark.long(3)
 def test_a_plant_that_is_not_the_log_s_leaves_C_assumed_and_says_so():
     wrong = Plant(A=16.9, B=2.4, T_d=0.6e-3, K_f=548.0)  # the rig's force constant is 150 N/V
-    static = identify_static(read_logs(DATA / "constant-velocity.h5"), plant=wrong).static.static_map
+    static = identify_static(read_logs(DATA / "constant-velocity.h5"), Asked(plant=wrong)).static.static_map
     logs = read_logs([DATA / "presliding-sine.h5", DATA / "sliding-sine.h5"])
     fit = identify_gms(logs, static=static, plant=wrong, blocks=3)
     assert fit.C.assumed

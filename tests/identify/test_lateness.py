@@ -11,6 +11,7 @@ from fric.friction.dahl import Dahl
 from fric.identify.gms.virgin_curve import find_cycles
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.points import Asked
 from fric.log import Log
 from fric.records.prepared import prepared
 from fric.simulate.experiment import constant_velocity, presliding_sine
@@ -69,7 +70,7 @@ def test_a_lag_of_trace_samples_hardly_moves_the_map_of_strokes() -> None:
 
     def found(samples: int) -> dict[str, tuple[float, float]]:
         late = [replace(log, force=np.interp(log.time - samples * log.time[1], log.time, log.force)) for log in logs]
-        tree = static_tree(identify_static(late, plant=AXIS.plant), late)["static"]
+        tree = static_tree(identify_static(late, Asked(plant=AXIS.plant)), late)["static"]
         return {
             name: (one["value"], 0.5 * float(np.diff(one["ci95"])[0]))
             for name, one in tree.items() if isinstance(one, dict) and "ci95" in one

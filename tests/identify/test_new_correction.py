@@ -53,5 +53,5 @@ def test_the_table_makes_it_for_a_map(walking_zero, monkeypatch):
     monkeypatch.setitem(corrections.OF_A_MAP, "walking zero", lambda found: seen.append(len(found.points)) or None)
     v = np.outer([-1.0, 1.0], np.geomspace(1e-4, 0.05, 8)).ravel()
     F = np.sign(v) * (F_C + 30.0 * np.exp(-np.abs(v) / 2e-3))
-    identify_static([ForceVelocity(v, F, error=np.full(16, 0.1), name="run")], delta=1.0)
+    identify_static([ForceVelocity(v, F, error=np.full(16, 0.1), name="run")], Asked(delta=1.0))
     assert seen

@@ -10,6 +10,7 @@ import pytest
 from fric.drive.plant import Plant
 from fric.friction.stribeck import StaticMap
 from fric.identify.static_map.identify import StaticFit, identify_static
+from fric.identify.static_map.points import Asked
 from fric.log import Log
 from fric.notice import Notice
 from tests.chance import fewest, most
@@ -53,7 +54,7 @@ def test_a_fall_that_only_the_two_slowest_of_one_direction_show_is_kept() -> Non
     rng = np.random.default_rng(1)
     fast = np.geomspace(4e-3, 40e-3, 12)
     speeds = np.concatenate([[0.3e-3, 0.8e-3], fast, -fast])
-    fit = identify_static([stroke(v, rng, friction=map_, noise=0.005) for v in speeds])
+    fit = identify_static([stroke(v, rng, friction=map_, noise=0.005) for v in speeds], Asked())
     assert fit.static is not None
     assert not fit.static.standing_off
     assert float(fit.static.estimates["F_s"]) == pytest.approx(120, rel=0.01)
@@ -77,7 +78,7 @@ def test_coulomb_plus_viscous_friction_is_told_as_such(sigma: float, draws: int)
         rng = np.random.default_rng([seed, 2])
         logs = [stroke(v, rng, friction=map_) for v in both_directions(np.geomspace(2e-3, 60e-3, 8))]
         logs = [replace(log, force=log.force + rng.normal(0, 0.5)) for log in logs]
-        fit = identify_static(logs)
+        fit = identify_static(logs, Asked())
         assert fit.static is not None
         if fit.static.problem.fall:
             continue
@@ -87,8 +88,8 @@ def test_coulomb_plus_viscous_friction_is_told_as_such(sigma: float, draws: int)
         low, high = limits(fit, "F_c")
         covered += low <= 60.0 <= high
     assert covered >= fewest(draws, 0.9)
-    assert "Coulomb plus viscous" in identify_static(logs, form="coulomb").method
-    forced = identify_static(logs, form="stribeck")
+    assert "Coulomb plus viscous" in identify_static(logs, Asked(form="coulomb")).method
+    forced = identify_static(logs, Asked(form="stribeck"))
     assert forced.static is not None
     assert forced.static.problem.fall
 
@@ -106,7 +107,7 @@ def test_swings_over_a_falling_curve_do_not_lift_it(draws: int) -> None:
             swung(v, rng, swing=0.35 if 0.3e-3 < abs(v) < 1.2e-3 else 1e-4, friction=TABLE_1)
             for v in both_directions(SLOW)
         ]
-        fit = identify_static(logs)
+        fit = identify_static(logs, Asked())
         swings = [p.swing for p in fit.points if 0.3e-3 < abs(p.velocity) < 1.2e-3]
         assert swings == pytest.approx([0.35] * len(swings), rel=0.15)
         for name in covered:
@@ -120,7 +121,7 @@ def test_a_stroke_that_ripples_too_much_for_a_steady_stretch_is_used() -> None:
     rng = np.random.default_rng(5)
     rippling = swung(2e-3, rng, swing=0.3, frequency=0.75, friction=TABLE_1)
     logs = [stroke(v, rng) for v in both_directions(SLOW)]
-    fit = identify_static([*logs, rippling])
+    fit = identify_static([*logs, rippling], Asked())
     assert any(p.record == rippling.name for p in fit.points)
     assert "records-without-stroke" not in codes(fit)
 
@@ -135,7 +136,7 @@ def test_records_that_give_no_stroke_are_listed_with_their_reasons() -> None:
         Log(t, 1e-3 * t**2, force=force, kind="constant-velocity", name="speeds up"),
         Log(t, 1e-3 * np.sin(2 * t), force=force, kind="constant-velocity", name="to and fro"),
     ]
-    fit = identify_static([*logs, *others])
+    fit = identify_static([*logs, *others], Asked())
     (told,) = [w for w in fit.warnings if isinstance(w, Notice) and w.code == "records-without-stroke"]
     for words in (
         "3 of 31 records",
@@ -151,7 +152,7 @@ def test_gravity_survives_each_direction() -> None:
     rng = np.random.default_rng(7)
     weight = StaticMap(F_c=70.0, F_s=90.0, v_s=2e-3, sigma=100.0)
     logs = [stroke(v, rng, friction=weight, offset=60.0) for v in both_directions(SLOW)]
-    fit = identify_static(logs, direction="each")
+    fit = identify_static(logs, Asked(direction="each"))
     assert fit.static is not None
     assert fit.negative is not None
     for one in (fit.static, fit.negative):
@@ -172,8 +173,8 @@ def test_a_plant_that_holds_the_viscous_friction_raises_no_alarm(count: int) -> 
         rng = np.random.default_rng([seed, 8])
         friction = replace(TABLE_1, sigma=plant.damping)
         logs = [stroke(v, rng, friction=friction) for v in both_directions(SLOW)]
-        quiet += "damping-too-large" in codes(identify_static(logs, plant=plant))
-        loud += codes(identify_static(logs, plant=replace(plant, A=30.0))).get("damping-too-large") == "wrong"
+        quiet += "damping-too-large" in codes(identify_static(logs, Asked(plant=plant)))
+        loud += codes(identify_static(logs, Asked(plant=replace(plant, A=30.0)))).get("damping-too-large") == "wrong"
     assert quiet == 0
     assert loud == count
 
@@ -182,10 +183,10 @@ def test_directions_that_differ_are_told_and_a_stated_load_parts_them_from_an_of
     rng = np.random.default_rng(9)
     forth, back = StaticMap(80.0, 115.0, 1.8e-3, 1.0, 120.0), StaticMap(68.0, 98.0, 1.8e-3, 1.0, 157.0)
     logs = [stroke(v, rng, friction=forth if v > 0 else back) for v in both_directions(SLOW)]
-    assert codes(identify_static(logs, direction="both"))["directions-differ"] == "wrong"
-    assert identify_static(logs).negative is not None  # each has its own map where that predicts better
-    assert codes(identify_static(logs, direction="each"))["offset-shared"] == "wrong"
-    fit = identify_static(logs, direction="each", load=0.0)
+    assert codes(identify_static(logs, Asked(direction="both")))["directions-differ"] == "wrong"
+    assert identify_static(logs, Asked()).negative is not None  # each has its own map where that predicts better
+    assert codes(identify_static(logs, Asked(direction="each")))["offset-shared"] == "wrong"
+    fit = identify_static(logs, Asked(direction="each", load=0.0))
     assert fit.static is not None
     assert fit.negative is not None
     assert "wrong" not in codes(fit).values()
@@ -203,7 +204,7 @@ def test_directions_that_are_alike_raise_no_alarm(draws: int) -> None:
     told = 0
     for seed in range(draws):
         rng = np.random.default_rng([seed, 10])
-        fit = identify_static([stroke(v, rng) for v in both_directions(SLOW)])
+        fit = identify_static([stroke(v, rng) for v in both_directions(SLOW)], Asked())
         told += "directions-differ" in codes(fit) or fit.negative is not None
     assert told <= most(draws, 0.005)
 
@@ -215,7 +216,7 @@ def test_the_error_of_the_plant_s_damping_is_in_the_intervals() -> None:
     rng = np.random.default_rng(11)
     friction = replace(TABLE_1, sigma=100.0 + plant.damping)
     logs = [stroke(v, rng, friction=friction, noise=0.003) for v in both_directions(SLOW)]
-    blind, knowing = (identify_static(logs, plant=off, damping_error=e) for e in (0.0, 0.5 * plant.M))
+    blind, knowing = (identify_static(logs, Asked(plant=off, damping_error=e)) for e in (0.0, 0.5 * plant.M))
     assert limits(blind, "sigma")[0] > 100.0
     low, high = limits(knowing, "sigma")
     assert low < 100.0 < high

@@ -11,6 +11,7 @@ from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
 from fric.identify.static_map.identify import StaticFit, identify_static
+from fric.identify.static_map.points import Asked
 from fric.log import ForceVelocity, Log
 from tests.chance import fewest
 from tests.identify.constant_velocity import PAPER_SPEEDS, TABLE_1, both_directions, stroke
@@ -36,7 +37,7 @@ def _limits(fit: StaticFit, name: str) -> tuple[float, float]:
 
 @pytest.mark.parametrize("delta", [1.0, None])
 def test_noise_free_strokes_give_table_1(delta):
-    fit = identify_static(_logs(noise=0.0, encoder=0.0), delta=delta)
+    fit = identify_static(_logs(noise=0.0, encoder=0.0), Asked(delta=delta))
     for name in NAMES:
         assert _value(fit, name) == pytest.approx(getattr(TABLE_1, name), rel=1e-3)
     assert fit.static.rmse < 1e-3
@@ -59,7 +60,7 @@ def test_intervals_cover_the_truth():
     errors, linear = [], []
     for seed in range(32):
         logs = _logs(seed, offset=3.0, samples=1000)
-        fit = identify_static(logs, delta=1.0)  # a factor that is supposed is not exactly known
+        fit = identify_static(logs, Asked(delta=1.0))  # a factor that is supposed is not exactly known
         noise = np.array([log.force.mean() for log in logs]) - F
         linear.append(covariance @ X.T @ (noise / sd**2) / np.sqrt(np.diag(covariance)))
         row = []
@@ -73,9 +74,9 @@ def test_intervals_cover_the_truth():
 def test_clipped_forces_are_told():
     logs = _logs(1)
     low, high = min(log.force.min() for log in logs), max(log.force.max() for log in logs)
-    assert "force-clipped" not in {one.code for one in identify_static(logs).warnings}
+    assert "force-clipped" not in {one.code for one in identify_static(logs, Asked()).warnings}
     cut = [replace(log, force=np.clip(log.force, 0.8 * low, 0.8 * high)) for log in logs]
-    told = [one for one in identify_static(cut).warnings if one.code == "force-clipped"]
+    told = [one for one in identify_static(cut, Asked()).warnings if one.code == "force-clipped"]
     assert told
     assert all(one.severity == "wrong" and one.values["samples"] > 0 for one in told)
 
@@ -92,7 +93,7 @@ def test_one_long_record_gives_what_single_strokes_give():
     inertia = 121.0 * np.gradient(v, dt)
     force = TABLE_1.steady_state(v) + inertia + rng.standard_normal(len(v))
     log = Log(np.arange(len(v)) * dt, np.round(z / 0.25e-6) * 0.25e-6, force=force)
-    fit = identify_static([log])
+    fit = identify_static([log], Asked())
     assert len(fit.points) == 2 * len(PAPER_SPEEDS[5:])
     for name in NAMES:
         low, high = _limits(fit, name)
@@ -106,7 +107,7 @@ def test_glitches_in_a_stroke_do_not_move_the_map():
         force = log.force.copy()
         force[7::61] += 5e3
         spoiled.append(replace(log, force=force))
-    clean, rough = identify_static(logs), identify_static(spoiled)
+    clean, rough = identify_static(logs, Asked()), identify_static(spoiled, Asked())
     for name in NAMES:
         low, high = _limits(clean, name)
         assert abs(_value(rough, name) - _value(clean, name)) < 3 * (high - low)
@@ -116,16 +117,16 @@ def test_the_drives_own_damping_is_taken_off_with_a_plant():
     plant = Plant(A=28.57, B=4.526, T_d=0.65e-3, K_f=548.0)
     friction = replace(TABLE_1, sigma=TABLE_1.sigma + plant.damping)
     logs = _logs(3, friction=friction)
-    low, high = _limits(identify_static(logs, plant=plant), "sigma")
+    low, high = _limits(identify_static(logs, Asked(plant=plant)), "sigma")
     assert low < TABLE_1.sigma < high
-    assert _value(identify_static(logs), "sigma") == pytest.approx(40 + 3459, rel=0.02)
+    assert _value(identify_static(logs, Asked()), "sigma") == pytest.approx(40 + 3459, rel=0.02)
 
 
 def test_a_damping_that_is_too_large_moves_sigma_alone():
     """Friction is what it is whatever damping is taken off; sigma ends at 0, and is known as well as that is."""
     plant = Plant(A=28.57, B=4.526, T_d=0.65e-3, K_f=548.0)
     logs = _logs(friction=replace(TABLE_1, sigma=0.99 * plant.damping))
-    bare, taken = identify_static(logs), identify_static(logs, plant=plant, damping_error=80.0)
+    bare, taken = identify_static(logs, Asked()), identify_static(logs, Asked(plant=plant, damping_error=80.0))
     for name in ("F_c", "F_s", "v_s", "offset"):
         assert _value(taken, name) == pytest.approx(_value(bare, name), rel=1e-5, abs=1e-5)
         assert _limits(taken, name) == pytest.approx(_limits(bare, name), rel=1e-3)
@@ -140,20 +141,20 @@ def test_each_direction_gets_its_own_map():
     rng = np.random.default_rng(4)
     other = StaticMap(120.0, 150.0, 2e-3, 1.0, 80.0)
     logs = [stroke(v, rng) for v in PAPER_SPEEDS] + [stroke(-v, rng, friction=other) for v in PAPER_SPEEDS]
-    fit = identify_static(logs, direction="each")
+    fit = identify_static(logs, Asked(direction="each"))
     offset = _value(fit, "offset")
     assert -7.5 < offset < 0
     assert _value(fit, "F_c") + offset == pytest.approx(105, rel=0.01)
     assert float(fit.negative.estimates["F_c"]) - offset == pytest.approx(120, rel=0.01)
     assert float(fit.negative.estimates["offset"]) == offset
     with pytest.raises(FricError, match="only one direction"):
-        identify_static(logs[:17], direction="each")
+        identify_static(logs[:17], Asked(direction="each"))
 
 
 def test_scatter_between_strokes_widens_the_intervals():
     rng = np.random.default_rng(6)
     logs = [replace(log, force=log.force + 3.0 * rng.standard_normal()) for log in _logs(6)]
-    fit = identify_static(logs)
+    fit = identify_static(logs, Asked())
     assert fit.static.between == pytest.approx(3.0, rel=0.4)
     assert "strokes-scatter" in {one.code for one in fit.warnings}
     low, high = _limits(fit, "F_c")
@@ -165,12 +166,14 @@ def test_scatter_between_strokes_widens_the_intervals():
 def test_a_map_whose_strokes_scatter_by_a_tenth_of_their_force_is_doubted(scatter, severity):
     rng = np.random.default_rng(8)
     logs = [replace(log, force=log.force + scatter * rng.standard_normal()) for log in _logs(6)]
-    assert {one.severity for one in identify_static(logs).warnings if one.code == "strokes-scatter"} == {severity}
+    assert {one.severity for one in identify_static(logs, Asked()).warnings if one.code == "strokes-scatter"} == {
+        severity
+    }
 
 
 def test_a_damping_that_is_within_its_interval_too_large_is_not_told_wrong():
     plant = Plant(A=100.0, B=1.0, T_d=1e-3, K_f=1000.0)
-    sure, unsure = (identify_static(_logs(6), plant=plant, damping_error=error) for error in (0.0, 1.2e5))
+    sure, unsure = (identify_static(_logs(6), Asked(plant=plant, damping_error=error)) for error in (0.0, 1.2e5))
     assert "damping-too-large" in {one.code for one in sure.warnings}
     assert "damping-too-large" not in {one.code for one in unsure.warnings}
 
@@ -178,7 +181,7 @@ def test_a_damping_that_is_within_its_interval_too_large_is_not_told_wrong():
 def test_scatter_beside_which_the_noise_of_strokes_is_lost_is_told():
     rng = np.random.default_rng(0)
     logs = [replace(log, force=log.force * (1 + 5 * rng.standard_normal())) for log in _logs(noise=1e-9)]
-    assert any(warning.code == "strokes-scatter" for warning in identify_static(logs).warnings)
+    assert any(warning.code == "strokes-scatter" for warning in identify_static(logs, Asked()).warnings)
 
 
 @pytest.mark.parametrize(
@@ -189,7 +192,7 @@ def test_scatter_beside_which_the_noise_of_strokes_is_lost_is_told():
     ],
 )
 def test_what_the_data_cannot_tell_is_said(change, told):
-    found = {one.code: one for one in identify_static(_logs(8, **change)).warnings}
+    found = {one.code: one for one in identify_static(_logs(8, **change), Asked()).warnings}
     assert told in found
     if "speeds" in change and told == "fall-not-seen":
         assert float(found[told].values["slowest"]) == pytest.approx(8e-3, rel=0.01)
@@ -202,12 +205,12 @@ def test_friction_of_another_shape_is_noticed():
         bump = 15 * np.exp(-(np.log(abs(v) / 5e-3) ** 2))
         log = stroke(v, rng)
         logs.append(replace(log, force=log.force + np.sign(v) * bump))
-    assert "residuals-follow-speed" in {one.code for one in identify_static(logs).warnings}
+    assert "residuals-follow-speed" in {one.code for one in identify_static(logs, Asked()).warnings}
 
 
 def test_one_speed_alone_gives_the_force_there_and_no_map():
     rng = np.random.default_rng(10)
-    fit = identify_static([stroke(v, rng) for v in (2e-3, -2e-3, 2e-3)])
+    fit = identify_static([stroke(v, rng) for v in (2e-3, -2e-3, 2e-3)], Asked())
     assert fit.static is None
     low, high = fit.at_speed["force"].ci95
     assert low < float(TABLE_1.steady_state(2e-3)) < high
@@ -217,7 +220,7 @@ def test_one_speed_alone_gives_the_force_there_and_no_map():
 @pytest.mark.parametrize("offset", [30.0, -30.0, -150.0])
 def test_one_direction_alone_bounds_neither_level_and_knows_their_sum(offset):
     """F_c and an offset are one level there: no split of both has an interval."""
-    fit = identify_static([replace(log, force=log.force + offset) for log in _logs(11)[17:]])
+    fit = identify_static([replace(log, force=log.force + offset) for log in _logs(11)[17:]], Asked())
     assert fit.static.estimates["offset"].assumed
     assert fit.static.estimates["offset"].ci95 is None
     for name in ("F_c", "F_s"):
@@ -235,43 +238,45 @@ def test_a_joint_under_load_in_one_direction_is_not_all_friction():
     """A joint of 0.77 N*m under 2.64 N*m: its table in one direction gave a friction of 3.41 with a narrow interval."""
     v, rng = np.geomspace(0.05, 2.0, 14), np.random.default_rng(2)
     force = 0.77 + 2.64 + 0.1 * v + 0.01 * rng.standard_normal(14)
-    fit = identify_static([ForceVelocity(v, force, error=np.full(14, 0.01), motion="rotary")])
+    fit = identify_static([ForceVelocity(v, force, error=np.full(14, 0.01), motion="rotary")], Asked("rotary"))
     low, high = fit.static.estimates["F_c"].ci95
     assert low <= 0.77 <= high
     assert fit.warnings[0].values["level"].ci95[0] < 3.41 < fit.warnings[0].values["level"].ci95[1]
-    known = identify_static([ForceVelocity(v, force, error=np.full(14, 0.01), motion="rotary")], load=2.64)
+    known = identify_static(
+        [ForceVelocity(v, force, error=np.full(14, 0.01), motion="rotary")], Asked("rotary", load=2.64)
+    )
     low, high = known.static.estimates["F_c"].ci95
     assert low < 0.77 < high < 0.8
 
 
 def test_a_force_of_the_wrong_sign_is_told_first():
-    fit = identify_static([replace(log, force=-log.force) for log in _logs(14)])
+    fit = identify_static([replace(log, force=-log.force) for log in _logs(14)], Asked())
     assert fit.warnings[0].code == "force-turned"
 
 
 @pytest.mark.parametrize("weight", [-150.0, 150.0])
 def test_gravity_above_friction_is_no_wrong_sign(weight):
-    fit = identify_static([replace(log, force=log.force + weight) for log in _logs(15)])
+    fit = identify_static([replace(log, force=log.force + weight) for log in _logs(15)], Asked())
     assert "force-turned" not in {one.code for one in fit.warnings}
 
 
 def test_too_few_speeds_and_no_stroke_are_errors():
     with pytest.raises(FricError, match="cannot give 5 parameters"):
-        identify_static(_logs(12, speeds=PAPER_SPEEDS[[3, 9]]))
+        identify_static(_logs(12, speeds=PAPER_SPEEDS[[3, 9]]), Asked())
     t = np.arange(4000) / 1000
     sine = Log(t, 1e-3 * np.sin(20 * t), force=np.cos(20 * t))
     with pytest.raises(FricError, match="no stroke"):
-        identify_static([sine])
+        identify_static([sine], Asked())
     with pytest.raises(FricError, match="records say that they are sliding-sine"):
-        identify_static([replace(sine, kind="sliding-sine")])
+        identify_static([replace(sine, kind="sliding-sine")], Asked())
     with pytest.raises(FricError, match="no force"):
-        identify_static([Log(t, t)])
+        identify_static([Log(t, t)], Asked())
 
 
 def test_a_stroke_that_stands_off_all_others_hardly_counts_and_is_named():
     logs = _logs(13)
     spoiled = [*logs[:20], replace(logs[20], force=logs[20].force + 40.0), *logs[21:]]
-    fit, clean = identify_static(spoiled), identify_static(logs)
+    fit, clean = identify_static(spoiled, Asked()), identify_static(logs, Asked())
     assert [p.velocity for p, _ in fit.static.standing_off] == [clean.points[20].velocity]
     assert {one.code: one.severity for one in fit.warnings}["strokes-stand-off"] == "doubt"
     assert not clean.static.standing_off
@@ -287,7 +292,7 @@ def _outlying(seed: int) -> StaticFit:
     off = 0.5 * rng.standard_normal(22) + 0.1 * rng.standard_normal(22)
     off += 2.75 * (rng.uniform(size=22) < 0.1) * rng.choice([-1, 1], 22)
     table = ForceVelocity(v, SPOILED.steady_state(v) + 3.0 + off, error=np.full(22, 0.1))
-    return identify_static([table], delta=1.0, form="stribeck", direction="both")
+    return identify_static([table], Asked(delta=1.0, form="stribeck", direction="both"))
 
 
 SPOILED = StaticMap(F_c=80.0, F_s=115.0, v_s=1.8e-3, delta=1.0, sigma=120.0)
@@ -317,13 +322,13 @@ def test_intervals_hold_where_a_tenth_of_the_strokes_is_off() -> None:
 @pytest.mark.parametrize("below", [1.0, 3.0])
 def test_slow_strokes_that_stick_between_counts_do_not_spoil_the_rest(below):
     """An axis that hunts at its slowest speed takes less force than eq. (2) says; the other strokes are right."""
-    slow = min(abs(p.velocity) for p in identify_static(_logs()).points)
+    slow = min(abs(p.velocity) for p in identify_static(_logs(), Asked()).points)
     logs = [
         replace(log, force=log.force - below * np.sign(np.median(log.force)))
         if abs(np.ptp(log.position) / np.ptp(log.time)) < 1.5 * slow else log
         for log in _logs()
     ]  # fmt: skip
-    whole = identify_static(logs)
+    whole = identify_static(logs, Asked())
     fit = whole.static
     assert "strokes-stand-off" in {warning.code for warning in whole.warnings}
     assert {round(abs(p.velocity) / slow) for p, _ in fit.standing_off} == {1}
@@ -338,7 +343,7 @@ def test_strokes_too_short_to_settle_are_told():
     for log in _logs(14):
         creeping = 1 + 0.3 * np.exp(-(log.time - log.time[0]) / np.ptp(log.time))
         logs.append(replace(log, force=log.force * creeping))
-    fit = identify_static(logs)
+    fit = identify_static(logs, Asked())
     assert {w.code: w.severity for w in fit.warnings}["strokes-settling"] == "wrong"
     low, high = fit.static.estimates["F_s"].ci95
     assert low < TABLE_1.F_s < high
@@ -370,6 +375,6 @@ def test_a_law_that_is_not_eq_2_is_told_where_both_directions_show_it() -> None:
         lambda v: 50 + 25 * np.exp(-v / 2e-3) + 720 * v,
     )
     for law in (hess, root):
-        assert all(told(identify_static(of_law(law, seed))) for seed in range(2))
+        assert all(told(identify_static(of_law(law, seed), Asked())) for seed in range(2))
     for scatter in (0.0, 0.02):
-        assert not any(told(identify_static(of_law(plain, seed, scatter=scatter))) for seed in range(3))
+        assert not any(told(identify_static(of_law(plain, seed, scatter=scatter), Asked())) for seed in range(3))

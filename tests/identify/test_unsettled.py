@@ -10,7 +10,7 @@ from fric.friction.gms import GMS
 from fric.friction.lugre import LuGre
 from fric.friction.stribeck import StaticMap
 from fric.identify.static_map.identify import StaticFit, identify_static
-from fric.identify.static_map.points import stroke_points
+from fric.identify.static_map.points import Asked, stroke_points
 from fric.log import Log
 from fric.records.over_strokes import over_time
 from fric.records.segments import steady_segments
@@ -50,7 +50,7 @@ def holds(fit: StaticFit) -> dict[str, bool]:
     ],
 )
 def test_what_is_left_of_the_settling_is_taken_off_and_told(C: float, gravity: float) -> None:
-    fits = [identify_static(strokes(seed, C, gravity=gravity)) for seed in range(8)]
+    fits = [identify_static(strokes(seed, C, gravity=gravity), Asked()) for seed in range(8)]
     held = [one for fit in fits for one in holds(fit).values()]
     assert sum(held) >= fewest(24)  # chance of failing: one in a thousand
     off = [float(fit.static.estimates["F_c"]) / MAP.F_c - 1 for fit in fits]
@@ -64,14 +64,14 @@ def test_what_is_left_of_the_settling_is_taken_off_and_told(C: float, gravity: f
 
 def test_strokes_that_have_settled_are_left_alone() -> None:
     logs = strokes(1, 9600.0)
-    fit = identify_static(logs)
+    fit = identify_static(logs, Asked())
     assert "strokes-settling" not in {w.code for w in fit.warnings}
     assert [p.force for p in fit.points] == [p.force for p in stroke_points(logs)[0]]
 
 
 def test_a_force_over_position_is_no_settling() -> None:
     logs = session(1, cogging=6.0)
-    fit = identify_static(logs, over_position="off")
+    fit = identify_static(logs, Asked(over_position="off"))
     assert [p.force for p in fit.points] == [p.force for p in stroke_points(logs)[0]]
 
 
@@ -91,7 +91,9 @@ def test_strokes_that_end_before_the_axis_slides_are_left_out() -> None:
     slip = np.geomspace(1e-6, 1.5e-3, 20)
     iwan = GMS(MAP, (0.05,) * 20, tuple(0.05 * MAP.F_s / slip), 3e3)
     rng = np.random.default_rng(1)
-    fit = identify_static([after_a_reversal(v, iwan, rng) for v in both_directions(np.geomspace(2e-5, 3e-2, 8))])
+    fit = identify_static(
+        [after_a_reversal(v, iwan, rng) for v in both_directions(np.geomspace(2e-5, 3e-2, 8))], Asked()
+    )
     for name, error in (("F_c", 0.4), ("F_s", 1.0)):
         assert abs(float(fit.static.estimates[name]) - getattr(MAP, name)) < error
     found = {one.code: one for one in fit.warnings}

@@ -17,6 +17,7 @@ from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
 from fric.friction.gms import GMS
 from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.points import Asked
 from fric.io.hdf5 import read_logs
 from fric.report.collect import collect
 from fric.report.plots import friction_curves, friction_map, map_band, presliding, virgin_band
@@ -72,7 +73,7 @@ def test_logs_are_drawn_less_the_part_of_the_plant_that_stands_in_the_file(
     log, path = LOGS / "constant-velocity.h5", tmp_path / "friction.yaml"
     plant = read_document(files.plant, PlantDocument).plant("linear")
     logs = read_logs(log)
-    fit = identify_static(logs, plant=plant)
+    fit = identify_static(logs, Asked(plant=plant))
     write_document(path, static_tree(fit, logs))
     inputs = collect([path, log])
     curves = friction_curves(inputs, inputs.items[0])
@@ -98,7 +99,9 @@ def test_of_a_file_that_tells_the_plant_in_words_logs_are_drawn_with_the_plant_f
 
 def test_the_band_by_the_covariance_of_the_file_is_that_of_the_fit(tmp_path: Path) -> None:
     logs = read_logs(LOGS / "constant-velocity.h5")
-    fit = identify_static(logs, delta=1.0, direction="both", over_position="off")  # intervals of nothing but the fit
+    fit = identify_static(
+        logs, Asked(delta=1.0, direction="both", over_position="off")
+    )  # intervals of nothing but the fit
     path = tmp_path / "friction.yaml"
     write_document(path, static_tree(fit, logs))
     item = collect([path]).items[0]

@@ -12,7 +12,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.plant.identify import identify_motion
 from fric.identify.static_map.identify import identify_static
-from fric.identify.static_map.points import stroke_points
+from fric.identify.static_map.points import Asked, stroke_points
 from fric.log import ForceVelocity, Log
 from fric.records.recognition import kind_of
 
@@ -97,7 +97,7 @@ def _of_strokes(logs: Sequence[Log], plant: Plant | None) -> Iterator[tuple[str,
     points, _ = stroke_points(logs, plant=plant)
     names = [log.name for log in logs]
     points.sort(key=lambda point: (names.index(point.record), point.start))
-    whole = identify_static(logs, plant=plant, direction="both", delta=1.0)
+    whole = identify_static(logs, Asked(logs[0].motion, plant, delta=1.0, direction="both"))
     offset = float(whole.static.estimates["offset"]) if whole.static is not None else 0.0
 
     def fit(chosen: Mask, load: float | None = None) -> Fit:
@@ -109,7 +109,7 @@ def _of_strokes(logs: Sequence[Log], plant: Plant | None) -> Iterator[tuple[str,
                 velocity[chosen], force[chosen], error=error[chosen], axis=logs[0].axis, motion=logs[0].motion,
                 name="half",
             )  # fmt: skip
-            found = identify_static([table], direction="both", delta=1.0, load=load).static
+            found = identify_static([table], Asked(table.motion, delta=1.0, direction="both", load=load)).static
             return {} if found is None else found.estimates
 
         return made

@@ -42,7 +42,7 @@ from fric.identify.plant.identify import identify_plant
 from fric.identify.replay.replay_fit import replay_information
 from fric.identify.replay.replay_search import Ranges, search_ranges
 from fric.identify.static_map.identify import identify_static
-from fric.identify.static_map.points import stroke_points
+from fric.identify.static_map.points import Asked, stroke_points
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log
 from fric.notice import Notice
@@ -539,7 +539,8 @@ def identified(logs: Sequence[Log], blocks: int | None = None) -> Iterator[Plant
     if strokes := of_kind.get("constant-velocity"):
         error = 0.0 if plant is None else plant.damping_error(logs[0].motion)
         # in one form in all runs: half-widths of a run with delta free and a run without have no mean
-        fit = identify_static(strokes, plant=known, delta=1.0, over_position="off", damping_error=error)
+        asked = Asked(logs[0].motion, known, delta=1.0, over_position="off", damping_error=error)
+        fit = identify_static(strokes, asked)
         static = FrictionDocument.model_validate(static_tree(fit, strokes))
         yield static
     if of_kind.keys() & PRESLIDING:

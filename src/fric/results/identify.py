@@ -29,7 +29,7 @@ from fric.identify.plant.identify import identify_plant as fit_plant
 from fric.identify.replay.replay_fit import ReplayFit, axis_in_motion, fitted_model, identify_by_replay
 from fric.identify.static_map.identify import StaticFit
 from fric.identify.static_map.identify import identify_static as fit_static
-from fric.identify.static_map.points import ShapeFactor
+from fric.identify.static_map.points import Asked, ShapeFactor
 from fric.input import reading
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
@@ -430,12 +430,12 @@ def identify_static(
     known = plant_of(plant, records[0].axis, records[0].motion)
     in_time = [record for record in records if isinstance(record, Log)]
     doubtful = settled([*of_logs(in_time, known), *of_strokes(in_time)])
-    found = fit_static(
-        records, plant=known, delta=_shape_factor(delta), direction=direction, over_position=over_position,
-        weights=weights, average=average, form=form,
+    asked = Asked(
+        records[0].motion, known, _shape_factor(delta), direction, over_position, weights, average, form,
         load=None if load is None else in_si(load, "force", records[0].motion),
         damping_error=0.0 if given is None else given.damping_error(records[0].motion),
     )  # fmt: skip
+    found = fit_static(records, asked)
     if known is not None:
         fastest = max(found.points, key=lambda point: abs(point.velocity))
         taken_off = known.damping * fastest.velocity

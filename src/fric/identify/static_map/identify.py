@@ -20,18 +20,7 @@ from fric.flaws.drift import DIRECTIONS_DIFFER, FRICTION_AGES, OFFSET_SHARED
 from fric.flaws.static_map import ONE_SPEED
 from fric.identify.static_map.corrections import corrected
 from fric.identify.static_map.map_fit import MapFit, each_direction, fit_map, widened
-from fric.identify.static_map.points import (
-    Asked,
-    Average,
-    Direction,
-    Form,
-    OverPosition,
-    ShapeFactor,
-    SpeedPoint,
-    Strokes,
-    Weights,
-    rounded_by,
-)
+from fric.identify.static_map.points import Asked, SpeedPoint, Strokes, rounded_by
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.records.flaws import record_flaws, stroke_flaws
@@ -60,37 +49,20 @@ class StaticFit:
 
 
 @one_blas_thread()
-def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
-    records: Sequence[Log | ForceVelocity],
-    *,
-    plant: Plant | None = None,
-    delta: ShapeFactor = "auto",
-    direction: Direction = "auto",
-    over_position: OverPosition = "auto",
-    weights: Weights = "error",
-    average: Average = "robust",
-    form: Form = "auto",
-    load: float | None = None,
-    damping_error: float = 0.0,
-) -> StaticFit:
+def identify_static(records: Sequence[Log | ForceVelocity], asked: Asked) -> StaticFit:
     """Identify the static friction map, eq. (2), from strokes at constant velocity.
 
     Each steady segment gives one point: velocity, robust mean force, standard error. Strokes scatter beyond their
     noise (temperature, lubrication, place); the variance between them is estimated with the map and added to the
     variance of each point, so that weights and intervals include it. Intervals are by profile likelihood.
 
-    The arguments are those of `fric.identify_static`, in SI; ``damping_error`` is half the 95 % interval of the plant's
-    damping K_f·A/B [N·s/m], which the intervals allow for.
-
     Raises FricError: When there is no steady stroke, or there are too few speeds for the parameters.
     """
-    motion = records[0].motion
-    asked = Asked(motion, plant, delta, direction, over_position, weights, average, form, load, damping_error)
     strokes = corrected(Strokes.of(records, asked))
     amiss = record_flaws(strokes.logs, "static")
     if strokes.one_speed:
         return _at_one_speed(strokes, amiss)
-    if direction == "each" and not strokes.both_directions:
+    if asked.direction == "each" and not strokes.both_directions:
         hint = "Log strokes in both directions, or use `direction='both'`."
         raise FricError("only one direction was measured", hint=hint)
     fit = fit_map(strokes, strokes.offset)
@@ -99,7 +71,7 @@ def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
     fit, negative, notices = _each_direction(strokes, fit) if split else _both_directions(strokes, fit)
     taken_off = any(point.over_position for point in strokes.points)
     method = (
-        f"{fit.describe_form(tried)}; separable least squares; weights {weights}; average {average}; "
+        f"{fit.describe_form(tried)}; separable least squares; weights {asked.weights}; average {asked.average}; "
         f"direction {'each' if split else 'both'}"
         + ("; force over position removed" if taken_off else "")
         + "; 95 % intervals by profile likelihood"
@@ -111,7 +83,7 @@ def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
     varies = stroke_flaws(pairs, place, force=level, half_width=half, taken_off=taken_off, scattered=scattered)
     warnings = (*amiss, *strokes.notices, *notices, *varies)
     return StaticFit(
-        records[0].axis, motion, tuple(strokes.points), fit, negative, {}, warnings, method, plant,
+        records[0].axis, asked.motion, tuple(strokes.points), fit, negative, {}, warnings, method, asked.plant,
         strokes.between_records, asked.of(place.most_friction, "force") if place and place.friction else None,
     )  # fmt: skip
 

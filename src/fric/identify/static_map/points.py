@@ -354,7 +354,7 @@ Weights = Literal["error", "equal"]
 
 @dataclass(frozen=True)
 class Asked:
-    """The arguments of `identify_static`, by their names."""
+    """The arguments of `fric.identify_static`, by their names, in SI."""
 
     motion: Motion = "linear"
     plant: Plant | None = None
@@ -365,7 +365,7 @@ class Asked:
     average: Average = "robust"
     form: Form = "auto"
     load: float | None = None
-    damping_error: float = 0.0
+    damping_error: float = 0.0  # Half the 95 % interval of the plant's damping K_f·A/B [N·s/m], for the intervals
 
     @property
     def damping(self) -> float:
