@@ -935,3 +935,52 @@ def test_a_reference_along_a_line_is_not_that_of_a_motor_that_turns(tmp_path: Pa
                  9.5493 * a["velocity"], a["current"])  # fmt: skip
     (source,) = find_sources([path], proposals=tmp_path / "maps").logs
     assert source.motion == "rotary/A"
+
+
+def test_the_unit_of_a_clock_is_asked_once_for_all_axes_of_a_file(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    path = write(tmp_path / "log.csv", "tick;X pos;X torque;C angle;C torque", 20 * np.arange(4000), 50 * a["position"],
+                 a["current"], np.cumsum(np.roll(a["velocity"], 500)) * 0.02, np.roll(a["current"], 500))  # fmt: skip
+    clocks = list[set[str]]()
+
+    def ask(question: Question) -> None:
+        if "units" in question.text:
+            clocks.append({reading.time for _, reading in question.choices})
+        question.take("")
+
+    with ExitStack() as files:
+        guess = guessed([path], files, assume=True)
+        assert len(guess.found) == 2
+        answered(guess, ask, tmp_path)
+    assert len(clocks) == 2
+    assert len(clocks[0]) > len(clocks[1]) == 1
+
+
+def test_a_labelled_line_of_units_is_no_line_of_names(tmp_path: Path) -> None:
+    """As a servo's trace is: 'pulse' was the name of the position, and its unit was guessed."""
+    a = axis_of_a_drive(n=1500)
+    head = ("Trace\nSampling Time,500,us\nData Name,Feedback Speed,Torque Reference,Pulse Counter (Low)\n"
+            "Unit,min-1,%,pulse")  # fmt: skip
+    rows = [f"{n},{9.5493 * v:.3f},{20 * i:.3f},{np.rint(x * 65536):.0f}"
+            for n, (v, i, x) in enumerate(zip(a["velocity"], a["current"], a["position"], strict=True), 1)]  # fmt: skip
+    (tmp_path / "log.csv").write_text("\n".join([head, *rows]) + "\n")
+    (table,) = tables(tmp_path / "log.csv")
+    assert [column.unit for column in table.columns] == [None, "min-1", "%", "pulse"]
+    assert table.columns[2].name == "Torque Reference"
+    (axis,) = told(tmp_path / "log.csv")
+    assert channels(axis) == {"velocity": 1, "force": 2, "position": 3, "time": None}
+    assert axis.roles["time"].unit == "0.0005 s"
+
+
+def test_a_first_column_without_a_name_above_labelled_units_may_be_the_time(tmp_path: Path) -> None:
+    a = axis_of_a_drive(n=1500)
+    rows = [f"{t:.4f},{x:.4f},{i:.3f}" for t, x, i in zip(a["t"], a["position"], a["current"], strict=True)]
+    (tmp_path / "log.csv").write_text("\n".join(["Name,Angle,Current", "Unit,rad,A", *rows]) + "\n")
+    (axis,) = told(tmp_path / "log.csv")
+    assert axis.roles["time"].column == 0
+
+
+def test_a_torque_within_a_status_of_a_drive_is_the_force(tmp_path: Path) -> None:
+    """As a technology object of a controller names it; its name was taken for a state."""
+    assert spoken(Column("PosAxis_2.StatusDrive.ActualTorque")).quantity == "force"
+    assert spoken(Column("StatusWord")).quantity == "other"

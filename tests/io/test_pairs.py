@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import fric
 from fric.automatic.sources import find_sources
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest
@@ -89,3 +90,44 @@ def test_what_is_less_sure_is_asked(tmp_path, answer):
     assert [path.name for path in paths] == (["pos.csv", "force.csv"] if answer == "1" else ["pos+force.h5"])
     assert all("Look whether they are of one run" in str(one) for one in said)
     assert len(said) == (answer == "2")
+
+
+@pytest.mark.parametrize("form", ["csv", "npy", "named"])
+@pytest.mark.parametrize("timed", [True, False])
+def test_files_of_a_variable_each_are_one_record(tmp_path, form, timed):
+    """As robots' data are: q, dq, tau, and t or a rate; each was a log of its own, and none could be used."""
+    x, y = path_of(1), path_of(2)
+    variables = {"q": np.column_stack([x, y]), "dq": np.gradient(np.column_stack([x, y]), T, axis=0),
+                 "tau": np.column_stack([force_of(x), force_of(y)])} | ({"t": T} if timed else {})  # fmt: skip
+    names = {"q": "position", "dq": "velocity", "tau": "effort", "t": "time"} if form == "named" else {}
+    for name, values in variables.items():
+        if form == "npy":
+            np.save(tmp_path / f"run1_{name}.npy", values)
+        else:
+            head = "joint1,joint2" if form == "named" and values.ndim > 1 else names.get(name, "")
+            written(tmp_path, f"run1_{names.get(name, name)}", head, values)
+            path = tmp_path / f"run1_{names.get(name, name)}.csv"
+            path.write_text(path.read_text().lstrip("\n"))
+    found = find_sources([tmp_path], proposals=tmp_path / "out/mappings", assume=True)
+    assert sorted(log.axis for log in found.logs) == ["axis0", "axis1"]
+    (path, mapping), *more = {(log.path, log.mapping) for log in found.logs}
+    assert not more
+    fric.ingest(path, output=tmp_path / "log.h5", mapping=mapping, axis="axis0")
+    (log,) = read_records(tmp_path / "log.h5")
+    assert np.diff(log.time) == pytest.approx(2e-3)
+    assert log.position == pytest.approx(x, abs=1e-6)
+    assert log.force == pytest.approx(force_of(x), rel=1e-6)
+
+
+@pytest.mark.parametrize("names", [("q", "dq", "dq2"), ("q", "dq", "temperature"), ("run", "test", "tau")])
+def test_files_without_motion_and_force_by_name_are_no_record(tmp_path, names):
+    x = path_of(1)
+    columns = zip(names, (x, np.gradient(x, T), force_of(x)), strict=True)
+    files = [written(tmp_path, name, "", values) for name, values in columns]
+    assert with_joined(files, tmp_path / "joined", None, assume=True) == (files, [], 0)
+
+
+def test_variables_of_other_lengths_are_no_record(tmp_path):
+    x = path_of(1)
+    files = [written(tmp_path, "q", "", x), written(tmp_path, "tau", "", force_of(x)[:-1])]
+    assert with_joined(files, tmp_path / "joined", None, assume=True) == (files, [], 0)

@@ -9,14 +9,15 @@ from typing import cast
 import h5py
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.flaws.files import FILES_JOINED
 from fric.io.questions import Ask, Question
 from fric.io.readers import tables
-from fric.io.readers.base import Column, ForeignTable
+from fric.io.readers.base import Column, ForeignTable, Memory
 from fric.io.readers.joined import Joined, SharedClock
 from fric.io.roles import follows
-from fric.io.words import spoken
+from fric.io.words import LETTERS, spoken
 from fric.notice import Notice
 from fric.output import folder_made, staged
 
@@ -71,8 +72,8 @@ def _alike(paths: Iterable[Path]) -> Iterator[tuple[Path, ...]]:
     yield from (tuple(group) for group in groups.values() if 1 < len(group) <= MOST_PARTS)
 
 
-def _together(parts: Sequence[Path], files: ExitStack) -> Joined:
-    """Return the channels of files as one table.
+def _together(parts: Sequence[Path], files: ExitStack) -> ForeignTable:
+    """Return the channels of files as one table; of files without a time in each see `_of_variables`.
 
     Raises FricError: When they are not parts of a record: a file has several tables or both motion and force, their
         times differ in name or span, or there is no motion or no force in them.
@@ -83,7 +84,7 @@ def _together(parts: Sequence[Path], files: ExitStack) -> Joined:
         table, *more = files.enter_context(closing(tables(path)))
         quantities = [spoken(column).quantity for column in table.columns]
         if more or quantities.count("time") != 1:
-            raise FricError("is no part of a record", where=str(path))
+            return _of_variables(parts, files)
         n = quantities.index("time")
         clocks.append(SharedClock(table, n, label=path.stem))
         shown.append({"force" if quantity in {"force", "input"} else "motion" for quantity in quantities
@@ -99,6 +100,29 @@ def _together(parts: Sequence[Path], files: ExitStack) -> Joined:
     table = Joined(parts[0], sorted(clocks, key=lambda clock: shown[clocks.index(clock)] == {"force"}))
     table.columns = (*times, *table.columns[1:])
     return table
+
+
+def _of_variables(parts: Sequence[Path], files: ExitStack) -> Memory:
+    """Return files of a variable each, which their names say, as ``q``, ``dq``, ``tau`` and ``t``, as one table.
+
+    Raises FricError: When a name says none, the columns say another, two say the same, or no force or motion is there.
+    """
+    words = [re.split(r"[\W_]+", path.stem) for path in parts]
+    columns, data, shown = list[Column](), list[Real](), list[tuple[str | None, bool]]()
+    for path, parted in zip(parts, words, strict=True):
+        name = " ".join(word for word in parted if any(word not in others for others in words))
+        table, *more = files.enter_context(closing(tables(path)))
+        said, count = spoken(Column(name)), len(table.columns)
+        shown.append((said.quantity, said.commanded))
+        if more or said.quantity is None or {spoken(c).quantity for c in table.columns} - {None, said.quantity}:
+            raise FricError("is no part of a record", where=str(path))
+        name = f"{said.quantity} {name}" if name in LETTERS else name
+        columns += [Column(f"{name}[{n}]" if count > 1 else name, c.unit) for n, c in enumerate(table.columns)]
+        data += map(np.concatenate, zip(*(block.columns for block in table.read(range(count))), strict=True))
+    quantities = {quantity for quantity, _ in shown}
+    if "force" not in quantities or not quantities & {"position", "velocity"} or len({*shown}) < len(shown):
+        raise FricError("are no parts of a record", where=", ".join(map(str, parts)))
+    return Memory(parts[0], columns, data)
 
 
 def _write(path: Path, table: ForeignTable) -> None:

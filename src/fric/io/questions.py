@@ -194,6 +194,11 @@ def _of_units(found: Sequence[Guess]) -> Question | None:
             if is_scale(reading.position):  # what a count is, and not what a speed is in
                 guess.axis.roles.pop("velocity", None)
             take_reading(guess.axis, reading)
+        for guess in (guess for guess in found if guess not in asked and guess.files == first.files):
+            of_clock = tuple(other for other in guess.axis.readings if other.time == reading.time)
+            guess.axis.readings = of_clock or guess.axis.readings
+            if of_clock and (time := guess.axis.roles.get("time")) and time.column is not None:
+                guess.axis.roles["time"] = replace(time, unit=reading.time, unit_likelihood=1.0)
 
     def understood(text: str) -> Reading | None:
         if counts and text.isdecimal() and 0 < int(text) < 2**40:

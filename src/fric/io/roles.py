@@ -807,7 +807,8 @@ def follows(table: ForeignTable) -> float:
     """
     data = Samples([table])
     shown = [says.quantity for says in data.said]
-    t, moves = data.x[:, shown.index("time")], [n for n, of in enumerate(shown) if of in {"position", "velocity"}]
+    t = data.x[:, shown.index("time")] if "time" in shown else np.arange(len(data.x), dtype=float)
+    moves = [n for n, of in enumerate(shown) if of in {"position", "velocity"}]
     motions = [_Motion(data, t, *((n, None) if shown[n] == "position" else (None, n))) for n in moves]
     pushes = [data.x[:, n] for n, of in enumerate(shown) if of in {"force", "input"}]
     return max((motion.score(push)[0] for motion in motions for push in pushes), default=0.0) / MOST_SCORE

@@ -203,7 +203,7 @@ class Spoken(NamedTuple):
 
 def spoken(column: Column) -> Spoken:
     """Return what the name and the unit of a column show."""
-    path = re.sub(r"(?i)(header\.stamp|states?|status)(?=[./])", " ", bare(column))  # state.speed is a speed
+    path = re.sub(r"(?i)(header\.stamp|states?|status\w*)(?=[./])", " ", bare(column))  # state.speed is a speed
     name, leaf = _words(path), _words(path.rpartition("/")[2])  # /joint_states/elbow/position is a position
     shows = leaf in LETTERS or leaf.startswith("f ") or any(_has(leaf, known) for known in QUANTITIES.values())
     name = leaf if shows else name

@@ -109,3 +109,36 @@ def test_a_heading_in_brackets_is_no_json():
     rows = b"1.5;2.5;0.1;1.5;2.5;0.1;7;8\n" * 4
     assert recognises(Path("osci.dat"), b"[HEADER]\nSampleTime=0.003\n[DATA]\n" + rows) == 0.0
     assert recognises(Path("rows.json"), b"[[1.5, 2.5, 0.1, 1.5, 2.5, 0.1, 7, 8], [1, 2]]") > 0.0
+
+
+@pytest.mark.parametrize("ranged", [False, True])
+@pytest.mark.parametrize("name", ["rig.txt", "rig.mat"])
+def test_variables_that_octave_writes_as_text_are_columns(tmp_path, name, ranged):
+    """As ``save -text`` writes them; a time ``0:dt:T`` is written as a range. The file was a text without columns."""
+    t = np.arange(500) * 2e-3
+    values = {"theta": np.sin(t)[:, None], "speeds": np.column_stack([np.cos(t), -np.cos(t)])}
+    if not ranged:
+        values["t"] = t[:, None]
+    lines = ["# Created by Octave 8.4.0, Tue Mar 12 10:14:22 2024 CET <user@lab>"]
+    for key, part in values.items():
+        lines += [f"# name: {key}", "# type: matrix", f"# rows: {len(part)}", f"# columns: {part.shape[1]}"]
+        lines += [" " + " ".join(f"{cell:.17g}" for cell in row) for row in part] + ["", ""]
+    lines += ["# name: t", "# type: double_range", "# base, limit, increment", "0 0.998 0.002", ""] if ranged else []
+    (tmp_path / name).write_text("\n".join(lines) + "\n")
+    (table,) = tables(tmp_path / name)
+    (block,) = table.read(range(4))
+    found = dict(zip([column.name for column in table.columns], block.columns, strict=True))
+    assert found["t"] == pytest.approx(t)
+    assert found["theta"] == pytest.approx(np.sin(t))
+    assert [column for key, column in found.items() if "speeds" in key][1] == pytest.approx(-np.cos(t))
+
+
+@pytest.mark.parametrize("body", [
+    "# name: a\n# type: matrix\n# rows: 3\n# columns: 2\n 1 2\n 3 NA\n x\n",
+    "# name: a\n# type: range\n# base, limit, increment\n0 1e300 1e-300\n", "# name: a\n# type: matrix\n", "",
+])  # fmt: skip
+def test_broken_texts_of_octave_end_in_a_sentence(tmp_path, body):
+    path = tmp_path / "a.txt"
+    path.write_text("# Created by Octave 8.4.0\n" + body)
+    with pytest.raises(FricError):
+        list(next(tables(path)).read([0, 1, 2, 3]))

@@ -1,4 +1,4 @@
-"""JSON, XML, NumPy's files and lines ``t=1 pos=2``: arrays of numbers by name, or records of the same fields.
+"""JSON, XML, NumPy's files, Octave's text and lines ``t=1 pos=2``: arrays by name, or records of the same fields.
 
 In XML a record is an element that is repeated, its fields are attributes or elements in it; or an element holds a list
 of numbers, under its ``name`` and ``unit``. Structs in each other are named as in MATLAB's files.
@@ -22,12 +22,15 @@ from fric.input import reading, regular
 from fric.io.readers.base import ForeignTable, Format, number, numbers, read_xml
 from fric.io.readers.matlab import MOST_UNPACKED, tables_of
 
-FORMAT = Format("JSON, XML, NumPy, name=value", (".json", ".jsonl", ".ndjson", ".xml", ".npz", ".npy"))
+FORMAT = Format("JSON, XML, NumPy, Octave text, name=value", (".json", ".jsonl", ".ndjson", ".xml", ".npz", ".npy"))
 MOST_BYTES = 128 << 20  # Bytes of a file that are read at most: its values are held in memory as objects
 MOST_DEPTH, LEAST, LINES = 12, 3, 20  # Depth of structs; rows of a table at least; last lines of a head to look at
 _ROW = re.compile(rb"(?:-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?[\s,;\[\]]+){7}-?\d")  # Eight numbers in a row
 _FIELD, _NEXT = re.compile(rb":\s*-?\d"), re.compile(rb"\}\s*,?\s*\{")
 
+_OCTAVE = b"# Created by Octave"
+_MATRIX = re.compile(r"# name: (.+)\n# type: (?:\w+ )?matrix\n# rows: .+\n# columns: ([1-9]\d{0,3})\n((?:[^#\n].*\n)*)")
+_RANGE = re.compile(r"# name: (.+)\n# type: (?:double_)?range\n# base, limit, increment\n(\S+) (\S+) (\S+)\n")
 _PAIR = re.compile(r"([A-Za-z_][\w.\[\]]{0,40})\s?[=:]\s?(-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)(?![\w:.])")
 
 
@@ -43,7 +46,7 @@ def _stamp(line: str) -> dict[str, str]:
 
 def recognises(path: Path, head: bytes) -> float:
     """It is JSON or XML by its first letters, and has arrays or records of numbers."""
-    if head.startswith(b"\x93NUMPY") or (head.startswith(b"PK") and b".npy" in head[:300]):
+    if head.startswith((b"\x93NUMPY", _OCTAVE)) or (head.startswith(b"PK") and b".npy" in head[:300]):
         return 1.0
     head = head.lstrip(b"\xef\xbb\xbf \r\n\t")
     found = bool(_ROW.search(head))
@@ -105,6 +108,8 @@ def _fields(values: Any) -> Any:
 def _of_text(path: Path, changed: int, size: int) -> Any:
     """Return what a text holds, read once while it is not changed: a log is looked at several times."""
     text = path.read_text(encoding="utf-8-sig", errors="replace")
+    if text.startswith(_OCTAVE.decode()):
+        return _of_octave(text)
     found = [
         _stamp(line) | dict(_PAIR.findall(line)) for line in (text.splitlines() if text.lstrip()[:1] != "{" else ())
     ]
@@ -125,6 +130,19 @@ def _of_text(path: Path, changed: int, size: int) -> Any:
                 raise FricError(f"is no JSON ({whole})", hint="Export it again.") from None
             raise FricError("is no JSON, or cut off", where=f"{path}, line {n}", hint="Export it again.") from None
     return _columns(rows)
+
+
+def _of_octave(text: str) -> Mapping[str, Real]:
+    """Return the variables that ``save -text`` wrote: matrices, and ranges such as ``0:0.001:10``."""
+    found = dict[str, Real]()
+    for name, width, rows in _MATRIX.findall(text):
+        values = np.array([number(cell) for cell in rows.split()])
+        found[name] = np.squeeze(values[: len(values) // int(width) * int(width)].reshape(-1, int(width)))
+    for name, *cells in _RANGE.findall(text):
+        first, last, step = map(number, cells)
+        if step and 0 < (last - first) / step < len(text):  # as long as the variables beside it at most
+            found[name] = first + step * np.arange(round((last - first) / step) + 1, dtype=np.float64)
+    return found
 
 
 def _columns(value: Any, depth: int = 0) -> Any:

@@ -147,8 +147,11 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     columns = [named(cell) for cell in cells]
     if units is not None:
         given = (table[units] + [""] * width)[:width]
+        if OF_UNITS.fullmatch(given[0].strip(" :")):  # the first cells of such lines say what is in the others
+            given[0], columns[0] = "", Column("column 0")
         bare = [_unit(unit.strip("[]()").strip()) or unit.strip("[]() ") or None for unit in given]
-        columns = [Column(c.name, c.unit or unit) for c, unit in zip(columns, bare, strict=True)]
+        bare = [c.unit if _unit(c.unit or "") else unit or c.unit for c, unit in zip(columns, bare, strict=True)]
+        columns = [Column(c.name, unit) for c, unit in zip(columns, bare, strict=True)]
     sample = [*rows[first - start].cells, *[""] * width]
     columns = [Column(c.name, c.unit or _unit_in(cell) or None) for c, cell in zip(columns, sample, strict=False)]
     for line in lines[: first if names is None else names]:  # of a line such as `Y_Unit_Label;mm;N`
@@ -280,7 +283,8 @@ def _header(
     ]  # fmt: skip
     if units is None and layout.units is None and above and (names is not None or len(above) > 1):
         cells = [cell.strip("[]()").strip() for cell in table[above[-1]]]
-        if any(map(_unit, cells)) and all(not cell or cell == "-" or _unit(cell) for cell in cells):
+        labelled = bool(OF_UNITS.fullmatch(cells[0].strip(" :")))  # as in ``Unit,min-1,%,pulse``
+        if labelled or (any(map(_unit, cells)) and all(not cell or cell == "-" or _unit(cell) for cell in cells)):
             units = above.pop()
     if names is None and layout.header is None and above:
         names = above[-1]
