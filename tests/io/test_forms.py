@@ -984,3 +984,36 @@ def test_a_torque_within_a_status_of_a_drive_is_the_force(tmp_path: Path) -> Non
     """As a technology object of a controller names it; its name was taken for a state."""
     assert spoken(Column("PosAxis_2.StatusDrive.ActualTorque")).quantity == "force"
     assert spoken(Column("StatusWord")).quantity == "other"
+
+
+def test_a_name_of_a_measured_position_tells_it_from_another(tmp_path: Path) -> None:
+    """The only actual one beside another was 90 % the position, with nothing to choose: a question without answers."""
+    a = axis_of_a_drive()
+    for k, (measured, other) in enumerate([("A.ActualPosition", "A.Position"), ("pos_estimate", "input_pos")]):
+        path = write(tmp_path / f"{k}.csv", f"time [s];{measured} [rad];{other} [rad];torque [N*m]", a["t"],
+                     a["position"], a["asked"], a["current"])  # fmt: skip
+        (axis,) = told(path)
+        assert axis.roles["position"].column == 1
+        assert axis.roles["position"].likelihood > SURE
+
+
+def test_currents_of_one_name_are_in_one_unit_and_forces_are_not(tmp_path: Path) -> None:
+    """A robot's small currents were A, and the large ones of its next joint a question."""
+    a, turned = axis_of_a_drive(), np.roll(axis_of_a_drive()["position"], 900)
+    for name, sure in (("current", True), ("torque", False)):
+        head = f"time;q_0;q_1;{name}_0;{name}_1"
+        values = a["t"], a["position"], turned, 0.4 * a["current"], 4.0 * np.roll(a["current"], 900)
+        path = write(tmp_path / f"{name}.csv", head, *values)
+        with ExitStack() as files:
+            found = guessed([path], files, assume=True).found
+            assert len(found) == 2
+            assert [guess.axis.roles["force"].unit_likelihood > SURE for guess in found] == [sure, sure]
+            assert not sure or {guess.axis.motion for guess in found} == {"rotary/A"}
+
+
+def test_the_command_of_a_proposal_quotes_names_with_spaces(tmp_path: Path) -> None:
+    a = axis_of_a_drive(n=1500)
+    path = write(tmp_path / "Friction X.csv", "time;pos;torque", a["t"], a["position"], a["current"])
+    text = proposal([path])
+    assert "fric ingest 'Friction X.csv'" in text
+    assert "Guessed from Friction X.csv." in text

@@ -109,10 +109,11 @@ def test_files_of_a_variable_each_are_one_record(tmp_path, form, timed):
             path = tmp_path / f"run1_{names.get(name, name)}.csv"
             path.write_text(path.read_text().lstrip("\n"))
     found = find_sources([tmp_path], proposals=tmp_path / "out/mappings", assume=True)
-    assert sorted(log.axis for log in found.logs) == ["axis0", "axis1"]
+    first = "axis1" if form == "named" else "axis0"  # joint1
+    assert sorted(log.axis for log in found.logs) == [first, f"axis{int(first[-1]) + 1}"]
     (path, mapping), *more = {(log.path, log.mapping) for log in found.logs}
     assert not more
-    fric.ingest(path, output=tmp_path / "log.h5", mapping=mapping, axis="axis0")
+    fric.ingest(path, output=tmp_path / "log.h5", mapping=mapping, axis=first)
     (log,) = read_records(tmp_path / "log.h5")
     assert np.diff(log.time) == pytest.approx(2e-3)
     assert log.position == pytest.approx(x, abs=1e-6)
@@ -131,3 +132,12 @@ def test_variables_of_other_lengths_are_no_record(tmp_path):
     x = path_of(1)
     files = [written(tmp_path, "q", "", x), written(tmp_path, "tau", "", force_of(x)[:-1])]
     assert with_joined(files, tmp_path / "joined", None, assume=True) == (files, [], 0)
+
+
+def test_short_names_of_files_with_one_column_are_known(tmp_path):
+    x = path_of(1)
+    for name, values in {"t": T, "theta": x, "omega": np.gradient(x, T), "tau": force_of(x)}.items():
+        np.savetxt(tmp_path / f"{name}.txt", values, fmt="%.8g")
+    (log,) = find_sources([tmp_path], proposals=tmp_path / "out/mappings", assume=True).logs
+    assert log.path.name == "omega+t+tau+theta.h5"
+    assert log.motion.startswith("rotary")

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
@@ -37,7 +38,7 @@ from fric.io.words import (
     tags,
 )
 from fric.notice import Notice
-from fric.units import MOTIONS, Motion, converts, is_scale, rotates, si_unit
+from fric.units import MOTIONS, Motion, converts, in_units_of, is_scale, rotates, si_unit
 
 NEEDED = ("time", "position", "velocity", "force")
 """Channels that need a question where they are not sure; other unsure channels are left out."""
@@ -209,8 +210,15 @@ def _of_group(members: Sequence[ForeignTable]) -> Iterator[Guess]:
     axes = axes_of(members[:MOST_FILES])
     if len(axes) <= 1:
         axes = [_filled(first, axes[0], by_name) if axes else by_name]
-    for axis in axes:
-        yield _with_name(Guess(names, first, axis, False), alone=len(axes) == 1)
+    found = [_with_name(Guess(names, first, axis, False), alone=len(axes) == 1) for axis in axes]
+    forces = [(guess, guess.axis.roles["force"]) for guess in found if "force" in guess.axis.roles]
+    sure = {guess.stem(force.column): force.unit for guess, force in forces if force.unit_likelihood > SURE}
+    for guess, force in forces:  # as the drive of another axis logs it under the same name
+        unit = sure.get(guess.stem(force.column), "N")
+        if force.unit_likelihood < SURE and not unit.startswith("N"):
+            guess.axis.roles["force"] = replace(force, unit=unit, unit_likelihood=0.97, units=())
+            guess.axis.motion = in_units_of("rotary" if rotates(guess.axis.motion) else "linear", unit)
+    yield from found
 
 
 def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> AxisColumns:
@@ -255,12 +263,12 @@ def proposal(paths: Sequence[Path], *, join: bool = False, assume: bool = False)
 def mapping_text(found: Sequence[Guess], *, assume: bool = False) -> str:
     """Return the text of the mapping of guesses: of several axes, or several kinds of files, in parts."""
     names = list(dict.fromkeys(path.name for guess in found for path in guess.files))
-    listed, join = " ".join(names[:3]) + " …" * (len(names) > 3), bool(found[0].joined)
+    more, join = ["…"] * (len(names) > 3), bool(found[0].joined)
     lines = [
         f"fric: {MappingDocument.type_name()}",
-        f"# Guessed from {listed.replace(' ', ', ')}. Look at every line; lines that say ? are for you to fill in. "
-        "Then",
-        f"#   fric ingest {listed} {'--join ' * join}--map THIS.yaml -o LOG.h5",
+        f"# Guessed from {', '.join([*names[:3], *more])}. Look at every line; "
+        "lines that say ? are for you to fill in. Then",
+        f"#   fric ingest {' '.join([shlex.join(names[:3]), *more])} {'--join ' * join}--map THIS.yaml -o LOG.h5",
     ]
     if len(found) == 1:
         lines += _part(found[0], assume)

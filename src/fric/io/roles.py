@@ -619,7 +619,8 @@ def _actual(data: Samples, members: list[int]) -> tuple[int, int | None, float]:
     """Return which of the positions of an axis was measured, which was commanded, and how sure that is."""
     commanded = [n for n in members if data.said[n].commanded]
     if len(members) > 1 and not commanded and all(data.said[n].quantity == "position" for n in members):
-        return max(members, key=lambda n: (data.said[n].measured, bool(data.said[n].unit))), None, 0.9  # two encoders
+        sure = 0.98 if sum(data.said[n].measured for n in members) == 1 else 0.9  # else two encoders
+        return max(members, key=lambda n: (data.said[n].measured, bool(data.said[n].unit))), None, sure
     rest = [n for n in members if n not in commanded] or members
     measured = [n for n in rest if data.said[n].measured]
     if commanded and rest != members:

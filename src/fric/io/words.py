@@ -27,7 +27,8 @@ ERROR = ("error", "deviation", "diff", "difference", "fehler", "schleppabstand",
          "erreur", "écart", r"\w*偏差")  # fmt: skip
 REFERENCE = ("reference", "ref", "cmd", "command", "commanded", "demand", "set", "set ?point", "target", "soll",
              "sollwert", "desired", r"(?<!\w)des(?= ?\d*$)", "requested", "planned", "goal", "traj", "wanted",
-             "ordered", "riferimento", "consigne", "référence", "consigna", r"\w*指令", "referencia")  # fmt: skip
+             "input pos", "ordered", "riferimento", "consigne", "référence", "consigna", "referencia",
+             r"\w*指令")  # fmt: skip
 POSITION = ("position", "pos", "weg", "lage", "winkel", "angle", "displacement", "travel", "encoder", "enc", "tacho",
             "posizione", "spostamento", "déplacement", "posición", "posicion", r"\w*位置")  # fmt: skip
 VELOCITY = ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehzahl", "velocità", "vitesse",
