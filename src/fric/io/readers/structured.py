@@ -132,16 +132,17 @@ def _of_text(path: Path, changed: int, size: int) -> Any:
     return _columns(rows)
 
 
-def _of_octave(text: str) -> Mapping[str, Real]:
+def _of_octave(text: str) -> Mapping[str, Any]:
     """Return the variables that ``save -text`` wrote: matrices, and ranges such as ``0:0.001:10``."""
-    found = dict[str, Real]()
+    found = dict[str, Any]()
     for name, width, rows in _MATRIX.findall(text):
         values = np.array([number(cell) for cell in rows.split()])
-        found[name] = np.squeeze(values[: len(values) // int(width) * int(width)].reshape(-1, int(width)))
-    for name, *cells in _RANGE.findall(text):
+        found[name] = _fields(values[: len(values) // int(width) * int(width)].reshape(-1, int(width)))
+    most = max(map(np.size, found.values()), default=0)
+    for name, *cells in _RANGE.findall(text)[:MOST_DEPTH]:
         first, last, step = map(number, cells)
-        if step and 0 < (last - first) / step < len(text):  # as long as the variables beside it at most
-            found[name] = first + step * np.arange(round((last - first) / step) + 1, dtype=np.float64)
+        if step and 0 < (last - first) / step < most:  # no longer than what is beside it
+            found[name] = first + step * np.arange(round((last - first) / step) + 1)
     return found
 
 

@@ -284,7 +284,7 @@ def _header(
     if units is None and layout.units is None and above and (names is not None or len(above) > 1):
         cells = [cell.strip("[]()").strip() for cell in table[above[-1]]]
         labelled = bool(OF_UNITS.fullmatch(cells[0].strip(" :")))  # as in ``Unit,min-1,%,pulse``
-        if labelled or (any(map(_unit, cells)) and all(not cell or cell == "-" or _unit(cell) for cell in cells)):
+        if any(map(_unit, cells)) and (labelled or all(not cell or cell == "-" or _unit(cell) for cell in cells)):
             units = above.pop()
     if names is None and layout.header is None and above:
         names = above[-1]
