@@ -1017,3 +1017,37 @@ def test_the_command_of_a_proposal_quotes_names_with_spaces(tmp_path: Path) -> N
     text = proposal([path])
     assert "fric ingest 'Friction X.csv'" in text
     assert "Guessed from Friction X.csv." in text
+
+
+@pytest.mark.parametrize(("unit", "steps"), [("0.01 A", 100), ("0.1 A", 10), ("0.001 Nm", 1000), ("10 mA", 100)])
+def test_steps_of_a_unit_are_the_unit_of_a_force(tmp_path: Path, unit: str, steps: int) -> None:
+    """As a servo drive's scope names them; mA, A or % were offered, and none of these was right."""
+    a = axis_of_a_drive()
+    path = write(tmp_path / "log.csv", f"time [s];position [rad];Actual Torque ({unit})", a["t"], a["position"],
+                 np.rint(steps * a["current"]))  # fmt: skip
+    found = find_sources([path], proposals=tmp_path / "maps")
+    (log,) = found.logs
+    fric.ingest(path, output=tmp_path / "log.h5", mapping=log.mapping)
+    (record,) = read_logs(tmp_path / "log.h5")
+    assert np.abs(record.force).max() == pytest.approx(np.abs(a["current"]).max(), rel=0.02)
+
+
+def test_what_is_in_brackets_behind_an_axis_is_no_unit(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    head = "Time (ms);X[Position Feedback] (rad);X[Current Feedback] (A);X[Position Command] (rad)"
+    path = write(tmp_path / "log.csv", head, 1e3 * a["t"], a["position"], a["current"], a["asked"])
+    (axis,) = told(path)
+    assert channels(axis) == {"time": 0, "position": 1, "force": 2, "reference": 3}
+    assert axis.roles["position"].likelihood > SURE
+    assert named("X[Torque Command]") == Column("X[Torque Command]", None)
+
+
+def test_what_a_count_is_is_asked_for_and_nothing_else(tmp_path: Path) -> None:
+    """A motion and a force are there: that they be logged is no remedy."""
+    a = axis_of_a_drive()
+    path = write(tmp_path / "log.csv", "time [s];Position [cnt];Current [A]", a["t"], np.rint(652 * a["position"]),
+                 a["current"])  # fmt: skip
+    with pytest.raises(FricError, match="in counts") as error:
+        fric.auto(path, output=tmp_path / "out")
+    assert "Log time" not in error.value.hint
+    assert "--propose" in error.value.hint

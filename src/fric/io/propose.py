@@ -43,6 +43,7 @@ from fric.units import MOTIONS, Motion, converts, in_units_of, is_scale, rotates
 NEEDED = ("time", "position", "velocity", "force")
 """Channels that need a question where they are not sure; other unsure channels are left out."""
 NO_POSITION = "no column looks like the position"
+IN_COUNTS = 'is in counts: say what one is, as in scale: "0.0055 deg"'
 MOST_MEANS = 500  # Rows of a table of velocities and forces without samples, at most
 MOST_FILES = 16  # Number of files of the same columns whose values are read
 
@@ -83,7 +84,7 @@ class Guess:
                 turning = next((column.name for column in self.table.columns if is_electrical(column)), "")
                 unit += f": '{turning}' counts turns of pole pairs" * bool(turning and not role.unit)
                 if role.column is not None and in_counts(self.table.columns[role.column]) and role.channel != "force":
-                    unit = 'is in counts: say what one is, as in scale: "0.0055 deg"'
+                    unit = IN_COUNTS
                 if role.unit == "count":
                     unit = f"has no unit: friction is in its counts ({role.unit_likelihood:.0%}{others})"
                 of_motion = channel in {"position", "velocity"} and self.axis.readings

@@ -351,6 +351,8 @@ def _has(name: str, known: tuple[str, ...]) -> bool:
     return bool(_pattern(known).search(name))
 
 
+_STEPS = re.compile(r"(0\.0*1|10+) (mA|A|mNm|Nm|N\*m|N)")
+"""What a step of a logged force is, as ``0.01 A``."""
 _PERCENT = re.compile(
     r"(\d*[.,]?\d+)?\s*(?:(?:%|percent|pct|prozent|pour ?cents?|por ?ciento|per ?cento)(?![a-z]*/)|"
     r"(‰|per ?mille?|promille)).*", re.IGNORECASE)  # fmt: skip
@@ -371,6 +373,8 @@ def _unit_of(column: Column) -> str | None:
         return "0.1 %" if tenths else f"{share[1].replace(',', '.')} %" if share[1] else "%"
     if unit.casefold() in COUNTED:
         return unit.casefold()
+    if _STEPS.fullmatch(unit):
+        return unit
     if not unit and _PER_MILLE.search(column.name):
         return "0.1 %"
     if unit in {"A", "mA"} or (unit not in {"", "1", "-"} and is_unit(unit)):
@@ -390,7 +394,7 @@ def _unit_of(column: Column) -> str | None:
 @cache
 def _quantity_of(unit: str) -> str | None:
     """Return the quantity of a unit; ``other`` for a unit of no channel."""
-    if unit in DRIVE_UNITS or unit.endswith(" %") or converts(unit, "force", "linear/A"):
+    if unit in DRIVE_UNITS or unit.endswith(" %") or _STEPS.fullmatch(unit) or converts(unit, "force", "linear/A"):
         return "force"
     return next((of for of in OF_UNITS if any(converts(unit, of, motion) for motion in PLAIN)), "other")
 

@@ -142,3 +142,18 @@ def test_broken_texts_of_octave_end_in_a_sentence(tmp_path, body):
     path.write_text("# Created by Octave 8.4.0\n" + body)
     with pytest.raises(FricError):
         list(next(tables(path)).read([0, 1, 2, 3]))
+
+
+@pytest.mark.parametrize("row", ["t={} s, pos={} deg, i={} A", "t: {} s pos: {} deg i: {} A"])
+def test_units_behind_the_values_of_lines_are_those_of_columns(tmp_path, row):
+    path = tmp_path / "out.log"
+    path.write_text("\n".join(row.format(*z) for z in zip(T, X, I, strict=True)) + "\n")
+    found = read(path)
+    assert {name: unit for name, (unit, _) in found.items()} == {"t": "s", "pos": "deg", "i": "A"}
+    assert found["pos"][1] == pytest.approx(X)
+
+
+def test_a_name_behind_a_value_is_no_unit(tmp_path):
+    path = tmp_path / "out.log"
+    path.write_text("\n".join(f"t=1{n} m={n} s : {n}" for n in range(200)) + "\n")
+    assert [unit for unit, _ in read(path).values()] == [None, None, None]

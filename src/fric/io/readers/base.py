@@ -249,7 +249,11 @@ class Memory(ForeignTable):
 
 _SUFFIX = re.compile(r"(?:.+_(?:ms|us|µs|mm|um|µm|nm|deg|rad|mrad|Nm|mNm|kN|V|mV)|(?:[tT]|[tT]ime|[zZ]eit)_s|\w{2,}_N)")
 """Names that end in their unit; F_N is a normal force, and x_m may be a motor's or a mean."""
-_OF_AXIS = re.compile(r"\d+|[xyzXYZ]\d?|(?:[jJ]|(?i:joint|axis|achse) ?)\d+")
+_OF_AXIS = re.compile(
+    r"\d+|[xyzXYZ]\d?|(?:[jJ]|(?i:joint|axis|achse) ?)\d+|"
+    r"(?i:(position|velocity|current|torque) (feedback|command|error))"
+)
+"""What is no unit in brackets: the axis of a column, or what it is of an axis, as in ``X[Position Feedback]``."""
 _NAMED = re.compile(
     r"(?P<name>.*?)(?:\s*(?:\[(?P<square>[^\[\]]*)\]|[({<](?P<round>[^(){}<>]*)[)}>])|"
     r"(?:\s+(?:/|in)\s+|\s(?=\S+/))(?P<behind>[^\s\[\](){}<>]+))"

@@ -21,6 +21,7 @@ from fric.errors import FricError
 from fric.input import reading, regular
 from fric.io.readers.base import ForeignTable, Format, number, numbers, read_xml
 from fric.io.readers.matlab import MOST_UNPACKED, tables_of
+from fric.units import is_unit
 
 FORMAT = Format("JSON, XML, NumPy, Octave text, name=value", (".json", ".jsonl", ".ndjson", ".xml", ".npz", ".npy"))
 MOST_BYTES = 128 << 20  # Bytes of a file that are read at most: its values are held in memory as objects
@@ -32,6 +33,7 @@ _OCTAVE = b"# Created by Octave"
 _MATRIX = re.compile(r"# name: (.+)\n# type: (?:\w+ )?matrix\n# rows: .+\n# columns: ([1-9]\d{0,3})\n((?:[^#\n].*\n)*)")
 _RANGE = re.compile(r"# name: (.+)\n# type: (?:double_)?range\n# base, limit, increment\n(\S+) (\S+) (\S+)\n")
 _PAIR = re.compile(r"([A-Za-z_][\w.\[\]]{0,40})\s?[=:]\s?(-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)(?![\w:.])")
+_PAIR_UNIT = re.compile(_PAIR.pattern + r" ?([A-Za-zµ°%][\w/²*]*)(?=[\s,;)]|$)(?!\s?[=:])")
 
 
 _STAMP = re.compile(r"\W*(?:\d{4}-\d\d-\d\d[ T])?(\d\d?):(\d\d):(\d\d(?:[.,]\d+)?)\b(?!\s*[AP]M)")
@@ -114,7 +116,9 @@ def _of_text(path: Path, changed: int, size: int) -> Any:
         _stamp(line) | dict(_PAIR.findall(line)) for line in (text.splitlines() if text.lstrip()[:1] != "{" else ())
     ]
     if 2 * sum(len(row) > 1 for row in found) > len(found):
-        return _columns([row for row in found if len(row) > 1])
+        last = next((line for line in reversed(text.splitlines()) if len(_PAIR.findall(line)) > 1), "")
+        units = {f"unit_{name}": unit for name, _, unit in _PAIR_UNIT.findall(last) if is_unit(unit)}
+        return units | _columns([row for row in found if len(row) > 1])
     try:
         return _columns(json.loads(text))
     except RecursionError:
