@@ -688,11 +688,6 @@ def predict(
     return found, limits
 
 
-def circles_to_predict(known: Mapping[str, Any] | None) -> int:
-    """Return how many circles `predict` runs; for a progress bar."""
-    return 1 + (DRAWS if known else 0)
-
-
 def agreement(
     measured: Diagnosis, predicted: Diagnosis, intervals: Mapping[str, tuple[float, float]] | None, scheme: str,
     step: float = 0.0, known: Collection[str] = ("x", "y"),

@@ -77,18 +77,13 @@ def next_feedforward(
 class LearnedFeedforward:
     """The feedforward of the next round of a measured circle."""
 
-    test: MeasuredCircle  # The circle that it is for
+    circle: MeasuredCircle  # The circle that was learned, which it is for
     how: Learning  # How it was learned
     # time, reference, voltage: by axis, instants [s], reference [m], voltage against friction [V], each of shape (n,)
     time: Mapping[str, Real]
     reference: Mapping[str, Real]
     voltage: Mapping[str, Real]
     warnings: tuple[Notice, ...]  # What the user should know
-
-    @property
-    def circle(self) -> MeasuredCircle:
-        """The circle that was learned."""
-        return self.test
 
 
 def learn_from(
@@ -223,11 +218,6 @@ def learn(
         first, last = (chances[n].text(digits=2) for n in (0, -1))
         warnings.append(flaws.LEARNING_GAINS_NOTHING.found(last=last, first=first))
     return Learned(machine, how, tuple(found), tuple(carried), tuple(warnings))
-
-
-def circles_to_learn(rounds: int) -> int:
-    """Return how many circles `learn` runs; for a progress bar."""
-    return rounds + 1 + len(OTHERS)
 
 
 def _middle(learned: Sequence[Sequence[Round]]) -> list[Round]:

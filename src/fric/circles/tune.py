@@ -284,8 +284,3 @@ def trace_flaws(tests: Sequence[MeasuredCircle]) -> list[Notice]:
     found = clock_flaws([log for test in tests for log in test.logs()], "inspect")
     bare = any(test.scheme in ("", "a") for test in tests)
     return [notice for notice in found if bare or notice.code != FOREIGN_COMPENSATION.code]
-
-
-def steps_of_tuning(tests: Sequence[MeasuredCircle]) -> int:
-    """Return how often `tune` reports a further step; for a progress bar."""
-    return 3 * 2 + 2 * len(tests)  # of each axis three stages, and two schemes on each circle ahead

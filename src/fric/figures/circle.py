@@ -6,7 +6,6 @@ from math import ceil, pi
 from typing import Any, cast
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 
@@ -326,7 +325,7 @@ def after_reversal_figure(
             order = np.argsort(off[near])
             time = np.radians(off[near][order]) * radius / feed * 1e3
             error = (contour.error[near][order] - np.median(contour.error)) * 1e6
-            _line(axes, n, contour, time, error)
+            axes.plot(time, error, gid=f"now:{contour.scheme.name}", **look_of(n, contour))
         axes.set(xlabel="time after the reversal [ms]", ylabel="radial error [µm]")
         axes.legend()
     return figure
@@ -337,14 +336,11 @@ def along_figure(contours: Sequence[SchemeContour]) -> Figure:
     with new_figure(7.2, 3.6) as figure:
         axes = figure.subplots()
         for n, contour in enumerate(contours):
-            _line(axes, n, contour, contour.place * 1e3, contour.error * 1e6)
+            name = f"now:{contour.scheme.name}"
+            axes.plot(contour.place * 1e3, contour.error * 1e6, gid=name, **look_of(n, contour))
         axes.set(xlabel="station [mm]", ylabel="contour error [µm]")
         axes.legend(loc="upper right")
     return figure
-
-
-def _line(axes: Axes, n: int, contour: SchemeContour, x: Real, y: Real) -> None:
-    axes.plot(x, y, gid=f"now:{contour.scheme.name}", **look_of(n, contour))
 
 
 def _round(value: float) -> float:

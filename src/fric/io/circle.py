@@ -215,7 +215,7 @@ FEEDFORWARD_UNITS = {"time": "s", "reference": "m", "voltage": "V"}
 
 def write_feedforward(path: Path, table: LearnedFeedforward, provenance: str = "", *, force: bool = False) -> None:
     """Write the feedforward of the next round: attributes of its circle, and a group per axis; whole or not at all."""
-    test = table.test
+    test = table.circle
     with staged_hdf5(path, force=force) as (file, check):
         file.attrs.update({"fric": FEEDFORWARD, "provenance": provenance})
         file.attrs.update({"radius": test.radius, "feed": test.feed, "direction": test.direction})

@@ -4,7 +4,7 @@ import json
 import re
 import shlex
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch
 from functools import partial
@@ -550,10 +550,7 @@ def says_all(path: Path, kind: Kind | None = None, motion: Motion | None = None)
 
 def axes_said(path: Path) -> list[str | None]:
     """Return the axes that a foreign file names for its tables; None alone where it has one table, or names none."""
-    try:
-        with closing(tables(path, None)) as opened:
-            for table in opened:
-                return list(table.said.get(OF_SEVERAL, "").split()) or [None]
-    except FricError:
-        pass
+    with suppress(FricError), closing(tables(path, None)) as opened:
+        for table in opened:
+            return list(table.said.get(OF_SEVERAL, "").split()) or [None]
     return [None]

@@ -8,14 +8,14 @@ from math import hypot, isfinite
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from fric.circles.diagnose import CAUSES, Agreement, Diagnosis, agreement, both_directions, circles_to_predict, predict
+from fric.circles.diagnose import CAUSES, DRAWS, Agreement, Diagnosis, agreement, both_directions, predict
 from fric.circles.diagnose import diagnose as take_apart
-from fric.circles.learn import Learned, LearnedFeedforward, Learning, circles_to_learn, learn_from
+from fric.circles.learn import OTHERS, Learned, LearnedFeedforward, Learning, learn_from
 from fric.circles.learn import learn as learn_rounds
 from fric.circles.measured import MeasuredCircle
 from fric.circles.next_circle import LEARNED, LeftOver, distrusts, measured_glitch, observers_distrust
 from fric.circles.prediction import Prediction, predicted
-from fric.circles.tune import Tuned, steps_of_tuning
+from fric.circles.tune import Tuned
 from fric.circles.tune import tune as refit
 from fric.documents import circle_findings
 from fric.documents.base import provenance
@@ -253,7 +253,7 @@ def diagnose(
     file = machine if isinstance(machine, Path | str) else None
     subject, identified = (machine_of(machine), None) if file is None else machine_to_predict(Path(file))
     drawn = identified.drawn() if identified else None
-    advance(0, total=circles_to_predict(drawn))
+    advance(0, total=1 + (DRAWS if drawn else 0))
     predicted, limits = predict(found, subject, wanted, drawn, done=advance)
     step = max(axis.encoder.resolution for axis in subject.axes.values())
     return DiagnosisResult(found, agreement(found, predicted, limits, wanted.name, step, subject.axes), beside)
@@ -370,7 +370,7 @@ def tune(
     subject = machine_of(machine)
     motions = {name: axis.motion for name, axis in subject.axes.items()}
     tests = [test.of_effort(motions) for test in some_circles(circles, scheme)]
-    advance(0, total=steps_of_tuning(tests))
+    advance(0, total=3 * 2 + 2 * len(tests))  # of each axis three stages, and two schemes on each circle ahead
     with one_blas_thread():  # products of small matrices between compiled replays
         found = refit(subject, tests, advance, loop=loop)
     return TuneResult(found, str(subject.origin.get("path", "")))
@@ -415,7 +415,7 @@ class LearnedTable(Result, schema=circle_findings.LearnedFeedforwardDocument, of
 
     def report(self) -> list[Piece]:
         """Return the feedforward by axis."""
-        test = self.table.test
+        test = self.table.circle
         rows = [[name, f"{abs(array).max():.3f}", str(len(array))] for name, array in self.table.voltage.items()]
         title = f"feedforward for {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
         return [Table(["axis", "largest V", "samples"], rows, title)]
@@ -465,7 +465,7 @@ def learn(
         feed = bounded("speed", velocity)
         test = Circle(bounded("radius", radius), feed, direction=-1 if clockwise else 1)
         how = Learning.at(feed, share, corner)
-        advance(0, total=circles_to_learn(rounds))
+        advance(0, total=rounds + 1 + len(OTHERS))
         return LearnResult(learn_rounds(subject, test, rounds, how, observer=observer, done=advance))
     subject = _ran_on(given) if machine is None else machine_of(machine)
     circle = given if isinstance(given, MeasuredCircle) else choose_circles([path_of("a circle", given)], scheme)[0]
