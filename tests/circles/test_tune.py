@@ -100,7 +100,7 @@ def test_what_is_found_is_what_the_machine_has(drawn, tuned):
 
 @pytest.mark.long(4)
 def test_how_sure_a_parameter_is_does_not_hang_on_what_was_kept_of_the_shape(drawn, circles, tuned, monkeypatch):
-    monkeypatch.setattr("fric.circles.tune.SHAPE", 0.0)
+    monkeypatch.setattr("fric.circles.tune_fit.SHAPE", 0.0)
     axis, kept = drawn.axes["x"], tuned.axes["x"]
     whole = tune_axis(axis, circles)
     assert whole.full

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 
+from fric.circles import tune_fit
 from fric.circles.measured import MeasuredCircle
 from fric.circles.next_circle import (
     CircleForecast,
@@ -15,24 +16,7 @@ from fric.circles.next_circle import (
     recorded_once_more,
     worse_ahead,
 )
-from fric.circles.tune_fit import (
-    SHAPE,
-    STARTS,
-    Balance,
-    BalanceCoordinates,
-    FittedBalance,
-    TunedAxis,
-    at,
-    explained,
-    fit,
-    gms_of,
-    identifiability_warnings,
-    instrumented,
-    refined,
-    timing_warnings,
-    tuned_estimates,
-    voltage_record,
-)
+from fric.circles.tune_fit import Balance, FittedBalance, TunedAxis, fit
 from fric.design.cascade import falling_margin, hold_falling
 from fric.drive.plant import Plant, hold_delay
 from fric.errors import FricError
@@ -59,7 +43,7 @@ tenth less for each margin missing. That costs 0.1 µm at 100 mm/s with an obser
 
 def _margin(tuned: TunedAxis) -> float:
     blocks = () if tuned.axis.observer is None else (tuned.axis.observer,)
-    return falling_margin(tuned.nominal, tuned.axis.cascade, gms_of(tuned.friction), blocks)
+    return falling_margin(tuned.nominal, tuned.axis.cascade, tune_fit.gms_of(tuned.friction), blocks)
 
 
 def holds(axis: TunedAxis) -> bool:
@@ -79,7 +63,9 @@ def holding(axis: TunedAxis) -> TunedAxis:
     """Return a tuned axis whose cascade and observer stabilise its falling friction; unchanged if they already do."""
     if not axis.improves or holds(axis):
         return axis
-    cascade, observer = hold_falling(axis.nominal, axis.axis.cascade, gms_of(axis.friction), axis.axis.observer)
+    cascade, observer = hold_falling(
+        axis.nominal, axis.axis.cascade, tune_fit.gms_of(axis.friction), axis.axis.observer
+    )
     return replace(axis, axis=replace(axis.axis, cascade=cascade, observer=observer), loop=True)
 
 
@@ -125,36 +111,36 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
             hint="Identify one: fric identify gms, and name it under feedforward in the machine file.",
         )
     nominal = axis.nominal or axis.plant
-    records = tuple(voltage_record(test, axis.name) for test in tests)
-    few = BalanceCoordinates.of(axis.nominal_friction.models["gms"], nominal.T_d)
+    records = tuple(tune_fit.voltage_record(test, axis.name) for test in tests)
+    few = tune_fit.BalanceCoordinates.of(axis.nominal_friction.models["gms"], nominal.T_d)
     gain = float(np.log(axis.nominal_friction.gain)) if axis.nominal_friction.gain > 0 else 0.0
     start = np.array([gain, 0.0, 0.0, 0.0])
-    before = at(Balance(records, few, nominal.K_f), start, np.array([1 / nominal.B, nominal.A / nominal.B]))
-    starts = [start + np.array([0.0, np.log(stiffness), np.log(C), 0.0]) for stiffness, C in STARTS]
+    before = tune_fit.at(Balance(records, few, nominal.K_f), start, np.array([1 / nominal.B, nominal.A / nominal.B]))
+    starts = [start + np.array([0.0, np.log(stiffness), np.log(C), 0.0]) for stiffness, C in tune_fit.STARTS]
     found = fit(Balance(records, few, nominal.K_f), starts)
     done()
     found, full = _again(found), False
     done()
-    if found.plant[0] > 0 and found.rms > SHAPE * explained(found):
+    if found.plant[0] > 0 and found.rms > tune_fit.SHAPE * tune_fit.explained(found):
         for shape in (few.full(), None):
             richer = shape or found.balance.coordinates.sided()
             start = richer.moved(found.balance.coordinates, found.x)
             other = _again(fit(replace(found.balance, coordinates=richer), [start], found.rms))
-            compared = at(replace(found.balance, records=other.balance.records), found.x)
+            compared = tune_fit.at(replace(found.balance, records=other.balance.records), found.x)
             if other.rms < GAIN * compared.rms:
                 found, full = other, full or shape is not None
     for _ in range(AGAIN if found.plant[0] > 0 else 0):
-        found = instrumented(found)
+        found = tune_fit.instrumented(found)
     done()
     coordinates = found.balance.coordinates
     friction, T_d = coordinates.directed(found.x), coordinates.delay(found.x)
     m, a = found.plant[:2]
-    warnings = list(identifiability_warnings(axis, tests, found))
+    warnings = list(tune_fit.identifiability_warnings(axis, tests, found))
     if not (m > 0 and T_d >= hold_delay(axis.cascade.sampling)):  # no machine
         return TunedAxis(axis, friction, nominal, before, found, None, full, False, tuple(warnings))
     plant = Plant(A=max(float(a / m), 0.0), B=float(1 / m), T_d=T_d, K_f=nominal.K_f)
-    estimates = tuned_estimates(found, plant, axis.motion)
-    warnings += timing_warnings(axis, found, estimates.plant["T_d"])
+    estimates = tune_fit.tuned_estimates(found, plant, axis.motion)
+    warnings += tune_fit.timing_warnings(axis, found, estimates.plant["T_d"])
     improves = found.rms < before.rms
     new = with_belief(axis, friction, plant) if improves else axis
     return TunedAxis(new, friction, plant, before, found, estimates, full, improves, tuple(warnings))
@@ -163,7 +149,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
 def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
     """Return an axis with a nominal friction and plant, as a file holds them: feedforward with lead, and observer."""
     friction, plant = as_filed(friction), as_filed(plant)
-    static = directed(gms_of(friction).static, friction.negative if isinstance(friction, Directed) else None)
+    static = directed(tune_fit.gms_of(friction).static, friction.negative if isinstance(friction, Directed) else None)
     models = {**axis.nominal_friction.models, "static": static, "gms": friction}
     observer = None if axis.observer is None else replace(axis.observer, A=plant.A, B=plant.B)
     return replace(axis, nominal_friction=NominalFriction(models, 1.0, "auto"), nominal=plant, observer=observer)
@@ -184,7 +170,7 @@ def _again(found: FittedBalance) -> FittedBalance:
     for _ in range(AGAIN):
         if not found.plant[0] > 0:
             break
-        finer = tuple(refined(record, *found.truth(n)) for n, record in enumerate(found.balance.records))
+        finer = tuple(tune_fit.refined(record, *found.truth(n)) for n, record in enumerate(found.balance.records))
         again = fit(replace(found.balance, records=finer), [found.x], found.rms, 5)
         moved, found = np.abs(again.x - found.x).max(), again
         if moved < RESTS:

@@ -19,18 +19,7 @@ from scipy.ndimage import median_filter
 from fric.arrays import Indices, Mask, Real
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.flaws.channel import (
-    DRIVE_OFF,
-    FORCE_CLIPPED,
-    FORCE_COARSE,
-    FOREIGN_COMPENSATION,
-    INPUT_CLIPPED,
-    SAMPLES_LOST,
-    SAMPLING_DIFFERS,
-    SAMPLING_JITTERS,
-    SAMPLING_UNEVEN,
-    TWO_ENCODERS,
-)
+from fric.flaws import channel
 from fric.flaws.drift import FORCE_DRIFTS
 from fric.flaws.files import RECORD_LEFT_OUT
 from fric.flaws.static_map import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
@@ -133,7 +122,7 @@ def foreign_compensation(log: Log) -> Notice | None:
         float(np.median([getattr(kick, n) for kick in kicks])) for n in ("lead", "lag", "late", "decay")
     )
     when = "too early" if late < 0.0 else "too late" if lag > max(0.2 * lead, least) else "too much"
-    return FOREIGN_COMPENSATION.found(
+    return channel.FOREIGN_COMPENSATION.found(
         log.where, count=len(kicks), reversals=len(found), height=Estimate(lead, log.unit("position")),
         time=Estimate(float(t[kicks[0].sample]), "s"), decay=Estimate(decay, "s"), when=when,
         place=Estimate(float(followed.position[kicks[0].sample]), log.unit("position")),
@@ -260,7 +249,7 @@ def two_encoders(log: Log) -> Notice | None:
     if log.load_position is None:
         return None
     found = transmission_of(log)
-    return TWO_ENCODERS.found(log.where, lost=found and found.lost_motion, stiffness=found and found.stiffness)
+    return channel.TWO_ENCODERS.found(log.where, lost=found and found.lost_motion, stiffness=found and found.stiffness)
 
 
 def by_encoder(log: Log, encoder: Encoder) -> Log:
@@ -435,7 +424,7 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
         if name != "time"
     }
     return replace(log, time=even, **channels), [
-        SAMPLING_UNEVEN.found(log.name, missing=missing, samples=intervals + 1, off=off)
+        channel.SAMPLING_UNEVEN.found(log.name, missing=missing, samples=intervals + 1, off=off)
     ]
 
 
@@ -450,7 +439,7 @@ COARSE = 12  # Number of steps in the force's range up to which steps affect mea
 def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     """Return the warnings of records with any motion: forces and inputs that are clipped, and their clock."""
     found = []
-    for name, flaw in (("input", INPUT_CLIPPED), ("force", FORCE_CLIPPED)):
+    for name, flaw in (("input", channel.INPUT_CLIPPED), ("force", channel.FORCE_CLIPPED)):
         if name == "force" or purpose == "plant":
             had = [log for log in logs if getattr(log, name) is not None]
             counted = clipped_among(values := [getattr(log, name) for log in had])
@@ -458,7 +447,7 @@ def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
             found += [flaw.found(log.where, samples=n, sure=sure) for log, n in zip(had, counted, strict=True) if n]
     off = {log.where: float(drive_off(log).mean()) for log in logs if purpose == "gms"}
     if resting := {where: share for where, share in off.items() if share > 0.0}:
-        found.append(DRIVE_OFF.found(share=max(resting.values()), records=list(resting)))
+        found.append(channel.DRIVE_OFF.found(share=max(resting.values()), records=list(resting)))
     return found + ([] if purpose == "static" else _coarse_force(logs)) + clock_flaws(logs, purpose)
 
 
@@ -470,7 +459,7 @@ def _coarse_force(logs: Sequence[Log]) -> list[Notice]:
     forces = np.unique(np.concatenate(levels))
     step = float(np.min(np.diff(forces))) if len(forces) > 1 else 0.0
     coarse = 0.0 < float(np.ptp(forces)) <= COARSE * step
-    return [FORCE_COARSE.found(step=Estimate(step, logs[0].unit("force")))] * coarse
+    return [channel.FORCE_COARSE.found(step=Estimate(step, logs[0].unit("force")))] * coarse
 
 
 def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
@@ -481,12 +470,14 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     found = [(log, timing(log)) for log in logs]
     warnings = []
     if lost := [(log.name, clock.lost) for log, clock in found if clock.lost]:
-        warnings.append(SAMPLES_LOST.found(_records([name for name, _ in lost]), lost=max(by for _, by in lost)))
+        warnings.append(
+            channel.SAMPLES_LOST.found(_records([name for name, _ in lost]), lost=max(by for _, by in lost))
+        )
     # what jitters shows in every record that is as fast; a ripple of one speed is no jitter
     unmoved = max((clock.speed for _, clock in found if not (clock.jitter or clock.lost)), default=0.0)
     if jitters := [(log, clock) for log, clock in found if clock.jitter and FASTER * clock.speed > unmoved]:
         log, worst = max(jitters, key=lambda pair: pair[1].displaced)
-        warnings.append(SAMPLING_JITTERS.found(
+        warnings.append(channel.SAMPLING_JITTERS.found(
             _records([log.name for log, _ in jitters]), jitter=Estimate(worst.jitter, "s"), purpose=purpose,
             displaced=Estimate(worst.displaced, log.unit("position")),
             share=worst.jitter / float(np.median(np.diff(log.time))),
@@ -496,7 +487,7 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     for log, interval in zip(logs, intervals, strict=True):
         if max(interval / usual, usual / interval) > OTHER_UNIT:
             apart = {"interval": Estimate(interval, "s"), "usual": Estimate(usual, "s")}
-            warnings.append(SAMPLING_DIFFERS.found(log.where, **apart))
+            warnings.append(channel.SAMPLING_DIFFERS.found(log.where, **apart))
     warnings += [notice for log in logs if (notice := foreign_compensation(log)) is not None]
     return warnings + [notice for log in logs if (notice := two_encoders(log)) is not None][:1]
 
@@ -520,7 +511,7 @@ def stroke_flaws(
     if not strokes:
         return []
     warnings, tightest = [], {"level": force, "half_width": half_width}
-    unit, length = (strokes[0][0].unit(channel) for channel in ("force", "position"))
+    unit, length = (strokes[0][0].unit(name) for name in ("force", "position"))
     if place is not None:
         alike = place.either
         found = [(FORCE_OVER_POSITION, place.cogging), (FRICTION_OVER_POSITION, 0.0 if alike else place.friction)]

@@ -17,15 +17,7 @@ from fric.flaws.prediction import INVERSE_LEFT_OUT, T_D_BELOW_HOLD
 from fric.friction import models as known_models
 from fric.identify.halves import Halves
 from fric.identify.halves import halves as find_halves
-from fric.identify.replay.compare import (
-    Baseline,
-    Comparison,
-    Score,
-    compare_models,
-    split_by_cycles,
-    split_by_folds,
-    split_by_record,
-)
+from fric.identify.replay import compare as scoring
 from fric.io.circle import choose_circles, read_runs
 from fric.io.recognise import recognise
 from fric.log import Log
@@ -42,7 +34,7 @@ from fric.verb import Kind, verb
 class ComparisonResult(Result, schema=ComparisonDocument, of="comparison"):
     """Friction models by how well they predict held-out samples."""
 
-    comparison: Comparison  # The scores, the best model first
+    comparison: scoring.Comparison  # The scores, the best model first
 
     @property
     def logs(self) -> list[Log]:
@@ -53,7 +45,7 @@ class ComparisonResult(Result, schema=ComparisonDocument, of="comparison"):
         """Return a line for each model, and whether one is surely the best."""
         unit = si_unit("force", self.comparison.records[0].log.motion)
 
-        def left(score: Score | Baseline) -> tuple[str, str, str]:
+        def left(score: scoring.Score | scoring.Baseline) -> tuple[str, str, str]:
             near = readable(score.rms_near, unit) if isfinite(score.rms_near) else "–"
             return score.name, readable(score.rms, unit), near
 
@@ -148,14 +140,14 @@ def compare(
     kept = friction_of(static, axis, motion)
     ready, loaded = without_loaded(prepared(records, plant_of(plant, axis, motion)))
     if fit_on:
-        splits = split_by_record(ready, [fit_on] if isinstance(fit_on, str) else list(fit_on))
+        splits = scoring.split_by_record(ready, [fit_on] if isinstance(fit_on, str) else list(fit_on))
     else:
-        splits = split_by_cycles(ready, cycles) if cycles else split_by_folds(ready, folds)
+        splits = scoring.split_by_cycles(ready, cycles) if cycles else scoring.split_by_folds(ready, folds)
     advance(0, total=len(names))
     settings: dict[str, Any] = {"blocks": blocks, "seed": seed, "advance": advance}
     if kept:
         settings |= {"static": kept.estimates("static"), "negative": kept.backward()}
-    found = compare_models(names, ready, splits, **settings)
+    found = scoring.compare_models(names, ready, splits, **settings)
     paths = [Path(path) for path in circles]
     measured = [path for path in paths if recognise(path).startswith("circle/")]
     runs = [run for path in paths if path not in measured for run in read_runs(path, traces=False)]

@@ -24,31 +24,9 @@ from fric.friction import FrictionModel
 from fric.friction.directed import directed, mean_map
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
+from fric.identify.gms import virgin_curve
 from fric.identify.gms.hunting import PLACES, Hunting
-from fric.identify.gms.virgin_curve import (
-    MOST_BLOCKS,
-    Blocks,
-    Choice,
-    HysteresisCycles,
-    VirginCurve,
-    blocks_from_knots,
-    choose_blocks,
-    find_cycles,
-    fit_blocks,
-    fit_without_cycles,
-    virgin_curve,
-    with_all_errors,
-)
-from fric.identify.replay.replay_fit import (
-    CLEAR,
-    ReplayFit,
-    credible,
-    identify_by_replay,
-    lateness_notice,
-    mean_lag,
-    one_lag,
-    suspected,
-)
+from fric.identify.replay import replay_fit
 from fric.log import Log
 from fric.notice import Notice
 from fric.plausibility import of_shares, settled
@@ -119,10 +97,10 @@ class GMSFit:
     C: Estimate
     alpha_sum: Estimate  # Σ alpha before it was normalised: the level of the records relative to the static map
     # curve, hysteresis, blocks: the measured virgin curve, the records it is from, and the piecewise-linear fit
-    curve: VirginCurve
-    hysteresis: tuple[HysteresisCycles, ...]
-    blocks: Blocks
-    choice: Choice | None  # How the number of blocks was chosen; None where the user gave it
+    curve: virgin_curve.VirginCurve
+    hysteresis: tuple[virgin_curve.HysteresisCycles, ...]
+    blocks: virgin_curve.Blocks
+    choice: virgin_curve.Choice | None  # How the number of blocks was chosen; None where the user gave it
     asked: int | None  # Number of blocks that the user requested; None where the criterion chose it
     knots_given: bool  # knots_given, refined: true where the user gave the knots; where the parameters are from replay
     refined: bool
@@ -150,7 +128,7 @@ class GMSFit:
         """Misfit of the model to the measured virgin curve, over equal steps of displacement [N]."""
         z = np.linspace(0.0, float(self.curve.displacement[-1]), 501)[1:]
         level = float(self.alpha_sum) if self.static_given else 1.0
-        found = Blocks(np.asarray(self.k.value), self.model.slip_displacements * level)
+        found = virgin_curve.Blocks(np.asarray(self.k.value), self.model.slip_displacements * level)
         return float(np.sqrt(np.mean((self.curve(z) - found(z)) ** 2)))
 
     @property
@@ -185,7 +163,7 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     negative: StaticMap | None = None,
     plant: Plant | None = None,
     blocks: int | None = None,
-    most_blocks: int = MOST_BLOCKS,
+    most_blocks: int = virgin_curve.MOST_BLOCKS,
     knots: Sequence[float] | None = None,
     refined: bool = True,
     cycles: tuple[int, int] | None = None,
@@ -240,7 +218,7 @@ def _suited(records: Sequence[Prepared], cycles: tuple[int, int] | None) -> tupl
     kept, left_out = [], []
     for record in records:
         try:
-            find_cycles(record, cycles)
+            virgin_curve.find_cycles(record, cycles)
             kept.append(record)
         except FricError as error:
             left_out.append(RECORD_LEFT_OUT.found(record.log.where, why=error.what))
@@ -267,18 +245,18 @@ def _on_time(ready: Sequence[Prepared], identified: Fit) -> tuple[GMSFit, list[N
     from records that are 3.5 samples late finds 2.4 of them, and a second step 3.6.
     """
     fit, late = identified(ready)
-    if not suspected(ready, late):
+    if not replay_fit.suspected(ready, late):
         return fit, []
     for _ in range(2):
-        by = float(mean_lag(late.values()))
+        by = float(replay_fit.mean_lag(late.values()))
         again, left = identified([record.later(by) if record.name in late else record for record in ready])
         late = {name: Estimate.around(by + float(lag), lag.unit, lag.half_width) for name, lag in left.items()}
-        if not one_lag(ready, late, 1.0):
+        if not replay_fit.one_lag(ready, late, 1.0):
             break
-    if not one_lag(ready, late, CLEAR):
+    if not replay_fit.one_lag(ready, late, replay_fit.CLEAR):
         return fit, []
-    sure = simplest([fit.rmse, again.rmse]) == 1 and credible(ready, late)
-    return again if sure else fit, [lateness_notice(ready, late, sure=sure)]
+    sure = simplest([fit.rmse, again.rmse]) == 1 and replay_fit.credible(ready, late)
+    return again if sure else fit, [replay_fit.lateness_notice(ready, late, sure=sure)]
 
 
 def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
@@ -295,8 +273,8 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
 ) -> tuple[GMSFit, Mapping[str, Estimate]]:
     """Return the fit to prepared records, of which the first are in pre-sliding, and the lags of their forces."""
     count = sum(map(_is_slow, ready))
-    hysteresis = [find_cycles(record, cycles) for record in ready[:count]]
-    curve = virgin_curve(hysteresis, static, negative)
+    hysteresis = [virgin_curve.find_cycles(record, cycles) for record in ready[:count]]
+    curve = virgin_curve.virgin_curve(hysteresis, static, negative)
     between = mean_map(static, negative) if static is not None else None
     if between is not None and not curve.saturates:
         curve = replace(curve, level=between.F_s)
@@ -309,7 +287,7 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     begin = _lag_of(slides, _at_level(base, found, curve.saturates), negative)
 
     model: FrictionModel
-    fit: ReplayFit | None = None
+    fit: replay_fit.ReplayFit | None = None
     if refined:
         given = static or base, negative
         fit = _refined(records, given, begin, hunting, with_level=curve.saturates, with_C=bool(slides))
@@ -328,8 +306,8 @@ def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
         level = Estimate(1.0, level.unit, limits)
     replays = [_replayed(record, model, cycles) for record in records]
     limit = np.asarray(alpha.value) * base.F_s * (float(level) if static is not None else 1.0)
-    blocks_found = Blocks(np.asarray(k.value), limit / np.asarray(k.value))
-    curve = with_all_errors(curve, blocks_found(curve.displacement))
+    blocks_found = virgin_curve.Blocks(np.asarray(k.value), limit / np.asarray(k.value))
+    curve = virgin_curve.with_all_errors(curve, blocks_found(curve.displacement))
     result = GMSFit(
         log.axis, motion, base, static is not None, alpha, k, C, level, curve, tuple(hysteresis), found, choice,
         blocks, knots is not None, refined, tuple(replays), fit.covariance if fit else None,
@@ -353,7 +331,7 @@ def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:
     return presliding, [replace(log, kind=kind) for log, kind in kinds if kind == "sliding-sine"]
 
 
-def _at_level(static: StaticMap, blocks: Blocks, with_level: bool) -> GMS:
+def _at_level(static: StaticMap, blocks: virgin_curve.Blocks, with_level: bool) -> GMS:
     """Return the model of some blocks on a static map, scaled to their level where they slide."""
     level = float(blocks.limit.sum()) / static.F_s if with_level else 1.0
     alpha = blocks.limit / blocks.limit.sum()
@@ -382,14 +360,14 @@ def _refined(
     *,
     with_level: bool,
     with_C: bool,
-) -> ReplayFit:
+) -> replay_fit.ReplayFit:
     """Return the fit by replay from the blocks of the virgin curve; C is assumed where no record determines it."""
     given = {p.name: Estimate(getattr(maps[0], p.name), "") for p in StaticMap.parameters}
     level = start.static.F_s / mean_map(*maps).F_s
     start = replace(start, static=replace(start.static, F_s=level * maps[0].F_s))
 
-    def fitted(**fix: float) -> ReplayFit:
-        return identify_by_replay(
+    def fitted(**fix: float) -> replay_fit.ReplayFit:
+        return replay_fit.identify_by_replay(
             "gms", records, static=given, negative=maps[1], blocks=len(start.alpha), start=start, fix=fix,
             with_level=with_level, beyond=hunting,
         )  # fmt: skip
@@ -402,8 +380,13 @@ def _refined(
 
 
 def _blocks(
-    curve: VirginCurve, count: int | None, most: int, knots: Sequence[float] | None, refined: bool, unit: str
-) -> tuple[Choice | None, Blocks, list[Blocks]]:
+    curve: virgin_curve.VirginCurve,
+    count: int | None,
+    most: int,
+    knots: Sequence[float] | None,
+    refined: bool,
+    unit: str,
+) -> tuple[virgin_curve.Choice | None, virgin_curve.Blocks, list[virgin_curve.Blocks]]:
     """Return the choice of the number of blocks, the blocks, and, for `_by_leaving_out`, those without each cycle."""
     if knots is not None:
         at = np.asarray(knots, float)
@@ -412,25 +395,25 @@ def _blocks(
                 f"the last knot is beyond the virgin curve, which ends at {curve.displacement[-1] * 1e6:.3g} µm",
                 hint="Choose knots within it, or add a record of larger amplitude.",
             )
-        found = blocks_from_knots(at, curve(at))
+        found = virgin_curve.blocks_from_knots(at, curve(at))
         without = []
         for other in curve.without_cycles():
             try:
-                without.append(blocks_from_knots(at, other(at)))
+                without.append(virgin_curve.blocks_from_knots(at, other(at)))
             except FricError:  # without this cycle the curve is not concave at the knots
                 without.append(found)
         return None, found, without
-    choice = choose_blocks(curve, most, unit=unit) if count is None else None
-    found = choice.blocks if choice else fit_blocks(curve, count or 1)
-    return choice, found, [] if refined else fit_without_cycles(curve, found)
+    choice = virgin_curve.choose_blocks(curve, most, unit=unit) if count is None else None
+    found = choice.blocks if choice else virgin_curve.fit_blocks(curve, count or 1)
+    return choice, found, [] if refined else virgin_curve.fit_without_cycles(curve, found)
 
 
 def _by_leaving_out(
-    found: Blocks, without: Sequence[Blocks], static: StaticMap, motion: Motion
+    found: virgin_curve.Blocks, without: Sequence[virgin_curve.Blocks], static: StaticMap, motion: Motion
 ) -> tuple[Estimate, Estimate, Estimate]:
     """Return alpha, k and the level of the virgin curve's blocks, with intervals from the curve without each cycle."""
 
-    def quantities(blocks: Blocks) -> Real:
+    def quantities(blocks: virgin_curve.Blocks) -> Real:
         share = np.clip(blocks.limit / blocks.limit.sum(), 1e-15, 1.0 - 1e-15)  # a single block has alpha = 1
         return np.concatenate([logit(share), np.log(blocks.k), [np.log(blocks.limit.sum() / static.F_s)]])
 

@@ -20,6 +20,7 @@ import numpy as np
 from scipy import optimize
 from scipy.special import chdtri, stdtrit
 
+from fric import statistics
 from fric.arrays import Complex, Mask, Real
 from fric.choice import simplest
 from fric.drive.plant import CURRENT_LOOP, LinearPlant, hold_delay
@@ -38,16 +39,6 @@ from fric.records.motion import BANDWIDTH, Conditioning, kept, shows_mass, thinn
 from fric.records.prepared import Drive, Prepared, prepared
 from fric.records.recognition import kind_of
 from fric.records.segments import steady_segments
-from fric.statistics import (
-    DIFFERENT,
-    Between,
-    between_records,
-    hac_covariance,
-    jackknife,
-    robust_deviation,
-    smoother_than_noise,
-    widened,
-)
 from fric.threads import one_blas_thread
 from fric.units import Motion, is_effort, readable, rotates, si_unit
 
@@ -288,7 +279,7 @@ def solve(
         chi2 = 2 * float(found.cost) / max(rows - len(start), 1)
     covariance = np.linalg.pinv(found.jac.T @ found.jac) * chi2 * correlation
     quantile = float(stdtrit(freedom, 0.975))
-    covariance = widened(covariance, _left_out(found, sets, covariance) / quantile**2)
+    covariance = statistics.widened(covariance, _left_out(found, sets, covariance) / quantile**2)
     if form.encoder == "table":
         for ratio in OTHER_RATIOS:
             shares = [form.response(found.x, lines.frequency, lines.hold, lines.reversing, ratio) for lines in sets]
@@ -310,7 +301,7 @@ def _left_out(found: optimize.OptimizeResult, sets: Sequence[Lines], covariance:
     for number, lines in enumerate(sets):
         block = np.argsort(np.argsort(lines.frequency)) * BLOCKS // len(lines.frequency)
         label += 2 * [block + BLOCKS * number]
-    moved = jackknife(found.jac, found.fun, np.concatenate(label))
+    moved = statistics.jackknife(found.jac, found.fun, np.concatenate(label))
     wider = SCATTER_BY_CHANCE * float(stdtrit(BLOCKS - 1, 0.975)) ** 2
     sure = np.diag(moved) > wider * np.diag(covariance)
     return np.asarray(np.where(np.outer(sure, sure), moved, 0.0))
@@ -562,7 +553,7 @@ def lag_in_band(lines: Lines, filtered: bool = True) -> FittedLag:
     while True:
         fitted = _fit(at(lines, lines.frequency <= top), filtered)
         fewer = np.count_nonzero(lines.frequency <= top / 2)
-        if fewer < FEW_LINES or not any(smoother_than_noise(part, -3.09) for part in fitted.residual):
+        if fewer < FEW_LINES or not any(statistics.smoother_than_noise(part, -3.09) for part in fitted.residual):
             return fitted
         top /= 2
 
@@ -859,7 +850,7 @@ def solve_with_modes(lines: Lines) -> Found:
     found = _best_mode(lines)
     if found is None:
         return rigid
-    scale = max(robust_deviation(_off(lines, found.solution)[found.kept]), 1e-3)
+    scale = max(statistics.robust_deviation(_off(lines, found.solution)[found.kept]), 1e-3)
     bounded = [float(np.sum(np.minimum(np.abs(_off(lines, fit.solution)) / scale, OFF) ** 2)) for fit in (rigid, found)]
     return found if bounded[0] - bounded[1] > GAIN and _is_determined(found.solution, at(lines, found.kept)) else rigid
 
@@ -917,7 +908,7 @@ def _without_outliers(lines: Lines, resonance: Resonance | None, start: Real | N
     solution = solve([lines], resonance=resonance, start=start)
     for _ in range(6):
         off = np.abs(_off(lines, solution))
-        usual = robust_deviation(off[kept])
+        usual = statistics.robust_deviation(off[kept])
         outlying = off > np.maximum(OFF * np.hypot(usual, lines.deviation), VISIBLE)
         if np.count_nonzero(outlying) > MOST_OUTLIERS * len(outlying) or np.array_equal(~outlying, kept):
             break
@@ -1125,7 +1116,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     spread = np.std(residual, ddof=1)
     deviation = spread * np.sqrt(np.diag(np.linalg.inv(X.T @ X)))
     lengths = [len(force) for force in forces]
-    covariance = hac_covariance(X, residual, lengths)
+    covariance = statistics.hac_covariance(X, residual, lengths)
     quantile = float(stdtrit(len(y) - len(values), 0.975))
     rates_of = [
         thinned((record.done.timing * np.gradient(record.drive, record.log.time))[record.used], s.decimation)
@@ -1133,7 +1124,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     ]
     covariance = covariance + _of_timing(X, np.concatenate(rates_of), residual, lengths)
     ends = np.cumsum(lengths)[:-1]
-    between = between_records(np.split(X, ends), np.split(residual, ends), quantile)
+    between = statistics.between_records(np.split(X, ends), np.split(residual, ends), quantile)
     if between is not None:
         covariance = covariance + between.covariance
     as_usual = direction == "both" and (cutoff, decimation, border) == (None,) * 3
@@ -1174,7 +1165,7 @@ def _finer(rigid: RigidAxis, replay: RigidAxis | None) -> RigidAxis:
     half, other = (1.96 * np.sqrt(np.diag(found))[:3] for found in (covariance, replay[1]))
     if np.prod(other) < np.prod(half) or (np.abs(off)[:3] > half).any():
         return replay
-    return values, widened(covariance, replay[1] + np.outer(off, off))
+    return values, statistics.widened(covariance, replay[1] + np.outer(off, off))
 
 
 HELD = 4000.0  # Rate of the hold that is assumed beside a current loop [Hz], as of controllers that fric designs
@@ -1191,7 +1182,7 @@ def _of_timing(X: Real, late: Real, residual: Real, lengths: Sequence[int]) -> R
         return np.zeros((X.shape[1], X.shape[1]))
     moved = np.linalg.lstsq(X, late, rcond=None)[0]
     found = np.linalg.lstsq(joint, residual, rcond=None)[0]
-    variance = float(hac_covariance(joint, residual - joint @ found, lengths)[0, 0])
+    variance = float(statistics.hac_covariance(joint, residual - joint @ found, lengths)[0, 0])
     moment = variance / (1.0 + variance) + (float(found[0]) / (1.0 + variance)) ** 2
     return np.asarray(moment * np.outer(moved, moved))
 
@@ -1273,16 +1264,16 @@ def _directions(X: Real, y: Real, lengths: Sequence[int], estimates: Mapping[str
     if np.linalg.cond(more / np.linalg.norm(more, axis=0)) > CONDITION:
         return
     values = np.linalg.lstsq(more, y, rcond=None)[0]
-    error = float(np.sqrt(hac_covariance(more, y - more @ values, lengths)[-1, -1]))
+    error = float(np.sqrt(statistics.hac_covariance(more, y - more @ values, lengths)[-1, -1]))
     mean, by = float(values[1]), float(values[-1])
-    if abs(by) > max(float(stdtrit(len(y) - len(values), 1 - DIFFERENT / 2)) * error, UNEVEN * abs(mean)):
+    if abs(by) > max(float(stdtrit(len(y) - len(values), 1 - statistics.DIFFERENT / 2)) * error, UNEVEN * abs(mean)):
         unit = estimates["F_v"].unit
         yield response.VISCOUS_BY_DIRECTION.found(forward=Estimate(mean + by, unit), backward=Estimate(mean - by, unit))
 
 
-def _varies(between: Between | None, estimates: Mapping[str, Estimate]) -> Iterator[Notice]:
+def _varies(between: statistics.Between | None, estimates: Mapping[str, Estimate]) -> Iterator[Notice]:
     """Warn about differences of records that chance does not explain."""
-    if between is not None and between.chance < DIFFERENT:
+    if between is not None and between.chance < statistics.DIFFERENT:
         units = [estimate.unit for estimate in estimates.values()]
         by = [
             f"{name} by {readable(float(size), unit, 2)}"
