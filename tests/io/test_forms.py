@@ -975,9 +975,11 @@ def test_a_labelled_line_of_units_is_no_line_of_names(tmp_path: Path) -> None:
 def test_a_first_column_without_a_name_above_labelled_units_may_be_the_time(tmp_path: Path) -> None:
     a = axis_of_a_drive(n=1500)
     rows = [f"{t:.4f},{x:.4f},{i:.3f}" for t, x, i in zip(a["t"], a["position"], a["current"], strict=True)]
-    (tmp_path / "log.csv").write_text("\n".join(["Name,Angle,Current", "Unit,rad,A", *rows]) + "\n")
-    (axis,) = told(tmp_path / "log.csv")
-    assert axis.roles["time"].column == 0
+    for first in ("Name", "Time"):
+        (tmp_path / "log.csv").write_text("\n".join([f"{first},Angle,Current", "Unit,rad,A", *rows]) + "\n")
+        (axis,) = told(tmp_path / "log.csv")
+        assert axis.roles["time"].column == 0
+        assert next(tables(tmp_path / "log.csv")).columns[0].name == ("Time" if first == "Time" else "column 0")
 
 
 def test_a_torque_within_a_status_of_a_drive_is_the_force(tmp_path: Path) -> None:

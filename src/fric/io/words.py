@@ -373,11 +373,9 @@ def _unit_of(column: Column) -> str | None:
         return "0.1 %" if tenths else f"{share[1].replace(',', '.')} %" if share[1] else "%"
     if unit.casefold() in COUNTED:
         return unit.casefold()
-    if _STEPS.fullmatch(unit):
-        return unit
     if not unit and _PER_MILLE.search(column.name):
         return "0.1 %"
-    if unit in {"A", "mA"} or (unit not in {"", "1", "-"} and is_unit(unit)):
+    if unit in {"A", "mA"} or _STEPS.fullmatch(unit) or (unit not in {"", "1", "-"} and is_unit(unit)):
         return unit
     if ratio := _RATIO.search(column.name):
         of = ratio[1].casefold()

@@ -148,10 +148,10 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     if units is not None:
         given = (table[units] + [""] * width)[:width]
         if OF_UNITS.fullmatch(given[0].strip(" :")):  # the first cells of such lines say what is in the others
-            given[0], columns[0] = "", Column("column 0")
+            given[0], columns[0] = "", columns[0] if spoken(columns[0]).quantity == "time" else Column("column 0")
         bare = [_unit(unit.strip("[]()").strip()) or unit.strip("[]() ") or None for unit in given]
-        bare = [c.unit if _unit(c.unit or "") else unit or c.unit for c, unit in zip(columns, bare, strict=True)]
-        columns = [Column(c.name, unit) for c, unit in zip(columns, bare, strict=True)]
+        both = zip(columns, bare, strict=True)
+        columns = [Column(c.name, c.unit if _unit(c.unit or "") else unit or c.unit) for c, unit in both]
     sample = [*rows[first - start].cells, *[""] * width]
     columns = [Column(c.name, c.unit or _unit_in(cell) or None) for c, cell in zip(columns, sample, strict=False)]
     for line in lines[: first if names is None else names]:  # of a line such as `Y_Unit_Label;mm;N`
