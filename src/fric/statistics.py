@@ -284,9 +284,8 @@ class Between(NamedTuple):
     chance: float  # Probability with which records of the same parameters scatter so
 
 
-COLUMNS_APART = (
-    1e-7  # Least singular value of columns of size 1 that a record tells apart: squares keep half of the digits
-)
+COLUMNS_APART = 1e-7
+"""Least singular value of columns of size 1 that a record tells apart: squares keep half of the digits."""
 DIFFERENT = 1e-3  # Probability of such a scatter with equal parameters, below which records count as different
 OF_TWO = 0.05  # Probability above which two records are not said to scatter: one difference hardly tells the next
 

@@ -16,17 +16,7 @@ from scipy.special import stdtrit
 
 from fric.arrays import Indices, Mask, Real
 from fric.circles.measured import MeasuredCircle, measured_from_run
-from fric.circles.revolutions import (
-    Glitch,
-    GlitchPulse,
-    Revolutions,
-    glitch_of,
-    kick_of,
-    noise_of,
-    pulses,
-    revolutions,
-    smoothed,
-)
+from fric.circles.revolutions import Glitch, GlitchPulse, Revolutions, glitch_of, kick_of, pulses, revolutions
 from fric.contour import QUADRANTS, of_axes
 from fric.control.scheme import Scheme
 from fric.errors import FricError
@@ -518,7 +508,7 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     _, outside, _ = _outside(tested, fit, behind)
     known = [value for value in map(_scatter, tested) if value is not None]
     periodic = tuple((line, fit.amplitude(n)) for n, line in enumerate(lines))
-    noise = float(np.median([noise_of(pulse) for of in every for pulse in of.values()]))
+    noise = float(np.median([pulse.noise() for of in every for pulse in of.values()]))
     rest = float(np.sqrt(np.mean(outside**2))) if len(outside) else 0.0
     notices = identifiability_warnings(tested, geometry, behind)
     kicks = [
@@ -577,8 +567,8 @@ def _pulses_of(tested: Revolutions, model: Real) -> dict[str, GlitchPulse]:
 def _covers(pulse: GlitchPulse) -> float:
     """Return the largest angle behind the reversal at which a pulse is visible [rad]."""
     width = np.radians(1.0)
-    phi, mean = smoothed(pulse, width)
-    error = noise_of(pulse) / np.sqrt(max(len(pulse.phi) * width / (pi / 2), 1.0))
+    phi, mean = pulse.smoothed(width)
+    error = pulse.noise() / np.sqrt(max(len(pulse.phi) * width / (pi / 2), 1.0))
     behind = np.flatnonzero(phi > -BEFORE)
     if not len(behind):
         return float(FIRST)
@@ -730,7 +720,7 @@ def _cause(found: Glitch, said: Glitch, pulse: GlitchPulse, other: GlitchPulse) 
         return "sign"
     width = np.radians(0.5)
     grid = np.radians(np.arange(-10.0, 30.0, 0.25))
-    seen, said_at = np.interp(grid, *smoothed(pulse, width)), smoothed(other, width)
+    seen, said_at = np.interp(grid, *pulse.smoothed(width)), other.smoothed(width)
     best = (np.inf, 1.0, 1.0, 0.0)
     phi, mean = said_at
     top = int(np.argmax(np.abs(mean)))

@@ -235,6 +235,21 @@ class GlitchPulse:
     rest: Real  # Radial deviation [m], shape (n,)
     revolution: Indices  # Number of the revolution, shape (n,)
 
+    def smoothed(self, width: float) -> tuple[Real, Real]:
+        """Return angles [rad] and means [m] of the deviation over windows of a width [rad] that overlap by half."""
+        sums, places = np.concatenate([[0.0], np.cumsum(self.rest)]), np.concatenate([[0.0], np.cumsum(self.phi)])
+        centres = np.arange(self.phi[0] + width / 2, self.phi[-1] - width / 2, width / 4)
+        low, high = np.searchsorted(self.phi, centres - width / 2), np.searchsorted(self.phi, centres + width / 2)
+        held = high > low
+        low, high = low[held], high[held]
+        return (places[high] - places[low]) / (high - low), (sums[high] - sums[low]) / (high - low)
+
+    def noise(self) -> float:
+        """Return the standard deviation of a sample about its neighbourhood [m], by second differences of a turn."""
+        seconds = (np.diff(self.rest[self.revolution == turn], 2) for turn in np.unique(self.revolution))
+        found = [float(np.mean(second**2)) / 6.0 for second in seconds if len(second)]
+        return sqrt(float(np.median(found))) if found else 0.0
+
 
 def pulses(angle: Real, rest: Real, revolution: Indices, direction: int) -> dict[str, GlitchPulse]:
     """Return the deviation within 45° of each of the four reversals, by quadrant."""
@@ -245,23 +260,6 @@ def pulses(angle: Real, rest: Real, revolution: Indices, direction: int) -> dict
         near = near[np.argsort(phi[near], kind="stable")]
         found[name] = GlitchPulse(phi[near], rest[near], revolution[near])
     return found
-
-
-def smoothed(pulse: GlitchPulse, width: float) -> tuple[Real, Real]:
-    """Return angles [rad] and means [m] of the deviation over windows of a width [rad] that overlap by half."""
-    sums, places = np.concatenate([[0.0], np.cumsum(pulse.rest)]), np.concatenate([[0.0], np.cumsum(pulse.phi)])
-    centres = np.arange(pulse.phi[0] + width / 2, pulse.phi[-1] - width / 2, width / 4)
-    low, high = np.searchsorted(pulse.phi, centres - width / 2), np.searchsorted(pulse.phi, centres + width / 2)
-    held = high > low
-    low, high = low[held], high[held]
-    return (places[high] - places[low]) / (high - low), (sums[high] - sums[low]) / (high - low)
-
-
-def noise_of(pulse: GlitchPulse) -> float:
-    """Return the standard deviation of a sample about its neighbourhood [m], by second differences within a turn."""
-    seconds = (np.diff(pulse.rest[pulse.revolution == turn], 2) for turn in np.unique(pulse.revolution))
-    found = [float(np.mean(second**2)) / 6.0 for second in seconds if len(second)]
-    return sqrt(float(np.median(found))) if found else 0.0
 
 
 def glitch_of(pulse: GlitchPulse, radius: float, base: float, resolution: float) -> Glitch:
@@ -275,12 +273,12 @@ def glitch_of(pulse: GlitchPulse, radius: float, base: float, resolution: float)
     """
     near = np.abs(pulse.phi) <= WINDOW
     pulse = GlitchPulse(pulse.phi[near], pulse.rest[near], pulse.revolution[near])
-    sigma = max(noise_of(pulse), resolution / sqrt(12.0), 1e-12)
+    sigma = max(pulse.noise(), resolution / sqrt(12.0), 1e-12)
     spacing = 2 * WINDOW / max(len(pulse.phi), 1)
     # windows from fine to coarse, until the noise of a mean is small beside the largest of them
     width = LEAST * spacing
     while True:
-        phi, mean = smoothed(pulse, width)
+        phi, mean = pulse.smoothed(width)
         top = int(np.argmax(np.abs(mean)))
         error = sigma / sqrt(max(width / spacing, 1.0))
         if error <= 0.03 * abs(mean[top]) or width > WINDOW / 4:
@@ -371,7 +369,7 @@ def kick_of(pulse: GlitchPulse, rate: float, resolution: float) -> str:
     """
     spacing = float(np.ptp(pulse.phi)) / max(len(pulse.phi) - 1, 1)
     width = max(0.2 * SUDDEN * rate, LEAST * spacing)
-    phi, mean = smoothed(pulse, width)
+    phi, mean = pulse.smoothed(width)
     near = (phi > -WINDOW / 2) & (phi < WINDOW)
     phi, mean = phi[near], mean[near]
     if not len(phi):
@@ -379,7 +377,7 @@ def kick_of(pulse: GlitchPulse, rate: float, resolution: float) -> str:
     out, deep = int(np.argmax(mean)), int(np.argmin(mean))
     base = float(np.interp(phi[deep] - SUDDEN * rate, phi, mean))
     height, depth = max(float(mean[out]), 0.0), min(base, 0.0) - float(mean[deep])
-    error = noise_of(pulse) / sqrt(max(width / spacing, 1.0))
+    error = pulse.noise() / sqrt(max(width / spacing, 1.0))
     if depth < max(KICK * height, 6.0 * error, 2.0 * resolution):
         return ""
     if min(base, 0.0) - float(np.interp(-0.2 * SUDDEN * rate, phi, mean)) > AHEAD * depth:

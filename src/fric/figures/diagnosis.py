@@ -12,7 +12,6 @@ from matplotlib.ticker import LogLocator
 
 from fric.circles.diagnose import Agreement, Diagnosis
 from fric.circles.learn import Learned
-from fric.circles.revolutions import smoothed
 from fric.circles.tune_fit import TunedAxis
 from fric.figures.circle import LINES, direction_arrow, grid_lines, grid_of
 from fric.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, feed_of, new_figure, view
@@ -86,7 +85,7 @@ def _reversal(axes: Axes, found: Diagnosis, agreement: Agreement | None, name: s
     for n, circle in enumerate(found.tests):
         test = circle.test
         pulse = found.pulses(n)[name]
-        phi, mean = smoothed(pulse, np.radians(0.4))
+        phi, mean = pulse.smoothed(np.radians(0.4))
         near = np.abs(phi) <= np.radians(25)
         sense = "counter-clockwise" if test.direction > 0 else "clockwise"
         scale = 1e3 * test.radius / test.feed
@@ -98,7 +97,7 @@ def _reversal(axes: Axes, found: Diagnosis, agreement: Agreement | None, name: s
             axes.set_title(f"{name}: {glitch.value * 1e6:+.2f} µm".replace("-", "−"), fontsize=8)
     if agreement is not None and name in agreement.agrees:  # what has no model is not predicted
         test = agreement.predicted.test
-        phi, mean = smoothed(agreement.predicted.pulses()[name], np.radians(0.4))
+        phi, mean = agreement.predicted.pulses()[name].smoothed(np.radians(0.4))
         near = np.abs(phi) <= np.radians(25)
         axes.plot(
             phi[near] * 1e3 * test.radius / test.feed, mean[near] * 1e6, color=VERMILION, linestyle="--",

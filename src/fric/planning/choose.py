@@ -311,9 +311,8 @@ _RECORDS: dict[str, Callable[[Axis, Limits, int], Planned]] = {
 }  # fmt: skip
 
 
-ASSUMED = {
-    "C": log(10.0) / NORMAL_97_5
-}  # Standard deviation of the logarithm of an assumed parameter: C to a factor of ten
+ASSUMED = {"C": log(10.0) / NORMAL_97_5}
+"""Standard deviation of the logarithm of an assumed parameter: C to a factor of ten."""
 SURE = 0.4  # Relative uncertainty of a further record's information: half-widths of simulated ones are good to 20 %
 LARGEST = 0.5  # Largest step of a logarithm or logit in which a derivative is taken
 
