@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fric.report.collect import Change, collect, description, document_changes, glitch_changes
+from fric.report.collect import Change, collect, description
 
 HALF = st.floats(0.01, 10)
 VALUE = st.floats(-100, 100)
@@ -53,7 +53,7 @@ def test_two_dates_of_one_axis(files: SimpleNamespace) -> None:
     inputs = collect([files.september, files.march])  # by date, not by the order given
     ((before, after),) = inputs.pairs
     assert (before.source, after.source) == ("march.yaml", "september.yaml")
-    changes = {change.name: change for change in document_changes(before, after)}
+    changes = {change.name: change for change in before.changes(after)}
     assert changes["F_c"].verdict == "moved"
     assert changes["F_c"].relative == pytest.approx(-9 / 105)
     assert changes["v_s"].before == pytest.approx(1e-3)  # in SI, whatever the unit of the file
@@ -71,7 +71,7 @@ def test_the_same_numbers_at_two_dates_are_said_to_be_the_same() -> None:
 def test_the_glitch_of_two_dates(files: SimpleNamespace) -> None:
     inputs = collect([files.run, files.later_run])
     ((before, after),) = inputs.test_pairs
-    found = {change.name[1]: change for change in glitch_changes(before, after)}
+    found = {change.name[1]: change for change in before.changes(after)}
     assert found["a"].relative == pytest.approx(0)
     assert found["c"].relative < -0.5  # a full feedforward leaves next to nothing
     assert "no" in description(list(found.values())).lower()

@@ -21,7 +21,7 @@ from fric.friction.stribeck import StaticMap
 from fric.io.circle import read_runs
 from fric.io.hdf5 import read_logs
 from fric.notice import Notice
-from fric.report.collect import ReportInput, collect, glitch_changes
+from fric.report.collect import ReportInput, collect
 from fric.report.plots import _measured
 from fric.report.view import _warnings, observations, render_report, summary_of
 from fric.units import readable
@@ -121,7 +121,7 @@ def test_a_scheme_has_the_same_glitch_in_table_headline_drift_and_words(files: S
     assert readable(numbers[decided.choice.scheme.name][0], "m", 2) in decided.headline
     words = " ".join(observations(drawn))
     assert "(f)" not in words  # which ran on none of the machines
-    for change in glitch_changes(drawn, drawn):
+    for change in drawn.changes(drawn):
         assert change.after == numbers[change.name[1]][0]
 
 

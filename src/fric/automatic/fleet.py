@@ -28,7 +28,7 @@ from fric.estimate import Estimate
 from fric.flaws.files import CIRCLE_FAILED, NO_LOG, UNIT_FAILED
 from fric.notice import Notice
 from fric.output import folder_made, staged, together
-from fric.report.collect import Change, Item, document_changes, limits_of
+from fric.report.collect import Change, Item, limits_of
 from fric.report.view import environment
 from fric.results.base import Piece, Result, Table
 from fric.results.circles import diagnose
@@ -210,7 +210,7 @@ def _changes(before: UnitAxis, after: UnitAxis) -> Iterator[tuple[Change, float]
     """Yield each number that an axis has at both dates, and the degrees of freedom of its intervals."""
     for first, other in ((before.friction, after.friction), (before.plant, after.plant)):
         if first is not None and other is not None:
-            for change in document_changes(Item("", first), Item("", other)):
+            for change in Item("", first).changes(Item("", other)):
                 yield change, min(_freedom(document, change.name) for document in (first, other))
     for name in sorted(before.glitches.keys() & after.glitches.keys()):
         early, late = before.glitches[name], after.glitches[name]

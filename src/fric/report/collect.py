@@ -37,6 +37,55 @@ from fric.verdict import Candidate, Verdict, candidates_of, decide, evidence_of,
 KINDS = ("friction", "plant", "controller", "observer")  # The documents that a report shows, in its order
 
 
+Drifted = Literal["moved", "within", "unknown"]
+
+
+@dataclass(frozen=True)
+class Change:
+    """One number at two dates."""
+
+    name: str  # name, unit: its name, and its SI unit
+    unit: str
+    before: float  # before, after: its values
+    after: float
+    # before_ci95, after_ci95: their 95 % intervals; an infinite limit is not determined by the data; None where there
+    # is no interval
+    before_ci95: tuple[float, float] | None = None
+    after_ci95: tuple[float, float] | None = None
+
+    @property
+    def difference(self) -> float:
+        """After less before."""
+        return self.after - self.before
+
+    @property
+    def relative(self) -> float | None:
+        """The difference over the earlier value; None where that is 0."""
+        return self.difference / abs(self.before) if self.before else None
+
+    @property
+    def difference_ci95(self) -> tuple[float, float] | None:
+        """95 % interval of the difference of two independent numbers with intervals that need not be symmetric.
+
+        The distances of the limits from the values add in quadrature (Zou and Donner 2008, the method of variance
+        estimates recovery): below, the later number's lower with the earlier number's upper; above, the other way
+        round.
+        """
+        if self.before_ci95 is None or self.after_ci95 is None:
+            return None
+        below = hypot(self.after - self.after_ci95[0], self.before_ci95[1] - self.before)
+        above = hypot(self.after_ci95[1] - self.after, self.before - self.before_ci95[0])
+        return self.difference - below, self.difference + above
+
+    @property
+    def verdict(self) -> Drifted:
+        """``moved`` if the interval of the difference does not contain 0; ``unknown`` without an interval."""
+        interval = self.difference_ci95
+        if interval is None or interval == (-inf, inf):
+            return "unknown"
+        return "within" if interval[0] <= 0 <= interval[1] else "moved"
+
+
 @dataclass(frozen=True)
 class Item:
     """One document, and where it is from."""
@@ -86,6 +135,23 @@ class Item:
             return {self.kind: document.estimates(self.motion)}
         assert isinstance(document, FrictionDocument)
         return {name: document.estimates(name) for name in document.sections()}
+
+    def changes(self, later: "Item") -> list[Change]:
+        """Return the change of each number that a later document of this kind and axis has, too.
+
+        Values that were set by hand or assumed are left out. Slip blocks are compared one by one if their number is
+        equal.
+        """
+        found: list[Change] = []
+        earlier_sections = self.sections()
+        for section, estimates in later.sections().items():
+            prefix = "" if section in {"static", later.kind} else f"{section}."
+            earlier = earlier_sections.get(section, {})
+            for name in (name for name in estimates if name in earlier):
+                estimate, other = earlier[name], estimates[name]
+                if not (estimate.fixed or estimate.assumed or other.fixed or other.assumed):
+                    found += _changes(prefix + name, estimate, other)
+        return found
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -166,6 +232,16 @@ class ContourTest:
     def same(self) -> tuple[Any, ...]:
         """The common properties of two comparable tests."""
         return (self.radius, self.feed, self.direction, self.labels)
+
+    def changes(self, later: "ContourTest") -> list[Change]:
+        """Return the change of the glitch of each scheme that a later test ran, too."""
+        earlier = {contour.scheme.name: contour for contour in self.contours}
+        both = [(earlier[after.scheme.name], after) for after in later.contours if after.scheme.name in earlier]
+        return [
+            Change(after.named, "m", before.middle, after.middle, before.interval, after.interval)
+            for before, after in both
+            if isfinite(after.middle + before.middle)
+        ]
 
 
 def _alike(value: float, other: float) -> bool:
@@ -447,79 +523,6 @@ def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
     )  # fmt: skip
 
 
-Drifted = Literal["moved", "within", "unknown"]
-
-
-@dataclass(frozen=True)
-class Change:
-    """One number at two dates."""
-
-    name: str  # name, unit: its name, and its SI unit
-    unit: str
-    before: float  # before, after: its values
-    after: float
-    # before_ci95, after_ci95: their 95 % intervals; an infinite limit is not determined by the data; None where there
-    # is no interval
-    before_ci95: tuple[float, float] | None = None
-    after_ci95: tuple[float, float] | None = None
-
-    @property
-    def difference(self) -> float:
-        """After less before."""
-        return self.after - self.before
-
-    @property
-    def relative(self) -> float | None:
-        """The difference over the earlier value; None where that is 0."""
-        return self.difference / abs(self.before) if self.before else None
-
-    @property
-    def difference_ci95(self) -> tuple[float, float] | None:
-        """95 % interval of the difference of two independent numbers with intervals that need not be symmetric.
-
-        The distances of the limits from the values add in quadrature (Zou and Donner 2008, the method of variance
-        estimates recovery): below, the later number's lower with the earlier number's upper; above, the other way
-        round.
-        """
-        if self.before_ci95 is None or self.after_ci95 is None:
-            return None
-        below = hypot(self.after - self.after_ci95[0], self.before_ci95[1] - self.before)
-        above = hypot(self.after_ci95[1] - self.after, self.before - self.before_ci95[0])
-        return self.difference - below, self.difference + above
-
-    @property
-    def verdict(self) -> Drifted:
-        """``moved`` if the interval of the difference does not contain 0; ``unknown`` without an interval."""
-        interval = self.difference_ci95
-        if interval is None or interval == (-inf, inf):
-            return "unknown"
-        return "within" if interval[0] <= 0 <= interval[1] else "moved"
-
-
-def document_changes(before: Item, after: Item) -> list[Change]:
-    """Return the change of each number that two documents of one kind and axis share.
-
-    Values that were set by hand or assumed are left out. Slip blocks are compared one by one if their number is equal.
-    """
-    found: list[Change] = []
-    earlier_sections = before.sections()
-    for section, later in after.sections().items():
-        prefix = "" if section in {"static", after.kind} else f"{section}."
-        earlier = earlier_sections.get(section, {})
-        for name in (name for name in later if name in earlier):
-            estimate, other = earlier[name], later[name]
-            if not (estimate.fixed or estimate.assumed or other.fixed or other.assumed):
-                found += _changes(prefix + name, estimate, other)
-    return found
-
-
-def block_counts(before: Item, after: Item) -> tuple[int, int] | None:
-    """Return the numbers of slip blocks in the GMS models of two friction documents, if they differ."""
-    blocks = [item.sections().get("gms", {}).get("k") for item in (before, after)]
-    counts = [len(k.value) if k is not None and isinstance(k.value, tuple) else 0 for k in blocks]
-    return (counts[0], counts[1]) if all(counts) and counts[0] != counts[1] else None
-
-
 def _changes(name: str, before: Estimate, after: Estimate) -> Iterator[Change]:
     earlier, later = (dict(elements({name: estimate})) for estimate in (before, after))
     for key, estimate in later.items() if earlier.keys() == later.keys() else ():
@@ -533,19 +536,6 @@ def limits_of(given: Any) -> tuple[float, float] | None:
         return None
     low, high = given
     return (-inf if low is None or isnan(low) else float(low)), (inf if high is None or isnan(high) else float(high))
-
-
-def glitch_changes(before: ContourTest, after: ContourTest) -> list[Change]:
-    """Return the change of the glitch of each scheme that both tests ran."""
-    earlier = {contour.scheme.name: contour for contour in before.contours}
-    return [
-        Change(
-            f"({contour.scheme.name}) {contour.scheme.title}", "m", earlier[contour.scheme.name].middle, contour.middle,
-            earlier[contour.scheme.name].interval, contour.interval,
-        )
-        for contour in after.contours
-        if contour.scheme.name in earlier and isfinite(contour.middle + earlier[contour.scheme.name].middle)
-    ]  # fmt: skip
 
 
 def description(changes: list[Change]) -> str:

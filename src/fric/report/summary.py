@@ -17,7 +17,7 @@ from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.notice import Notice
 from fric.output import written
-from fric.report.collect import ContourTest, ReportInput, collect, description, document_changes, glitch_changes
+from fric.report.collect import ContourTest, ReportInput, collect, description
 from fric.report.plots import presliding
 from fric.report.view import observations, render_report
 from fric.results.base import Advance, Result, bounded, path_of, silent
@@ -173,12 +173,9 @@ def report_document(inputs: ReportInput) -> dict[str, Any]:
         | {"reasons": observations(test, longest)}
         for test in inputs.tests
     ]
-    changes = [(f"{after.kind} {after.axis}", document_changes(before, after)) for before, after in inputs.pairs]
-    changes += [
-        (f"glitch at {readable(after.feed, 'm/s')}", glitch_changes(before, after))
-        for before, after in inputs.test_pairs
-    ]
-    drift = [{"of": of, "told": description(found), "changes": found} for of, found in changes]
+    changes = [(f"{after.kind} {after.axis}", before.changes(after)) for before, after in inputs.pairs]
+    glitches = [(f"glitch at {readable(late.feed, 'm/s')}", old.changes(late)) for old, late in inputs.test_pairs]
+    drift = [{"of": of, "told": description(found), "changes": found} for of, found in changes + glitches]
     warnings: list[Notice] = [text for item in inputs.items for text in item.warnings]
     warnings += [text for test in inputs.tests for contour in test.contours for text in contour.warnings]
     circles = [{"file": circle.source} | circle.result.document for circle in inputs.circles]

@@ -32,19 +32,7 @@ from fric.io.recognise import REPORT_MARK
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.report import plots
-from fric.report.collect import (
-    Change,
-    Contour,
-    ContourTest,
-    Item,
-    Measured,
-    ReportInput,
-    as_data,
-    block_counts,
-    description,
-    document_changes,
-    glitch_changes,
-)
+from fric.report.collect import Change, Contour, ContourTest, Item, Measured, ReportInput, as_data, description
 from fric.results.base import Table, plain_names
 from fric.results.design import perturbation_of
 from fric.units import microns, readable, rotates, significant
@@ -444,8 +432,8 @@ def _test(
 
 def _drifts(inputs: ReportInput) -> Iterator[dict[str, Any]]:
     for n, (before, after) in enumerate(inputs.pairs):
-        counts, title = block_counts(before, after), f"{after.kind.capitalize()} of axis {after.axis}"
-        found = _drift(f"drift-{n}", title, before, after, document_changes(before, after))
+        counts, title = _block_counts(before, after), f"{after.kind.capitalize()} of axis {after.axis}"
+        found = _drift(f"drift-{n}", title, before, after, before.changes(after))
         if counts:
             text = f" The models have {counts[0]} and {counts[1]} blocks, which cannot be compared one by one."
             found["description"] += text
@@ -453,7 +441,14 @@ def _drifts(inputs: ReportInput) -> Iterator[dict[str, Any]]:
     for n, (early, late) in enumerate(inputs.test_pairs):
         what = f"circle of {readable(late.radius, 'm')}" if late.radius is not None else "path"
         title = f"Glitch: {what} at {readable(late.feed, 'm/s')}"
-        yield _drift(f"drift-run-{n}", title, early, late, glitch_changes(early, late))
+        yield _drift(f"drift-run-{n}", title, early, late, early.changes(late))
+
+
+def _block_counts(before: Item, after: Item) -> tuple[int, int] | None:
+    """Return the numbers of slip blocks in the GMS models of two friction documents, if they differ."""
+    blocks = [item.sections().get("gms", {}).get("k") for item in (before, after)]
+    counts = [len(k.value) if k is not None and isinstance(k.value, tuple) else 0 for k in blocks]
+    return (counts[0], counts[1]) if all(counts) and counts[0] != counts[1] else None
 
 
 def _drift(
