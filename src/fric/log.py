@@ -8,14 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import numpy as np
 
-from fric.columns import (
-    CHANNELS,
-    FORCE_VELOCITY,
-    FORCE_VELOCITY_DIMENSIONS,
-    RESPONSE_DIMENSIONS,
-    Kind,
-    channel_dimension,
-)
+from fric import columns
+from fric.columns import CHANNELS, Kind, channel_dimension
 from fric.errors import FricError, near, require_name
 from fric.series import keep, real
 from fric.units import Motion, factor, is_effort, si_unit
@@ -210,7 +204,7 @@ class FrequencyResponse(_Table):
     """
 
     kind = "frequency-response"
-    dimensions = RESPONSE_DIMENSIONS
+    dimensions = columns.RESPONSE_DIMENSIONS
 
     frequency: Real
     magnitude: Real
@@ -263,8 +257,8 @@ class ForceVelocity(_Table):
     Raises FricError: Where `fric.series.keep` raises, or an error, a deviation or a number of samples is negative.
     """
 
-    kind = FORCE_VELOCITY
-    dimensions = FORCE_VELOCITY_DIMENSIONS
+    kind = columns.FORCE_VELOCITY
+    dimensions = columns.FORCE_VELOCITY_DIMENSIONS
 
     velocity: Real
     force: Real

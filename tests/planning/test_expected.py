@@ -154,7 +154,7 @@ def test_a_plant_that_no_drive_has_is_not_expected(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("fric.planning.choose.identified", once)
     logs = [SimpleNamespace(kind=kind) for kind in ("frequency-response", "motion")]
     trials = [SimpleNamespace(log=lambda *_, log=log: log) for log in logs]
-    monkeypatch.setattr("fric.planning.choose.runs_of", lambda *_: [(trial, None) for trial in trials])
+    monkeypatch.setattr("fric.planning.choose.experiment.runs_of", lambda *_: [(trial, None) for trial in trials])
     found = expected(axis, [], silent, 2)
     assert asked == [2, 1, 2, 1]
     assert [notice.values["why"] for notice in found.notices] == ["A is 1"]

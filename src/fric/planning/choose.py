@@ -51,18 +51,9 @@ from fric.records.inspection import FINE
 from fric.records.prepared import prepared
 from fric.records.resolution import lattice_step
 from fric.reference import multisine
+from fric.simulate import experiment
 from fric.simulate.contour_run import Circle, run_circle
-from fric.simulate.experiment import (
-    CandidateRecord,
-    Expected,
-    Limits,
-    Narrowing,
-    Planned,
-    Setting,
-    Trial,
-    logs_of,
-    runs_of,
-)
+from fric.simulate.experiment import Expected, Limits, Narrowing, Planned, Setting
 from fric.simulate.machine import Axis, Machine, NominalFriction
 from fric.simulate.reality.flaws import NONE
 from fric.units import readable, rotates, si_unit
@@ -349,24 +340,24 @@ def narrowing(
     shares = worst * (S @ worst) / max(float(worst @ S @ worst), 1e-300)
     found = []
     experiments = [part for record in planned for part in _parts(record)]
-    logs = [list(logs_of(axis, experiment.trials(axis), 1)) for experiment in experiments]
+    logs = [list(experiment.logs_of(axis, part.trials(axis), 1)) for part in experiments]
     sines = [log for each in logs for log in each if "sine" in str(log.kind)]
     ranges = search_ranges(prepared(sines, axis.plant))
-    for experiment, made in zip(experiments, logs, strict=True):
+    for part, made in zip(experiments, logs, strict=True):
         advance()
         I = _information(made, axis, model, known, between, ranges)  # noqa: E741 - Fisher's
         least, after, most = (
             NORMAL_97_5 * _deviation(slopes, np.asarray(np.linalg.inv(np.linalg.inv(S) + share * I), float))
             for share in (1 + SURE, 1.0, 1 - SURE)
         )
-        lasting = sum(len(trial.reference) for trial in experiment.trials(axis)) / axis.cascade.sampling
-        found.append(CandidateRecord(experiment, lasting, after, 0.5 * (most - least)))
+        lasting = sum(len(trial.reference) for trial in part.trials(axis)) / axis.cascade.sampling
+        found.append(experiment.CandidateRecord(part, lasting, after, 0.5 * (most - least)))
     return Narrowing(
         half, dict(zip(names, map(float, shares), strict=True)), by_what_they_leave(found), test, scheme.name
     )
 
 
-def by_what_they_leave(candidates: Sequence[CandidateRecord]) -> tuple[CandidateRecord, ...]:
+def by_what_they_leave(candidates: Sequence[experiment.CandidateRecord]) -> tuple[experiment.CandidateRecord, ...]:
     """Return candidates, the best first; among those that differ by less than their scatter, the shortest first."""
     ordered = sorted(candidates, key=lambda candidate: candidate.lasting)
     order = ranked([candidate.half_width for candidate in ordered], [candidate.scatter for candidate in ordered])
@@ -575,7 +566,7 @@ def typical(halves: Sequence[float]) -> float:
     return float(np.exp(np.mean(np.log(halves))) if closed else np.median(halves))
 
 
-def anywhere(axis: Axis, trials: Sequence[Trial], seed: int) -> list[Trial]:
+def anywhere(axis: Axis, trials: Sequence[experiment.Trial], seed: int) -> list[experiment.Trial]:
     """Return trials that begin at different places between the counts of the axis' encoder."""
     places = np.random.default_rng([seed, 1]).uniform(0.0, PLACES * axis.encoder.resolution, len(trials))
     return [
@@ -667,7 +658,7 @@ def expected(
     plants: list[PlantDocument] = []
     for seed in range(1, draws + 1):
         logs = []
-        for trial, run in runs_of(axis, anywhere(axis, trials, seed), ACCURACY):
+        for trial, run in experiment.runs_of(axis, anywhere(axis, trials, seed), ACCURACY):
             logs.append(trial.log(axis, run, seed))
             advance()
         results: list[PlantDocument | FrictionDocument] = []
