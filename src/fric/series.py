@@ -32,7 +32,8 @@ def doubles(given: Any) -> "Real | None":
 
     try:
         with np.errstate(over="ignore"):  # of a wider float, which is then no number
-            other = np.asarray(given).dtype.kind in "cmM" or np.ma.is_masked(given)  # complex, dates, or with holes
+            kind = np.asarray(given).dtype.kind  # complex numbers, dates, or holes are none
+            other = given is None or kind in "cmM" or np.ma.is_masked(given)
             return None if other else np.require(given, np.float64, ["C", "W", "E"])
     except (TypeError, ValueError, OverflowError):
         return None

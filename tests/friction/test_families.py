@@ -206,7 +206,7 @@ def test_no_model_has_a_parameter_that_no_friction_has(wrong: float) -> None:
                 replace(typical, **{parameter.name: several})
 
 
-@pytest.mark.parametrize("wrong", [np.ones(3) + 0j, "a", [[1.0], [1.0, 2.0]], {}])
+@pytest.mark.parametrize("wrong", [np.ones(3) + 0j, "a", None, [[1.0], [1.0, 2.0]], {}])
 def test_a_law_takes_real_numbers(wrong: object) -> None:
     model = models()["gms"].typical()
     plant = Plant(16.0, 2.4, 6e-4, 150.0)
