@@ -15,7 +15,7 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
-from fric.io.propose import guesses, proposal
+from fric.io.propose import NO_FORCE, guesses, proposal
 from fric.io.questions import _written
 from fric.io.readers.base import Column, named
 from fric.io.words import named_as
@@ -194,3 +194,16 @@ def test_a_file_with_names_that_end_in_their_units_needs_no_mapping_by_hand(tmp_
     assert log.time[-1] == pytest.approx(0.059)
     assert log.position[-1] == pytest.approx(0.59e-3)
     assert set(log.channels()) == {"time", "position", "force", "input", "reference"}
+
+
+def test_where_nothing_is_asked_it_is_said_what_no_column_is(tmp_path):
+    """A force in kg, which is none, was left out, and "0 questions" were open."""
+    t = np.arange(4000) / 1000
+    turn = np.where(t % 2 < 1, 1.0, -1.0)
+    rows = np.c_[t, np.cumsum(0.02 * turn), 6 * turn + 0.1 * np.random.default_rng(2).normal(size=len(t))]
+    head = "time [s],position [mm],force [kg]"
+    np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header=head, comments="", fmt="%.6g")
+    with pytest.raises(FricError) as refused:
+        fric("ingest", tmp_path / "a.csv", "-o", tmp_path / "a.h5")
+    assert NO_FORCE in str(refused.value)
+    assert "# not read: force" in str(refused.value)

@@ -27,7 +27,7 @@ from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
 from fric.io.pairs import with_joined
-from fric.io.propose import NO_POSITION, Guessed, axes_said, first_of, guessed, says_all
+from fric.io.propose import NO_FORCE, NO_POSITION, Guessed, axes_said, first_of, guessed, says_all
 from fric.io.questions import Ask, answered, beside
 from fric.io.readers import endings, marked, tables
 from fric.io.recognise import is_hdf5, recognise
@@ -61,9 +61,6 @@ _PAPER = re.compile(
 )
 """Names of documentation files beside logs."""
 
-
-NO_FORCE = "no column is a force, a torque, a current or a voltage of the axis that moves, with its sign"
-"""Why a record of a motion shows no friction."""
 AT_REST = "the axis does not move: what was logged is noise"
 LEAVES_OUT = "`assume=True` leaves such samples out"  # What opens a log with bad cells
 LACKS_FORCE = "no column is named force"

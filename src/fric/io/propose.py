@@ -42,6 +42,8 @@ from fric.units import MOTIONS, Motion, converts, in_units_of, is_scale, rotates
 
 NEEDED = ("time", "position", "velocity", "force")
 """Channels that need a question where they are not sure; other unsure channels are left out."""
+NO_FORCE = "no column is a force, a torque, a current or a voltage of the axis that moves, with its sign"
+"""Why a record of a motion shows no friction."""
 NO_POSITION = "no column looks like the position"
 IN_COUNTS = 'is in counts: say what one is, as in scale: "0.0055 deg"'
 MOST_MEANS = 500  # Rows of a table of velocities and forces without samples, at most
@@ -493,8 +495,9 @@ class Guessed:
         what = f"{len(files)} files do not say what their columns are" if len(files) > 1 else (
             "it does not say what its columns are"
         )  # fmt: skip
+        asked = f"{n} question{'s are' if n > 1 else ' is'} open" if n else NO_FORCE
         return FricError(
-            f"{what}: {n} question{'s are' if n != 1 else ' is'} open", where="" if len(files) > 1 else str(files[0]),
+            f"{what}: {asked}", where="" if len(files) > 1 else str(files[0]),
             hint="Say `assume=True` to take the likeliest, or fill in this mapping and give it with `mapping=` "
             "(fric ingest FILES --propose MAP.yaml writes it).", form=mapping_text(self.found),
         )  # fmt: skip
