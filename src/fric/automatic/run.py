@@ -13,7 +13,7 @@ from typing import Annotated, Any
 from pydantic import ValidationError
 
 from fric.automatic.fleet import FleetResult, find_fleet, fleet
-from fric.automatic.sources import LEAVES_OUT, NO_FORCE, Source, Sources, find_sources
+from fric.automatic.sources import LEAVES_OUT, Source, Sources, find_sources
 from fric.automatic.steps import (
     SPARED,
     AxisOutcome,
@@ -38,7 +38,7 @@ from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.flaws.channel import HOLDING_MAP
 from fric.io.circle import choose_circles
-from fric.io.propose import IN_COUNTS, NO_POSITION, first_of
+from fric.io.propose import IN_COUNTS, NO_FORCE, NO_POSITION, first_of
 from fric.io.questions import MOST_QUESTIONS, Ask, Question, Review
 from fric.notice import Notice, once
 from fric.progress import tried as say_step
