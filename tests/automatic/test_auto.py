@@ -230,7 +230,8 @@ def test_a_mapping_is_proposed_where_nothing_in_it_is_a_guess(tmp_path):
     named = "t [ms];Y actual position [mm];Motor force [N]"
     for number in range(2):
         write(tmp_path / f"{number}.csv", named, [*channels[:2], channels[2] + number])
-    write(tmp_path / "two.csv", named + ";Y table position [mm]", [*channels, channels[1]])
+    either = named.replace("actual ", "") + ";Y table position [mm]"  # neither is said to be the actual one
+    write(tmp_path / "two.csv", either, [*channels, channels[1]])
     write(tmp_path / "bare.csv", named.replace(" [N]", ""), channels)
     found = find_sources([tmp_path], proposals=tmp_path / "made")
     assert [(one.path.name, one.axis, one.mapping) for one in found.logs] == [

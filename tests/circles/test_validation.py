@@ -61,7 +61,7 @@ def test_worst_second_holds_the_largest_error(log):
 def test_of_a_record_slower_than_a_sample_a_second_one_sample_is_the_worst():
     time = np.arange(200) * 5.0
     position = 0.05 * np.sin(2 * np.pi * time / 400)
-    force = 20 * np.sign(np.gradient(position)) + 5.0 * (time == 250)
+    force = 20 * np.sign(np.gradient(position)) + 200.0 * (time == 250)
     first, stop = validate_inverse(Log(time=time, position=position, force=force), PLANT, LUGRE).worst
     assert 0 < stop - first <= 10
     assert first <= 50 < stop + 10
