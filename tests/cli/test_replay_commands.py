@@ -48,7 +48,8 @@ def test_a_table_of_schemes_loads_nothing_that_it_does_not_use():
     words = ["simulate", "circle", "configs/xy-table.yaml", "--scheme", "f", "--radius", "5 mm", "--json"]
     assert fric(*words).exit_code == 0  # what is compiled is in the cache now
     code = f"import sys, fric.cli.main as m\ntry:\n m.app({words})\nfinally:\n print(sorted(sys.modules))"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    for _ in range(2):  # a test that compiles beside this one may take an entry out of the index of the cache
+        loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert "'fric.kernels.loop'" in loaded
     heavy = (
         "h5py",
