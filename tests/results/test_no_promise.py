@@ -38,3 +38,12 @@ def test_inspect_shows_how_far_the_velocity_of_strokes_swings(share: float) -> N
     found = fric.inspect(strokes(0.05, share))
     assert_allclose(found.found[0].swing, share, rtol=0.1)
     assert ("swing" in str(found)) is (share > 0)
+
+
+def test_an_axis_at_rest_is_not_implausible() -> None:
+    """Steps of the encoder and noise of the velocity are of no common motion: their ratio was called wrong."""
+    rng = np.random.default_rng(5)
+    position = 1e-6 * np.round(0.6 * rng.normal(size=len(T)))
+    found = fric.inspect(Log(time=T, position=position, velocity=1e-6 * rng.normal(size=len(T)), force=0 * T + 5))
+    assert not any(notice.code.startswith("implausible") for notice in found.warnings)
+    assert not any(use.good for use in found.found[0].uses)

@@ -271,7 +271,9 @@ def inspect(*logs: LogLike) -> InspectionResult:
 def _inspected(record: Record) -> Inspected:
     """Return the content of a record; of no use where its values are implausible, for no verb takes them."""
     found = inspect_record(record)
-    if not isinstance(record, Log) or not (implausible := tuple(doubts(of_logs([record])))):
+    if not isinstance(record, Log) or not any(use.good for use in found.uses):  # of rest and noise nothing is promised
+        return found
+    if not (implausible := tuple(doubts(of_logs([record])))):
         return found
     uses = tuple(replace(use, good=False, why="its values are implausible") for use in found.uses)
     return replace(found, uses=uses, warnings=(*found.warnings, *implausible))
