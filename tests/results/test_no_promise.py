@@ -46,4 +46,3 @@ def test_an_axis_at_rest_is_not_implausible() -> None:
     position = 1e-6 * np.round(0.6 * rng.normal(size=len(T)))
     found = fric.inspect(Log(time=T, position=position, velocity=1e-6 * rng.normal(size=len(T)), force=0 * T + 5))
     assert not any(notice.code.startswith("implausible") for notice in found.warnings)
-    assert not any(use.good for use in found.found[0].uses)

@@ -90,7 +90,7 @@ BOUNDS: Mapping[str, Bound] = {
     "T_d": Bound("T_d", "time", (0.0, 0.25), (0.0, 0.25), "no servo loop closes over a quarter second", "the time"),
 }  # fmt: skip
 
-IMPLAUSIBLE: Mapping[str, Flaw] = {  # Their mend is of the error: a warning has another, or none where a bound is lifted
+IMPLAUSIBLE: Mapping[str, Flaw] = {  # Their mend is of the error: a warning has another, or none
     name: Flaw(
         f"implausible-{name}", "wrong", f"{bound.what} is {{value}}: {bound.reason}.",
         f"Look at the units of {bound.units}; where it is so, say {LIFT}.",

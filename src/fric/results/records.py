@@ -13,7 +13,7 @@ from fric.estimate import estimate_rows
 from fric.io.hdf5 import write_logs
 from fric.log import ForceVelocity, Log, Record
 from fric.notice import Notice
-from fric.plausibility import doubts, of_logs
+from fric.plausibility import Finding, doubts, speed_of
 from fric.records.inspection import Channel, Inspected, Inspection, ResponseInspection, TableInspection
 from fric.records.inspection import inspect as inspect_record
 from fric.records.modes import switched
@@ -269,11 +269,11 @@ def inspect(*logs: LogLike) -> InspectionResult:
 
 
 def _inspected(record: Record) -> Inspected:
-    """Return the content of a record; of no use where its values are implausible, for no verb takes them."""
+    """Return the content of a record; of no use where its speed is implausible, for no verb takes it."""
     found = inspect_record(record)
-    if not isinstance(record, Log) or not any(use.good for use in found.uses):  # of rest and noise nothing is promised
+    if not isinstance(record, Log):
         return found
-    if not (implausible := tuple(doubts(of_logs([record])))):
+    if not (implausible := doubts([Finding("speed", speed_of(record), record.motion, record.where)])):
         return found
-    uses = tuple(replace(use, good=False, why="its values are implausible") for use in found.uses)
+    uses = tuple(replace(use, good=False, why="its speed is implausible") for use in found.uses)
     return replace(found, uses=uses, warnings=(*found.warnings, *implausible))
