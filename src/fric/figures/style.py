@@ -111,6 +111,16 @@ def new_figure(width: float = 6.3, height: float = 4.0) -> Iterator[Figure]:
         figure = Figure(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(figure)
         yield figure
+        _clean_texts(figure)
+
+
+def _clean_texts(figure: Figure) -> None:
+    """Clean the texts of a figure, which may name what a file names; but for labels of ticks none is a formula."""
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        text.set_text(said := clean(text.get_text()))
+        text.set_parse_math(said.startswith("$\\mathdefault") or not said)
 
 
 def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
@@ -141,15 +151,7 @@ DRAWING = 72.0  # Points of an inch, as which SVG and PDF are drawn
 
 @contextmanager
 def laid_out(figure: Figure, dpi: float) -> Iterator[None]:
-    """Lay a figure out once, for so many dots an inch: savefig lays it out and draws it twice.
-
-    Its texts, which may name what a file names, are cleaned; but for the labels of logarithmic ticks none is a formula.
-    """
-    from matplotlib.text import Text
-
-    for text in figure.findobj(Text):
-        text.set_text(said := clean(text.get_text()))
-        text.set_parse_math(said.startswith("$\\mathdefault") or not said)
+    """Lay a figure out once, for so many dots an inch: savefig lays it out and draws it twice."""
     layout, before = figure.get_layout_engine(), figure.dpi
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph ")  # of a letter that the font lacks
