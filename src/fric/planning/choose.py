@@ -536,7 +536,9 @@ def identified(logs: Sequence[Log], blocks: int | None = None) -> Iterator[Plant
     if of_kind.keys() & PRESLIDING:
         sines = [log for log in logs if log.kind in {*PRESLIDING, "sliding-sine"}]
         forward, backward = (None, None) if static is None else static.maps()
-        found = identify_gms(sines, static=forward, negative=backward, plant=known, blocks=blocks, places=1)
+        found = identify_gms(
+            sines, static=forward, negative=backward, plant=known, blocks=blocks, places=1, on_time=True
+        )
         yield FrictionDocument.model_validate(gms_tree(found, sines, static))
 
 

@@ -168,6 +168,7 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     refined: bool = True,
     cycles: tuple[int, int] | None = None,
     places: int = PLACES,
+    on_time: bool = False,
 ) -> GMSFit:
     """Identify alpha, k and C of the GMS model.
 
@@ -175,8 +176,9 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     the measured motion refines them. C is fitted where a ``sliding-sine`` record is among the logs.
 
     The arguments are those of `fric.identify_gms`, in SI; ``negative`` is the static map of the negative direction,
-    where each direction has a map; ``places`` are those of `Hunting`. Without a log of kind ``presliding-sine`` or
-    ``micro-steps``, those of kind ``motion`` or of no kind are used.
+    where each direction has a map; ``places`` are those of `Hunting`; of a force that is ``on_time``, as a simulated
+    force is, no lag is estimated. Without a log of kind ``presliding-sine`` or ``micro-steps``, those of kind
+    ``motion`` or of no kind are used.
 
     Raises FricError: When no record has whole cycles, an amplitude is under three encoder steps, a channel was not
         logged, or the knots do not suit the curve.
@@ -202,7 +204,7 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
         refined=refined, cycles=cycles, hunting=Hunting(plant, places),
     )  # fmt: skip
     try:
-        result, lateness = _on_time(ready, identified)
+        result, lateness = (identified(ready)[0], []) if on_time else _on_time(ready, identified)
     except FricError as error:
         if (without := _without_one(ready, identified)) is None:
             raise
