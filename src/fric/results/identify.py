@@ -24,6 +24,7 @@ from fric.estimate import NORMAL_97_5, estimate_rows
 from fric.friction import FrictionModel, models
 from fric.identify.gms.identify import GMSFit, Replay
 from fric.identify.gms.identify import identify_gms as fit_gms
+from fric.identify.gms.virgin_curve import MOST_BLOCKS
 from fric.identify.plant.identify import MotionFit, PlantFit, identify_motion, plant_records
 from fric.identify.plant.identify import identify_plant as fit_plant
 from fric.identify.replay.replay_fit import ReplayFit, axis_in_motion, fitted_model, identify_by_replay
@@ -533,7 +534,7 @@ def identify_gms(
         raise FricError(f"{len(at)} knots give {len(at)} blocks, not {blocks}", hint="Leave `blocks=` out.")
     found = fit_gms(
         records, static=forward, negative=backward, plant=known, blocks=count, knots=at, refined=refine,
-        cycles=_cycles(cycles), **({"most_blocks": most} if most else {}),
+        cycles=_cycles(cycles), most_blocks=most,
     )  # fmt: skip
     doubtful += settled(of_gms(found))
     return GMSResult(replace(found, warnings=(*found.warnings, *doubtful)), records, kept)
@@ -549,15 +550,15 @@ def of_gms(fit: GMSFit) -> Iterator[Finding]:
     yield from of_friction(fit.model.static, fit.motion, None, where)
 
 
-def _blocks(given: int | str) -> tuple[int | None, int | None]:
+def _blocks(given: int | str) -> tuple[int | None, int]:
     """Return the number of blocks, or None and the largest number that the criterion may choose."""
     word, colon, most = str(given).partition(":")
     number = most if word == "auto" else str(given)
     if word == "auto" and not colon:
-        return None, None
+        return None, MOST_BLOCKS
     if not number.isdigit() or not 1 <= int(number) <= 12:
         raise FricError(f"'{given}' is not a number of blocks", hint="Give 1 to 12, auto, or auto:8 for 8 at most.")
-    return (None, int(number)) if word == "auto" else (int(number), None)
+    return (None, int(number)) if word == "auto" else (int(number), MOST_BLOCKS)
 
 
 def _cycles(given: tuple[int, int] | str | None) -> tuple[int, int] | None:
