@@ -277,6 +277,9 @@ def likely(number: float | str, dimension: str, motion: Motion = "linear") -> st
     return f"{number} {next(unit for unit, most in units if abs(float(number)) <= most)}"
 
 
+LARGEST_GAIN = 1e5  # Largest ratio of amplitudes that means anything of a loop: 100 dB
+
+
 @names
 def parse_gain(text: str | float, above: float = 0.0) -> float:
     """Return a ratio of amplitudes: of a text in decibels, as ``"6 dB"``, or a number, which is the ratio."""
@@ -289,8 +292,8 @@ def parse_gain(text: str | float, above: float = 0.0) -> float:
         ratio = 0.0
     if ratio and isinstance(text, str) and number == words:
         raise FricError(f"'{text}' has no unit", hint=f"Write decibels, as in '{words} dB'.")
-    if not above < ratio < inf:
-        what = f"'{text}' is not a gain" + (f" above {above:g}" if above else "")
+    if not above < ratio <= LARGEST_GAIN:
+        what = f"'{text}' is not a gain" + (f" above {above:g}" if above else "") + f", {LARGEST_GAIN:g} at most"
         raise FricError(what, hint="Write decibels, as in '6 dB'.")
     return ratio
 

@@ -229,7 +229,7 @@ def test_heaps_are_found_at_and_across_the_ends_of_blocks() -> None:
     assert list(_heaps(io.BytesIO(bytes(data)))) == places
 
 
-@pytest.mark.parametrize("given", ["0 dB", 1.0, 0.5, "-6 dB", math.inf, "nan dB"])
+@pytest.mark.parametrize("given", ["0 dB", 1.0, 0.5, "-6 dB", math.inf, "nan dB", 1e16])
 def test_a_peak_sensitivity_is_above_one(given: str | float) -> None:
     assert parse_gain("6 dB", above=1.0) > 1.9
     with pytest.raises(FricError, match="is not a gain above 1"):

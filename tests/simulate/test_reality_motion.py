@@ -115,6 +115,16 @@ def test_a_motor_that_fades_takes_more_voltage_for_the_same_motion() -> None:
         assert run.input[at_speed] * given == pytest.approx(plain.input[at_speed], rel=1e-3)
 
 
+def test_a_motor_that_strengthens_beyond_the_gain_margin_is_refused() -> None:
+    """As a force constant that rises by 9e15 %, of which no run ended."""
+    reference = strokes(0.02, 0.02, 4000)
+    run_axis(replace(IDEAL, reality=Reality(force_constant=Drift(0.5, 2.0))), reference)
+    with pytest.raises(FricError, match=r"with 2000% more force per volt is not stable"):
+        run_axis(replace(IDEAL, reality=Reality(force_constant=Drift(20.0, 2.0))), reference)
+    with pytest.raises(FricError, match="amount"):
+        Drift(9e13, 60.0)
+
+
 def test_gravity_is_a_load_of_which_no_controller_knows() -> None:
     reference = strokes(0.02, 0.02, 4000)
     plain, loaded = (run_axis(axis, reference) for axis in (IDEAL, replace(IDEAL, reality=Reality(gravity=60.0))))

@@ -200,12 +200,16 @@ def _loop_arguments(
 def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, blocks: Sequence[ControlBlock] = ()) -> None:
     """Raise a `FricError` with the gain margin where the loop of an axis, without friction, is not stable.
 
+    A force constant that rises while the machine runs raises the gain of the loop.
+
     controller, blocks: The blocks of its scheme. Where one is not linear the loop has no poles, and is not judged.
     """
     inside = tuple(block for block in blocks if block.in_loop() and not block.repeats)
     if not all(block.linear for block in (controller, *inside)):
         return
-    loop = SampledLoop(axis.plant, axis.cascade, inside, controller, setting)
+    risen = max(drift.amount, 0.0) if (drift := axis.reality.force_constant) else 0.0
+    plant = replace(axis.plant, B=axis.plant.B * (1.0 + risen))
+    loop = SampledLoop(plant, axis.cascade, inside, controller, setting)
     largest = float(abs(loop.poles()[0]))
     if largest < EDGE:
         for block in (block for block in blocks if block.repeats):
@@ -217,8 +221,10 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
                     hint="Lower its cutoff, or identify the plant again: the nominal one is not the axis' own.",
                 )
         return
-    part = "with its observer " if any(block.kind == "observer" for block in blocks) else ""
-    stable_at = (gain for gain in GAINS if replace(loop, plant=replace(axis.plant, B=axis.plant.B * gain)).stable)
+    parts = ["its observer"] if any(block.kind == "observer" for block in blocks) else []
+    parts += [f"{risen:.0%} more force per volt"] if risen else []
+    part = f"with {' and '.join(parts)} " if parts else ""
+    stable_at = (gain for gain in GAINS if replace(loop, plant=replace(plant, B=plant.B * gain)).stable)
     gain = next(stable_at, None)
     margin = f"its gain margin is {20 * log10(gain):.1f} dB" if gain else "at no gain"
     raise FricError(

@@ -20,8 +20,9 @@ class Bounded:
 
     def __post_init__(self) -> None:
         of, signed, positive, share = self._bounds
-        any_of, part = ("(-1e15, 1e15)", "(-1, 1)") if signed else ("[0, 1e15)", "[0, 1)")
-        ranges = {name: any_of for name, hint in type(self).__annotations__.items() if hasattr(hint, "__metadata__")}
+        form, part = ("(-{0}, {0})", "(-1, 1)") if signed else ("[0, {0})", "[0, 1)")
+        hints = {name: getattr(hint, "__metadata__", ()) for name, hint in type(self).__annotations__.items()}
+        ranges = {name: form.format("1e3" if "ratio" in kind else "1e15") for name, kind in hints.items() if kind}
         ranges |= dict.fromkeys(positive, "(0, inf]") | ({share: part} if share else {})
         require_within(self, of, **ranges)
 
@@ -102,7 +103,7 @@ class Drift(Bounded, of="drift", signed=True, positive=("time",)):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_within(self, "drift", amount="(-1, inf)")
+        require_within(self, "drift", amount="(-1, 1e3)")
 
 
 @dataclass(frozen=True)
