@@ -7,11 +7,13 @@ import pytest
 
 from fric.circles.diagnose import diagnose
 from fric.circles.measured import AxisTrace, MeasuredCircle
+from fric.circles.revolutions import GlitchPulse, kick_of
 from fric.drive.sensing import Encoder
 from fric.reference import circle
 from fric.results.given_models import machine_of
 from fric.simulate.axis import run_axis
 from tests.chance import fewest, most
+from tests.turns import in_turns
 
 FRICTION = {"base": (80.0, 64.0), "xy-table": (105.0, 53.3), "virtual-rig": (60.0, 60.0)}
 """Coulomb friction of x and y, about [N]."""
@@ -51,6 +53,20 @@ def test_a_compensation_is_said_to_be_early_late_high_or_low(how):
     assert set(found.values()) == {how}
     assert set(found) >= {"+y", "-y"}
     assert not kicks(replace(test, scheme="f"))  # what is known to be on needs no such word
+
+
+@pytest.mark.parametrize("share", in_turns((0.2, 0.25, 0.3), (0.25,)))
+def test_friction_that_rises_as_the_axis_slows_down_is_no_compensation(share):
+    """Such an axis dips inwards before it sticks, within 20 ms where v_s is 4 mm/s, by a seventh of what follows."""
+    phi = np.arange(-0.6, 0.8, 1e-3)
+    time, turn = phi / 3.2, np.zeros(len(phi), int)  # 25 mm at 80 mm/s
+    slowing = np.clip(time / 17e-3, 0.0, 1.0) * np.exp(-np.clip(time - 17e-3, 0.0, 1.0) / 5e-3)
+    stuck = np.clip((time - 17e-3) / 30e-3, 0.0, None)
+    pulse = 60e-6 * (stuck * np.exp(1.0 - stuck) - share * slowing)
+    assert kick_of(GlitchPulse(phi, pulse, turn), 3.2, 1e-7) == ""
+    sudden = np.clip(time / 5e-3, 0.0, 1.0) * np.exp(-np.clip(time - 5e-3, 0.0, 1.0) / 5e-3)
+    pulse = 60e-6 * (stuck * np.exp(1.0 - stuck) - share * sudden)
+    assert kick_of(GlitchPulse(phi, pulse, turn), 3.2, 1e-7) == "too low"
 
 
 @pytest.mark.long(200)

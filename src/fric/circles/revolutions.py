@@ -213,6 +213,9 @@ SUDDEN = 0.02  # Longest time in which a kick moves an axis inwards [s]
 KICK = 0.12  # Least ratio of depth inwards to height outwards of a kick
 AHEAD = 0.25
 """Share of its depth that a kick has reached a fifth of `SUDDEN` before the reversal, above which it is too early."""
+GRADUAL = 0.75
+"""Share of a smaller depth that comes within the second half of `SUDDEN`, below which friction moves the axis: in
+simulations 0.83 or more by a compensation, 0.67 or less by friction that rises as the speed falls."""
 STUCK = 0.2  # Height outwards over the depth of the kick after it, above which the kick is too late
 
 
@@ -384,4 +387,7 @@ def kick_of(pulse: GlitchPulse, rate: float, resolution: float) -> str:
         return "too early"
     if out < deep and height > STUCK * depth:
         return "too late"
-    return "too low" if height > depth else "too high"
+    if height <= depth:
+        return "too high"
+    sudden = float(np.interp(phi[deep] - SUDDEN / 2 * rate, phi, mean)) - float(mean[deep])
+    return "too low" if sudden > GRADUAL * depth else ""
