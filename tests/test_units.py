@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fric.errors import FricError
-from fric.units import _EVERYDAY, SI_UNITS, _registry, factor, parse, prefixed, readable
+from fric.units import _EVERYDAY, SI_UNITS, _registry, factor, is_unit, parse, prefixed, readable
 
 
 @pytest.mark.parametrize(("unit", "si"), _EVERYDAY)
@@ -106,3 +106,15 @@ def test_a_cache_of_an_installation_that_is_no_more_does_no_harm(monkeypatch: py
 
     monkeypatch.setattr("pint.UnitRegistry", made)
     assert _registry.__wrapped__() == "without a cache"
+
+
+@pytest.mark.parametrize(
+    ("unit", "plain", "step"), [("0.1 rpm", "rpm", 0.1), ("0.001 deg", "deg", 1e-3), ("10 um", "um", 10.0)]
+)
+def test_a_step_of_a_drive_is_a_unit(unit: str, plain: str, step: float) -> None:
+    of = {"rpm": "velocity"}.get(plain, "position")
+    motion = "linear" if plain == "um" else "rotary"
+    assert is_unit(unit)
+    assert factor(unit, of, motion) == pytest.approx(step * factor(plain, of, motion))
+    with pytest.raises(FricError):
+        factor(f"3{unit}", of, motion)

@@ -133,6 +133,8 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
     si = si_unit(dimension, motion)
     if unit.strip() == si:
         return 1.0
+    if step := _STEP.fullmatch(unit):
+        return float(step[1]) * factor(step[2], dimension, motion)
     contains = OF_FORCE.keys() | OF_INPUT if is_effort(motion) else OF_FORCE
     if dimension in contains and drive_unit(motion) in {"%", "count"}:  # a share, or a number, is of any dimension
         if dimension == "force" and unit.strip() in {"percent", "counts"}:
@@ -177,13 +179,14 @@ def is_unit(text: str) -> bool:
     """Return whether a text is a known unit of any dimension."""
     registry = _registry()
     try:
-        registry.Unit(_spelled(text))
+        registry.Unit(_spelled(_STEP.sub(r"\2", text)))
     except Exception:  # Pint's parser passes on the exceptions of its tokenizer on a text that is no unit
         return False
     return bool(text.strip())
 
 
 MOST_LETTERS = 60  # Largest length of a unit
+_STEP = re.compile(r"(0?\.0{0,8}1|10{0,8}) ([^\s\d].*)")  # What a step of a drive is, as ``0.1 rpm``
 _POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")  # A small exponent that has no exponent itself
 _SIGNS = re.compile(r"[\w\s*/^().+\-·°%‰²³⁻¹⁺'\"]*")  # Signs of a unit; Pint passes over others, and takes $mm for mm
 _SPELLED = {

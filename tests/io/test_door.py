@@ -444,3 +444,125 @@ def test_what_lacks_a_unit_is_not_said_to_show_no_friction(tmp_path: Path) -> No
                 mark=";")  # fmt: skip
     with pytest.raises(FricError, match=r"can be used: 'erpm'.*counts turns of pole pairs"):
         fric.auto(path, output=tmp_path / "found", assume=True)
+
+
+def telegrams(a: dict[str, np.ndarray], indent: str) -> str:
+    """Return what a robot sends by RSI: whole elements behind each other, without a root; joint 1 moves."""
+    form = ('<Rob Type="KUKA">', '<RIst X="%.4f" Y="0" Z="800"/>', '<AIPos A1="%.4f" A2="-90" A3="90"/>',
+            '<MACur A1="%.4f" A2="4.0" A3="1.2"/>', "<IPOC>%d</IPOC>", "</Rob>")  # fmt: skip
+    degrees = np.rad2deg(a["position"])
+    rows = zip(500 + degrees, degrees, a["current"], 4208163634 + np.rint(1e3 * a["t"]), strict=True)
+    return "\n".join(indent.join(form) % row for row in rows) + "\n"
+
+
+@pytest.mark.parametrize("indent", ["", "\n  "])
+@pytest.mark.parametrize("end", ["", '<Rob Type="KUKA"><RIst X="1'])
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_telegrams_of_a_robot_are_records(tmp_path: Path, indent: str, end: str, mark: str) -> None:
+    """They were no rows of numbers; the last one may be cut off."""
+    a = axis_of_a_drive(n=1000, dt=4e-3)
+    path = tmp_path / "rsi.xml"
+    path.write_text(mark + telegrams(a, indent) + end)
+    with closing(tables(path)) as found:
+        table = next(found)
+        assert len(next(table.read([0])).columns[0]) == 1000
+    (axis,) = told(path)
+    assert {channel: table.columns[role.column].name for channel, role in axis.roles.items()} == {
+        "time": "IPOC", "position": "AIPos A1", "force": "MACur A1",
+    }  # fmt: skip
+    assert [axis.roles[of].unit for of in ("time", "position")] == ["ms", "deg"]
+    assert axis.roles["position"].unit_likelihood > SURE
+    assert axis.roles["force"].unit_likelihood < SURE  # of KUKA it may be a share
+
+
+def test_a_blank_line_above_columns_between_spaces_harms_nothing(tmp_path: Path) -> None:
+    """The text was said to be damaged."""
+    a = axis_of_a_drive(n=1000)
+    header = (
+        "Scope 3.2\nSample time:  1.000 ms\n\n  s actual    v actual   I nominal\n     [rad]     [rad/s]         [A]"
+    )
+    path = rows(tmp_path / "scope.txt", header, a["position"], a["velocity"], a["current"], mark="   ")
+    (axis,) = told(path)
+    assert next(tables(path)).columns == (Column("s actual", "rad"), Column("v actual", "rad/s"),
+                                          Column("I nominal", "A"))  # fmt: skip
+    assert [axis.roles[of].unit for of in ("time", "position", "force")] == ["0.001 s", "rad", "A"]
+
+
+def test_channels_have_the_names_that_lines_above_give_them(tmp_path: Path) -> None:
+    """Three questions were open of a log that says all: a count, by the speed in tenths of an rpm, is 1e-5 turns."""
+    a = axis_of_a_drive(n=2000)
+    header = "Sampling Time: 0.001 s\nCH1: Feedback Position [PUU]\nCH2: Motor Speed [0.1 rpm]\nCH3: Motor Torque [%]"
+    counts, tenths = np.rint(a["position"] / (2e-5 * np.pi)), np.rint(a["velocity"] * 300.0 / np.pi)
+    path = rows(tmp_path / "scope.txt", f"{header}\n\nTime\tCH1\tCH2\tCH3", a["t"], counts, tenths, a["current"],
+                mark="\t")  # fmt: skip
+    (axis,) = told(path)
+    assert {channel: role.unit for channel, role in axis.roles.items()} == {
+        "time": "s", "position": "1e-05 rev", "velocity": "0.1 rpm", "force": "%",
+    }  # fmt: skip
+    assert all(role.unit_likelihood > SURE for role in axis.roles.values())
+
+
+def test_the_unit_of_the_horizontal_axis_is_that_of_the_time(tmp_path: Path) -> None:
+    """A potentiometer was in seconds: the first of the cells behind a label of units was that of the first channel."""
+    a = axis_of_a_drive(n=1000)
+    header = "Model,MSO24\nHorizontal Units,S,,\nVertical Units,V,V,A\n\nTIME,CH1,CH2,CH3"
+    path = rows(tmp_path / "tek.csv", header, a["t"], a["position"], a["velocity"], a["current"], mark=",")
+    assert [column.unit for column in next(tables(path)).columns] == ["s", "V", "V", "A"]
+
+
+def test_of_a_monitor_of_simplefoc_the_rate_alone_is_asked(tmp_path: Path) -> None:
+    """Four questions were open; its target was the velocity."""
+    a = axis_of_a_drive(n=2000)
+    current = 1e3 * a["current"]
+    noise = np.random.default_rng(3).standard_normal((2, 2000))
+    path = rows(tmp_path / "monitor.txt", "MOT: Monitor enabled!\nMOT: Ready.", a["speed"], 0.9 * a["current"],
+                1e-3 * noise[0], current, 2.0 * noise[1], a["velocity"], a["position"], mark="\t")  # fmt: skip
+    (axis,) = told(path)
+    assert {of: (role.column, role.unit) for of, role in axis.roles.items() if of not in {"time", "input"}} == {
+        "position": (6, "rad"), "velocity": (5, "rad/s"), "force": (3, "mA"),
+    }  # fmt: skip
+    assert [of for of, role in axis.roles.items() if role.unit_likelihood < SURE or role.likelihood < SURE] in (
+        [], ["time"],
+    )  # fmt: skip
+
+
+def test_what_a_robot_program_prints_has_a_nanosecond_that_is_no_force(tmp_path: Path) -> None:
+    """The rest of the stamps of ROS was said to be the force, perhaps."""
+    a = axis_of_a_drive(n=1500, dt=1e-2)
+    stamps = 1_700_000_123.25 + a["t"] + 4e-4 * np.random.default_rng(5).standard_normal(1500)
+    path = tmp_path / "joint_states.csv"
+    whole, rest = np.floor(stamps), (stamps % 1.0) * 1e9
+    beside = zip(a["position"], a["velocity"], a["current"], strict=True)
+    lines = [f"{int(s)},{int(n)},,hip,{x:.6f},{v:.5f},{f:.4f}"
+             for s, n, (x, v, f) in zip(whole, rest, beside, strict=True)]  # fmt: skip
+    path.write_text("\n".join(lines) + "\n")
+    assert spoken(next(tables(path)).columns[1]).quantity == "time"
+    (axis,) = told(path)
+    assert axis.roles["force"].others == {}
+
+
+def test_what_an_odrive_maps_is_a_position_and_in_turns(tmp_path: Path) -> None:
+    """A position under `pos_vel_mapper` was a velocity, and the axis was two."""
+    a = axis_of_a_drive(n=2000)
+    header = "timestamp (ms);axis0.pos_vel_mapper.pos_rel;axis0.pos_vel_mapper.vel;axis0.motor.foc.Iq_measured"
+    path = rows(tmp_path / "log.csv", header, 1e3 * a["t"], a["position"], a["velocity"], a["current"], mark=";")
+    (axis,) = told(path)
+    assert {channel: role.unit for channel, role in axis.roles.items()} == {
+        "time": "ms", "position": "rev", "velocity": "rev/s", "force": "A",
+    }  # fmt: skip
+
+
+def test_feedback_is_of_no_feed() -> None:
+    """It was likely that an axis with `Feedback Position` moves along a line."""
+    assert spoken(Column("Feedback Position")).moves == {}
+    assert spoken(Column("Feed Position")).moves == {"linear": 12.0}
+
+
+def test_a_header_without_samples_says_what_to_export(tmp_path: Path) -> None:
+    """A trace of a robot was said to lack a position and a time."""
+    path = tmp_path / "KRCIpo.dat"
+    channel = "#BEGINCHANNELHEADER\r\n200,{}\r\n202,{}\r\n210,EXPLIZIT\r\n211,KRCIpo.r64\r\n#ENDCHANNELHEADER\r\n"
+    names = [("Istposition_A1", "Grad"), ("Iststrom_A1", "A"), ("Istgeschwindigkeit_A1", "Grad/s")]
+    path.write_text("DIAEXTENDED\r\n" + "".join(channel.format(*name) for name in names))
+    with pytest.raises(FricError, match=r"KRCIpo\.dat: .*samples are in KRCIpo\.r64: export"):
+        fric.auto(path, output=tmp_path / "found", assume=True)

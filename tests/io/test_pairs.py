@@ -7,6 +7,7 @@ import pytest
 
 import fric
 from fric.automatic.sources import find_sources
+from fric.errors import FricError
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest
 from fric.io.pairs import with_joined
@@ -141,3 +142,16 @@ def test_short_names_of_files_with_one_column_are_known(tmp_path):
     (log,) = find_sources([tmp_path], proposals=tmp_path / "out/mappings", assume=True).logs
     assert log.path.name == "omega+t+tau+theta.h5"
     assert log.motion.startswith("rotary")
+
+
+def test_an_error_about_joined_files_names_those_that_were_given(tmp_path):
+    """It named `joined/omega+t+tau+theta.h5` in the output folder, which the user never made."""
+    x = path_of(1)
+    given = [tmp_path / f"{name}.txt" for name in ("omega", "t", "tau", "theta")]
+    for path, values in zip(given, (np.gradient(x, T), T, force_of(x), x), strict=True):
+        np.savetxt(path, values, fmt="%.8g")
+    with pytest.raises(FricError) as raised:
+        fric.auto(tmp_path, output=tmp_path.parent / f"{tmp_path.name}-out")
+    assert raised.value.where == ", ".join(map(str, given))
+    (assumed,) = find_sources([tmp_path], proposals=tmp_path.parent / "made/mappings", assume=True).description[-1:]
+    assert str(given[0]) in str(assumed)

@@ -16,7 +16,7 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
-from fric.io.propose import guessed, guesses, mapping_text, proposal
+from fric.io.propose import NO_SCALE, guessed, guesses, mapping_text, proposal
 from fric.io.questions import Question, answered
 from fric.io.readers import tables
 from fric.io.readers.base import Column, named
@@ -450,11 +450,14 @@ def test_what_lies_beside_logs_and_has_no_force_is_not_asked_about(tmp_path: Pat
     assert [path.name for path in found.refused[NO_FORCE]] == ["temperatures.csv"]
 
 
-def test_what_an_oscilloscope_logs_lacks_a_position(tmp_path: Path) -> None:
+@pytest.mark.parametrize("names", ["Source;CH1;CH2", "x-axis;1;2"])
+def test_of_what_an_oscilloscope_logs_a_volt_is_to_be_stated(tmp_path: Path, names: str) -> None:
     a = axis_of_a_drive()
-    write(tmp_path / "tek.csv", "Source;CH1;CH2\nSecond;Volt;Volt", a["t"], a["position"], a["current"])
-    assert [column.unit for column in next(tables(tmp_path / "tek.csv")).columns] == ["second", "Volt", "Volt"]
-    with pytest.raises(FricError, match="no column looks like the position"):
+    write(tmp_path / "tek.csv", f"{names}\nSecond;Volt;Volt", a["t"], a["position"], a["current"])
+    assert next(tables(tmp_path / "tek.csv")).columns == tuple(
+        Column(name, unit) for name, unit in zip(names.split(";"), ["second", "Volt", "Volt"], strict=True)
+    )
+    with pytest.raises(FricError, match=rf"'{names.split(';')[1]}' \(position\) is in V: {NO_SCALE}"):
         fric.auto(tmp_path, output=tmp_path.parent / f"{tmp_path.name}-out", assume=True)
 
 

@@ -38,7 +38,7 @@ from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.flaws.channel import HOLDING_MAP
 from fric.io.circle import choose_circles
-from fric.io.propose import IN_COUNTS, NO_FORCE, NO_POSITION, first_of
+from fric.io.propose import NO_FORCE, NO_POSITION, NO_SCALE, first_of
 from fric.io.questions import MOST_QUESTIONS, Ask, Question, Review
 from fric.notice import Notice, once
 from fric.progress import tried as say_step
@@ -410,7 +410,7 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
     lacks = "Log time, position or velocity, and force, torque or current of a moving axis in one file; where they are "
     lacks += "there, name them in a mapping"
     mapped = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
-    hint = "" if LEAVES_OUT in why else f"{'Say it in a mapping' if IN_COUNTS in why else lacks}: `{mapped}`."
+    hint = "" if LEAVES_OUT in why else f"{'Say it in a mapping' if NO_SCALE in why else lacks}: `{mapped}`."
     moved, pushed = (found.refused.get(lacking, []) for lacking in (NO_FORCE, NO_POSITION))
     if moved and pushed:  # the channels of a record in files of their own
         pair = [pushed[0].name, *get_close_matches(pushed[0].name, [path.name for path in moved], n=1, cutoff=0.0)]

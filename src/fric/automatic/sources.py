@@ -27,7 +27,7 @@ from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
 from fric.io.pairs import with_joined
-from fric.io.propose import NO_FORCE, NO_POSITION, Guessed, axes_said, first_of, guessed, says_all
+from fric.io.propose import JOINED, NO_FORCE, NO_POSITION, Guessed, axes_said, first_of, guessed, says_all
 from fric.io.questions import Ask, answered, beside
 from fric.io.readers import endings, marked, tables
 from fric.io.recognise import is_hdf5, recognise
@@ -125,7 +125,7 @@ def find_sources(
     found, seen, asking = Sources(), list[Record](), dict[Path, str]()
     archives = [path for path in _inside(given) if path.suffix.lower() in ARCHIVES]
     given += _unpacked(given, archives, proposals, asking)
-    joining = proposals.parent / "joined" if proposals and not mapping else None
+    joining = proposals.parent / JOINED if proposals and not mapping else None
     paths, found.description, spent = with_joined(list(_files(given)), joining, ask, assume=assume)
     letters = {path: letter for path in paths if (letter := axis_of_file(path))}
     letters = letters if len({*letters.values()}) > 1 else {}  # of one axis the headers and mappings say the name

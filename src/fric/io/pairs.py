@@ -12,6 +12,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.errors import FricError
 from fric.flaws.files import FILES_JOINED
+from fric.io.propose import JOINED
 from fric.io.questions import Ask, Question
 from fric.io.readers import tables
 from fric.io.readers.base import Column, ForeignTable, Memory
@@ -55,10 +56,10 @@ def with_joined(
     for parts, share in shares.items():
         if folder and (wanted[-1] or share >= TOGETHER):
             path = folder / f"{'+'.join(part.stem for part in parts)}.h5"
-            with ExitStack() as files:
-                _write(path, _together(parts, files))
-            paths = [*(path for path in paths if path not in parts), path]
             listed = ", ".join(map(str, parts))
+            with ExitStack() as files:
+                _write(path, _together(parts, files), listed)
+            paths = [*(path for path in paths if path not in parts), path]
             said.append(FILES_JOINED.found(listed, share=share, assumed=share < TOGETHER))
     return paths, said, int(asks)
 
@@ -129,11 +130,12 @@ def _of_variables(parts: Sequence[Path], files: ExitStack) -> Memory:
     return Memory(parts[0], columns, data)
 
 
-def _write(path: Path, table: ForeignTable) -> None:
-    """Write a table as datasets, with their units."""
+def _write(path: Path, table: ForeignTable, parts: str) -> None:
+    """Write a table as datasets, with their units, and what it was joined of."""
     blocks = [block.columns for block in table.read(range(len(table.columns)))]
     folder_made(path.parent)
     with staged(path, force=True) as draft, h5py.File(draft, "w", locking=False) as file:
+        file.attrs[JOINED] = parts
         for column, *values in zip(table.columns, *blocks, strict=True):
             data = file.create_dataset(column.name.replace("/", "∕"), data=np.concatenate(values))
             data.attrs.update({"unit": column.unit} if column.unit else {})

@@ -15,7 +15,6 @@ import numpy as np
 
 from fric.columns import CHANNELS, FORCE_VELOCITY, FORCE_VELOCITY_DIMENSIONS, KINDS, Kind, channel_dimension
 from fric.documents.mapping import MappingDocument
-from fric.documents.yaml import read_text
 from fric.errors import FricError, printable
 from fric.flaws.files import MAPPING_ASSUMED, MAPPING_OPEN, MAPPING_PROPOSED
 from fric.input import files_of
@@ -24,6 +23,7 @@ from fric.io.readers import tables
 from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, plain_name
 from fric.io.recognise import is_hdf5
 from fric.io.roles import LIKELY, SURE, AxisColumns, Role, axes_of, in_memory, is_supply
+from fric.io.safe_hdf5 import open_file, text
 from fric.io.words import (
     OF_MEANS,
     axis_of,
@@ -45,7 +45,8 @@ NEEDED = ("time", "position", "velocity", "force")
 NO_FORCE = "no column is a force, a torque, a current or a voltage of the axis that moves, with its sign"
 """Why a record of a motion shows no friction."""
 NO_POSITION = "no column looks like the position"
-IN_COUNTS = 'is in counts: say what one is, as in scale: "0.0055 deg"'
+JOINED = "joined"  # Folder of files that fric joined, and their attribute that lists the parts
+NO_SCALE = "say what one is, as in scale:"
 MOST_MEANS = 500  # Rows of a table of velocities and forces without samples, at most
 MOST_FILES = 16  # Number of files of the same columns whose values are read
 
@@ -85,9 +86,12 @@ class Guess:
                 unit = unit if role.column is not None or role.unit else "is not in the file"
                 turning = next((column.name for column in self.table.columns if is_electrical(column)), "")
                 unit += f": '{turning}' counts turns of pole pairs" * bool(turning and not role.unit)
-                if role.column is not None and in_counts(self.table.columns[role.column]) and role.channel != "force":
-                    unit = IN_COUNTS
-                if role.unit == "count":
+                column = self.table.columns[role.column] if role.column is not None else Column("")
+                volts = converts(column.unit, "input")
+                if volts or (in_counts(column) and channel != "force"):
+                    likely = "0.1 N" if channel == "force" else "0.0055 deg"
+                    unit = f'is in {"V" if volts else "counts"}: {NO_SCALE} "{likely}"'
+                elif role.unit == "count":
                     unit = f"has no unit: friction is in its counts ({role.unit_likelihood:.0%}{others})"
                 of_motion = channel in {"position", "velocity"} and self.axis.readings
                 of_all = self.files if channel == "time" else (role.unit, role.units)
@@ -465,10 +469,6 @@ class Guessed:
         """Return the mapping with the likeliest of what is open."""
         return mapping_text(self.usable, assume=True)
 
-    def mapping(self) -> MappingDocument:
-        """Return the mapping with the likeliest of what is open."""
-        return read_text(self.text(), MappingDocument)
-
     def notices(self, mapping: str = "") -> list[Notice]:
         """Return what was assumed, and what was sure."""
         found, sure = list[Notice](), dict[str, dict[Path, None]]()
@@ -497,15 +497,19 @@ class Guessed:
         )  # fmt: skip
         asked = f"{n} question{'s are' if n > 1 else ' is'} open" if n else NO_FORCE
         return FricError(
-            f"{what}: {asked}", where="" if len(files) > 1 else str(files[0]),
+            f"{what}: {asked}", where="" if len(files) > 1 else first_of(files),
             hint="Say `assume=True` to take the likeliest, or fill in this mapping and give it with `mapping=` "
             "(fric ingest FILES --propose MAP.yaml writes it).", form=mapping_text(self.found),
         )  # fmt: skip
 
 
 def first_of(files: Sequence[Path]) -> str:
-    """Return the first of files, and how many more there are."""
-    return f"{files[0]}" + (f" and {len(files) - 1} more" if len(files) > 1 else "")
+    """Return the first of files as the user has it, and how many more there are; of one that was joined its parts."""
+    first = str(files[0])
+    if files[0].parent.name == JOINED:
+        with suppress(FricError), open_file(files[0]) as opened:
+            first = text(opened.attrs, JOINED, first)
+    return first + (f" and {len(files) - 1} more" if len(files) > 1 else "")
 
 
 def guessed(

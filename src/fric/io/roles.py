@@ -163,6 +163,10 @@ def _spoken_of(columns: Sequence[Column]) -> list[Spoken]:
     names, plain = {column.name for column in columns}, [re.sub(r"_d(?=\W|_?\d|$)", "", c.name) for c in columns]
     desired = [name in names and name != column.name for name, column in zip(plain, columns, strict=True)]
     said = [spoken(column) for column in columns]
+    if not any(says.quantity in {"position", "velocity"} for says in said):  # what an oscilloscope has of sensors
+        bare = {n: spoken(of._replace(unit=None)) for n, of in enumerate(columns) if converts(of.unit, "input")}
+        bare = {n: says for n, says in bare.items() if says.quantity != "input"}
+        said = [bare.get(n, says) if len(bare) > 1 else says for n, says in enumerate(said)]
     return [says._replace(commanded=True) if of else says for says, of in zip(said, desired, strict=True)]
 
 
@@ -331,15 +335,21 @@ def _clock(data: Samples) -> Role:
     if (np.diff(stamps) == 0.0).mean() > REPEATED and len(jumps) > 2 and _is_rounded(stamps):
         period = float(np.ptp(stamps[jumps[[0, -1]]]) / np.ptp(jumps))
         weights = {says.unit: 1.0} if says.unit else time_units(period, len(stamps))
-        unit = max(weights, key=lambda unit: weights[unit])
-        if weights[unit] > SURE * sum(weights.values()):
+        if unit := _sure(weights):
             return Role("time", None, f"{period:.6g} {unit}", 0.97, 0.97, "its stamps are rounded, and even")
     sure = 0.99 if says.quantity == "time" else 0.97 if best[0] > 1.05 or n in uneven else 0.9
     since_1970 = (u for u, size in TIME_UNITS.items() if 1e9 < stamps[0] * size < 2.5e9 and np.ptp(stamps) * size < 1e6)
     since_1601 = FILETIME if 1.26e10 < stamps[0] * 1e-7 < 1.42e10 and np.ptp(stamps) < 1e13 else ""
-    unit = since_1601 or says.unit or next(since_1970, "")
+    step = float(np.median(np.diff(stamps)))
+    unit = since_1601 or says.unit or next(since_1970, "") or _sure(time_units(step, len(stamps)))
     why = "it rises with every row" if n in uneven else "it rises evenly"
     return Role("time", n, unit, sure, 1.0 if unit else 0.0, why)
+
+
+def _sure(weights: Mapping[str, float]) -> str:
+    """Return the unit that is sure by its weight; empty where none is."""
+    unit = max(weights, key=lambda unit: weights[unit])
+    return unit if weights[unit] > SURE * sum(weights.values()) else ""
 
 
 def _advances(x: Real) -> bool:

@@ -19,9 +19,9 @@ from fric.io.readers.base import Column, ForeignTable, named, plain_name
 from fric.units import PLAIN, Motion, converts, factor, is_unit
 
 TIME = ("time", "zeit", "timestamp", "clock", "tempo", "temps", "tiempo", r"\w*時間", "^ms", "^millis", "^us$",
-        "^micros", "^n?secs?", "^seconds")  # fmt: skip
+        "^micros", "^n?(?:ano)?secs?", "^seconds", "ipoc")  # fmt: skip
 CLOCKS = {"ms": "ms", "msec": "ms", "millis": "ms", "us": "us", "usec": "us", "micros": "us", "sec": "s", "secs": "s",
-          "seconds": "s", "nsec": "ns", "nsecs": "ns", "ns": "ns"}  # fmt: skip
+          "seconds": "s", "nsec": "ns", "nsecs": "ns", "ns": "ns", "ipoc": "ms"}  # fmt: skip
 """Words of a clock that are its unit."""
 ERROR = ("error", "deviation", "diff", "difference", "fehler", "schleppabstand", "abweichung", "errore", "scostamento",
          "erreur", "écart", r"\w*偏差")  # fmt: skip
@@ -44,8 +44,8 @@ ACCELERATION = ("acceleration", "accel", "acc", "ddq", "qdd", "q ?ddot", "beschl
 BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "température", "bus", "dc", "supply",
                  "zwischenkreis", "pressure", "druck", "status", "state", "zustand", "mode(?!l)",
                  "modus", "flag", "id", "i d", "ud", "u d", "vd", "v d", "stato", "estado", "état", "vibration", "batt",
-                 "[uv]bus", "[uv]dc", "tcp", "pose", "cartesian",
-                 "battery", "hours", "fault", "current in(?:put)?", "in(?:put)? current", "d axis",
+                 "[uv]bus", "[uv]dc", "tcp", "pose", r"\br(?:ist|sol)\b", "cartesian",
+                 "battery", "hours", "fault", r"tacho\w* abs", "current in(?:put)?", "in(?:put)? current", "d axis",
                  "enabled?", "normal ?(?:force|load|kraft)", "reibwert", "reib(?:ungs)?zahl", "friction coefficient",
                  "coefficient of friction", "cof")  # fmt: skip
 """What drives and tribometers log beside a motion."""
@@ -166,14 +166,14 @@ ROWS = frozenset({"index", "row", "sample", "samples", "no", "nr", "count", "idx
 COUNTS = ("adc", "lsb", "raw counts?")
 """Words that say that a column is in counts."""
 COUNTED = frozenset({"count", "counts", "cts", "cnt", "inc", "incs", "pulse", "pulses", "tick", "ticks", "step",
-                     "steps", "inkr", "incr", "inkremente", "increments", "impulse", "units"})  # fmt: skip
+                     "steps", "inkr", "incr", "inkremente", "increments", "impulse", "units", "puu"})  # fmt: skip
 """Units that say nothing but that a step is one."""
 ROTARY = ("angle", "winkel", "angolo", "ángulo", "angulo", "joint", "gelenk", "rotor", "theta", "phi", "omega",
           "drehzahl", "rpm", "erpm", "angular", "rotation", "giunto", "articulation", "q", "dq", "qd", "gimbal",
           "robot", "roll", "pitch", "yaw", "turn", "turns")  # fmt: skip
 """Words that show that an axis turns."""
 LINEAR = ("linear", "slide", "carriage", "table", "tisch", "schlitten", "stage", "stroke", "hub", "weg", "displacement",
-          "laser", "feed", "vorschub", "tavola", "mesa", "mm", "glasmaßstab", "motor pos fb",
+          "laser", "feed(?!back)", "vorschub", "tavola", "mesa", "mm", "glasmaßstab", "motor pos fb",
           "motor pos cmd")  # fmt: skip
 """Words that show that an axis moves along a line; a letter of a linear axis shows it less."""
 SUFFIX = {"rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "deg_s": "deg/s", "degps": "deg/s", "mm_s": "mm/s",
@@ -204,7 +204,7 @@ class Spoken(NamedTuple):
 
 def spoken(column: Column) -> Spoken:
     """Return what the name and the unit of a column show."""
-    path = re.sub(r"(?i)(header\.stamp|states?|status\w*)(?=[./])", " ", bare(column))  # state.speed is a speed
+    path = re.sub(r"(?i)(header\.stamp|states?|status\w*|\w+_mapper)(?=[./])", " ", bare(column))  # as state.speed
     name, leaf = _words(path), _words(path.rpartition("/")[2])  # /joint_states/elbow/position is a position
     shows = leaf in LETTERS or leaf.startswith("f ") or any(_has(leaf, known) for known in QUANTITIES.values())
     name = leaf if shows else name
@@ -237,10 +237,11 @@ def spoken(column: Column) -> Spoken:
     return Spoken(quantity, unit, commanded, measured, moves, _has(name, AT_LOAD), means)
 
 
-CUSTOMS = (("rev", 1e4, re.compile(r"(pos|vel)_estimate|\bodrive")), ("mm", 20.0, re.compile(r"^joint\.\d+\.")), (
-    "rad", 20.0, re.compile(r"joint_?states?\b|\beffort|(\b|_)((d?q|qd|q_?dot)_?[\[(]?(?::,)?\d|(theta|omega)(\b|_))")
-), ("rpm", 20.0, re.compile(r"\bmotor[ _]speed|motordrehzahl")))  # fmt: skip
-"""Units by names, with their weights: ODrive, LinuxCNC, joint states of ROS, symbols of robots, speeds of motors."""
+CUSTOMS = (("rev", 1e4, re.compile(r"(pos|vel)_(estimate|mapper)|\bodrive")), ("mm", 20.0, re.compile(r"^joint\.\d+\.")
+), ("rad", 20.0, re.compile(
+    r"joint_?states?\b|\beffort|(\b|_)((d?q|qd|q_?dot)_?[\[(]?(?::,)?\d|(theta|omega)(\b|_))"
+)), ("rpm", 20.0, re.compile(r"\bmotor[ _]speed|motordrehzahl")), ("deg", 1e3, re.compile(r"\ba[is]pos")))  # fmt: skip
+"""Units by names, with their weights: ODrive, LinuxCNC, joints of ROS, symbols of robots, motors, joints of KUKA."""
 
 
 def customary_unit(columns: Sequence[Column]) -> tuple[str, float]:
@@ -255,8 +256,8 @@ def is_counted(unit: str | None) -> bool:
 
 
 def in_counts(column: Column) -> bool:
-    """Return whether a motion is in counts by its unit, or by its name, as that of an object of CiA 402."""
-    return is_counted(column.unit) or bool(_COUNTED.search(column.name))
+    """Return whether a motion is in counts or volts by its unit, or by its name, as that of an object of CiA 402."""
+    return is_counted(column.unit) or converts(column.unit, "input") or bool(_COUNTED.search(column.name))
 
 
 _COUNTED = re.compile(
@@ -351,8 +352,6 @@ def _has(name: str, known: tuple[str, ...]) -> bool:
     return bool(_pattern(known).search(name))
 
 
-_STEPS = re.compile(r"(0\.0*1|10+) (mA|A|mNm|Nm|N\*m|N)")
-"""What a step of a logged force is, as ``0.01 A``."""
 _PERCENT = re.compile(
     r"(\d*[.,]?\d+)?\s*(?:(?:%|percent|pct|prozent|pour ?cents?|por ?ciento|per ?cento)(?![a-z]*/)|"
     r"(‰|per ?mille?|promille)).*", re.IGNORECASE)  # fmt: skip
@@ -375,7 +374,7 @@ def _unit_of(column: Column) -> str | None:
         return unit.casefold()
     if not unit and _PER_MILLE.search(column.name):
         return "0.1 %"
-    if unit in {"A", "mA"} or _STEPS.fullmatch(unit) or (unit not in {"", "1", "-"} and is_unit(unit)):
+    if unit not in {"", "1", "-"} and is_unit(unit):
         return unit
     if ratio := _RATIO.search(column.name):
         of = ratio[1].casefold()
@@ -392,7 +391,7 @@ def _unit_of(column: Column) -> str | None:
 @cache
 def _quantity_of(unit: str) -> str | None:
     """Return the quantity of a unit; ``other`` for a unit of no channel."""
-    if unit in DRIVE_UNITS or unit.endswith(" %") or _STEPS.fullmatch(unit) or converts(unit, "force", "linear/A"):
+    if unit in DRIVE_UNITS or unit.endswith(" %") or converts(unit, "force", "linear/A"):
         return "force"
     return next((of for of in OF_UNITS if any(converts(unit, of, motion) for motion in PLAIN)), "other")
 

@@ -206,7 +206,7 @@ def ingest(
             if found.usable:
                 if not (assume or found.sure):
                     raise found.error()
-                mapping, notices = found.mapping(), found.notices(str(file or ""))
+                mapping, notices = read_text(found.text(), MappingDocument), found.notices(str(file or ""))
     done = read_foreign(
         paths, Path(output), mapping=mapping, kind=kind, axis=axis, motion=motion, append=append,
         bad_cells="drop" if assume else bad_cells, force=force, progress=advance, window=(low, high), join=join,

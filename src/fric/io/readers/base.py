@@ -10,7 +10,7 @@ from importlib import import_module
 from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
-from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser, parse
+from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser, fromstring
 
 from fric.errors import FricError, near, printable
 from fric.flaws.files import LIBRARY_WARNS
@@ -269,10 +269,13 @@ class PlainXML(TreeBuilder):
 
 
 def read_xml(path: Path, most: int) -> Element:
-    """Return the root of XML of a bounded size [byte]."""
+    """Return the root of XML of a bounded size [byte]; of whole elements behind each other, a root that holds them."""
     with foreign(path):
         try:
-            return parse(regular(path, most), XMLParser(target=PlainXML())).getroot()
+            data = regular(path, most).read_bytes()
+            if first := re.match(rb"(?:\xef\xbb\xbf)?\s*<(\w+)", data):  # the last may be cut off
+                data = b"<log>%b</log>" % (re.match(rb"(?s).*</%b\s*>" % first[1], data) or [data])[0]
+            return fromstring(data, XMLParser(target=PlainXML()))
         except (ParseError, LookupError, ValueError) as error:  # the others: an encoding that is unknown
             raise FricError(f"is no whole XML ({error})", hint="Save it again.") from None
 

@@ -5,7 +5,7 @@ channel was sampled more slowly: no position is invented between counts of an en
 slowest channel. Channels sampled at other instants are interpolated linearly.
 """
 
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from math import ceil
@@ -17,7 +17,7 @@ from fric.arrays import Mask, Real
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.files import JOINED_IN_PART, JOINED_MOVED, JOINED_THINNED
-from fric.io.readers.base import Column, ForeignTable, RowBlock
+from fric.io.readers.base import Column, ForeignTable, Memory, RowBlock
 from fric.notice import Notice
 from fric.series import LARGEST
 
@@ -48,6 +48,16 @@ class SharedClock:
         """Return the indices of the channels."""
         every = tuple(n for n in range(len(self.table.columns)) if n != self.time)
         return every if self.columns is None else self.columns
+
+
+def on_clocks(path: Path, clock: Column, channels: Iterable[tuple[Column, Real, Real]]) -> list[SharedClock]:
+    """Return channels, each with its instants and values, in parts of those that share their instants."""
+    groups = dict[bytes, tuple[list[Column], list[Real]]]()
+    for column, time, values in channels:
+        columns, data = groups.setdefault(time.tobytes(), ([clock], [time]))
+        columns.append(column)
+        data.append(values)
+    return [SharedClock(Memory(path, columns, data), 0) for columns, data in groups.values()]
 
 
 class Joined(ForeignTable):

@@ -16,8 +16,8 @@ from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.flaws.files import COLUMNS_LEFT_OUT
 from fric.io.readers import text
-from fric.io.readers.base import MOST_COLUMNS, Column, ForeignTable, Format, Memory, named
-from fric.io.readers.joined import Joined, SharedClock
+from fric.io.readers.base import MOST_COLUMNS, Column, ForeignTable, Format, named
+from fric.io.readers.joined import Joined, on_clocks
 from fric.io.words import spoken
 from fric.series import LARGEST
 from fric.units import is_unit
@@ -140,7 +140,7 @@ def _wide(table: text.TextTable, form: _Listing) -> ForeignTable | None:
     names, of = [words.split("\0") for words in known], table.columns[form.value]
     vary = [k for k in range(len(form.names)) if len({words[k] for words in names}) > 1]
     says, constants, left = spoken(of).quantity, dict[str, str](), list[str]()
-    groups = dict[bytes, tuple[list[Column], list[Real]]]()
+    channels = list[tuple[Column, Real, Real]]()
     for words, rows in zip(names, np.split(np.argsort(key, kind="stable"), np.cumsum(count)[:-1]), strict=True):
         column = named(" ".join(words[k] for k in vary))
         name = f"{column.name} {of.name}" if says and spoken(column).quantity is None else column.name
@@ -149,14 +149,10 @@ def _wide(table: text.TextTable, form: _Listing) -> ForeignTable | None:
             left += [] if name in constants else [name]
             continue
         rows = rows[::-1] if time[rows[0]] > time[rows[-1]] else rows  # the newest may be first
-        columns, data = groups.setdefault(time[rows].tobytes(), ([clock], [scale * time[rows]]))
         unit = words[-1] if form.unit and is_unit(words[-1]) else of.unit
-        columns.append(Column(name, column.unit or unit))
-        data.append(value[rows])
+        channels.append((Column(name, column.unit or unit), scale * time[rows], value[rows]))
     notices = [COLUMNS_LEFT_OUT.found(path, columns=left)] if left else []
-    alike = [Memory(table.path, columns, data, constants) for columns, data in groups.values()]
-    wide = alike[0] if len(alike) == 1 else Joined(
-        table.path, [SharedClock(part, 0) for part in alike], constants, notices=notices
-    )  # fmt: skip
-    wide.notices, wide.columns = notices, (clock, *wide.columns[1:])
+    alike = on_clocks(table.path, clock, channels)
+    wide = Joined(table.path, alike, notices=notices) if len(alike) > 1 else alike[0].table
+    wide.notices, wide.columns, wide.constants = notices, (clock, *wide.columns[1:]), constants
     return wide

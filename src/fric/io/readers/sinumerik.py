@@ -23,7 +23,7 @@ from fric.errors import FricError
 from fric.flaws.files import SAMPLES_WITHOUT_VALUE
 from fric.input import regular
 from fric.io.readers.base import OF_SEVERAL, Column, ForeignTable, Format, Memory, PlainXML, number
-from fric.io.readers.joined import Joined, SharedClock
+from fric.io.readers.joined import Joined, SharedClock, on_clocks
 from fric.series import CLOSEST, LARGEST
 
 FORMAT = Format("SINUMERIK trace", (".xml",))
@@ -76,7 +76,11 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
     values = np.where(values > NO_VALUE, np.nan, values)
     said = [SAMPLES_WITHOUT_VALUE.found(str(path), samples=trace.without)] if trace.without else []
     if not any(signal.interval for signal in trace.signals):
-        if not (parts := _as_logged(path, trace.signals, time, values)):
+        channels = (
+            (Column(signal.description or signal.address), time[there], column[there])
+            for signal, column in zip(trace.signals, values.T, strict=True) if (there := np.isfinite(column)).any()
+        )  # fmt: skip
+        if not (parts := on_clocks(path, Column("time", "s"), channels)):
             raise FricError("holds no samples", hint=AGAIN)
         yield Joined(path, parts, notices=said)
         return
@@ -96,21 +100,6 @@ def tables(path: Path, layout: Layout) -> Iterator[ForeignTable]:
             data = [time[rows], *(values[rows, n] for n in same_rate)]
             parts.append(SharedClock(Memory(path, (Column("time", "s"), *(columns[n] for n in same_rate)), data), 0))
         yield Joined(path, parts, trace.constants, about, said)
-
-
-def _as_logged(path: Path, signals: list[Signal], time: Real, values: Real) -> list[SharedClock]:
-    """Return the signals on the clocks that they have values at."""
-    clocks: dict[bytes, list[int]] = {}
-    for n in range(len(signals)):
-        there = np.isfinite(values[:, n])
-        if there.any():
-            clocks.setdefault(there.tobytes(), []).append(n)
-    parts = []
-    for members in clocks.values():
-        there = np.isfinite(values[:, members[0]])
-        columns = (Column("time", "s"), *(Column(signals[n].description or signals[n].address) for n in members))
-        parts.append(SharedClock(Memory(path, columns, [time[there], *(values[there, n] for n in members)]), 0))
-    return parts
 
 
 def _filled(trace: "_Trace", time: Real, values: Real) -> tuple[Real, Real]:

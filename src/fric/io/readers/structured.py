@@ -52,7 +52,7 @@ def recognises(path: Path, head: bytes) -> float:
         return 1.0
     head = head.lstrip(b"\xef\xbb\xbf \r\n\t")
     found = bool(_ROW.search(head))
-    if head.startswith(b"<?xml") and path.suffix.lower() == ".xml":
+    if re.match(rb"<[?\w]", head) and (path.suffix.lower() == ".xml" or b"</" in head):
         tags = re.findall(rb"<(\w+)", head)
         return 0.6 * (found or any(tags.count(tag) >= LEAST for tag in {*tags}))
     if re.match(rb"""\{|\[\s*[\[{"\d+-]""", head) and (found or (_FIELD.search(head) and _NEXT.search(head))):
@@ -212,5 +212,9 @@ def _records(holder: Element) -> Sequence[Mapping[str, Any]]:
     """Return the fields of the elements of one name in another, as far as they are all of it but a few."""
     tags = [row.tag for row in holder]
     tag = max(set(tags), key=tags.count, default="")
-    rows = [{**row.attrib, **{part.get("name") or part.tag: part.text for part in row}} for row in holder.iter(tag)]
+    rows = [  # an empty element has its values as attributes, as ``<AIPos A1="0.1" A2="0.2"/>``
+        {**row.attrib, **{part.get("name") or part.tag: part.text for part in row if part.text or not part.attrib}}
+        | {f"{part.tag} {name}": value for part in row if not part.text for name, value in part.items()}
+        for row in holder.iter(tag)
+    ]
     return rows if tags.count(tag) >= LEAST and len(rows) == tags.count(tag) and any(rows) else []

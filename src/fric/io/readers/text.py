@@ -20,7 +20,7 @@ import pandas as pd
 
 from fric.arrays import Real
 from fric.documents.mapping import Layout
-from fric.errors import FricError
+from fric.errors import FricError, printable
 from fric.flaws.files import LINE_CUT
 from fric.input import foreign, other_kind
 from fric.io.readers.base import Column, ForeignTable, Format, Memory, RowBlock, named, whole_stamps
@@ -47,6 +47,9 @@ _BY_NUMBERS = re.compile(
     r"(?i)[#%;/\s]*[#%;/]\s*(?:col(?:umn)?s?\.?\s*)?(\d{1,3}(?:(?:\s*(?:\.\.+|,|-|to)\s*|\s+)\d{1,3})*)[\s:.)=-]+([^\W\d].*)"
 )
 """A line above the data that says what numbered columns are, as ``%  5  6 Drive current left, right [A]: 0.1 0.0``."""
+_SIMPLEFOC = ("target", "voltage q [V]", "d axis voltage [V]", "current q [mA]", "d axis current [mA]",
+              "velocity [rad/s]", "angle [rad]")  # fmt: skip
+"""What the monitor of SimpleFOC prints where all of it is chosen, below lines that begin with ``MOT:``."""
 OF_UNITS = re.compile(r"unit|einheit|unidad", re.IGNORECASE)  # Begins a line above the header that names units
 
 
@@ -142,6 +145,8 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
                 what = f"line {n + 1} has more cells than the {width} of the header"
                 raise FricError(what, hint="Mend or remove the line.")
     cells = table[names] if names is not None else _unnamed([row.cells for row in rows[first - start :] if row.cells])
+    if names is None and width == len(_SIMPLEFOC) and any(line.startswith("MOT:") for line in lines[:first]):
+        cells = list(_SIMPLEFOC)
     cells = (layout.header is None and _listed(lines[:first], width)) or cells
     cells = [cell or f"column {n}" for n, cell in enumerate((cells + [""] * width)[:width])]
     columns = [named(cell) for cell in cells]
@@ -155,15 +160,22 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     sample = [*rows[first - start].cells, *[""] * width]
     columns = [Column(c.name, c.unit or _unit_in(cell) or None) for c, cell in zip(columns, sample, strict=False)]
     for line in lines[: first if names is None else names]:  # of a line such as `Y_Unit_Label;mm;N`
-        label, *cells = split(line, delimiter)
+        of_time = line.lower().startswith("horizontal")  # which an oscilloscope has in S
+        label, *cells = split(line.lower() if of_time else line, delimiter) or [""]
         if OF_UNITS.search(label):
-            said = zip(columns[1:], [*cells, *[""] * width], strict=False)
-            columns[1:] = [Column(c.name, c.unit or (cell if cell and _unit(cell) else None)) for c, cell in said]
+            said = zip(columns[1 - of_time :], [*cells, *[""] * width], strict=False)
+            columns[1 - of_time :] = [
+                Column(c.name, c.unit or (cell if cell and _unit(cell) else None)) for c, cell in said
+            ]
     top = min(n for n in (names, units, first) if n is not None)
     if spare and columns[-1].name.startswith("column "):
         columns.pop()  # a delimiter at the end of each line makes no column
     spaced = any(delimiter + " " in line for line in lines[first:])
-    return Shape(encoding, delimiter, decimal, first, tuple(columns), _preamble(lines[:top], delimiter), spaced)
+    about = _preamble(lines[:top], delimiter)
+    titles = [named(about.get(column.name, "")) for column in columns]  # as in ``CH1: Feedback Position [PUU]``
+    if sum(spoken(title).quantity is not None for title in titles) > 1:
+        columns = [Column(title.name or c.name, c.unit or title.unit) for title, c in zip(titles, columns, strict=True)]
+    return Shape(encoding, delimiter, decimal, first, tuple(columns), about, spaced)
 
 
 def _unnamed(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -288,6 +300,9 @@ def _header(
             units = above.pop()
     if names is None and layout.header is None and above:
         names = above[-1]
+        over = table[names - 1] if names else []  # the names of channels may be numbers, as in ``x-axis,1,2``
+        if units is None and len(over) == width and any(over) and all(map(_unit, table[names])):
+            names, units = names - 1, names
     return names, units
 
 
@@ -474,6 +489,9 @@ def shaped(path: Path, head: bytes, layout: Layout) -> Shape:
     """Return how a text is written, by its first bytes."""
     if not head.strip():
         raise FricError("the file is empty", hint="Export the log again.")
+    if beside := re.search(rb"#BEGINCHANNELHEADER.*?\n211,([^\r\n]+)", head, re.DOTALL):
+        what = f"has the names of channels, and their samples are in {printable(beside[1].decode('latin-1'))}"
+        raise FricError(f"{what}: export the trace as text (CSV)", hint="DIAdem does, and the viewer of the robot.")
     try:
         return shape_of(head, layout, whole=len(head) < LOOK)
     except FricError:
