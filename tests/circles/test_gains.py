@@ -175,6 +175,36 @@ def test_gains_that_can_be_exchanged_have_intervals_that_hold_both_orders() -> N
     assert "may be exchanged" in repr(found)
 
 
+def test_a_loop_without_velocity_feedforward_shows_the_position_gain_by_its_lag() -> None:
+    """K_v of 60, beside a corner K_i/K_p of 60, was 62.7 (60.6 … 64.9); the loop shares no code with fric's."""
+    rate, steps, K_v, K_p, mass, sigma = 2000.0, 10, 60.0, 189.5, 0.842, 9.5
+    t = np.arange(9000) / rate
+    angle = 3.2 * np.where(t < 0.5, t**2, t - 0.25)
+    r, rows, dt = 0.025 * (np.cos(angle) - 1.0), [], 1.0 / (rate * steps)
+    shares, stiffness = np.array([0.45, 0.35, 0.2]), np.array([316e3, 84e3, 15.8e3])
+    x = v = filtered = before = integral = 0.0
+    F, late = np.zeros(3), [0.0, 0.0]
+    for asked in r:
+        z = round(x / 1e-7) * 1e-7
+        filtered, before = 0.5 * (filtered + (z - before) * rate), z
+        error = K_v * (asked - z) - filtered
+        integral += K_p * K_v * error / rate
+        late.append(u := K_p * error + integral)
+        rows.append((z, u))
+        acting = late.pop(0)
+        for _ in range(steps):
+            limit = shares * (0.737 + 0.263 * np.exp(-((v / 4e-3) ** 2)))
+            F = np.clip(F + stiffness * v * dt, -limit, limit)
+            v += dt * (acting - sigma * v - F.sum()) / mass
+            x += dt * v
+    z, u = np.array(rows).T
+    u = u + np.random.default_rng(3).normal(0.0, 0.01, len(u))
+    found = fric.identify_controller(fric.Log(t, position=z, reference=r, input=u, kind="motion"))
+    low, high = found.K_v.ci95
+    assert low <= K_v <= high < 1.1 * low
+    assert float(found.K_v) == pytest.approx(K_v, rel=0.01)
+
+
 @pytest.mark.parametrize("ahead", [True, False])
 def test_the_voltage_of_stated_gains_is_that_of_a_loop_with_or_without_feedforward(ahead: bool) -> None:
     """Of a plain cascade, whose axis lags by 1/K_v, the integral rose to 150 A, the circle to 7 mm."""

@@ -91,6 +91,15 @@ def test_a_voltage_that_was_not_recorded_is_what_the_controller_gives(identified
     assert np.abs(quadrants(with_it(identified), "c") - quadrants(without(identified), "c")).max() < 0.1e-6
 
 
+def test_a_current_that_was_recorded_as_force_is_the_input_of_an_axis_in_amperes(identified, test_of_risen):
+    """Else it was what the controller gives: with K_v 4 % off its integral rose to 21 A, and friction with it."""
+    axes = {name: replace(trace, input=None, force=trace.input, unit="A") for name, trace in test_of_risen.axes.items()}
+    in_amperes = {name: replace(axis, motion="linear/A/A") for name, axis in identified.axes.items()}
+    found = LeftOver.of([replace(test_of_risen, axes=axes)], replace(identified, axes=in_amperes), ["x", "y"])
+    for name, (record,) in found.records.items():
+        np.testing.assert_array_equal(record.raw[3], axes[name].force)
+
+
 @pytest.fixture(scope="module")
 def predicted(identified, test_of_risen):
     """Return what is predicted with intervals of a hundredth, about a machine whose friction is a fifth higher."""

@@ -143,6 +143,18 @@ def test_records_are_fitted_together() -> None:
 
 
 @pytest.mark.long
+def test_a_record_that_hardly_accelerates_is_left_out() -> None:
+    """A sine of 0.1 mm/s, whose friction is not of sliding: beside it M was 0.5 ± 4."""
+    fast, t = motion(noise=1.0), np.arange(40_000) / 4000
+    position = 0.2e-3 * np.sin(np.pi * t)
+    slow = Log(t, position=np.round(position / 0.25e-6) * 0.25e-6, force=25.0 * np.sign(np.cos(np.pi * t)), name="slow")
+    found, alone = identify_motion([fast, slow]), identify_motion([fast])
+    assert {name: float(value) for name, value in found.estimates.items()} == pytest.approx(
+        {name: float(value) for name, value in alone.estimates.items()}
+    )
+    assert [notice.where for notice in found.warnings if notice.code == "record-left-out"] == [slow.where]
+
+
 @pytest.mark.parametrize("rho", [0.0, 0.9])
 def test_intervals_cover_with_correlated_noise(rho: float) -> None:
     """100 seeds; ordinary intervals of correlated noise cover far less, which the second figure shows.

@@ -279,7 +279,7 @@ def identify_axes(
         folder = session.folder / name
         controller = gains(of_axis) if gains else None
         given = partial(axis_steps, of_axis, folder, lean=lean, controller=controller, encoder=encoder)
-        plans = {plan.shaken: plan for plan in map(given, ("any", "strokes")) if plan.shaken}
+        plans = {plan.shaken: plan for plan in map(given, ("any", "others", "strokes")) if plan.shaken}
         tries = list(plans.values())
         took = (plan for plan in tries if session.take(plan.steps[0], tried=plan is not tries[-1]))
         plan = next(took, None) or given("none" if tries else "any")
@@ -373,7 +373,7 @@ class AxisSteps(NamedTuple):
 def axis_steps(
     logs: Sequence[Source],
     folder: Path,
-    shaken: Literal["any", "strokes", "none"] = "any",
+    shaken: Literal["any", "others", "strokes", "none"] = "any",
     *,
     lean: bool = False,
     controller: Path | None = None,
@@ -381,7 +381,8 @@ def axis_steps(
 ) -> AxisSteps:
     """Return the steps of one axis: plant, static map, GMS, controller, observer.
 
-    shaken: Records that give the plant: responses or a motion, of motions strokes alone, or none.
+    shaken: Records that give the plant: responses or a motion, motions of other kinds (a sine in sliding, a circle),
+        strokes alone, or none.
     lean: Only identify: no figures, controller or observer; the static map has one form, so that dates compare.
     controller: The file of the controller's gains; designed where there is none.
     """
@@ -410,8 +411,9 @@ def axis_steps(
     effort = is_effort(logs[0].motion)
     fast = [log for log in logs if MOTION in log.uses and not (log.kinds & PRESLIDING and "gms" in log.uses)]
     fast = [log for log in fast if shaken != "strokes" or "constant-velocity" in log.kinds]
+    fast = [log for log in fast if shaken != "others" or not log.kinds & {"constant-velocity", "motion"}]
     other = [log for log in fast if "constant-velocity" not in log.kinds] if enough else fast
-    moving = (shaken != "strokes" and of("motion")) or [log.path for log in other or (fast if effort else [])]
+    moving = (shaken == "any" and of("motion")) or [log.path for log in other or (fast if effort else [])]
     responses, shaking = (responses, responses or moving) if shaken != "none" else ([], [])
     if shaking:
         scaled = any(log.both for log in logs if log.path in shaking)

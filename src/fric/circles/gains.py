@@ -226,7 +226,8 @@ class FoundController:
         """Return it with what a fit shows of delay, order and velocity feedforward.
 
         An integral leaves the lag (1 - share)/K_v. Without one the voltage holds the share: the inverse model, damping
-        over gain, is little beside it. Within its error of 1 it is full, within that of 0 none.
+        over gain, is little beside it. Within its error of 1 it is full, within that of 0 none: then an integral leaves
+        the lag 1/K_v, which shows K_v to within a sample.
         """
         found = replace(self, late=fit.late, swapped=fit.swapped)
         K_v, gain = self.cascade.K_v, self.estimates["K_v"]
@@ -236,9 +237,12 @@ class FoundController:
             return found
         share = 0.0 if abs(1.0 - late) <= half else min(max(1.0 - late, 0.0), 2.0)
         half += abs(late) * gain.half_width / K_v
-        cascade = replace(self.cascade, velocity_feedforward=share)
+        if share == 0.0 and self.cascade.K_i:
+            K_v = 1.0 / fit.velocity_lag
+            gain = Estimate.around_log(K_v, gain.unit, K_v / fit.rate)
+        cascade = replace(self.cascade, K_v=K_v, velocity_feedforward=share)
         within = max(share - half, 0.0), share + half
-        estimates = {**self.estimates, "velocity_feedforward": Estimate(share, "1", within)}
+        estimates = {**self.estimates, "K_v": gain, "velocity_feedforward": Estimate(share, "1", within)}
         return replace(found, cascade=cascade, estimates=estimates)
 
 

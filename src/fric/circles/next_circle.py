@@ -110,6 +110,7 @@ def completed(friction: FrictionModel, left: Sequence[tuple[VoltageRecord, Real]
 
 
 def _with_voltage(test: MeasuredCircle, axis: Axis) -> MeasuredCircle:
+    test = test.of_effort({axis.name: axis.motion})
     trace = test.axes.get(axis.name)
     if trace is None or trace.input is not None or trace.reference is None or test.scheme not in ("", "a"):
         return test
@@ -473,7 +474,8 @@ def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
 def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     """Yield the warnings where the recorded voltage is not that of the stated controller without compensation.
 
-    Its inverse model may be of another plant than that identified since: that is no wrong gain.
+    Its inverse model may be of another plant than that identified since: that is no wrong gain. Nor is a share of the
+    reference, to which the integral sums up the least error of K_v or of the instant of a sample.
     """
     if record.test.scheme not in ("", "a"):
         return
@@ -486,7 +488,7 @@ def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     held = against_stated(axis.cascade, stated, voltage, rate)
     if held.as_stated:
         return
-    fed = np.column_stack([velocity, np.gradient(velocity, t), np.ones(len(t))])
+    fed = np.column_stack([velocity, np.gradient(velocity, t), np.ones(len(t)), reference])
     share, *_ = np.linalg.lstsq(fed, held.recorded - held.given, rcond=None)
     if not against_stated(axis.cascade, stated, voltage - fed @ share, rate).as_stated:
         yield flaws.CONTROLLER_DIFFERS.found(f"axis {axis.name}", how=held.describe(), friction=False)

@@ -288,12 +288,13 @@ class ReportInput:
         return decide(given)
 
     def _measured(self, test: ContourTest) -> dict[str, float]:
-        """Return the largest glitch measured on the circle of a test [m], by active scheme."""
+        """Return the largest glitch measured on the circle of a test [m], by active scheme, stated or supposed."""
         found: dict[str, float] = {}
         for circle in self.circles:
-            seen = circle.result.found.test
-            if seen.scheme and _alike(seen.feed, test.feed) and _alike(seen.radius, test.radius or 0.0):
-                found[seen.scheme] = max(circle.glitch, found.get(seen.scheme, 0.0))
+            seen, held = circle.result.found.test, circle.result.held
+            scheme = seen.scheme or (held.scheme if held else "")
+            if scheme and _alike(seen.feed, test.feed) and _alike(seen.radius, test.radius or 0.0):
+                found[scheme] = max(circle.glitch, found.get(scheme, 0.0))
         return found
 
     def _notices(self, test: ContourTest) -> list[Notice]:

@@ -12,7 +12,7 @@ the magnitude towards 0 Hz is K_f, the phase is the delay τ and a first-order f
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
-from itertools import chain
+from itertools import chain, compress
 from math import exp
 from typing import Literal, NamedTuple
 
@@ -30,6 +30,7 @@ from fric.estimate import Estimate
 from fric.flaws import channel as flaws
 from fric.flaws import response
 from fric.flaws.drift import RECORDS_VARY
+from fric.flaws.files import RECORD_LEFT_OUT
 from fric.identify.plant.frequency_response import SEGMENTS, MeasuredResponse, driven_alike, measure_response
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_several_axes
 from fric.notice import Notice
@@ -1061,7 +1062,8 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     observation matrix is decimated like the force. Where the rate would put the filter's corner into the motion there
     is no filter; many rests, and samples between which the speed changes, are left out.
 
-    logs: Records of one axis, each with a force or an input; instants that jitter are made even.
+    logs: Records of one axis, each with a force or an input; instants that jitter are made even. A record that hardly
+        accelerates beside another is left out: it shows no mass, and friction that is not of sliding.
     direction: Common F_v, F_c and an offset, or F_v and F_c for each direction (an offset is then half their
         difference).
     force_constant: K_f [N/V]; with it an input is used as force.
@@ -1073,7 +1075,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     Raises FricError: When neither force nor input was logged, the sampling is uneven, or the motion does not separate
         the terms.
     """
-    motion, amiss = logs[0].motion, record_flaws(logs, "plant")
+    asked, motion, amiss = logs, logs[0].motion, record_flaws(logs, "plant")
     logs, clocks = zip(*map(evened, logs), strict=True)
     channel: Literal["force", "input"] = (
         "force" if all(log.force is not None for log in logs) or force_constant is not None else "input"
@@ -1100,6 +1102,15 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
         s if record.used[s.border :].all() else replace(s, decimation=1)
         for record, s in zip(shown, settings, strict=True)
     ]
+    sizes = [float(np.std(record.motion.acceleration[record.used])) for record in shown]
+    lively = [size >= ACCELERATES * max(sizes) for size in sizes]
+    if not all(lively):
+        given = {"direction": direction, "force_constant": force_constant, "delay": delay, "cutoff": cutoff,
+                 "decimation": decimation, "border": border, "mass": mass, "replayed": replayed}  # fmt: skip
+        fit = identify_motion([*compress(asked, lively)], **given)  # type: ignore[arg-type]
+        why = f"its acceleration is less than {ACCELERATES:.0%} of another record's"
+        idle = [RECORD_LEFT_OUT.found(log.where, why=why) for log, moves in zip(logs, lively, strict=True) if not moves]
+        return replace(fit, warnings=(*fit.warnings, *idle))
     names = ("M", "F_v", "F_c", "offset") if direction == "both" else ("M", *_EACH)
     X = np.vstack([_observations(record, s, direction) for record, s in zip(shown, settings, strict=True)])
     forces = [thinned(record.drive[record.used], s.decimation) for record, s in zip(shown, settings, strict=True)]
@@ -1168,6 +1179,7 @@ def _finer(rigid: RigidAxis, replay: RigidAxis | None) -> RigidAxis:
     return values, statistics.widened(covariance, replay[1] + np.outer(off, off))
 
 
+ACCELERATES = 0.02  # Least acceleration of a record (rms), as a share of the greatest, for the fit of a rigid axis
 HELD = 4000.0  # Rate of the hold that is assumed beside a current loop [Hz], as of controllers that fric designs
 _EACH = ("F_v_positive", "F_c_positive", "F_v_negative", "F_c_negative")
 
