@@ -16,8 +16,8 @@ import numpy as np
 
 from benchmarks.reality.results import ROOMS, SOURCE
 from fric.cli.console import progress
+from fric.process import one_blas_thread
 from fric.simulate.processes import default_workers
-from fric.threads import one_blas_thread
 
 Job = Callable[..., dict[str, Any]]
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fric.choice import ROUNDING, ranked, simplest
+from fric.search import ROUNDING, ranked, simplest
 
 SCORES = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=8)
 

@@ -23,7 +23,7 @@ from fric.control.scheme import choose_schemes
 from fric.documents import bundled
 from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.progress import tried
+from fric.process import tried
 
 ROOT = Path(__file__).parents[2]
 RUN = CliRunner()

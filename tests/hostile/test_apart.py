@@ -8,10 +8,10 @@ import subprocess
 import sys
 import time
 
-from fric.apart import run_python
+from fric.process import run_python
 
 WAITS = "import os, sys, time\nopen(sys.argv[1], 'w').write(str(os.getpid()))\ntime.sleep(3600)"
-STARTS = f"import sys\nfrom fric.apart import run_python\nrun_python({WAITS!r}, sys.argv[1])"
+STARTS = f"import sys\nfrom fric.process import run_python\nrun_python({WAITS!r}, sys.argv[1])"
 
 
 def test_what_a_process_of_its_own_prints_and_ends_with_comes_back() -> None:

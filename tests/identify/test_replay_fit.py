@@ -23,6 +23,16 @@ from tests.identify.virtual_logs import logs_of
 from tests.turns import in_turns
 
 
+def test_blocks_need_friction_at_break_away():
+    """As of a friction file whose F_s is 0, which divided by it."""
+    model = models()["gms"].typical()
+    static = {name: Estimate(0.0, "") for name in ("F_c", "F_s", "sigma")} | {"v_s": Estimate(1e-3, "")}
+    with pytest.raises(FricError, match="no friction at break-away"):
+        identify_by_replay(
+            "gms", prepared(logs_of(model, 1, noise=0.5)), blocks=3, static=static | {"delta": Estimate(1.0, "")}
+        )
+
+
 @pytest.mark.parametrize(
     ("name", "near"),
     [

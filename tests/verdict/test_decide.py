@@ -257,7 +257,8 @@ def test_what_is_missing_is_what_to_do_next():
 
 
 @pytest.mark.parametrize(
-    ("predicted", "word"), [(23.0 * UM, "trusted"), (52.4 * UM, "the varied machines were fitted"), (9.0 * UM, "the varied machines")]
+    ("predicted", "word"),
+    [(23.0 * UM, "trusted"), (52.4 * UM, "the varied machines"), (9.0 * UM, "the varied")],
 )
 def test_a_prediction_far_from_the_measured_circle_is_not_called_trusted(predicted: float, word: str) -> None:
     found = Verdict(choice=None, headline="", compared=(predicted, 22.0 * UM))

@@ -41,7 +41,7 @@ from fric.io.circle import choose_circles
 from fric.io.propose import NO_FORCE, NO_POSITION, NO_SCALE, first_of
 from fric.io.questions import MOST_QUESTIONS, Ask, Question, Review
 from fric.notice import Notice, once
-from fric.progress import tried as say_step
+from fric.process import tried as say_step
 from fric.report.summary import Report, make_report
 from fric.results.base import Piece, Result, Table, bounded, named
 from fric.results.given_models import machine_of

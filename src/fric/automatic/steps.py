@@ -19,7 +19,7 @@ from fric.errors import FricError, as_options
 from fric.flaws.files import FILE_UNUSED, STEP_FAILED
 from fric.io.ingest import keep_freed_memory
 from fric.output import folder_made, together, write_folder
-from fric.progress import tried as say_step
+from fric.process import tried as say_step
 from fric.records.inspection import SPEEDS
 from fric.report.summary import make_report
 from fric.reproduce.step_cache import StepCache

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from fric.errors import FricError, clean, printable
 from fric.output import refuse_ending, refuse_existing, together
-from fric.progress import heard
+from fric.process import heard
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from fric.arrays import Real
-from fric.choice import simplest
 from fric.contour import circularity
 from fric.control.scheme import PAPER_SCHEMES
 from fric.errors import FricError
@@ -26,6 +25,7 @@ from fric.estimate import as_filed
 from fric.export.base import ExportedPart, Files, Target, render
 from fric.export.c import name_of
 from fric.reference import Reference, circle
+from fric.search import simplest
 from fric.simulate.axis import run_axis
 from fric.simulate.contour_run import PLACES, SLOW, Chance
 from fric.simulate.machine import Axis, Machine

@@ -21,7 +21,6 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from fric.arrays import Real
-from fric.choice import ranked
 from fric.columns import PRESLIDING
 from fric.control.scheme import Scheme
 from fric.documents.friction import FrictionDocument, gms_tree, static_tree
@@ -51,6 +50,7 @@ from fric.records.inspection import FINE
 from fric.records.prepared import prepared
 from fric.records.resolution import lattice_step
 from fric.reference import multisine
+from fric.search import ranked
 from fric.simulate import experiment
 from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.experiment import Expected, Limits, Narrowing, Planned, Setting

@@ -22,9 +22,9 @@ from fric.arrays import Real
 from fric.columns import PRESLIDING
 from fric.estimate import STAYS
 from fric.log import Log
+from fric.process import one_blas_thread
 from fric.records.resolution import lattice_step, noise_level
 from fric.statistics import robust_deviation
-from fric.threads import one_blas_thread
 
 COARSE = 0.02  # Noise of a position, in travels of a sample at the largest speed, that hides how the speed changes
 SAME = 4.0  # Distance of a velocity's integral from a position, in its noise, up to which they are of one motion

@@ -27,6 +27,7 @@ from fric.flaws.prediction import CIRCLE_UNUSED, NOT_AS_PREDICTED
 from fric.io.circle import choose_circles, read_feedforward, read_run_provenance, write_feedforward, write_runs
 from fric.notice import Notice
 from fric.output import refuse_existing, together
+from fric.process import one_blas_thread
 from fric.results.base import (
     Advance,
     DataFrame,
@@ -45,7 +46,6 @@ from fric.results.kinds import CircleLike, KnownSchemes, MachineLike, Quantity, 
 from fric.simulate.contour_run import Circle, pair
 from fric.simulate.machine import Machine
 from fric.simulate.processes import MonteCarlo
-from fric.threads import one_blas_thread
 from fric.units import readable
 from fric.verb import Kind, verb
 
@@ -71,16 +71,11 @@ class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
         """Return where the circle of a file differs from its prediction, with the likely cause."""
         if self.held is None:
             return []
-        seen, said = self.found.glitches, self.held.predicted.glitches
+        both = self.found.glitches, self.held.predicted.glitches
+        seen, said = ({name: Estimate(glitch.value, "m") for name, glitch in of.items()} for of in both)
         return [
-            NOT_AS_PREDICTED.found(
-                source,
-                quadrant=name,
-                measured=Estimate(seen[name].value, "m"),
-                predicted=Estimate(said[name].value, "m"),
-                cause=CAUSES[cause],
-            )
-            for name, cause in self.held.causes.items()
+            NOT_AS_PREDICTED.found(source, quadrant=n, measured=seen[n], predicted=said[n], cause=CAUSES[cause])
+            for n, cause in self.held.causes.items()
         ]
 
     def _glitches(self) -> Table:

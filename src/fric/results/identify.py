@@ -239,16 +239,10 @@ def identify_plant(
     K_f, weight = quantity(force_constant, "force per input", motion), quantity(mass, "mass", motion)
     if wanted == "motion":
         found = identify_motion(
-            in_time,
-            direction=direction,
-            force_constant=K_f,
-            delay=quantity(delay, "time"),
-            cutoff=quantity(cutoff, "frequency"),
-            decimation=decimation,
-            border=border,
-            mass=weight,
+            in_time, direction=direction, force_constant=K_f, delay=quantity(delay, "time"),
+            cutoff=quantity(cutoff, "frequency"), decimation=decimation, border=border, mass=weight,
             replayed=axis_in_motion,
-        )
+        )  # fmt: skip
         return _plausible(PlantResult(found, records), doubtful)
     fit = fit_plant(
         records, hold=None if hold in {"auto", "none"} else quantity(hold, "frequency"), continuous=hold == "none",

@@ -21,10 +21,10 @@ from fric.kernels.loop import Block, Board, closed_loop
 from fric.kernels.plant import PlantConstants, velocity_tolerance
 from fric.kernels.sensing import reading
 from fric.kernels.signatures import Step
+from fric.process import one_blas_thread
 from fric.reference import Reference
 from fric.simulate.machine import Axis
 from fric.simulate.reality.motion import sensing_of, true_axis
-from fric.threads import one_blas_thread
 
 
 def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:

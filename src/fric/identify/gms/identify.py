@@ -11,7 +11,6 @@ import numpy as np
 from scipy.special import expit, logit, stdtrit
 
 from fric.arrays import Mask, Real
-from fric.choice import simplest
 from fric.columns import PRESLIDING
 from fric.drive.plant import Plant
 from fric.errors import FricError
@@ -30,12 +29,13 @@ from fric.identify.replay import replay_fit
 from fric.log import Log
 from fric.notice import Notice
 from fric.plausibility import of_shares, settled
+from fric.process import one_blas_thread
 from fric.records.flaws import record_flaws, without_kicked
 from fric.records.inspection import RESOLVED, cycle_energies, energy_changes, energy_per_cycle
 from fric.records.prepared import Prepared, prepared
 from fric.records.recognition import kind_of
 from fric.records.resolution import without_clipped
-from fric.threads import one_blas_thread
+from fric.search import simplest
 from fric.units import Motion, si_unit
 
 ASSUMED_C = 1e4  # Attraction parameter [N/s] without a record in sliding: a lag s/C of 10 to 16 ms for Table 1
@@ -186,11 +186,8 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     presliding, sliding = sorted_by_kind(logs)
     for log in presliding:
         log.require("position", "the virgin curve")
-    if static is not None and not (static.F_s > 0.0 and (negative is None or negative.F_s > 0.0)):
-        raise FricError(
-            "the static map has no friction at break-away (F_s is 0), and alpha is a share of it",
-            hint="Look at what `fric identify static` says of that map, or leave `static=` out.",
-        )
+    for given_map in filter(None, (static, negative)):
+        replay_fit.break_away(given_map)
     presliding, kicked = without_kicked(presliding)
     presliding, left_out = without_clipped(presliding, 0.0)
     given = prepared([*presliding, *sliding], plant)

@@ -27,14 +27,13 @@ from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.special import stdtrit
 
 from fric.arrays import Real
-from fric.choice import simplest
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
 from fric.identify.static_map.stribeck_fit import nonnegative
 from fric.records.inspection import SATURATED, STEPS, least_slope
 from fric.records.prepared import Prepared, begins_loaded, strokes_of
 from fric.records.resolution import lattice_step
-from fric.search import minimised
+from fric.search import minimised, simplest
 
 
 @dataclass(frozen=True)

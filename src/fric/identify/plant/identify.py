@@ -22,7 +22,6 @@ from scipy.special import chdtri, stdtrit
 
 from fric import statistics
 from fric.arrays import Complex, Mask, Real
-from fric.choice import simplest
 from fric.drive.plant import CURRENT_LOOP, LinearPlant, hold_delay
 from fric.drive.resonance import Encoder, Resonance
 from fric.errors import FricError, found_in
@@ -34,13 +33,14 @@ from fric.flaws.files import RECORD_LEFT_OUT
 from fric.identify.plant.frequency_response import SEGMENTS, MeasuredResponse, driven_alike, measure_response
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_several_axes
 from fric.notice import Notice
+from fric.process import one_blas_thread
 from fric.records.flaws import even_sampling, evened, record_flaws
 from fric.records.inspection import CONDITION
 from fric.records.motion import BANDWIDTH, Conditioning, kept, shows_mass, thinned
 from fric.records.prepared import Drive, Prepared, prepared
 from fric.records.recognition import kind_of
 from fric.records.segments import steady_segments
-from fric.threads import one_blas_thread
+from fric.search import simplest
 from fric.units import Motion, is_effort, readable, rotates, si_unit
 
 COARSEST = 0.3  # Relative deviation up to which the logarithm of a response is practically unbiased

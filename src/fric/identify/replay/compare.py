@@ -10,7 +10,6 @@ import numpy as np
 from scipy.special import stdtrit
 
 from fric.arrays import Mask, Real
-from fric.choice import ranked
 from fric.errors import FricError, require_known
 from fric.estimate import Estimate
 from fric.flaws.drift import ENERGY_DRIFTS, ENERGY_IN_ONE_SEGMENT, RECORDS_VARY
@@ -19,8 +18,9 @@ from fric.friction.directed import directed
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay, record_notices
 from fric.notice import Notice
+from fric.process import one_blas_thread
 from fric.records.prepared import Prepared
-from fric.threads import one_blas_thread
+from fric.search import ranked
 
 Masks = tuple[Mask, ...]  # Samples of each record, each of shape (n,)
 

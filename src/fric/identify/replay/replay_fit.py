@@ -57,13 +57,13 @@ from fric.identify.replay.replay_search import (
     unseen,
 )
 from fric.notice import Notice
+from fric.process import one_blas_thread
 from fric.records.flaws import record_flaws
 from fric.records.inspection import CONDITION, RESOLVED, energy_changes, identifiability_of, too_coarse
 from fric.records.preparation import DIMENSIONS, Own
 from fric.records.prepared import Prepared, between_reversals
 from fric.records.recognition import kind_of
 from fric.statistics import DIFFERENT, OF_TWO, hac_covariance, jackknife, pooled, reach, sandwich, supposed, widened
-from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
 
 SPANS_ALIKE = 1.5  # Ratio of the spans of two records up to which they count as the same motion
@@ -623,6 +623,16 @@ def _spread(moved: Real) -> Real:
     return np.asarray(kept.T @ kept / len(kept))
 
 
+def break_away(static: StaticMap) -> float:
+    """Return F_s of a map, of which alpha is a share; raise a `FricError` where it is 0."""
+    if static.F_s > 0.0:
+        return static.F_s
+    raise FricError(
+        "the static map has no friction at break-away (F_s is 0), and alpha is a share of it",
+        hint="Look at what `fric identify static` says of that map, or leave `static=` out.",
+    )
+
+
 def placed(search: Search, x: Real) -> Placement:
     """Return the best placement of the blocks of a GMS model.
 
@@ -647,7 +657,7 @@ def placed(search: Search, x: Real) -> Placement:
     if all(c.parameter is not LEVEL for c in search.coordinates.free):
         small = np.vstack([small, np.full(ROW + 1, 1e3 * np.linalg.norm(target))])  # the shares then sum to 1
     blocks, force = CubicSpline(row, small[:, :ROW].T), small[:, ROW]
-    apart = RESOLVED * identifiability_of(search.records).resolved / law.static.F_s
+    apart = RESOLVED * identifiability_of(search.records).resolved / break_away(law.static)
     places, shares, cost = settled(blocks, force, on_a_grid(blocks, force, len(alpha), apart), STEPS, apart)
     kept: list[int] = []
     for n in np.argsort(cost):

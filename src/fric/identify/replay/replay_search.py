@@ -28,7 +28,7 @@ from fric.friction.directed import Directed, directed
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.kernels.replay import replay_loads
-from fric.progress import tried
+from fric.process import tried
 from fric.records.inspection import identifiability_of
 from fric.records.motion import BANDWIDTH
 from fric.records.prepared import Prepared

@@ -23,10 +23,10 @@ from fric.identify.static_map.map_fit import MapFit, each_direction, fit_map, wi
 from fric.identify.static_map.points import Asked, SpeedPoint, Strokes, rounded_by
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
+from fric.process import one_blas_thread
 from fric.records.flaws import record_flaws, stroke_flaws
 from fric.records.over_strokes import REPEATED
 from fric.statistics import smoother_than_noise
-from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 
 

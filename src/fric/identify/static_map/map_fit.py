@@ -11,7 +11,6 @@ from scipy.optimize import least_squares
 from scipy.special import fdtrc, stdtrit
 
 from fric.arrays import Real
-from fric.choice import simplest
 from fric.estimate import NORMAL_97_5, TWOFOLD, Covariance, Estimate
 from fric.friction.stribeck import StaticMap, stribeck_shares
 from fric.identify.static_map.points import Asked, SpeedPoint, Strokes
@@ -26,6 +25,7 @@ from fric.identify.static_map.stribeck_fit import (
     solve_with_scatter,
 )
 from fric.records.over_strokes import REPEATED
+from fric.search import simplest
 from fric.statistics import supposed
 from fric.units import si_unit
 

@@ -17,13 +17,13 @@ from typing import Any
 import h5py
 import numpy as np
 
-from fric.apart import run_python
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.readers.base import OF_SEVERAL, RECORD, Column, ForeignTable, Format, Memory, named, whole_stamps
 from fric.io.readers.text import OF_UNITS
 from fric.io.safe_hdf5 import open_file, text
 from fric.io.words import spoken
+from fric.process import run_python
 from fric.units import is_unit
 
 _V73 = b"MATLAB 7.3 MAT-file"

@@ -1,0 +1,70 @@
+"""What a process has once: threads of its linear algebra, the listener to its progress, a process beside it."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
+
+_WATCHED = """
+import os, signal, sys, threading, time
+def end():
+    os.read(0, 1)  # until the other end is closed
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(2.0)
+    os._exit(1)
+threading.Thread(target=end, daemon=True).start()
+"""
+_LISTENER: ContextVar[Callable[[str], object] | None] = ContextVar("listener", default=None)
+
+
+@cache
+def _controller() -> "ThreadpoolController":
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Keep BLAS to one thread, in a ``with`` block or as a decorator.
+
+    For the matrices of a loop, of ten rows, and for the product of two vectors BLAS wakes a thread a core. Each then
+    spins for milliseconds beside what comes next, or takes the core from another process that runs machines.
+    """
+    with _controller().limit(limits=1, user_api="blas"):
+        yield
+
+
+def tried(step: str = "") -> None:
+    """Report to the listener that a fit tried a further set of parameters, or that a step of this name begins."""
+    if (listener := _LISTENER.get()) is not None:
+        listener(step)
+
+
+@contextmanager
+def heard(listener: Callable[[str], object]) -> Iterator[None]:
+    """Call a function whenever a fit in this block tries a set of parameters, or a step begins: with its name."""
+    before = _LISTENER.set(listener)
+    try:
+        yield
+    finally:
+        _LISTENER.reset(before)
+
+
+def run_python(code: str, *words: str) -> subprocess.CompletedProcess[bytes]:
+    """Run code in a separate process, which is terminated when this process ends; return its result."""
+    reading, writing = os.pipe()
+    try:
+        return subprocess.run(
+            [sys.executable, "-P", "-c", _WATCHED + code, *words], stdin=reading, capture_output=True, check=False
+        )
+    finally:
+        os.close(reading)
+        os.close(writing)
