@@ -433,9 +433,12 @@ def test_a_step_that_fails_is_told_and_the_rest_goes_on(first, folder, tmp_path,
     assert failed == "failed: x: gms: no cycle is whole. Log three."
     assert page.endswith("report.html")
     assert "x: gms: no cycle is whole. Log three." in (tmp_path / "out/report.html").read_text(encoding="utf-8")
+    log = (tmp_path / "out/steps.log").read_text(encoding="utf-8")
     with undrawn():
         again = fric.auto(*LOGS, output=tmp_path / "out", run=refuse_gms)
     assert "7 steps: 6 up to date, 1 failed" in str(again)
+    kept = (tmp_path / "out/steps.log").read_text(encoding="utf-8")  # "what they printed" was "up to date" alone
+    assert kept.replace("up to date", "") == log
 
 
 def test_a_report_that_fails_is_not_named_and_the_log_names_options(tmp_path):

@@ -37,6 +37,13 @@ def records():
     return prepared(logs_of(models()["lugre"].typical(), 11))
 
 
+def test_a_model_that_is_not_known_is_refused_before_any_is_fitted(records, monkeypatch):
+    """Twenty seconds of fits went before it."""
+    monkeypatch.setattr(compare, "identify_by_replay", lambda *_, **__: pytest.fail("a fit"))
+    with pytest.raises(FricError, match="no friction model 'foo'"):
+        compare_models(["lugre", "foo"], records, split_by_folds(records, 3))
+
+
 def test_each_sample_is_scored_by_a_fit_to_others(records):
     for splits in (split_by_folds(records, 3), split_by_cycles(records, 1), split_by_record(records, ["small"])):
         for split in splits:

@@ -192,6 +192,9 @@ class Session:
         self.script = ["#!/bin/sh", "# What `fric auto` ran, to be run again by hand."]
         self.script += ["set -eu", f"cd {shlex.quote(str(Path.cwd()))}"]
         self.log: list[str] = []
+        before = folder / "steps.log"  # what steps printed that are up to date now
+        printed = before.read_text("utf-8", "replace").split("\n$ ") if before.is_file() else []
+        self.printed = dict(part.removeprefix("$ ").partition("\n")[::2] for part in printed)
         self.steps = self.made = 0
         self.failed: dict[str, str] = {}  # Why each step failed, by its name
         self.last: Result | None = None  # What the last step made, where it was run
@@ -227,7 +230,8 @@ class Session:
         self.made += made
         self.script.append(text)
         self.last = found = results[0] if results else None
-        brief, whole = (found.brief(), repr(found)) if found is not None else ("" if made else "up to date", "")
+        printed = ("", "") if made else ("up to date", self.printed.get(text, "").rstrip())
+        brief, whole = printed if found is None else (found.brief(), repr(found))
         timed = made and "SOURCE_DATE_EPOCH" not in environ  # which asks for the same text again
         self._tell(step, text, brief, whole, f"{monotonic() - begun:5.1f} s" if timed else "")
         return True

@@ -115,8 +115,7 @@ def _with_voltage(test: MeasuredCircle, axis: Axis) -> MeasuredCircle:
     if trace is None or trace.input is not None or trace.reference is None or test.scheme not in ("", "a"):
         return test
     rate = (len(trace.time) - 1) / float(trace.time[-1] - trace.time[0])
-    plant = axis.nominal or axis.plant
-    given = stated_voltage(axis.cascade, plant, trace.reference, trace.position, rate).given
+    given = stated_voltage(axis.cascade, axis.nominal or axis.plant, trace.reference, trace.position, rate).given
     return replace(test, axes={**test.axes, axis.name: replace(trace, input=given)})
 
 

@@ -106,21 +106,15 @@ def new_figure(width: float = 6.3, height: float = 4.0) -> Iterator[Figure]:
     import matplotlib as mpl  # not at the start: pages have these colours without it
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.text import Text
 
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(figure)
         yield figure
-        _clean_texts(figure)
-
-
-def _clean_texts(figure: Figure) -> None:
-    """Clean the texts of a figure, which may name what a file names; but for labels of ticks none is a formula."""
-    from matplotlib.text import Text
-
-    for text in figure.findobj(Text):
-        text.set_text(said := clean(text.get_text()))
-        text.set_parse_math(said.startswith("$\\mathdefault") or not said)
+        for text in figure.findobj(Text):  # which may name what a file names; but for labels of ticks none is a formula
+            text.set_text(said := clean(text.get_text()))
+            text.set_parse_math(said.startswith("$\\mathdefault") or not said)
 
 
 def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:

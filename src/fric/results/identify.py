@@ -546,10 +546,8 @@ def of_gms(fit: GMSFit) -> Iterator[Finding]:
 
 def _blocks(given: int | str) -> tuple[int | None, int]:
     """Return the number of blocks, or None and the largest number that the criterion may choose."""
-    word, colon, most = str(given).partition(":")
+    word, _, most = (f"auto:{MOST_BLOCKS}" if given == "auto" else str(given)).partition(":")
     number = most if word == "auto" else str(given)
-    if word == "auto" and not colon:
-        return None, MOST_BLOCKS
     if not number.isdigit() or not 1 <= int(number) <= 12:
         raise FricError(f"'{given}' is not a number of blocks", hint="Give 1 to 12, auto, or auto:8 for 8 at most.")
     return (None, int(number)) if word == "auto" else (int(number), MOST_BLOCKS)

@@ -16,7 +16,7 @@ from fric.flaws.drift import ENERGY_DRIFTS, ENERGY_IN_ONE_SEGMENT, RECORDS_VARY
 from fric.friction import FrictionModel
 from fric.friction.directed import directed
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
-from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay, record_notices
+from fric.identify.replay.replay_fit import ReplayFit, fitted_model, identify_by_replay, record_notices
 from fric.notice import Notice
 from fric.process import one_blas_thread
 from fric.records.prepared import Prepared
@@ -166,7 +166,7 @@ def compare_models(
             "there is no sample to score", where=records[0].log.where, hint="Give longer records, or fewer folds."
         )
     scores = []
-    for name in names:
+    for name in [fitted_model(name).name for name in names]:  # each is known before any is fitted
         fitting = partial(identify_by_replay, name, static=static, negative=negative, blocks=blocks, seed=seed)
         scores.append(_scored(name, fitting, records, splits, near))
         advance()
