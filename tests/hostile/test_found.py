@@ -37,6 +37,7 @@ from fric.documents.controller import ControllerDocument, ObserverDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.mapping import MappingDocument
 from fric.documents.plan import PlanDocument
+from fric.documents.schemes import read_schemes
 from fric.documents.yaml import read_document
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
@@ -234,6 +235,15 @@ def test_a_peak_sensitivity_is_above_one(given: str | float) -> None:
     assert parse_gain("6 dB", above=1.0) > 1.9
     with pytest.raises(FricError, match="is not a gain above 1"):
         parse_gain(given, above=1.0)
+
+
+@pytest.mark.parametrize("given", ["7e300 dB", "0 dB", "1e16", "6 m"])
+def test_a_peak_sensitivity_of_a_scheme_is_a_gain_of_a_loop(tmp_path: Path, given: str) -> None:
+    """As 7e300 dB, whose ratio no number holds."""
+    text = f"fric: schemes/1\nschemes:\n  k: {{title: t, observer: jamaludin, peak_sensitivity: {given}}}\n"
+    (tmp_path / "s.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(FricError, match=r"peak_sensitivity|gain"):
+        read_schemes(tmp_path / "s.yaml")
 
 
 def test_a_ball_bar_whose_deviation_is_as_large_as_its_circle() -> None:

@@ -9,6 +9,7 @@ from fric.control.scheme import Lead, Scheme
 from fric.documents.base import Document, Part, Quantity, refused
 from fric.documents.yaml import read_document
 from fric.errors import FricError
+from fric.units import parse_gain
 from fric.verb import verb
 
 LeadGiven = Quantity | Literal["auto"] | None
@@ -50,9 +51,9 @@ class SchemePart(Part):
         if self.peak_sensitivity is None:
             return {}
         given, unit = self.peak_sensitivity.value, self.peak_sensitivity.unit
-        if isinstance(given, list) or unit not in {"dB", "1"} or not given > (0.0 if unit == "dB" else 1.0):
-            raise FricError("peak_sensitivity is no gain above 1", hint="Write it as '6 dB'.")
-        return {"peak_sensitivity": 10 ** (given / 20) if unit == "dB" else given}
+        if isinstance(given, list) or unit not in {"dB", "1"}:
+            raise FricError("peak_sensitivity is no gain", hint="Write it as '6 dB'.")
+        return {"peak_sensitivity": parse_gain(f"{given} dB" if unit == "dB" else given, above=1.0)}
 
 
 class SchemesDocument(Document, type="schemes"):
