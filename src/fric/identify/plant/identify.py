@@ -1108,9 +1108,10 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
         given = {"direction": direction, "force_constant": force_constant, "delay": delay, "cutoff": cutoff,
                  "decimation": decimation, "border": border, "mass": mass, "replayed": replayed}  # fmt: skip
         fit = identify_motion([*compress(asked, lively)], **given)  # type: ignore[arg-type]
-        why = f"its acceleration is less than {ACCELERATES:.0%} of another record's"
-        idle = [RECORD_LEFT_OUT.found(log.where, why=why) for log, moves in zip(logs, lively, strict=True) if not moves]
-        return replace(fit, warnings=(*fit.warnings, *idle))
+        idle = [log.name for log, moves in zip(logs, lively, strict=True) if not moves]
+        others = f" and {len(idle) - 1} more" if len(idle) > 1 else ""
+        why = f"'{idle[0]}'{others}: less than {ACCELERATES:.0%} of another record's acceleration"
+        return replace(fit, warnings=(*fit.warnings, RECORD_LEFT_OUT.found(logs[0].source, why=why)))
     names = ("M", "F_v", "F_c", "offset") if direction == "both" else ("M", *_EACH)
     X = np.vstack([_observations(record, s, direction) for record, s in zip(shown, settings, strict=True)])
     forces = [thinned(record.drive[record.used], s.decimation) for record, s in zip(shown, settings, strict=True)]
