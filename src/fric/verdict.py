@@ -540,6 +540,8 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
         run = place[1] + "/circle.h5" * evidence.command.startswith("fric auto ") if place else "run.h5"
         of_axis, folder = f"--axis {axis} --scheme {chosen.scheme.name}", machine.removesuffix("/machine.yaml")
         if run == f"{folder}/circle.h5" and f" --measured {circle} " in evidence.command:
-            yield f"fric export linuxcnc {folder} {of_axis} -o controller   # or to twincat, sinumerik, st, c"
+            tabled = chosen.scheme.friction == "static"  # which a table of a drive holds
+            others = "twincat, sinumerik, st, c" if tabled else "st, c, fmi"
+            yield f"fric export linuxcnc {folder} {of_axis} -o controller   # or to {others}"
         else:
             yield f"fric export linuxcnc {machine} {of_axis} --run {run} --circle {circle} -o controller"
