@@ -200,7 +200,9 @@ class Verdict:
         predicted, measured = (readable(value, "m", 3) for value in self.compared)
         word = "trusted" if self.trusted else "not trusted yet"
         if self.trusted and not 1.0 / CLOSE <= self.compared[0] / max(self.compared[1], 1e-12) <= CLOSE:
-            word = "the varied machines were fitted to the circle, the files were not. `fric tune` fits them"
+            word = "within the interval of the prediction, which is wide. Identify again from more records"
+            if any(flaw_of(notice).disagrees for notice in self.settled):
+                word = "the varied machines were fitted to the circle, the files were not. `fric tune` fits them"
         others = (
             f" {name.upper()} has no model: its {readable(m, 'm', 3)} remain." for name, m in self.unmodelled.items()
         )

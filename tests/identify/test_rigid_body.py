@@ -156,6 +156,14 @@ def test_a_record_that_hardly_accelerates_is_left_out() -> None:
     assert "'slow'" in notice.values["why"]
 
 
+def test_records_at_rest_end_in_a_sentence() -> None:
+    t = np.arange(4000) / 1000.0
+    rest = Log(t, position=np.zeros(4000), force=np.sin(t))
+    for logs in ([rest], [rest, replace(rest, name="b")]):
+        with pytest.raises(FricError):
+            identify_motion(logs)
+
+
 @pytest.mark.parametrize("rho", [0.0, 0.9])
 def test_intervals_cover_with_correlated_noise(rho: float) -> None:
     """100 seeds; ordinary intervals of correlated noise cover far less, which the second figure shows.

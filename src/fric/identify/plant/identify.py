@@ -1102,15 +1102,14 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
         s if record.used[s.border :].all() else replace(s, decimation=1)
         for record, s in zip(shown, settings, strict=True)
     ]
-    sizes = [float(np.std(record.motion.acceleration[record.used])) for record in shown]
-    lively = [size >= ACCELERATES * max(sizes) for size in sizes]
-    if not all(lively):
+    sizes = [float(np.linalg.norm(r.motion.acceleration[r.used])) / max(r.used.sum(), 1) ** 0.5 for r in shown]
+    idle = [size < ACCELERATES * max(sizes) for size in sizes]
+    if any(idle):
         given = {"direction": direction, "force_constant": force_constant, "delay": delay, "cutoff": cutoff,
                  "decimation": decimation, "border": border, "mass": mass, "replayed": replayed}  # fmt: skip
-        fit = identify_motion([*compress(asked, lively)], **given)  # type: ignore[arg-type]
-        idle = [log.name for log, moves in zip(logs, lively, strict=True) if not moves]
-        others = f" and {len(idle) - 1} more" if len(idle) > 1 else ""
-        why = f"'{idle[0]}'{others}: less than {ACCELERATES:.0%} of another record's acceleration"
+        fit = identify_motion([log for log, rests in zip(asked, idle, strict=True) if not rests], **given)  # type: ignore[arg-type]
+        whose = ", ".join(log.name for log in compress(logs, idle))
+        why = f"{whose}: less than {ACCELERATES:.0%} of another record's acceleration"
         return replace(fit, warnings=(*fit.warnings, RECORD_LEFT_OUT.found(logs[0].source, why=why)))
     names = ("M", "F_v", "F_c", "offset") if direction == "both" else ("M", *_EACH)
     X = np.vstack([_observations(record, s, direction) for record, s in zip(shown, settings, strict=True)])
