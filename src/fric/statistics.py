@@ -335,7 +335,7 @@ def pooled(values: Real, covariances: Real) -> tuple[Real, Real]:
     Weights are ``w_r = 1/(s_r² + τ²)``, with τ² by moments (DerSimonian and Laird 1986), and s_r the error, or that
     of the median: what the finest shows best is its own value. The variance is that by the errors or, if greater, by
     the scatter, ``Σ w_r·(θ_r - θ)²/((R - 1)·Σ w_r)`` with Student's t of R - 1 (Hartung and Knapp 2001). Two scatter
-    where chance does not explain it (`OF_TWO`).
+    where chance does not explain it (`OF_TWO`). The errors are of a model that all share: no mean makes them smaller.
 
     values, covariances: The estimates, shape (R, p), and their covariances, shape (R, p, p).
     """
@@ -350,6 +350,6 @@ def pooled(values: Real, covariances: Real) -> tuple[Real, Real]:
         Q = (w * (values - mean) ** 2).sum(axis=0)
         seen = (freedom > 1) | (chdtrc(1, Q) < OF_TWO) | (tau2 > 0.0)
         tau2 = np.maximum(Q - freedom, 0.0) / (total - (w**2).sum(axis=0) / total) * seen
-    covariance = np.einsum("rp,rpq,rq->pq", w / total, covariances, w / total)
+    covariance = np.einsum("rp,rpq,rq->pq", np.sqrt(w / total), covariances, np.sqrt(w / total))
     scatter = (float(stdtrit(freedom, 0.975)) / 1.96) ** 2 * Q / (freedom * total) * seen
     return mean, covariance + np.diag(np.maximum(scatter - np.diag(covariance), 0.0))
