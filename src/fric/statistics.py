@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtrc, expit, fdtrc, ndtr, stdtrit
 
-from fric.arrays import Complex, Indices, Real
+from fric.arrays import Complex, Indices, Mask, Real
 
 FINEST = 1e-12  # Least variance of what scatters in a mixed model, over that of all
 LOST = 1e-9
@@ -329,15 +329,16 @@ def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: 
     return Between(gained, np.sqrt(np.diag(T)), off, chance)
 
 
-def pooled(values: Real, covariances: Real) -> tuple[Real, Real]:
+def pooled(values: Real, covariances: Real, shared: Mask) -> tuple[Real, Real]:
     """Return the mean (p,) of estimates that scatter beyond their errors, and its covariance (p, p).
 
     Weights are ``w_r = 1/(s_r² + τ²)``, with τ² by moments (DerSimonian and Laird 1986), and s_r the error, or that
     of the median: what the finest shows best is its own value. The variance is that by the errors or, if greater, by
     the scatter, ``Σ w_r·(θ_r - θ)²/((R - 1)·Σ w_r)`` with Student's t of R - 1 (Hartung and Knapp 2001). Two scatter
-    where chance does not explain it (`OF_TWO`). The errors are of a model that all share: no mean makes them smaller.
+    where chance does not explain it (`OF_TWO`).
 
     values, covariances: The estimates, shape (R, p), and their covariances, shape (R, p, p).
+    shared: Those whose error is of a model that they share, shape (R,): no mean makes it smaller.
     """
     if not (freedom := len(values) - 1):
         return values[0], covariances[0]
@@ -350,6 +351,7 @@ def pooled(values: Real, covariances: Real) -> tuple[Real, Real]:
         Q = (w * (values - mean) ** 2).sum(axis=0)
         seen = (freedom > 1) | (chdtrc(1, Q) < OF_TWO) | (tau2 > 0.0)
         tau2 = np.maximum(Q - freedom, 0.0) / (total - (w**2).sum(axis=0) / total) * seen
-    covariance = np.einsum("rp,rpq,rq->pq", np.sqrt(w / total), covariances, np.sqrt(w / total))
+    w_r = (w / total) ** np.where(shared, 0.5, 1.0)[:, None]
+    covariance = np.einsum("rp,rpq,rq->pq", w_r, covariances, w_r)
     scatter = (float(stdtrit(freedom, 0.975)) / 1.96) ** 2 * Q / (freedom * total) * seen
     return mean, covariance + np.diag(np.maximum(scatter - np.diag(covariance), 0.0))

@@ -427,7 +427,7 @@ def axis_steps(
     elif shaken == "any":
         missing.append("plant: a frequency response, or an ordinary motion with position and voltage or force")
     driven = shaking and all(log.driven for log in logs if log.path in shaking)
-    whole = bool(responses) or (driven and not effort)  # it has B and damping that is no friction
+    whole = bool(responses or driven)  # it has B, and no friction in its damping
     known = [plant] if whole else []
     damping: dict[str, Any] = {"plant": plant} if whole else {}
     if strokes := mapped if enough else []:

@@ -162,7 +162,7 @@ class CascadeGains(ControlBlock):
     velocity_feedforward: Annotated[float, "ratio"] = 1.0
 
     def __post_init__(self) -> None:
-        gains = dict.fromkeys(("K_v", "K_p", "velocity_filter", "sampling"), f"(0, {GAIN}]")
+        gains = dict.fromkeys(("K_v", "K_p", "velocity_filter", "sampling"), f"[{1 / GAIN}, {GAIN}]")
         others = {"K_i": f"[0, {GAIN}]", "limit": "(0, inf]", "velocity_feedforward": "[0, 2]"}
         require_within(self, "the controller", **gains, **others)
 

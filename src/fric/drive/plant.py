@@ -36,7 +36,7 @@ class LinearPlant:
 
     def __post_init__(self) -> None:
         signs = {"A": "[0", "T_d": "[0", "force_lag": f"[{-GAIN}"}
-        ranges = {field.name: f"{signs.get(field.name, '(0')}, {GAIN}]" for field in fields(self)}
+        ranges = {field.name: f"{signs.get(field.name, f'[{1 / GAIN}')}, {GAIN}]" for field in fields(self)}
         require_within(self, "the plant", **ranges)
 
     def transport_delay(self, sampling: float) -> float:

@@ -1011,7 +1011,8 @@ def axis_in_motion(records: Sequence[Prepared]) -> RigidAxis | None:
     return pooled(*map(np.array, zip(*told, strict=True))) if 2 * len(told) > len(records) else None
 
 
-def _axis_alone(record: Prepared) -> RigidAxis | None:
+def _axis_alone(record: Prepared) -> tuple[Real, Real, bool] | None:
+    """Return the rigid axis of one record, and whether its residual is of the model, not white."""
     if not _moves([record]) or "offset" not in record.done.own:
         return None
     few = record.thinned(-(-len(record.force) // MOST_IN_MOTION))
@@ -1029,13 +1030,14 @@ def _axis_alone(record: Prepared) -> RigidAxis | None:
     X = np.column_stack([m.acceleration, np.ones_like(m.time)])[used]
     y = (moving.force - moving.replay(fit.model))[used]
     found, by, *moves = np.linalg.lstsq(X, np.column_stack([y, by, rates]), rcond=None)[0].T
-    error = replay_covariance(X, y - X @ found, [moving], float(stdtrit(len(y) - 2, 0.975)))
+    off = y - X @ found
+    error = replay_covariance(X, off, [moving], float(stdtrit(len(y) - 2, 0.975)))
     F_v, F_c = (float(fit.estimates["static"][name]) for name in ("sigma", "F_c"))
     of_M, of_offset = np.transpose(moves)
     J = np.array([of_M, shown["static", "sigma"].slope[0], F_c * shown["static", "F_c"].slope[0], of_offset])
     covariance = J @ fit.spread @ J.T
     covariance[::3, ::3] += error + moment * np.outer(by, by)
-    return np.array([found[0], F_v, F_c, found[1]]), covariance
+    return np.array([found[0], F_v, F_c, found[1]]), covariance, not white(off, [len(off)])
 
 
 def _scatter(
