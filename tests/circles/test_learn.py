@@ -142,7 +142,7 @@ def test_that_learning_gains_nothing_is_told(table):
 
 @pytest.mark.long(3)
 def test_where_learning_leaves_clearly_less_the_shape_of_the_model_is_wrong(table, tmp_path):
-    from fric.circles.next_circle import wrong_shape
+    from fric.circles.tune import wrong_shape
     from fric.io.circle import read_runs, write_circles
     from fric.report.collect import collect
 

@@ -8,8 +8,8 @@ import pytest
 
 import fric
 from fric.circles.measured import measured_from_run
-from fric.circles.next_circle import LeftOver, distrusts
 from fric.circles.prediction import predicted as predicted_of
+from fric.circles.tune import LeftOver, distrusts
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.contours import prediction_of, prediction_tree
 from fric.documents.friction import FrictionDocument

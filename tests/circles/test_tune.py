@@ -12,15 +12,18 @@ from scipy.integrate import solve_ivp
 
 import fric
 from fric.circles.measured import AxisTrace, MeasuredCircle, measured_from_run
-from fric.circles.next_circle import (
+from fric.circles.tune import (
     CircleForecast,
     better_ahead,
+    cautious,
     law_warnings,
+    loop_warnings,
     measured_glitch,
     next_circles,
+    tune,
+    tune_axis,
     worse_ahead,
 )
-from fric.circles.tune import cautious, loop_warnings, tune, tune_axis
 from fric.circles.tune_fit import (
     Balance,
     BalanceCoordinates,

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from fric import verdict
-from fric.circles import diagnose, gains, next_circle, revolutions, tune_fit
+from fric.circles import diagnose, gains, revolutions, tune, tune_fit
 from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.design import observer
@@ -200,10 +200,10 @@ def measured(size: float) -> list[Notice]:
 
 
 def next_circles(size: float) -> list[Notice]:
-    glitch = size * next_circle.DIFFERS * 1e-6
-    other = next_circle._exceeds(Chance((glitch,) * 5), Chance((1e-6,) * 5))
+    glitch = size * tune.DIFFERS * 1e-6
+    other = tune._exceeds(Chance((glitch,) * 5), Chance((1e-6,) * 5))
     one = N(glitch=glitch, alone=1e-6, scheme="f", feed=0.1, ci95=(glitch, glitch), other_law=other)
-    return next_circle.law_warnings([one])
+    return tune.law_warnings([one])
 
 
 def tuned(feeds: tuple[float, ...] = (0.01, 0.1), x: float = 0.0, rms: float = 1.0, **more: bool) -> list[Notice]:
@@ -233,8 +233,8 @@ def near_an_end(size: float, scale: str, seen: bool = True) -> list[Notice]:
 
 
 def shaped(size: float) -> list[Notice]:
-    learned = Scheme(next_circle.LEARNED, next_circle.LEARNED, friction=next_circle.LEARNED)
-    return next_circle.wrong_shape([(learned, next_circle.CLEARLY * 1e-6 / size), (PAPER_SCHEMES["c"], 1e-6)])
+    learned = Scheme(tune.LEARNED, tune.LEARNED, friction=tune.LEARNED)
+    return tune.wrong_shape([(learned, tune.CLEARLY * 1e-6 / size), (PAPER_SCHEMES["c"], 1e-6)])
 
 
 def perturbation(first: float = 1.0, last: float = 1e3, radius: float = 1.0) -> tuple[Notice, ...]:
@@ -262,8 +262,8 @@ def one_circle(radius: float = 0.03, encoder: str = "table", seen: float = 1e-5,
         is_ball_bar=False,
     )  # fmt: skip
     machine = N(axes={"x": N(second_mass=N(encoder=encoder))})
-    with patch.multiple(next_circle, run_circle=run, measured_quadrants=lambda _: (seen,) * 4):
-        return list(next_circle._of_circles(machine, [test], (), N(feed=0.1, radius=0.03)))
+    with patch.multiple(tune, run_circle=run, measured_quadrants=lambda _: (seen,) * 4):
+        return list(tune._of_circles(machine, [test], (), N(feed=0.1, radius=0.03)))
 
 
 def taken_apart(both: bool = True, **more: object) -> Iterable[Notice]:
@@ -454,12 +454,10 @@ SHOWN: dict[str, Show] = {
     "tuned-at-bound": lambda s: tuned(x=0.97 * s),
     "position-late": timed,
     "position-early": lambda s: timed(-s),
-    "circle-elsewhere": lambda s: one_circle(radius=0.03 * next_circle.OTHER_FEED * s),
+    "circle-elsewhere": lambda s: one_circle(radius=0.03 * tune.OTHER_FEED * s),
     "table-unseen": lambda s: one_circle(encoder="motor" if is_so(s) else "table"),
     "circle-cannot-run": lambda s: one_circle(runs=not is_so(s)),
-    "completed-disagrees": lambda s: one_circle(
-        seen=1e-5 + s * (next_circle.GLITCH_APART + next_circle.SHARE_APART * 1e-5)
-    ),
+    "completed-disagrees": lambda s: one_circle(seen=1e-5 + s * (tune.GLITCH_APART + tune.SHARE_APART * 1e-5)),
     "compensation-kicks": kicked_circle,
     "squareness-unseen": lambda s: taken_apart(instrument="encoders" if is_so(s) else "grid"),
     "mismatch-or-squareness": lambda s: taken_apart(both=not is_so(s)),
@@ -476,7 +474,7 @@ SHOWN: dict[str, Show] = {
     "one-machine": lambda s: distrust(candidates=[leaves(name, 3e-6, *[3e-6] * 30 * (not is_so(s))) for name in "af"]),
     "belief-is-truth": lambda s: distrust(candidates=[leaves("f", 3e-6)], exact=is_so(s)),
     "nothing-simulated": lambda s: distrust(**{"candidates": ()} if is_so(s) else {}),
-    "gains-unknown": lambda s: next_circle.unknown_gains(
+    "gains-unknown": lambda s: tune.unknown_gains(
         [GAINS_DESIGNED.found("axis x")], [N(axes={"x": N(input=None if is_so(s) else 1)})]
     ),
     "no-measured-circle": lambda s: distrust(compared=not is_so(s)),

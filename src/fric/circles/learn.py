@@ -12,7 +12,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.circles.measured import MeasuredCircle, low_pass
-from fric.circles.next_circle import LEARNED, wrong_shape
+from fric.circles.tune import LEARNED, wrong_shape
 from fric.contour import circularity
 from fric.control.feedforward import friction_feedforward, inverse_model
 from fric.control.scheme import OBSERVER, Scheme

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from fric.arrays import Real
-from fric.circles.next_circle import LEARNED, wrong_shape_measured
 from fric.circles.prediction import Prediction
+from fric.circles.tune import LEARNED, wrong_shape_measured
 from fric.contour import QUADRANTS, Circularity
 from fric.control.scheme import Scheme
 from fric.documents.base import AxisDocument, OfAxis, run_provenance

@@ -17,7 +17,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 import fric
-from fric.circles.next_circle import wrong_shape
+from fric.circles.tune import wrong_shape
 from fric.control import block_type
 from fric.control.scheme import OBSERVER
 from fric.design.observer import Perturbation, model_perturbation

@@ -13,9 +13,8 @@ from fric.circles.diagnose import diagnose as take_apart
 from fric.circles.learn import OTHERS, Learned, LearnedFeedforward, Learning, learn_from
 from fric.circles.learn import learn as learn_rounds
 from fric.circles.measured import MeasuredCircle
-from fric.circles.next_circle import LEARNED, LeftOver, distrusts, measured_glitch, observers_distrust
 from fric.circles.prediction import Prediction, predicted
-from fric.circles.tune import Tuned
+from fric.circles.tune import LEARNED, LeftOver, Tuned, distrusts, measured_glitch, observers_distrust
 from fric.circles.tune import tune as refit
 from fric.documents import circle_findings
 from fric.documents.base import provenance

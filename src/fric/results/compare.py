@@ -6,7 +6,7 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
-from fric.circles.next_circle import wrong_shape, wrong_shape_measured
+from fric.circles.tune import wrong_shape, wrong_shape_measured
 from fric.circles.validation import Validation, validate_closed_loop, validate_inverse, validate_open_loop
 from fric.documents.comparison import ComparisonDocument, HalvesDocument, ValidationDocument
 from fric.documents.plant import PlantDocument

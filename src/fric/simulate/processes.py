@@ -240,7 +240,7 @@ class Study:
     covariances: Mapping[str, Sequence[Covariance]] = field(default_factory=dict)
     discrepancies: Mapping[str, Mapping[str, Spread]] = field(default_factory=dict)
     # Makes each machine agree with circles that were measured, by the machine and its number; see
-    # `fric.circles.next_circle`
+    # `fric.circles.tune`
     completion: Callable[[Machine, int], Machine] | None = None
     only: str | None = None  # Name of the one axis that is simulated
     accuracy: float = ACCURACY  # Largest error of a glitch by the integration of the plant [m]; 0 for the last digits
