@@ -69,18 +69,25 @@ def refuse_declared(where: Path | str, declared: int, stored: int | None = None)
         )  # fmt: skip
 
 
-def missing(path: Path, names: Sequence[str] = ()) -> FricError:
-    """Return the error of a missing file, with a similar name of a file in its folder or of a bundled file."""
+def missing(path: Path, names: Sequence[str] = (), kind: str = "") -> FricError:
+    """Return the error of a missing file, with a similar name of a file in its folder or of a bundled file.
+
+    kind: Type of the document that is wanted, as ``plant``: no file of another type is named.
+    """
     try:
-        beside = near(path.name, [path.name for path in path.parent.iterdir()])
+        beside = near(path.name, [other.name for other in path.parent.iterdir() if not kind or _is_of(other, kind)])
     except OSError:
         beside = ""
     bundled = near(str(path), names).replace("?", ", which comes with fric?")
     if not (beside or bundled) and names and not path.suffix:
         bundled = f"These come with fric, by name: {', '.join(names)}."
-    values = "" if path.suffix else " Several values of an option are written with commas, as 'a,b'."
-    hint = (beside or bundled).rstrip() or f"It was looked for in {path.parent.absolute()}.{values}"
+    hint = (beside or bundled).rstrip() or f"It was looked for in {path.parent.absolute()}."
     return FricError("there is no such file", where=str(path), hint=hint)
+
+
+def _is_of(path: Path, kind: str) -> bool:
+    small = path.suffix in {".yaml", ".yml", ".json"} and path.is_file() and path.stat().st_size < MOST_TEXT
+    return small and f"fric:{kind}/".encode() in path.read_bytes()[:4096].translate(None, b' "')
 
 
 @contextmanager

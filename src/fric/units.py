@@ -9,7 +9,7 @@ axis: a force is in N on a linear axis and a torque in N·m on a rotary axis. Wh
 
 import re
 from functools import cache
-from math import inf, isfinite
+from math import ceil, inf, isfinite, log10
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from fric.errors import FricError, names, printable
@@ -338,3 +338,8 @@ def significant(value: float, digits: int = 3) -> str:
     """Return a number with a given count of significant digits, without an exponent where that reads better."""
     text = f"{value:.{digits}g}" if isfinite(value) else "–"
     return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text
+
+
+def short_of_1(value: float) -> str:
+    """Return a share with four digits, or with so many more that it is not shown as 1: ``0.99998``."""
+    return f"{value:.{max(4, ceil(-log10(max(abs(1.0 - value), 1e-9))))}f}"

@@ -542,7 +542,7 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = N
         run = place[1] + "/circle.h5" * evidence.command.startswith("fric auto ") if place else "run.h5"
         of_axis, folder = f"--axis {axis} --scheme {chosen.scheme.name}", machine.removesuffix("/machine.yaml")
         if run == f"{folder}/circle.h5" and f" --measured {circle} " in evidence.command:
-            tabled = chosen.scheme.friction == "static"  # which a table of a drive holds
+            tabled = chosen.scheme.friction == "static" and not chosen.scheme.blocks  # which a table of a drive holds
             others = "twincat, sinumerik, st, c" if tabled else "st, c, fmi"
             yield f"fric export linuxcnc {folder} {of_axis} -o controller   # or to {others}"
         else:

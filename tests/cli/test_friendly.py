@@ -21,6 +21,9 @@ from fric.cli.commands import COMMANDS, IDENTIFY
 from fric.cli.main import app
 from fric.control.scheme import choose_schemes
 from fric.documents import bundled
+from fric.documents.machine_files import MachineDocument
+from fric.documents.mapping import MappingDocument
+from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.process import tried
@@ -237,7 +240,6 @@ def test_blocks_are_listed_as_json_too():
     [
         (["simulate", "circle", "xy-table", "--scheme", "a c"], "Take all, or some as 'a,c' of a, b, c"),
         (["inspect", "nowhere.h5"], "It was looked for in "),
-        (["inspect", "gms"], "written with commas, as 'a,b'"),
         (["inspect", "."], "or use `fric auto`"),
         (["simulate", "path", "xy-table", "one.csv"], "Head the columns 'x [mm], y [mm]'."),
         (["auto", "note.pdf", "-o", "found"], "`fric ingest --list` lists the formats"),
@@ -323,6 +325,28 @@ def test_a_value_that_does_not_fit_is_refused_in_words_of_the_user(words, said, 
     printed = " ".join(capfd.readouterr().err.split())
     assert said in printed, printed
     assert "Input" not in printed
+
+
+@pytest.mark.parametrize(("words", "said"), [(["log.h5", "--models", "gms", "dahl"], True), (["dahl"], False)])
+def test_a_word_behind_the_value_of_an_option_may_be_another(words, said, tmp_path, capfd, monkeypatch):
+    """It was said of any missing folder."""
+    (tmp_path / "log.h5").write_bytes((ROOT / "data/sliding-sine.h5").read_bytes())
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["fric", "compare", *words])
+    with pytest.raises(SystemExit):
+        main.main()
+    printed = capfd.readouterr().err
+    assert "dahl: there is no such file" in printed
+    assert ("with commas" in printed) == said
+
+
+def test_a_similar_name_is_of_a_document_of_the_type_that_is_wanted(tmp_path):
+    (tmp_path / "plan.yaml").write_text("fric: plant/1\n")
+    (tmp_path / "planted.yaml").write_text('"fric" : "machine/1"\n')
+    for model, name in ((MachineDocument, "planted.yaml"), (PlantDocument, "plan.yaml"), (MappingDocument, "")):
+        with pytest.raises(FricError) as found:
+            read_document(tmp_path / "plante.yaml", model)
+        assert found.value.hint.startswith(f"Is it {name}?" if name else "It was looked for")
 
 
 def test_a_comma_behind_the_last_scheme_is_no_scheme():

@@ -15,10 +15,11 @@ import pytest
 from scipy.io import loadmat
 
 import fric
+from fric.control.scheme import PAPER_SCHEMES
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.export import targets
-from fric.export.sinumerik import through_controller
+from fric.export.sinumerik import rise_of, through_controller
 from fric.export.tables import sheets
 from fric.export.twincat import POINTS, list_of
 from fric.flaws.static_map import FORCE_OVER_POSITION
@@ -50,7 +51,9 @@ warnings_coded: [{code: force-lags, severity: wrong, text: the logged force lags
 
 @cache
 def exported(target: str) -> ExportResult:
-    return fric.export_axis(target, MACHINE, axis="x", scheme="c", gain=1.0, lead="auto")
+    return fric.export_axis(
+        target, MACHINE, axis="x", scheme="b" if target == "twincat" else "c", gain=1.0, lead="auto"
+    )
 
 
 @pytest.mark.parametrize("target", in_turns(sorted(targets()), sorted(set(targets()) - {"sinumerik"}), 3))
@@ -229,6 +232,24 @@ def test_twenty_points_leave_of_the_stribeck_curve_what_is_said() -> None:
     assert list_of(wide)[2] < 0.01 * 150.0
 
 
+@pytest.mark.parametrize("scheme", ["c", "d", "e", "f"])
+def test_a_list_over_velocity_is_exported_of_a_static_map_alone(scheme: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was written from any scheme, and called by its name."""
+    monkeypatch.setattr("fric.results.export.trust_of", lambda *given, **known: ([], []))
+    with pytest.raises(FricError, match=rf"holds a static map alone, and no scheme {scheme}\n.*scheme='b'.*linuxcnc"):
+        fric.export_axis("twincat", MACHINE, axis="x", scheme=scheme)
+    assert fric.export_axis("twincat", MACHINE, axis="x").part.scheme == "b"
+
+
+@pytest.mark.parametrize("scheme", ["b", "c"])
+def test_friction_rises_at_the_reversal_that_a_pulse_is_fitted_to(scheme: str) -> None:
+    """The static map rises within the sample of the reversal, which was left out, so that its pulse was 0."""
+    part = scheme_part(PAPER_SCHEMES[scheme])
+    force, both = rise_of(part) * part.K_f / part.gain, 2 * part.model.steady_state(0.1)
+    assert force[0] > 0.9 * both or scheme == "c"
+    assert force.max() > 0.9 * both
+
+
 @pytest.mark.long(4)
 def test_the_pulse_of_a_sinumerik_takes_a_glitch_off_and_less_than_the_model() -> None:
     found = exported("sinumerik")
@@ -241,6 +262,9 @@ def test_the_pulse_of_a_sinumerik_takes_a_glitch_off_and_less_than_the_model() -
     bare, pulsed, model = table[100]
     assert bare == pytest.approx(21.4, abs=1.0)  # the other axis follows exactly
     assert model < pulsed < 0.4 * bare
+    assert not found.document["verdict"]["trusted"]  # scheme c leaves less than what is exported
+    left = next(one.values["pulsed"].value for one in found.warnings if one.code == "held-as-pulse")
+    assert 1e6 * left == pytest.approx(pulsed, abs=0.06)
 
 
 def test_a_pulse_that_decays_with_the_integral_time_is_a_step_of_voltage() -> None:

@@ -14,6 +14,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+import fric
 from fric import verdict
 from fric.circles import diagnose, gains, revolutions, tune, tune_fit
 from fric.circles.measured import AxisTrace, MeasuredCircle
@@ -365,6 +366,15 @@ def in_two_files(share: float) -> Sequence[Notice]:
         return with_joined(sorted(Path(folder).iterdir()), Path(folder) / "joined", None, assume=False)[1]
 
 
+def for_drive(s: float) -> Sequence[Notice]:
+    """Return what is said of an export to a drive that holds a pulse, or a list of the scheme's map."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("fric.results.export.trust_of", lambda *given, **known: ([], []))
+        patched.setattr("fric.export.sinumerik.glitches_of", lambda *given: lambda *run: 1e-6)
+        found = fric.export_axis("sinumerik" if is_so(s) else "twincat", "xy-table", axis="x", scheme="b")
+    return found.warnings
+
+
 SHOWN: dict[str, Show] = {
     "mapping-assumed": lambda s: guess(s).notices(),
     "response-of-loop": of_loop,
@@ -480,6 +490,7 @@ SHOWN: dict[str, Show] = {
     "no-measured-circle": lambda s: distrust(compared=not is_so(s)),
     "measured-beyond": measured,
     "saturates": lambda s: run_warnings(N(not_linear=()), {"x": N(saturated=is_so(s), time=[0.0])}),
+    "held-as-pulse": for_drive,
     "not-linear": lambda s: run_warnings(N(not_linear=("sliding-mode",) * is_so(s)), {}),
 }
 
@@ -552,16 +563,16 @@ def test_sentences_name_their_values_and_read_as_sentences() -> None:
 
 @pytest.mark.parametrize("code", CATALOGUE)
 def test_the_page_of_a_flaw_has_no_gaps_of_a_template(code: str) -> None:
-    """Names of values are listed at its end alone, optional parts are left out, and no value leaves two blanks."""
+    """A value is its name in brackets, optional parts are left out, and no value leaves two blanks or a bare sign."""
     lines = entry(CATALOGUE[code]).split("\n\n")
     explained = "\n".join(line for line in lines[1:] if not line.startswith("A warning has values"))
-    assert not re.search(r"[{}\[\]|]|\*\w+\*|  |,,", explained), explained
+    assert not re.search(r"[{}\[\]|…]|\*\w+\*|  |,,", re.sub(r"\[\w+\]", "5", explained).replace("=… ", "")), explained
     assert re.search(r"\w{2}", lines[1])
     assert ("Effect: " in explained, "To do: " in explained) == (True, bool(CATALOGUE[code].mend))
 
 
 def test_the_page_of_a_flaw_says_both_ways_and_optional_sentences() -> None:
-    assert "rises or falls by … % over" in entry(CATALOGUE["force-drifts"])
+    assert "rises or falls by [change] % over" in entry(CATALOGUE["force-drifts"])
     assert "In some cases, each holds one speed" in entry(CATALOGUE["records-vary"])
     assert "larger values are missing." in entry(CATALOGUE["force-clipped"])
     assert "To do: Removed; nothing to do. Or log each speed" in entry(CATALOGUE["force-over-position"])

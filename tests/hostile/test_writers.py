@@ -124,7 +124,7 @@ def exported(target: str) -> Any:
         patch.setattr(
             "fric.export.sinumerik.glitches_of", lambda *given: lambda *run: 1e-6
         )  # nor is what its pulses leave
-        return export_axis(target, "xy-table", axis="x", scheme="f")
+        return export_axis(target, "xy-table", axis="x")
 
 
 def _tests() -> list[MeasuredCircle]:

@@ -205,7 +205,7 @@ class AutoResult(Result, schema=AutoDocument):
         if inputs and inputs.tests:
             return inputs.verdict(inputs.tests[-1])
         lacks = (text for axis in self.axes.values() for text in axis.missing if not axis.whole)
-        missing = tuple(text for text in lacks if text not in SPARED)
+        missing = tuple(text for text in lacks if text.partition(":")[0] not in SPARED)
         return decide(Evidence(axes=tuple(self.axes), rotary=self.rotary, missing=missing))
 
     def report(self) -> list[Piece]:
@@ -362,8 +362,8 @@ def auto(
     if given is None:  # else its plant says what its input is
         take_efforts(found)
     files = len(found.traces) + len(list(ingest_steps(found.logs, folder)))
-    advance(0, total=files + 6 * len({log.axis for log in found.logs}) + 2 + 2 * len(found.circles))
     session = Session(folder, run, say, advance)
+    session.expect(files + 6 * len({log.axis for log in found.logs}) + 2 + 2 * len(found.circles))
     session.may_know = len(questions) < MOST_QUESTIONS
     for trace, meaning in found.traces.items():
         traced = trace_step(trace, folder, meaning)
@@ -375,16 +375,16 @@ def auto(
         return find_gains(session, found, of_axis, stated, ask, needed=whole and machine is None)
 
     axes = identify_axes(session, found, gains, encoder)
-    advance(0, total=session.steps + 2 + 2 * len(found.circles))  # steps that lack a record are not to come
+    session.expect(2 + 2 * len(found.circles))  # steps that lack a record are not to come
     subject = _machine(session, axes, given)
     _circles(session, found, axes, subject, given is not None)
     pages = [path for axis in axes.values() for path in axis.there]
     pages += [path for path in (folder / "circle.h5",) if path.exists()]
     page = None
+    session.expect(bool(pages))
     if pages:
         pages += [subject] if subject is not None else []
         read = [*pages, *(path for axis in axes.values() for path in axis.logs)]
-        advance(0, total=session.steps + 1)
         failed = [f"{name}: {failure}" for name, failure in session.failed.items()]
         asked = {"circle": found.circles, "tolerance": None if allowed is None else f"{allowed!r} m", "failed": failed}
         session.take(step("report", "report", read, asked, [*read, *found.circles], output=folder / "report.html"))

@@ -36,7 +36,8 @@ PARTS = ("plant", "controller", "observer", "friction")
 NO_GMS = "GMS: slow sines of some ten micrometres before sliding, or micro-steps, with force"
 NO_C = "C of the GMS model: a sine in sliding, around a steady speed"
 NO_OBSERVER = "observer: a frequency response from the drive's input to position"
-SPARED = {NO_GMS, NO_C, NO_OBSERVER}  # What a circle without compensation does not need
+NO_CONTROLLER = "controller: its gains, or a frequency response from the drive's input to position"
+SPARED = {"GMS", "C of the GMS model", "gms", "lugre", "observer"}  # What a circle without compensation does not need
 
 
 @dataclass(frozen=True)
@@ -177,7 +178,7 @@ class Session:
     folder: Where all files go.
     run: Makes one step; raises a `FricError` where it fails.
     say: Receives the outcome of each step in a line.
-    done: Called after each step.
+    done: Called after each step, and with the steps that fall away and the ``total`` of all.
     """
 
     def __init__(
@@ -185,7 +186,7 @@ class Session:
         folder: Path,
         run: Callable[[Step], Result | None],
         say: Callable[[str], None],
-        done: Callable[[], object] = lambda: None,
+        done: Callable[..., object] = lambda *_, **__: None,
     ) -> None:
         self.folder, self.run, self.say, self.done = folder, run, say, done
         self.shop = StepCache(folder)
@@ -195,7 +196,7 @@ class Session:
         before = folder / "steps.log"  # what steps printed that are up to date now
         printed = before.read_text("utf-8", "replace").split("\n$ ") if before.is_file() else []
         self.printed = dict(part.removeprefix("$ ").partition("\n")[::2] for part in printed)
-        self.steps = self.made = 0
+        self.steps = self.made = self.fallen = self.total = 0
         self.failed: dict[str, str] = {}  # Why each step failed, by its name
         self.last: Result | None = None  # What the last step made, where it was run
         self.may_know = True  # Whether the user was not asked for gains yet, or knew them
@@ -235,6 +236,13 @@ class Session:
         timed = made and "SOURCE_DATE_EPOCH" not in environ  # which asks for the same text again
         self._tell(step, text, brief, whole, f"{monotonic() - begun:5.1f} s" if timed else "")
         return True
+
+    def expect(self, steps: int) -> None:
+        """Say how many steps are to come; those that were expected before and fall away count as done."""
+        counted = self.steps + self.fallen
+        self.total = max(self.total, counted + steps)
+        self.fallen += (gone := self.total - counted - steps)
+        self.done(gone, total=self.total)
 
     def _tell(self, step: Step, command: str, brief: str, whole: str, lasted: str = "") -> None:
         self.log += [f"$ {command}", as_options(whole or brief), ""]
@@ -288,12 +296,14 @@ def identify_axes(
         took = (plan for plan in tries if session.take(plan.steps[0], tried=plan is not tries[-1]))
         plan = next(took, None) or given("none" if tries else "any")
         read = {path for step in plan.steps for path in step.reads}
+        used = {kind for log in of_axis if log.path in read for kind in log.kinds}
         for unused in (log for log in of_axis if log.path not in read and log.kinds != {"holding-map"}):
-            what = {"kinds": sorted(unused.kinds), "motion": MOTION in unused.kinds}
+            what = {"kinds": sorted(unused.kinds), "motion": MOTION in unused.kinds, "others": unused.kinds <= used}
             found.description.append(FILE_UNUSED.found(str(unused.path), axis=name, **what))
         done = ["plant"] * bool(plan.shaken)
         done += [step.name.partition(": ")[2] for step in plan.steps[len(done) :] if session.take(step)]
-        failed = [step.name for step in plan.steps if step.name in session.failed]
+        asked = dict.fromkeys([f"{name}: plant", *(step.name for step in plan.steps)])  # without a plant no plan has it
+        failed = [step for step in asked if step in session.failed]
         broken = [f"{name.partition(': ')[2]}: {session.failed[name]}" for name in failed]
         files = {part: folder / f"{part}.yaml" for part in PARTS}
         if not lean and "plant" in done and read_document(files["plant"], PlantDocument).K_f is None:
@@ -460,5 +470,5 @@ def axis_steps(
             )
         )  # fmt: skip
     else:
-        missing.append(NO_OBSERVER if controller else f"controller and {NO_OBSERVER}")
+        missing += [NO_OBSERVER] if controller else [NO_CONTROLLER, NO_OBSERVER]
     return AxisSteps(steps, missing)

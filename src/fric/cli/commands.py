@@ -187,6 +187,7 @@ COMMANDS: dict[str, Home] = {
         "fric.automatic.run:auto", replaces=False, without=["run", "say", "ask"], run="fric.cli.special:auto",
         flags={"output": "-o --output", "circles": "--circle", "controllers": "--controller", "mapping": "--map"},
         terminal=[INTERACTIVE],
+        more="The exit status is 0 where anything was identified, even if a step failed, and 1 where nothing was.",
     ),
     "ingest": INGEST,
     "inspect": Command("fric.results.records:inspect", plot=True, plausible=False),

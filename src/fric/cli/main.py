@@ -66,6 +66,9 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     raise _InterruptedError(number)
 
 
+COMMAS = "Several values of an option are written with commas, as 'a,b'"
+
+
 def main() -> None:
     """Run the command line; a `FricError` is told on standard error and ends with exit status 1, Ctrl-C with 130."""
     gc.set_threshold(OBJECTS)
@@ -81,7 +84,7 @@ def main() -> None:
         except _UsageError as error:  # which tells the words of the line as they are
             message = reworded(error.message)
             if message.startswith("Got unexpected extra"):
-                message += ". Several values of an option are written with commas, as 'a,b'"
+                message += f". {COMMAS}"
             use = "" if " is not one of " in message else getattr(getattr(error, "param", None), "help", None)
             error.message = clean(": ".join(filter(None, (message, use))))
             if not message and (known := EXAMPLES.get(command_of(error.ctx))):
@@ -92,7 +95,9 @@ def main() -> None:
             sys.stdout.flush()
             gc.freeze()  # the process ends: no garbage is looked for once more
     except FricError as error:
-        _fail(str(error), 1)
+        place = sys.argv.index(error.where) if error.where in sys.argv[3:] else 2
+        second = sys.argv[place - 2].startswith("--") and not os.path.exists(error.where)  # value of an option
+        _fail(f"{error} {COMMAS}." if second else str(error), 1)
     except OSError as error:
         if error.filename is None and error.errno == errno.ENOENT:
             _fail("the folder that this was started in is not there any more\nChange to another.", 1)

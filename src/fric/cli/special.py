@@ -63,7 +63,9 @@ OF_CIRCLES = ("radius", "feed", "sampling", "instrument", "scheme", "clockwise")
 
 def auto(command: Command, given: dict[str, Any]) -> None:
     """Run all steps, with a line for each above a progress bar."""
-    command.end(command.call(given | {"say": ERR.say, "ask": _asks(given)}), given, doing="auto")
+    made = command.end(command.call(given | {"say": ERR.say, "ask": _asks(given)}), given, doing="auto")
+    if getattr(made, "page", made) is None:  # nothing was identified
+        raise typer.Exit(1)
 
 
 def ingest(command: Command, given: dict[str, Any]) -> None:

@@ -34,7 +34,7 @@ def located(path: Path, kind: str) -> Path:
         return known[str(path)]
     if path.exists():
         return path
-    raise missing(path, [name for name, file in known.items() if file.parent == folder("configs")])
+    raise missing(path, [name for name, file in known.items() if file.parent == folder("configs")], kind)
 
 
 KINDS = ("machine", "mapping", "schemes", "spread", "controller")  # Types of documents that are examples by their names

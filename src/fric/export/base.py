@@ -1,9 +1,11 @@
 """The exported part of a machine (an axis under a scheme), targets that write it, their templates and manifest."""
 
 import hashlib
+import io
 import json
 import re
 import textwrap
+import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -51,6 +53,15 @@ def wrapped(items: list[str], indent: int = 4, width: int = 110) -> str:
     """Return texts separated by commas, in lines of bounded length."""
     margin = " " * indent
     return textwrap.fill(", ".join(items), width, initial_indent=margin, subsequent_indent=margin).strip()
+
+
+def archived(files: Mapping[str, bytes]) -> bytes:
+    """Return files by name as a ZIP archive without a time stamp: equal content gives equal bytes."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), content)
+    return packed.getvalue()
 
 
 def remark(text: str) -> str:
@@ -182,6 +193,7 @@ class Target:
     files: Callable[..., Files]  # Returns the files of a part by name; takes the options that the target knows
     options: frozenset[str] = field(default_factory=frozenset)  # Names of the options that it knows
     parts: tuple[str, ...] = ("compensation",)  # The part of an axis that it exports: ``compensation``, ``machine``
+    friction: str | None = None  # The only friction model that it holds, and then no blocks; None where it holds any
 
 
 def compensation_of(machine: Machine, name: str, scheme: Scheme) -> ExportedPart:

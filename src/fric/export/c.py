@@ -1,6 +1,7 @@
 """The target ``c``: C99, one header and one source, in double or in single precision."""
 
 import inspect
+import re
 from collections.abc import Callable
 from math import ceil, pi
 from typing import Any
@@ -13,15 +14,6 @@ from fric.export.translate.c_code import Dialect, c_routines
 from fric.series import CLOSEST
 from fric.units import si_unit
 
-EQUATIONS = {
-    "compensation": (
-        "output = controller + friction + model - estimate, within the limit, with",
-        "friction [V] = gain*F(r + lead*v + lead^2/2*a, v + lead*a)/K_f",
-        "model    [V] = (a + A*(v + lead*a))/B",
-        "for the commanded position r, velocity v and acceleration a, and the estimate of observers.",
-    ),
-    "machine": ("z'' = B*u(t - delay) - A*z' - (F(z) + load)/M",),
-}
 SUB_STEPS = 50  # Steps of the exported axis in one period of its controller
 
 
@@ -41,8 +33,7 @@ def values_of(part: ExportedPart, number: Callable[[float], str]) -> dict[str, A
         "name": name_of(part),
         "prefix": f"{name_of(part)}_",
         "title": what if part.role == "compensation" else f"Axis {part.axis} with its friction",
-        "equations": EQUATIONS[part.role],
-        "first_line": plain_text(type(model)).partition(". ")[0].rstrip("."),
+        "first_line": re.split(r"\.(?: (?=[A-Z])|$)", plain_text(type(model)))[0],  # not at "eqs. (3)"
         "packed": model.layout.replace("…", "..."),
         "unit": unit,
         "force_unit": force_unit,
@@ -55,6 +46,7 @@ def values_of(part: ExportedPart, number: Callable[[float], str]) -> dict[str, A
         "A": number(part.A),
         "B": number(part.B),
         "limit": number(min(part.limit, 1e6)),
+        "limited": part.limit <= 1e6,
         "limits": {name: number(limit) for name, limit in LARGEST.items()},
         "blocks": [
             {

@@ -1,19 +1,17 @@
 """The target ``fmi``: co-simulation units of FMI 2.0 and 3.0 with sources, and a binary if there is a compiler."""
 
-import io
 import platform
 import shutil
 import subprocess
 import sys
 import tempfile
 import uuid
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fric.errors import FricError
-from fric.export.base import ExportedPart, Files, Target, render
+from fric.export.base import ExportedPart, Files, Target, archived, render
 from fric.export.c import c_files, c_values
 
 
@@ -83,18 +81,8 @@ def _zipped(version: int, name: str, sources: dict[str, str], values: dict[str, 
     content: dict[str, bytes] = {"modelDescription.xml": render(f"fmi{version}.xml.j2", **values).encode()}
     content |= {f"sources/{file}": text.encode() for file, text in sources.items()}
     if version == 3:
-        content["sources/buildDescription.xml"] = (
-            '<?xml version="1.0" encoding="UTF-8"?>\n<fmiBuildDescription fmiVersion="3.0">\n'
-            f'  <BuildConfiguration modelIdentifier="{name}">\n    <SourceFileSet language="C99">\n'
-            f'      <SourceFile name="{name}_fmi3.c"/>\n    </SourceFileSet>\n  </BuildConfiguration>\n'
-            "</fmiBuildDescription>\n"
-        ).encode()
-    content |= _compiled(name, sources, version)
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for file, data in content.items():
-            archive.writestr(zipfile.ZipInfo(file, (1980, 1, 1, 0, 0, 0)), data)
-    return packed.getvalue()
+        content["sources/buildDescription.xml"] = render("fmi3_build.xml.j2", name=name).encode()
+    return archived(content | _compiled(name, sources, version))
 
 
 def _compiled(name: str, sources: dict[str, str], version: int) -> dict[str, bytes]:

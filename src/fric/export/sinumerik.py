@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from math import inf
-from typing import Any
 
 import numpy as np
 
@@ -21,9 +20,11 @@ from fric.arrays import Real
 from fric.contour import circularity
 from fric.control.scheme import PAPER_SCHEMES
 from fric.errors import FricError
-from fric.estimate import as_filed
+from fric.estimate import Estimate, as_filed
 from fric.export.base import ExportedPart, Files, Target, render
 from fric.export.c import name_of
+from fric.flaws.prediction import HELD_AS_PULSE
+from fric.notice import Notice
 from fric.reference import Reference, circle
 from fric.search import simplest
 from fric.simulate.axis import run_axis
@@ -76,7 +77,7 @@ def rise_of(part: ExportedPart) -> Real:
     n = int(reversals[np.abs(motion.acceleration[reversals]) > 0.99 * FEEDS[0] ** 2 / RADIUS][-1])  # at full feed
     F = part.model.replay(motion.time, motion.position, motion.velocity)
     heading = float(np.sign(motion.velocity[n + 1]))
-    return part.gain / part.K_f * heading * (F[n : n + int(WINDOW * part.sampling)] - F[n])
+    return part.gain / part.K_f * heading * (F[n : n + int(WINDOW * part.sampling)] - F[n - 1])
 
 
 def flat(amplitude: float, decay: float) -> Pulse:
@@ -162,28 +163,15 @@ def as_block(part: ExportedPart, pulse: Pulse) -> dict[str, float]:
     }  # fmt: skip
 
 
-def sinumerik_files(part: ExportedPart, *, machine: Machine, advance: Callable[[], None]) -> Files:
-    """Return the machine data as assignments, and a page with the simulated glitches."""
+def sinumerik_files(
+    part: ExportedPart, *, machine: Machine, advance: Callable[[], None], instead: list[Notice]
+) -> Files:
+    """Return machine data as assignments, and a page with the simulated glitches; `instead` gets what they leave."""
     if rotates(part.motion):
         raise FricError("the target sinumerik is for linear axes", hint="Export to c or st.")
     axis = machine.axis(part.axis)
     left_over = glitches_of(axis, part, advance)
     pulse, alone = fitted(part, left_over)
-    per_minute = 6e4  # mm/min in m/s
-    data: list[tuple[str, Any, str]] = [
-        ("MA_FRICT_COMP_MODE", 1, "32490: friction compensation with a constant or adaptive value"),
-        ("MA_FRICT_COMP_ENABLE", 1, "32500: on"),
-        ("MA_FRICT_COMP_ADAPT_ENABLE", 1, "32510: amplitude over acceleration"),
-        ("MA_FRICT_COMP_CONST_MAX[0]", round(per_minute * pulse.largest, 4), "32520: largest amplitude [mm/min]"),
-        ("MA_FRICT_COMP_CONST_MIN[0]", round(per_minute * pulse.smallest, 4), "32530: smallest amplitude [mm/min]"),
-        ("MA_FRICT_COMP_TIME[0]", round(pulse.decay, 6), "32540: decay [s]"),
-        ("MA_FRICT_COMP_ACCEL1[0]", round(pulse.a_1, 6), "32550: the amplitude has risen [m/s^2]"),
-        ("MA_FRICT_COMP_ACCEL2[0]", round(pulse.a_2, 6), "32560: it begins to fall [m/s^2]"),
-        ("MA_FRICT_COMP_ACCEL3[0]", round(pulse.a_3, 6), "32570: it has fallen [m/s^2]"),
-        ("MA_FRICT_COMP_INC_FACTOR[0]", 0, "32580: weighting in short traversing blocks [%]"),
-    ]
-    lines = [f"; friction compensation of axis {part.axis}, fitted by fric to {part.model.name}"]
-    lines += [f"CHANDATA({1})", *(f"${name}={value} ; {doc}" for name, value, doc in data), "M17", ""]
     idle = replace(pulse, largest=0.0, smallest=0.0)
     table = []
     for feed in FEEDS:
@@ -193,21 +181,20 @@ def sinumerik_files(part: ExportedPart, *, machine: Machine, advance: Callable[[
             for program in (idle, pulse, None)
         )
         table.append(f"| {1e3 * feed:g} mm/s | {' | '.join(left)} |")
+    pulsed, fed = (Estimate(left_over(program, FEEDS[0]), "m") for program in (pulse, None))
+    instead.append(HELD_AS_PULSE.found(feed=Estimate(FEEDS[0], "m/s"), pulsed=pulsed, model=part.model.name, fed=fed))
     accelerations = np.array(FEEDS) ** 2 / RADIUS
     given = pulse.amplitude(accelerations)
-    fits = [
-        f"| {a:.2g} | {per_minute * value:.0f} | {per_minute * other:.0f} |"
-        for a, value, other in zip(accelerations, alone, given, strict=True)
-    ]
+    fits = list(zip(accelerations, 6e4 * np.array(alone), 6e4 * given, strict=True))  # in mm/min
     page = render(
         "sinumerik.md.j2", part=part, name=name_of(part), glitches=table, fits=fits, flat=float(np.ptp(given)) == 0.0
     )
-    return {f"{name_of(part)}.mpf": "\n".join(lines), "README.md": page}
+    return {f"{name_of(part)}.mpf": render("sinumerik.mpf.j2", part=part, pulse=pulse), "README.md": page}
 
 
 TARGET = Target(
     "sinumerik",
     "machine data of friction compensation at reversals",
     sinumerik_files,
-    frozenset({"machine", "advance"}),
+    frozenset({"machine", "advance", "instead"}),
 )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fric.errors import FricError
-from fric.export.base import ExportedPart, Files, Target, axis_values, friction_values
+from fric.export.base import ExportedPart, Files, Target, archived, axis_values, friction_values
 from fric.export.c import name_of
 from fric.units import si_unit
 
@@ -102,17 +102,10 @@ def xlsx_files(part: ExportedPart) -> Files:
             sheet.append(row)
     packed = io.BytesIO()
     book.save(packed)
-    return {f"{name_of(part)}.xlsx": _undated(packed)}
-
-
-def _undated(workbook: io.BytesIO) -> bytes:
-    """Return a workbook without a time stamp: equal content gives equal bytes."""
-    made = io.BytesIO()
-    with zipfile.ZipFile(workbook) as dated, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name in dated.namelist():
-            content = re.sub(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", b"1980-01-01T00:00:00Z", dated.read(name))
-            archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), content)
-    return made.getvalue()
+    with zipfile.ZipFile(packed) as dated:
+        stamp, none = rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", b"1980-01-01T00:00:00Z"
+        content = {name: re.sub(stamp, none, dated.read(name)) for name in dated.namelist()}
+    return {f"{name_of(part)}.xlsx": archived(content)}
 
 
 CSV = Target("csv", "parameters and a table of steady friction as text", csv_files)

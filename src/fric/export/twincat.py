@@ -73,4 +73,6 @@ def twincat_files(part: ExportedPart) -> Files:
     return {f"{name_of(part)}-list.csv": "\n".join(lines) + "\n", "README.md": page}
 
 
-TARGET = Target("twincat", "the velocity → current list of TF5200's friction compensation", twincat_files)
+TARGET = Target(
+    "twincat", "the velocity → current list of TF5200's friction compensation", twincat_files, friction="static"
+)

@@ -63,22 +63,22 @@ def entry(flaw: Flaw, head: str = "##") -> str:
     names = ", ".join(f"`{name}`" for name in dict.fromkeys(re.findall(r"{(\w+)", flaw.says + flaw.mend)))
     texts = [f"{head} {flaw.code}", _explained(flaw.says) or "The warning itself says what was found.",
              f"Effect: {' '.join(effects)}", f"To do: {mend}" if (mend := _explained(flaw.mend)) else "",
-             f"A warning has values in place of …, and in files as {names}." * bool(names)]  # fmt: skip
+             f"A warning has values in place of the brackets, and in files as {names}." * bool(names)]  # fmt: skip
     return "\n\n".join(filter(None, texts)) + "\n"
 
 
 def _explained(text: str) -> str:
-    """Return a sentence without its values, as ``{size:2}``, which are … in it; empty where it has no words."""
-    text = re.sub(r"{(\w+)(?::[^{}|]*?(%)?)?}", lambda value: "… %" if value[2] else "…", text)
-    text = re.sub(r"{\w+:([^{}|]*)\|([^{}]*)}", _choice, text).replace("….", "…").strip()
-    return text if re.search(r"[^\W\d]{2}", text) else ""
+    """Return a sentence with the name of each value in brackets, as of ``{size:2}``; empty where it has no words."""
+    text = re.sub(r"{(\w+)(?::[^{}|]*?(%)?)?}", lambda value: f"[{value[1]}]{' %' * bool(value[2])}", text)
+    text = re.sub(r"{\w+:([^{}|]*)\|([^{}]*)}", _choice, text).strip()
+    return text if re.search(r"[^\W\d]{2}", re.sub(r"\[\w+\]", "", text)) else ""
 
 
 def _choice(found: re.Match[str]) -> str:
     """Return both ways of ``{rate:rises|falls}``; of what is said in some cases alone a sentence or an alternative."""
     first, *other = [text for text in found.groups() if text]
-    if other and first[0] in ",:;…":
-        return other[0] if first == "…" else first
+    if other and first[0] in ",:;[":
+        return other[0] if re.fullmatch(r"\[\w+\]", first) else first
     if not other and not first.endswith("."):
         return first if first.startswith(", or ") else ""
     last = re.sub(r"^[A-Z](?=[a-z ])", lambda begin: begin[0].lower(), (other or [first])[0].strip())
@@ -91,7 +91,7 @@ def page() -> str:
     """Return the page of all flaws, as Markdown."""
     head = """# Warnings by their codes
 
-Made from `fric.flaws` by `make docs`; `fric help CODE` shows one entry. In place of each … a warning has a value.
+Made from `fric.flaws` by `make docs`; `fric help CODE` shows one entry. In place of the brackets a warning has values.
 `load=` is an argument, and `--load` the option of the command line. Each warning in `warnings_coded` has `code`,
 `severity` (`note`, `doubt` or `wrong`), `text`, and where there are any `values`, `where` and `carried` (a file that
 was read said it first).

@@ -46,7 +46,7 @@ FILE_LEFT_OUT = Flaw("file-left-out", "doubt", "Left out: {why}.",
     "{propose:`{propose}` writes a mapping to look at and fill in, for `mapping=`.|}")
 RECORD_LEFT_OUT = Flaw("record-left-out", "doubt", "Left out, since it cannot be used: {why}.")
 FILE_UNUSED = Flaw("file-unused", "note",
-    "No step of axis {axis} uses it ({kinds}): others show the same, or it lacks a channel.",
+    "No step of axis {axis} uses it ({kinds}){others:; other records of its kind are used|}.",
     "{motion:`fric validate` holds results against it.|Keep logs of another machine in another folder.}")
 MAPPING_BUNDLED = Flaw("mapping-bundled", "note",
     "Read with the bundled mapping '{mapping}', the only one that fits: {files}.")

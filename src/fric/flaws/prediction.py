@@ -42,6 +42,8 @@ INTERRUPTED = Flaw("interrupted", "doubt", "Interrupted: {done} of {circles} cir
 T_D_BELOW_HOLD = Flaw("T_d-below-hold", "doubt",
     "T_d is {T_d}, less than the half sample of the hold: half a sample is assumed.")
 INVERSE_LEFT_OUT = Flaw("inverse-left-out", "note", "There is no force along this motion: {why}.")
+HELD_AS_PULSE = Flaw("held-as-pulse", "doubt",
+    "The drive holds a pulse: simulated at {feed} it leaves {pulsed:2}, and {model} fed forward {fed:2}.")
 PLAN_TYPICAL = Flaw("plan-typical", lambda f: "note" if f.like else "doubt",
     "Plant, controller, encoder and noise are those of the bundled {machine}.",
     "Give `machine=`, or `like=` with a typical log of the drive.")

@@ -335,7 +335,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
     measured = list(circles)
     maps: list[tuple[str, CircleMapDocument]] = []
     machine = ""
-    for path in (located(Path(given), "machine") for given in paths):
+    for path in (given if given.suffix else located(given, "machine") for given in map(Path, paths)):
         found = recognise(path)
         kind = found.partition("/")[0]
         if kind in KINDS:

@@ -35,7 +35,7 @@ from fric.report import plots
 from fric.report.collect import Change, Contour, ContourTest, Item, Measured, ReportInput, as_data, description
 from fric.results.base import Table, plain_names
 from fric.results.design import perturbation_of
-from fric.units import microns, readable, rotates, significant
+from fric.units import microns, readable, rotates, short_of_1
 from fric.verdict import EARNED, Candidate, Evidence, Verdict, bare, decide, machine_name
 
 TITLES = {
@@ -83,7 +83,7 @@ def _group(
 def _fit_value(value: Any) -> str:
     if isinstance(value, Quantity):
         return readable(float(value.value), value.unit)  # type: ignore[arg-type]
-    return significant(value, 4) if isinstance(value, float) else str(value)
+    return short_of_1(value) if isinstance(value, float) else str(value)
 
 
 def correlations(covariance: Covariance) -> list[str]:

@@ -115,6 +115,7 @@ class ExportResult(Result):
     notices: Sequence[Notice]  # Warnings of the machine's files
     against: Sequence[Notice]  # Why it should not be put on the machine; may be empty
     distrust: Sequence[Notice]  # Why the verdict does not trust it yet
+    instead: Sequence[Notice]  # What the target holds in place of the scheme that the verdict is of
     made_from: Sequence[dict[str, str]]  # Name and digest of each file that it was made from
     arcs: Sequence[TriedCircle] = ()  # Circles in LinuxCNC, where they were run
 
@@ -123,7 +124,7 @@ class ExportResult(Result):
         """The content of manifest.json, and the arcs if LinuxCNC ran."""
         content = manifest(self.target.name, self.part, self.files, notices=self.warnings, sources=self.made_from)
         if self.part.role == "compensation":
-            why = [*self.against, *self.distrust]
+            why = [*self.against, *self.distrust, *self.instead]
             content["verdict"] = {"trusted": not why, "why": [notice.as_dict() for notice in why]}
         content |= {"trial": [TrialPart.model_validate(arc).model_dump() for arc in self.arcs]} if self.arcs else {}
         ExportDocument.model_validate(content)
@@ -131,8 +132,8 @@ class ExportResult(Result):
 
     @property
     def warnings(self) -> Sequence[Notice]:
-        """Warnings of the machine's files, and reasons against the export."""
-        return once([*self.notices, *self.against])
+        """Warnings of the machine's files, reasons against the export, and what it holds in place of the scheme."""
+        return once([*self.notices, *self.against, *self.instead])
 
     def report(self) -> list[Piece]:
         """Return what is in which file, and how LinuxCNC and simulation compare."""
@@ -166,7 +167,7 @@ def export_axis(
     machine: MachineLike,
     *,
     axis: AxisName,
-    scheme: SchemesLike = "f",
+    scheme: SchemesLike | None = None,
     part: Literal["compensation", "machine"] = "compensation",
     single: bool = False,
     nominal_files: Annotated[Sequence[str], Kind(list[str], "AXIS=FILE.yaml")] = (),
@@ -184,7 +185,7 @@ def export_axis(
     A folder of `fric auto` in place of a machine gives its machine, its run, and the circles of that run.
 
     target: c, linuxcnc, fmi, st, twincat, sinumerik, csv, mat or xlsx.
-    scheme: The scheme: friction feedforward, and blocks. Its name, or itself.
+    scheme: The scheme: friction feedforward, and blocks. Its name, or itself; f (twincat: b) where not given.
     part: compensation; or machine, the axis itself as a plant to test a controller.
     single: Single precision (c).
     circles: A measured circle, which must agree with the machine's prediction. A difference counts against the export.
@@ -195,7 +196,11 @@ def export_axis(
     Raises FricError: When there is no such target, axis or scheme, or a part cannot be exported.
     """
     chosen = one_target(target, part, single=single)
-    (wanted,) = schemes_of(scheme, known)[:1]
+    (wanted,) = schemes_of(scheme or ("b" if chosen.friction else "f"), known)[:1]
+    if chosen.friction and not wanted.bare and (wanted.friction, wanted.blocks) != (chosen.friction, ()):
+        able = ", ".join(other.name for other in targets().values() if "machine" in other.parts)
+        raise FricError(f"the target {target} holds a {chosen.friction} map alone, and no scheme {wanted.name}",
+                        hint=f"Export `scheme='b'`, or scheme {wanted.name} to {able} or st.")  # fmt: skip
     notices: tuple[Notice, ...] = ()
     made_from: list[dict[str, str]] = []
     if isinstance(machine, Machine):
@@ -208,7 +213,8 @@ def export_axis(
         notices = axis_notices(read_machine_document(file, nominal_files), axis)
         made_from = sources([file, *(Path(text.partition("=")[2]) for text in nominal_files)])
     made = compensation_of(subject, axis, wanted) if part == "compensation" else machine_of(subject, axis)
-    options = {"single": single, "machine": subject, "advance": advance}
+    instead: list[Notice] = []
+    options = {"single": single, "machine": subject, "advance": advance, "instead": instead}
     files = chosen.files(made, **{name: value for name, value in options.items() if name in chosen.options})
     against, distrust = list[Notice](), list[Notice]()
     if part == "compensation":
@@ -230,7 +236,7 @@ def export_axis(
             require_trust(made, against, distrust, made_from)
         bench = _linuxcnc_bench()
         arcs = bench.try_in_linuxcnc(subject, wanted, folder_made(trial), advance=advance)
-    return ExportResult(chosen, made, files, notices, against, distrust, made_from, arcs)
+    return ExportResult(chosen, made, files, notices, against, distrust, instead, made_from, arcs)
 
 
 def _linuxcnc_bench() -> ModuleType:

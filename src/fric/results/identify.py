@@ -68,7 +68,7 @@ from fric.results.kinds import (
 )
 from fric.series import doubles
 from fric.simulate.spread import closed_intervals, draw_friction, friction_intervals
-from fric.units import Motion, readable, si_unit
+from fric.units import Motion, readable, short_of_1, si_unit
 from fric.verb import Kind, verb
 
 
@@ -385,7 +385,7 @@ class StaticResult(IdentifiedFriction, tree=static_tree):
             parameters(fit.estimates, title, self.warnings) for title, fit in maps.items() if fit is not None
         ]
         text += [parameters(fit.at_speed, "at one speed")] if fit.at_speed else []
-        quality = f", rmse {readable(fit.static.rmse, unit)}, R² {fit.static.r2:.4f}" if fit.static else ""
+        quality = f", rmse {readable(fit.static.rmse, unit)}, R² {short_of_1(fit.static.r2)}" if fit.static else ""
         return [*text, f"{len(fit.points)} strokes{quality}"]
 
 
@@ -578,7 +578,7 @@ class ModelResult(IdentifiedModel, tree=replay_tree):
         text: list[Piece] = [parameters(sections[name], name) for name in names if name in sections]
         samples = sum(int(record.used.sum()) for record in fit.records)
         error = readable(fit.rmse, si_unit("force", fit.motion))
-        return [*text, f"{samples} samples, rmse {error}, R² {fit.r2:.4f}"]
+        return [*text, f"{samples} samples, rmse {error}, R² {short_of_1(fit.r2)}"]
 
 
 @verb
