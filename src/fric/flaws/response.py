@@ -56,7 +56,7 @@ CHANGES_BETWEEN = Flaw("changes-between", "doubt",
     "Log at a higher rate, or start and stop slower.")
 NOT_PHYSICAL = Flaw("not-physical", "wrong", "{name} is {value}, which no axis has.",
     "{falls:Log a faster motion: friction falls with speed in this record.|Check the sign of the force.}")
-MASS_NOT_SHOWN = Flaw("mass-not-shown", "wrong", "The motion does not show the mass: {mass}.",
+MASS_NOT_SHOWN = Flaw("mass-not-shown", "wrong", "The motion does not show the mass: {mass} ± {half:2}.",
     "Log starts and stops, at a rate that shows them.")
 RESPONSE_ENDS = Flaw("response-ends", "doubt", "The response ends at {last:.4g} Hz, and Q (bandwidth "
     "{bandwidth:.4g} Hz) passes more: that part is not checked.", "Measure up to a higher frequency.")

@@ -1306,7 +1306,7 @@ def _warnings(
             falls = name.startswith("F_v") and float(estimates["M"]) > 0
             yield response.NOT_PHYSICAL.found(name=name, value=estimate, falls=falls)
         elif name == "M" and estimate.half_width >= float(estimate):
-            yield response.MASS_NOT_SHOWN.found(mass=estimate)
+            yield response.MASS_NOT_SHOWN.found(mass=estimate, half=Estimate(estimate.half_width, estimate.unit))
     if not is_effort(motion := records[0].log.motion):
         yield response.A_HOLDS_VISCOUS.found()
     if assumed:
