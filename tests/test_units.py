@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fric.errors import FricError
-from fric.units import _EVERYDAY, SI_UNITS, _registry, factor, is_unit, parse, prefixed, readable
+from fric.units import _EVERYDAY, SI_UNITS, _registry, factor, is_unit, parse, prefixed, readable, short_of_1
 
 
 @pytest.mark.parametrize(("unit", "si"), _EVERYDAY)
@@ -118,3 +118,10 @@ def test_a_step_of_a_drive_is_a_unit(unit: str, plain: str, step: float) -> None
     assert factor(unit, of, motion) == pytest.approx(step * factor(plain, of, motion))
     with pytest.raises(FricError):
         factor(f"3{unit}", of, motion)
+
+
+@pytest.mark.parametrize(
+    ("share", "shown"), [(0.5, "0.5000"), (0.99998, "0.99998"), (-0.3, "-0.3000"), (0.99996, "0.99996")]
+)
+def test_a_share_short_of_1_is_not_shown_as_1(share: float, shown: str) -> None:
+    assert short_of_1(share) == shown

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import FunctionType, NoneType, UnionType
 from typing import Annotated, Any, ForwardRef, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
-from fric.errors import FricError, Typed, near, of_path
+from fric.errors import FLAGS, FricError, Typed, near, of_path
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -175,13 +175,18 @@ def _check(function: Callable[P, Any], called: str, *args: P.args, **kwargs: P.k
     return bound
 
 
+MEANT = {flag.removeprefix("--").replace("-", "_"): name for name, flag in FLAGS.items()} | {"feed": "velocity"}
+"""Arguments by the names that options have."""
+
+
 def _unbound(function: Callable[..., Any], called: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> FricError:
     """Return the error of arguments that are missing, not known, given twice, or too many."""
     known = {name: parameter for name, parameter in _signature(function).parameters.items() if name != "self"}
     has = f"It has {', '.join(known)}." if known else "It has none."
     for name in kwargs:
         if name not in known:
-            return FricError(f"{called} has no argument '{name}'", hint=near(name, known) + has)
+            meant = f"Is it {MEANT[name]}? " if MEANT.get(name) in known else near(name, known)
+            return FricError(f"{called} has no argument '{name}'", hint=meant + has)
     places = [name for name, parameter in known.items() if parameter.kind in {Parameter.POSITIONAL_OR_KEYWORD}]
     given = args[1:] if "self" in _signature(function).parameters else args
     if len(given) > len(places) and Parameter.VAR_POSITIONAL not in {parameter.kind for parameter in known.values()}:

@@ -704,6 +704,16 @@ def test_the_table_marks_values_of_the_negative_direction(tmp_path: Path):
     assert [row[:2] for row in table.rows] == [("F_c", "24"), ("negative.F_c", "19")]
 
 
+def test_a_damaged_log_is_left_out_with_the_reason(tmp_path):
+    """There was said to be no log, and beside others nothing was said."""
+    (tmp_path / "short.h5").write_bytes((DATA / "circle.h5").read_bytes()[:3000])
+    found = find_sources([tmp_path])
+    assert found.refused == {"is no whole HDF5 file (cut short?)": [tmp_path / "short.h5"]}
+    with pytest.raises(FricError, match="no whole HDF5 file") as error:
+        fric.auto(tmp_path, output=tmp_path.parent / "out")
+    assert "--propose" not in str(error.value)
+
+
 def test_a_circle_without_compensation_needs_no_gms(tmp_path):
     missing = [NO_GMS, "K_f, and so the circle: a record with voltage", NO_OBSERVER, "lugre: it failed"]
     axis = AxisOutcome("linear", missing=missing, files={"plant": tmp_path / "none.yaml"})

@@ -349,6 +349,22 @@ def test_a_similar_name_is_of_a_document_of_the_type_that_is_wanted(tmp_path):
         assert found.value.hint.startswith(f"Is it {name}?" if name else "It was looked for")
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["ingest", "log.csv", "--kind", "constant-velocty", "-o", "log.h5"], "Is it constant-velocity?"),
+        (["plan", "--stroke", "300", "-o", "plan"], "'300' has no unit"),
+        (["plan", "--stroke", "300 mm", "-o", "plan"], "--feed is missing"),
+    ],
+)
+def test_an_error_says_what_lacks_or_is_meant(words, said, capfd, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["fric", *words])
+    with pytest.raises(SystemExit):
+        main.main()
+    printed = " ".join(capfd.readouterr().err.split())
+    assert said in printed, printed
+
+
 def test_a_comma_behind_the_last_scheme_is_no_scheme():
     assert [scheme.name for scheme in choose_schemes("c, ")] == ["c"]
     assert [scheme.name for scheme in choose_schemes("a,c,")] == ["a", "c"]

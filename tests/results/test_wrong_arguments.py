@@ -78,6 +78,7 @@ FRAME = {"time": [0.0, 1e-3, 2e-3], "position": [0.0, 1.0, 2.0]}
     (lambda: fric.identify_gms("data/presliding-sine.h5", knots=[]), "no knot was given"),
     (lambda: fric.identify_model("dahl", "data/presliding-sine.h5", fix=["n"]), "'n' is fixed at nothing"),
     (lambda: fric.design_block("kalmann", "p.yaml"), "there is no control block 'kalmann'.*Is it kalman"),
+    (lambda: fric.circle("xy-table", feed="100 mm/s"), "Is it velocity"),
     (lambda: fric.export_axis("cc", "xy-table", axis="x"), "there is no target 'cc'.*Is it c.*linuxcnc"),
 ])  # fmt: skip
 def test_an_argument_that_does_not_fit_is_named(call, words):

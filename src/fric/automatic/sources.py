@@ -130,7 +130,7 @@ def find_sources(
     letters = {path: letter for path in paths if (letter := axis_of_file(path))}
     letters = letters if len({*letters.values()}) > 1 else {}  # of one axis the headers and mappings say the name
     for path in paths:
-        kind = _own(path)
+        kind = _own(path, asking)
         if kind in {"circle/1", "run/1"}:
             try:
                 choose_circles([path])
@@ -295,9 +295,13 @@ def _controllers(given: Iterable[Path]) -> Iterator[Path]:
                     yield entry
 
 
-def _own(path: Path) -> str | None:
-    """Return the stated type of a file of fric; None for a foreign file."""
-    return _tried(lambda: recognise(path) if is_hdf5(path) else None)
+def _own(path: Path, asking: dict[Path, str]) -> str | None:
+    """Return the stated type of a file of fric; None for a foreign file, or for a damaged file, with the reason."""
+    try:
+        return recognise(path) if is_hdf5(path) else None
+    except FricError as error:
+        asking[path] = error.what
+        return None
 
 
 def _source(path: Path, records: list[Record], mapping: str | None) -> Source:

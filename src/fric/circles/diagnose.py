@@ -535,7 +535,7 @@ def both_directions(tests: Sequence[MeasuredCircle], feed: float | None = None) 
     text = ", ".join(f"{radius * 1e3:g} mm at {rate * 1e3:g} mm/s" for radius, rate in sorted(circles))
     if not asked:
         known = ", ".join(sorted({f"{test.feed * 1e3:g} mm/s" for test in tests}))
-        raise FricError(f"there is no circle at {(feed or 0) * 1e3:g} mm/s", hint=f"There are {known}.")
+        raise FricError(f"there is no circle at {(feed or 0) * 1e3:g} mm/s", hint=f"Its circles are at {known}.")
     if len(circles) > 1:
         raise FricError(f"the tests are of several circles: {text}", hint="Say which, as in `feed='100 mm/s'`.")
     found: dict[int, MeasuredCircle] = {}

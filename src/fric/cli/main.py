@@ -3,6 +3,7 @@
 import errno
 import gc
 import os
+import re
 import signal
 import sys
 import warnings
@@ -15,7 +16,7 @@ import fric
 from fric.cli.command import EXAMPLES, command_of, group
 from fric.cli.commands import COMMANDS
 from fric.cli.console import ERR, prepare_streams
-from fric.errors import FricError, clean, of_path, reworded
+from fric.errors import FricError, clean, near, of_path, reworded
 
 app = group(
     "fric",
@@ -85,7 +86,10 @@ def main() -> None:
             message = reworded(error.message)
             if message.startswith("Got unexpected extra"):
                 message += f". {COMMAS}"
-            use = "" if " is not one of " in message else getattr(getattr(error, "param", None), "help", None)
+            given, *known = (re.findall("'(.*?)'", text) for text in message.split(" is not one of "))
+            use = getattr(getattr(error, "param", None), "help", None)
+            if known:
+                use, message = None, f"{message} {near(given[-1], known[0])}".rstrip()
             error.message = clean(": ".join(filter(None, (message, use))))
             if not message and (known := EXAMPLES.get(command_of(error.ctx))):
                 error.message += f"\nExample: fric {known[0]}"

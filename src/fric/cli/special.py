@@ -13,7 +13,7 @@ from fric.cli.completion import topics, types
 from fric.cli.console import ERR, OUT, Interruption, asker, finish, interruption, paused, print_json
 from fric.errors import printable
 from fric.output import refuse_existing, written
-from fric.units import rotates
+from fric.units import parse, rotates
 
 
 def schema(
@@ -130,8 +130,12 @@ def plan(command: Command, given: dict[str, Any]) -> None:
     """Plan all records, or after a last result the most useful further record."""
     if "last" in given:
         command = replace(command, verb=PLAN_NEXT, doing="candidates")
-    elif not {"stroke", "feed"} <= given.keys():
-        raise typer.BadParameter('say what the axis may do: --stroke "300 mm" --feed "100 mm/s"')
+    elif lacks := [f"--{name}" for name in ("stroke", "feed") if name not in given]:
+        for name in given.keys() & {"stroke", "feed"}:  # a value without a unit is refused first
+            parse(given[name], "position" if name == "stroke" else "velocity")
+        raise typer.BadParameter(
+            f'say what the axis may do, as --stroke "300 mm" --feed "100 mm/s": {lacks[0]} is missing'
+        )
     command.end(command.call(given), given)
 
 
