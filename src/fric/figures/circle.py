@@ -35,7 +35,7 @@ def polar_figure(runs: Sequence[CircleRun]) -> Figure:
     with new_figure(max(2.9 * columns, 3.4), 3.15 * rows + 0.5) as figure:
         for n, run in enumerate(runs, 1):
             _draw(cast("PolarAxes", figure.add_subplot(rows, columns, n, projection="polar")), run, grid)
-        text = f"Radial error of a circle of {feed_of(runs[0].circle)}\ngrid {grid:g} µm, "
+        text = f"Radial error of a circle of {feed_of(runs[0].circle)}\nlines {grid:g} µm apart, "
         figure.suptitle(f"{text}magnified {magnified:.3g} times", fontsize=9)
     return figure
 
@@ -274,6 +274,9 @@ def scheme_look(n: int, scheme: Scheme) -> dict[str, Any]:
     return {"color": CYCLE[n % len(CYCLE)], "linestyle": "--" if scheme.observer else "-", "linewidth": width}
 
 
+TOP = 0.62  # Largest error in the figure of all schemes, over the radius of its reference circle
+
+
 def overlay_figure(
     contours: Sequence[SchemeContour], radius: float, direction: int, magnification: float,
     earlier: Sequence[SchemeContour] = (), size: tuple[float, float] = (6.6, 5.6),
@@ -289,17 +292,19 @@ def overlay_figure(
     step = _round(R / 6)
     with new_figure(*size) as figure:
         axes = cast("PolarAxes", figure.add_subplot(projection="polar"))
-        turn = np.linspace(0, 2 * np.pi, 181)
         for n in (-3, -2, -1, 1, 2):
-            name, label, at = f"ring:{n}", f"{n * step:+g} µm".replace("-", "−"), max(n * step, -R)
-            axes.plot(turn, np.full(181, at), ":", color=GREY, linewidth=0.7, gid=name)
-            axes.text(np.pi / 4, at, label, fontsize=7, gid=name, va="center")
-        axes.plot(turn, np.zeros(181), color=GREY, linewidth=1.6)
+            within = -0.7 * R <= n * step <= TOP * R  # others are a point, which a page may magnify
+            label, at = (f"{n * step:+g} µm".replace("-", "−"), n * step) if within else (" ", -R)
+            apart = np.pi / 4 + 0.12 * R / max(R + at, 0.3 * R)  # its label breaks the ring
+            turn = np.linspace(apart, 2.5 * np.pi - apart, 181)
+            axes.plot(turn, np.full(181, at), ":", color=GREY, linewidth=0.7, gid=f"ring:{n}")
+            axes.text(np.pi / 4, at, label, fontsize=7, gid=f"ring:{n}", va="center", ha="center")
+        axes.plot(np.linspace(0, 2 * np.pi, 181), np.zeros(181), color=GREY, linewidth=1.6)
         for which, run in (("earlier", earlier), ("now", contours)):
             for n, contour in enumerate(run):
                 look = look_of(n, contour) | ({"linestyle": ":", "label": None} if which == "earlier" else {})
                 axes.plot(contour.place, contour.error * 1e6, gid=f"{which}:{contour.scheme.name}", **look)
-        axes.set_ylim(-R, 0.62 * R)
+        axes.set_ylim(-R, TOP * R)
         axes.set_yticks([])
         axes.set_xticks(np.arange(4) * np.pi / 2, [name.replace("-", "−") for name in QUADRANTS])
         axes.spines["polar"].set_visible(False)

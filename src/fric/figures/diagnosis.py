@@ -51,7 +51,7 @@ def draw_diagnosis(found: Diagnosis, agreement: Agreement | None = None) -> Figu
         revolutions = " and ".join(str(test.count) for test in found.tests)
         figure.suptitle(
             f"Circle of {feed_of(test)}, mean of {revolutions} revolutions: "
-            f"G {max(found.figures.G.values()) * 1e6:.2f} µm; grid {grid:g} µm, magnified {magnified:.3g} times",
+            f"G {max(found.figures.G.values()) * 1e6:.2f} µm; lines {grid:g} µm apart, magnified {magnified:.3g} times",
             fontsize=9,
         )
     return figure

@@ -591,6 +591,7 @@ def decision_figure(n: int, test: ContourTest, chosen: Contour) -> PageFigure:
     times = magnification(drawn)
     figure = overlay_figure(contours, test.radius, test.direction, times, size=(4.6, 4.6))
     text = f"Error of the radius{test.of_file}, magnified {times:g} times; outwards is positive."
+    text += f" Axis {test.axes[0]} alone was simulated: no glitch of the other axis is drawn." * (len(test.axes) == 1)
     return PageFigure(key, "", text, alt, figure)
 
 
