@@ -86,10 +86,10 @@ def main() -> None:
             message = reworded(error.message)
             if message.startswith("Got unexpected extra"):
                 message += f". {COMMAS}"
-            given, *known = (re.findall("'(.*?)'", text) for text in message.split(" is not one of "))
+            given, *choices = (re.findall("'(.*?)'", text) for text in message.split(" is not one of "))
             use = getattr(getattr(error, "param", None), "help", None)
-            if known:
-                use, message = None, f"{message} {near(given[-1], known[0])}".rstrip()
+            if choices:
+                use, message = None, f"{message} {near(given[-1], choices[0])}".rstrip()
             error.message = clean(": ".join(filter(None, (message, use))))
             if not message and (known := EXAMPLES.get(command_of(error.ctx))):
                 error.message += f"\nExample: fric {known[0]}"

@@ -4,15 +4,12 @@ import hashlib
 import io
 import json
 import re
-import textwrap
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
 from typing import Any, Literal
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from numpy.typing import NDArray
 
 import fric
@@ -22,6 +19,8 @@ from fric.control.scheme import Scheme
 from fric.documents.base import warned
 from fric.documents.machine_files import sections_of
 from fric.errors import FricError, clean
+from fric.export.templates import render as render
+from fric.export.templates import wrapped as wrapped
 from fric.export.translate.program import Program
 from fric.export.translate.reader import Entry, read_program
 from fric.friction import FrictionModel
@@ -32,27 +31,6 @@ from fric.reference import Reference
 from fric.simulate.axis import blocks_of, setting_of
 from fric.simulate.machine import Machine
 from fric.units import Motion, si_unit
-
-
-@cache
-def _environment() -> Environment:
-    made = Environment(
-        loader=PackageLoader("fric.export"), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
-        keep_trailing_newline=True, autoescape=False,
-    )  # fmt: skip
-    made.filters["wrapped"] = wrapped
-    return made
-
-
-def render(template: str, **values: Any) -> str:
-    """Return a template of this package, filled."""
-    return _environment().get_template(template).render(version=fric.__version__, **values)
-
-
-def wrapped(items: list[str], indent: int = 4, width: int = 110) -> str:
-    """Return texts separated by commas, in lines of bounded length."""
-    margin = " " * indent
-    return textwrap.fill(", ".join(items), width, initial_indent=margin, subsequent_indent=margin).strip()
 
 
 def archived(files: Mapping[str, bytes]) -> bytes:

@@ -4,51 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fric.export.templates import render
 from fric.export.translate import program as ir
 
 _POWERS = (64, 32, 16, 8, 4, 2, 1)
-HELPERS = {
-    "min": """static inline {real} {prefix}min({real} a, {real} b)
-{{
-    return (a < b) ? a : b;
-}}""",
-    "max": """static inline {real} {prefix}max({real} a, {real} b)
-{{
-    return (a > b) ? a : b;
-}}""",
-    "copysign": """/* The size of a with the sign of b. */
-static inline {real} {prefix}copysign({real} a, {real} b)
-{{
-    return (b < {zero}) ? (-{fabs}(a)) : {fabs}(a);
-}}""",
-    "log1p": """/* ln(1 + x) for x > -1: powers of two are taken out of 1 + x, the series of artanh gives the rest. */
-static inline {real} {prefix}log1p({real} x)
-{{
-    static const {real} factors[7] = {{{factors}}};
-    static const {real} powers[7] = {{{powers}}};
-    {real} y = {one} + x;
-    {real} twos = {zero};
-    {real} sum = {zero};
-    for (int32_t i = 0; i < 7; ++i) {{
-        if (y >= factors[i]) {{
-            y = y / factors[i];
-            twos = twos + powers[i];
-        }}
-        if ((y * factors[i]) <= {one}) {{
-            y = y * factors[i];
-            twos = twos - powers[i];
-        }}
-    }}
-    {real} rest = ({fabs}(twos) > {zero}) ? (y - {one}) : x;
-    {real} s = rest / ({two} + rest);
-    {real} order = {last};
-    for (int32_t n = 0; n < 21; ++n) {{
-        sum = ((sum * s) * s) + ({one} / order);
-        order = order - {two};
-    }}
-    return (twos * {ln_2}) + (({two} * s) * sum);
-}}""",
-}
+INTRINSIC = ("min", "max", "copysign", "log1p")  # Functions that do not come from the C library
 
 
 @dataclass(frozen=True)
@@ -75,14 +35,15 @@ class Dialect:
         return f"{name}f" if self.single else name
 
 
-def helper(name: str, dialect: Dialect) -> str:
-    """Return the definition of an intrinsic function that does not come from the C library."""
+def helpers(program: ir.Program, dialect: Dialect) -> str:
+    """Return the definitions of intrinsic functions that a program calls and the C library lacks."""
     number, fabs = dialect.number, dialect.function("fabs")
-    return HELPERS[name].format(
-        real=dialect.real, prefix=dialect.prefix, fabs=fabs, zero=number(0.0), one=number(1.0), two=number(2.0),
+    return render(
+        "helpers.c.j2", called=[name for name in INTRINSIC if program.calls(name)], real=dialect.real,
+        prefix=dialect.prefix, fabs=fabs, zero=number(0.0), one=number(1.0), two=number(2.0),
         ln_2=number(0.6931471805599453), factors=", ".join(number(2.0**n) for n in _POWERS),
         powers=", ".join(number(n) for n in _POWERS), last=number(41.0),
-    )  # fmt: skip
+    ).rstrip()  # fmt: skip
 
 
 _WORDS = """
@@ -96,7 +57,7 @@ _RESERVED = frozenset(_WORDS.split())
 def c_routines(program: ir.Program, dialect: Dialect) -> str:
     """Return records, helpers and routines of a program, all static, each after its dependencies."""
     pieces = [_record(record, dialect) for record in program.records]
-    pieces += [helper(name, dialect) for name in HELPERS if program.calls(name)]
+    pieces += filter(None, [helpers(program, dialect)])
     return "\n\n".join([*pieces, *(_CRoutine(program, routine, dialect).text() for routine in program.routines)])
 
 

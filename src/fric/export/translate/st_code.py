@@ -1,5 +1,6 @@
 """A program in structured text (IEC 61131-3): functions and structures, without vendor-specific parts."""
 
+from fric.export.templates import render
 from fric.export.translate import program as ir
 
 _WORDS = """
@@ -17,35 +18,6 @@ _OPERATIONS = {
     "negate": "(-{})", "not": "(NOT {})", "to real": "DINT_TO_LREAL({})", "and": "({} AND {})", "or": "({} OR {})",
     "//": "({} / {})", "%": "({} MOD {})", "==": "({} = {})", "!=": "({} <> {})",
 }  # fmt: skip
-HELPERS = {
-    "copysign": """(* The size of a with the sign of b. *)
-FUNCTION {prefix}copysign : LREAL
-VAR_INPUT
-    a : LREAL;
-    b : LREAL;
-END_VAR
-IF b < 0.0 THEN
-    {prefix}copysign := -ABS(a);
-ELSE
-    {prefix}copysign := ABS(a);
-END_IF;
-END_FUNCTION""",
-    "log1p": """(* ln(1 + x), exact for small x too: W. Kahan's form. *)
-FUNCTION {prefix}log1p : LREAL
-VAR_INPUT
-    x : LREAL;
-END_VAR
-VAR
-    y : LREAL;
-END_VAR
-y := 1.0 + x;
-IF y = 1.0 THEN
-    {prefix}log1p := x;
-ELSE
-    {prefix}log1p := (LN(y) * x) / (y - 1.0);
-END_IF;
-END_FUNCTION""",
-}
 
 
 def st_number(value: float) -> str:
@@ -68,7 +40,8 @@ def st_type(of: ir.Type, prefix: str) -> str:
 def st_routines(program: ir.Program, prefix: str) -> str:
     """Return records, helpers and routines of a program, in an order in which each is declared before its use."""
     pieces = [_record(record, prefix) for record in program.records]
-    pieces += [text.format(prefix=prefix) for name, text in HELPERS.items() if program.calls(name)]
+    called = [name for name in ("copysign", "log1p") if program.calls(name)]
+    pieces += filter(None, [render("helpers.st.j2", called=called, prefix=prefix).rstrip()])
     return "\n\n".join([*pieces, *(_StRoutine(routine, prefix).text() for routine in program.routines)])
 
 
