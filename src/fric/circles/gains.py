@@ -232,16 +232,20 @@ class FoundController:
         found = replace(self, late=fit.late, swapped=fit.swapped)
         K_v, gain = self.cascade.K_v, self.estimates["K_v"]
         late = K_v * fit.velocity_lag if self.cascade.K_i else 1.0 - fit.fed_share(log_values)
-        half = FED_ERROR + K_v / fit.rate
+        half = FED_ERROR + K_v / fit.rate + K_v * fit.lag_error * bool(self.cascade.K_i)
+        share = 0.0 if abs(1.0 - late) <= half else min(max(1.0 - late, 0.0), 2.0)
+        wider = half + abs(late) * gain.half_width / K_v
+        if max(half, wider * (share > 0.0)) > 0.5:  # the share is not seen
+            return replace(
+                found, estimates={**self.estimates, "velocity_feedforward": Estimate(1.0, "1", assumed=True)}
+            )
         if abs(late) <= half:
             return found
-        share = 0.0 if abs(1.0 - late) <= half else min(max(1.0 - late, 0.0), 2.0)
-        half += abs(late) * gain.half_width / K_v
         if share == 0.0 and self.cascade.K_i:
             K_v = 1.0 / fit.velocity_lag
-            gain = Estimate.around_log(K_v, gain.unit, K_v / fit.rate)
+            gain = Estimate.around_log(K_v, gain.unit, K_v / fit.rate + 2 * K_v * fit.lag_error)  # friction adds to it
         cascade = replace(self.cascade, K_v=K_v, velocity_feedforward=share)
-        within = max(share - half, 0.0), share + half
+        within = max(share - wider, 0.0), share + wider
         estimates = {**self.estimates, "K_v": gain, "velocity_feedforward": Estimate(share, "1", within)}
         return replace(found, cascade=cascade, estimates=estimates)
 
@@ -299,7 +303,8 @@ def controller_of_logs(logs: Iterable[Log]) -> FoundController:
 
     def width(fit: FoundController) -> float:
         gains = (fit.estimates[name] for name in ("K_v", "K_p", "K_i"))
-        return sum(gain.half_width / float(gain) for gain in gains if float(gain))
+        open_share = "velocity_feedforward" in fit.estimates and fit.estimates["velocity_feedforward"].assumed
+        return sum(gain.half_width / float(gain) for gain in gains if float(gain)) + open_share
 
     return min(found, key=width)
 
@@ -370,6 +375,8 @@ class _Fit:
         self.fed, self.u, self.voltage = fed, u[self.used], u
         self.without = self._off(self.u)
         self.velocity_lag = float(velocity @ (r - z) / max(velocity @ velocity, 1e-300))
+        off = r - z - self.velocity_lag * velocity  # friction is made good by the integral only later
+        self.lag_error = 1.96 * float(np.sqrt(_alike(off) * np.mean(off**2) / max(velocity @ velocity, 1e-300)))
 
     def _off(self, values: Real) -> Real:
         """Return values without their part of the feedforward."""
@@ -421,7 +428,8 @@ class _Fit:
         other = found.copy()
         other[[0, 2]] = found[2] - found[1], found[0] + found[1]  # K_v and K_i/K_p in each other's place
         fed = [1.0 - float(np.exp(order[0])) * self.velocity_lag for order in (found, other)]
-        partly = all(FED_ERROR < share < 1.0 - FED_ERROR for share in fed)  # else an order that feeds all or none
+        least = [FED_ERROR + float(np.exp(order[0])) * self.lag_error for order in (found, other)]
+        partly = all(by < share < 1.0 - by for share, by in zip(fed, least, strict=True))  # else all or none is fed
         shares = [(share,) if partly else (0.0, 1.0) for share in fed]
         apart, second = self._apart(found, shares[0]), self._apart(other, shares[1])
         self.swapped = alike = max(apart, second) < SURE_ORDER * min(apart, second)
