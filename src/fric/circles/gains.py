@@ -19,7 +19,7 @@ from fric.flaws.circle import ADDED_VOLTAGE_FOUND, CONTROLLER_DIFFERS, FEEDFORWA
 from fric.kernels.block import Commands, Sample
 from fric.log import Log
 from fric.notice import Notice
-from fric.statistics import robust_deviation
+from fric.statistics import hac_covariance, robust_deviation
 from fric.units import Motion, si_unit
 
 FED = 0.7  # Largest share of the voltage's error that remains with feedforward, for a controller with feedforward
@@ -233,19 +233,18 @@ class FoundController:
         K_v, gain = self.cascade.K_v, self.estimates["K_v"]
         late = K_v * fit.velocity_lag if self.cascade.K_i else 1.0 - fit.fed_share(log_values)
         half = FED_ERROR + K_v / fit.rate + K_v * fit.lag_error * bool(self.cascade.K_i)
-        share = 0.0 if abs(1.0 - late) <= half else min(max(1.0 - late, 0.0), 2.0)
-        wider = half + abs(late) * gain.half_width / K_v
-        if max(half, wider * (share > 0.0)) > 0.5:  # the share is not seen
-            return replace(
-                found, estimates={**self.estimates, "velocity_feedforward": Estimate(1.0, "1", assumed=True)}
-            )
+        if half > 0.5:  # the share is not seen
+            unseen = Estimate(1.0, "1", assumed=True)
+            return replace(found, estimates={**self.estimates, "velocity_feedforward": unseen})
         if abs(late) <= half:
             return found
+        share = 0.0 if abs(1.0 - late) <= half else min(max(1.0 - late, 0.0), 2.0)
+        half += abs(late) * gain.half_width / K_v
         if share == 0.0 and self.cascade.K_i:
             K_v = 1.0 / fit.velocity_lag
-            gain = Estimate.around_log(K_v, gain.unit, K_v / fit.rate + 2 * K_v * fit.lag_error)  # friction adds to it
+            gain = Estimate.around_log(K_v, gain.unit, K_v / fit.rate + K_v * fit.lag_error)
         cascade = replace(self.cascade, K_v=K_v, velocity_feedforward=share)
-        within = max(share - wider, 0.0), share + wider
+        within = max(share - half, 0.0), share + half
         estimates = {**self.estimates, "K_v": gain, "velocity_feedforward": Estimate(share, "1", within)}
         return replace(found, cascade=cascade, estimates=estimates)
 
@@ -374,9 +373,16 @@ class _Fit:
         self.basis = np.linalg.qr(self.sized)[0]
         self.fed, self.u, self.voltage = fed, u[self.used], u
         self.without = self._off(self.u)
-        self.velocity_lag = float(velocity @ (r - z) / max(velocity @ velocity, 1e-300))
-        off = r - z - self.velocity_lag * velocity  # friction is made good by the integral only later
-        self.lag_error = 1.96 * float(np.sqrt(_alike(off) * np.mean(off**2) / max(velocity @ velocity, 1e-300)))
+        # in the second half of each way, when the integral has made good what friction adds behind a reversal
+        turns = np.concatenate([[0], np.flatnonzero(np.diff(np.sign(velocity))) + 1, [len(r)]])
+        n = np.arange(len(r))
+        way = np.searchsorted(turns, n, "right")
+        late = 2 * n + 1 >= turns[way - 1] + turns[way]
+        X, y = np.column_stack([velocity, np.gradient(velocity, 1 / rate)])[late], (r - z)[late]
+        X = X[:, X.any(axis=0)]
+        lag = np.linalg.lstsq(X, y, rcond=None)[0]
+        self.velocity_lag = float(lag[0])
+        self.lag_error = 1.96 * float(np.sqrt(hac_covariance(X, y - X @ lag, [len(y)])[0, 0]))
 
     def _off(self, values: Real) -> Real:
         """Return values without their part of the feedforward."""
