@@ -378,11 +378,11 @@ class _Fit:
         n = np.arange(len(r))
         way = np.searchsorted(turns, n, "right")
         late = 2 * n + 1 >= turns[way - 1] + turns[way]
-        X, y = np.column_stack([velocity, np.gradient(velocity, 1 / rate)])[late], (r - z)[late]
-        X = X[:, X.any(axis=0)]
-        lag = np.linalg.lstsq(X, y, rcond=None)[0]
-        self.velocity_lag = float(lag[0])
-        self.lag_error = 1.96 * float(np.sqrt(hac_covariance(X, y - X @ lag, [len(y)])[0, 0]))
+        X: Real = np.column_stack([velocity, np.gradient(velocity, 1 / rate)])[late]
+        X, y = X[:, X.any(axis=0)], np.asarray(r - z)[late]
+        slopes = np.asarray(np.linalg.lstsq(X, y, rcond=None)[0])
+        self.velocity_lag = float(slopes[0])
+        self.lag_error = 1.96 * float(np.sqrt(hac_covariance(X, y - X @ slopes, [len(y)])[0, 0]))
 
     def _off(self, values: Real) -> Real:
         """Return values without their part of the feedforward."""

@@ -45,7 +45,7 @@ from fric.results.kinds import CircleLike, KnownSchemes, MachineLike, Quantity, 
 from fric.simulate.contour_run import Circle, pair
 from fric.simulate.machine import Machine
 from fric.simulate.processes import MonteCarlo
-from fric.units import readable
+from fric.units import readable, si_unit
 from fric.verb import Kind, verb
 
 
@@ -296,8 +296,9 @@ class TuneResult(Result, schema=circle_findings.TuningDocument):
         """Return the parameters by axis, and the next circles."""
         pieces: list[Piece] = []
         for name, axis in self.found.axes.items():
-            before, after = (f"{fitted.rms * 1e3:.2f} mV" for fitted in (axis.before, axis.after))
-            title = f"axis {name}: {before} left of the voltage, {after} when tuned"
+            unit = si_unit("input", axis.axis.motion)
+            before, after = (readable(fitted.rms, unit) for fitted in (axis.before, axis.after))
+            title = f"axis {name}: {before} left of the input, {after} when tuned"
             title += "" if axis.improves else "; refused"
             pieces += [named(["", "value", "95 %", "unit"], estimate_rows(axis.parameters), title), ""]
         rows = [
