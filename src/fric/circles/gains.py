@@ -377,9 +377,9 @@ class _Fit:
         turns = np.concatenate([[0], np.flatnonzero(np.diff(np.sign(velocity))) + 1, [len(r)]])
         n = np.arange(len(r))
         way = np.searchsorted(turns, n, "right")
-        late = 2 * n + 1 >= turns[way - 1] + turns[way]
-        X: Real = np.column_stack([velocity, np.gradient(velocity, 1 / rate)])[late]
-        X, y = X[:, X.any(axis=0)], np.asarray(r - z)[late]
+        settled = 2 * n + 1 >= turns[way - 1] + turns[way]
+        X: Real = np.column_stack([velocity, np.gradient(velocity, 1 / rate)])[settled]
+        X, y = X[:, X.any(axis=0)], np.asarray(r - z)[settled]
         slopes = np.asarray(np.linalg.lstsq(X, y, rcond=None)[0])
         self.velocity_lag = float(slopes[0])
         self.lag_error = 1.96 * float(np.sqrt(hac_covariance(X, y - X @ slopes, [len(y)])[0, 0]))
