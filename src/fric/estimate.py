@@ -167,8 +167,10 @@ def _is_interval(given: Any) -> bool:
 
 
 def _closed(limits: Any) -> Any:
-    """Return the limits with infinity for null, and for what no parameter of a drive reaches."""
+    """Return the limits with infinity for null, and for what no parameter of a drive reaches; turned ones stay so."""
     if isinstance(limits, list | tuple) and len(limits) == 2 and all(x is None or is_number(x) for x in limits):
+        if None not in limits and limits[0] > limits[1]:
+            return tuple(limits)
         return tuple(end if x is None or abs(x) > GAIN else x for x, end in zip(limits, (-inf, inf), strict=True))
     return tuple(map(_closed, limits)) if isinstance(limits, list | tuple) else limits
 

@@ -449,7 +449,10 @@ def test_an_argument_of_another_type_that_lacks_an_attribute() -> None:
         fric.MeasuredCircle(0.03, 0.1, 1, axes=cast("Any", "x"))
 
 
-@pytest.mark.parametrize(("value", "ci95"), [(1.0, 0.001), (1.0, (1.0,)), ((1.0, 2.0), (0.0, 3.0)), (1.0, ("a", "b"))])
+@pytest.mark.parametrize(
+    ("value", "ci95"),
+    [(1.0, 0.001), (1.0, (1.0,)), ((1.0, 2.0), (0.0, 3.0)), (1.0, ("a", "b")), (1.0, (2**53 + 1, 2.0))],
+)
 def test_an_interval_that_fits_no_value(value: Any, ci95: Any) -> None:
     with pytest.raises(FricError, match="ci95 does not fit the value"):
         Estimate(value, "N", ci95)
