@@ -49,7 +49,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 def readme(folder: Path) -> None:
     """Draw Table 2's circles, and the first screen of the page of the README's session; that needs a browser."""
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
-    shot = f"--hide-scrollbars --force-device-scale-factor=1 --window-size=1200,702 --screenshot={FIGURES / 'page.png'}"
+    shot = f"--hide-scrollbars --force-device-scale-factor=1 --window-size=1200,722 --screenshot={FIGURES / 'page.png'}"
     for command in (
         f"fric simulate circle configs/xy-table.yaml --plot {FIGURES / 'table-2.png'} --force",
         "fric auto data -o found",
