@@ -4,6 +4,7 @@ import subprocess
 import sys
 from math import pi
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -121,7 +122,18 @@ def test_a_step_of_a_drive_is_a_unit(unit: str, plain: str, step: float) -> None
 
 
 @pytest.mark.parametrize(
-    ("share", "shown"), [(0.5, "0.5000"), (0.99998, "0.99998"), (-0.3, "-0.3000"), (0.99996, "0.99996")]
+    ("share", "shown"),
+    [
+        (0.5, "0.5"),
+        (0.97, "0.9700"),
+        (0.99998, "0.99998"),
+        (-0.3, "-0.3"),
+        (0.99996, "0.99996"),
+        (2.3e-5, "2.3e-05"),
+        (12345.678, "12350"),
+        (np.nan, "–"),
+        (1.0, "1"),
+    ],
 )
 def test_a_share_short_of_1_is_not_shown_as_1(share: float, shown: str) -> None:
     assert short_of_1(share) == shown

@@ -342,4 +342,6 @@ def significant(value: float, digits: int = 3) -> str:
 
 def short_of_1(value: float) -> str:
     """Return a share with four digits, or with so many more that it is not shown as 1: ``0.99998``."""
-    return f"{value:.{max(4, ceil(-log10(max(abs(1.0 - value), 1e-9))))}f}"
+    if not 0.9 < value < 1.0 - 1e-9:
+        return significant(value, 4)
+    return f"{value:.{max(4, ceil(-log10(1.0 - value)))}f}"
