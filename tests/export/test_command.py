@@ -271,3 +271,18 @@ def test_a_pulse_that_decays_with_the_integral_time_is_a_step_of_voltage() -> No
     one = scheme_part("c")
     volts = through_controller(one, one.K_p / one.K_i, np.linspace(0, 0.2, 100))
     np.testing.assert_allclose(volts, one.K_p, rtol=1e-12)
+
+
+IN_PER_CENT = [("c", "c"), ("st", "c"), ("linuxcnc", "c"), ("csv", "b"), ("twincat", "b")]
+
+
+@pytest.mark.parametrize(("target", "scheme"), IN_PER_CENT)
+def test_a_drive_in_per_cent_is_fed_in_per_cent(target: str, scheme: str) -> None:
+    """Comments, tables and manifest said V."""
+    table = fric.read_machine(MACHINE)
+    machine = replace(table, axes={**table.axes, "x": replace(table.axes["x"], motion="linear/%/%")})
+    made = fric.export_axis(target, machine, axis="x", scheme=scheme)
+    assert made.document["parameters"]["limit"]["unit"] == "%"
+    files = [content if isinstance(content, str) else content.decode() for content in made.files.values()]
+    assert not re.search(r"\[V\]|\| V", "".join(files))
+    assert "%" in "".join(files)

@@ -225,11 +225,11 @@ def _block(block: ControlBlock, setting: Setting) -> BlockPart:
 
 def axis_values(part: ExportedPart) -> dict[str, dict[str, Any]]:
     """Return the numbers of plant, controller and feedforward by name, each with its unit."""
-    unit, force = (si_unit(name, part.motion) for name in ("position", "force"))
+    unit, force, of_input = (si_unit(name, part.motion) for name in ("position", "force", "input"))
     values = {
-        "sampling": (part.sampling, "Hz"), "limit": (part.limit, "V"), "lead": (part.lead, "s"),
+        "sampling": (part.sampling, "Hz"), "limit": (part.limit, of_input), "lead": (part.lead, "s"),
         "gain": (part.gain, "1"), "K_f": (part.K_f, si_unit("force per input", part.motion)), "A": (part.A, "1/s"),
-        "B": (part.B, f"{unit}/(s^2*V)"), "resolution": (part.resolution, unit),
+        "B": (part.B, si_unit("acceleration per input", part.motion)), "resolution": (part.resolution, unit),
     }  # fmt: skip
     if part.role == "machine":
         values |= {"delay": (part.delay, "s"), "load": (part.load, force)}

@@ -25,7 +25,7 @@ def name_of(part: ExportedPart) -> str:
 def values_of(part: ExportedPart, number: Callable[[float], str]) -> dict[str, Any]:
     """Return the data of a part for templates, with numbers in the language's notation."""
     model = part.model
-    unit, force_unit = (si_unit(name, part.motion) for name in ("position", "force"))
+    unit, force_unit, of_input = (si_unit(name, part.motion) for name in ("position", "force", "input"))
     what = f"Friction compensation of axis {part.axis}, scheme {part.scheme}"
     return {
         "part": part,
@@ -37,6 +37,7 @@ def values_of(part: ExportedPart, number: Callable[[float], str]) -> dict[str, A
         "packed": model.layout.replace("…", "..."),
         "unit": unit,
         "force_unit": force_unit,
+        "of_input": of_input,
         "states": max(part.initial_state.size, 1),
         "initial": [number(value) for value in part.initial_state] or [number(0.0)],
         "parameters": [number(value) for value in part.parameters],

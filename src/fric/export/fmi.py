@@ -27,11 +27,11 @@ class Variable:
     start: str = "0.0"
 
 
-def _variables(part: ExportedPart, unit: str, force: str) -> list[Variable]:
+def _variables(part: ExportedPart, unit: str, force: str, of_input: str) -> list[Variable]:
     rows: list[tuple[str, ...]]
     if part.role == "machine":
         rows = [
-            ("voltage", "input", "V", "control voltage, held during a step"),
+            ("voltage", "input", of_input, "control voltage, held during a step"),
             ("position", "output", unit, "true position"),
             ("velocity", "output", f"{unit}/s", "true velocity"),
             ("encoder", "output", unit, "position by the encoder"),
@@ -44,13 +44,13 @@ def _variables(part: ExportedPart, unit: str, force: str) -> list[Variable]:
             ("velocity", "input", f"{unit}/s", "commanded velocity"),
             ("acceleration", "input", f"{unit}/s2", "commanded acceleration"),
             ("measured", "input", unit, "position by the encoder"),
-            ("control", "input", "V", "output of the controller"),
-            ("previous", "input", "V", "voltage that the drive got in the step before"),
+            ("control", "input", of_input, "output of the controller"),
+            ("previous", "input", of_input, "what the drive got in the step before"),
             ("gain", "input", "1", "of what is fed forward against friction", "1.0"),
-            ("volts", "output", "V", "to add to the controller's output"),
-            ("friction", "output", "V", "fed forward against friction"),
-            ("model", "output", "V", "inverse model of the plant"),
-            ("estimate", "output", "V", "taken off by observers"),
+            ("volts", "output", of_input, "to add to the controller's output"),
+            ("friction", "output", of_input, "fed forward against friction"),
+            ("model", "output", of_input, "inverse model of the plant"),
+            ("estimate", "output", of_input, "taken off by observers"),
             ("force", "output", force, "friction of the model"),
         ]
     fault = ("fault", "output", "1", "1 from a fault until reset")
@@ -60,7 +60,7 @@ def _variables(part: ExportedPart, unit: str, force: str) -> list[Variable]:
 def fmi_files(part: ExportedPart) -> Files:
     """Return two units of a part: NAME-fmi2.fmu and NAME-fmi3.fmu."""
     values = c_values(part)
-    variables = _variables(part, values["unit"], values["force_unit"])
+    variables = _variables(part, values["unit"], values["force_unit"], values["of_input"])
     plain = {str(name): str(text) for name, text in c_files(part).items()}
     made: dict[str, str | bytes] = {}
     for version in (2, 3):

@@ -48,7 +48,7 @@ def sheets(part: ExportedPart) -> dict[str, list[Sequence[Any]]]:
     A value that is open, as a voltage without a limit, is an empty cell.
     """
     unit, force = (si_unit(name, part.motion) for name in ("position", "force"))
-    head = (f"velocity [{unit}/s]", f"friction [{force}]", "feedforward [V]")
+    head = (f"velocity [{unit}/s]", f"friction [{force}]", f"feedforward [{si_unit('input', part.motion)}]")
     return {
         "parameters": [
             ("section", "parameter", "value", "unit"),

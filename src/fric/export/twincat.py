@@ -66,7 +66,7 @@ def twincat_files(part: ExportedPart) -> Files:
     velocity, volts, error = list_of(part)
     unit, force = ("rad" if rotates(part.motion) else "mm"), si_unit("force", part.motion)
     per = 1.0 if rotates(part.motion) else 1e3
-    lines = [f"velocity [{unit}/s];feedforward [V]"]
+    lines = [f"velocity [{unit}/s];feedforward [{si_unit('input', part.motion)}]"]
     lines += [f"{per * v:.9g};{u:.9g}" for v, u in zip(velocity, volts, strict=True)]
     shown = {"unit": unit, "force": force, "count": len(velocity), "error": f"{error:.3g}", "axis": part.axis}
     page = render("twincat.md.j2", name=name_of(part), ends=[f"{per * velocity[n]:g}" for n in (0, -1)], **shown)
