@@ -324,7 +324,8 @@ def _of_log(log: Log) -> FoundController | None:
             fit, found, covariance, swap = _fitted(r, z, u, rate, lag=lag)
             others = [_Fit(fit.r[::2], fit.z[::2], fit.voltage[::2], rate / 2, lag=lag)]
             others += [_Fit(r, z, u, rate, lag=0.0)] if slow else []
-            apart = [np.abs(other.best()[0] - found)[: len(covariance)] for other in others]
+            orders = [(order := other.best()[0], _exchanged(order)) for other in others]
+            apart = [min((np.abs(o - found)[: len(covariance)] for o in both), key=np.sum) for both in orders]
         except (np.linalg.LinAlgError, ValueError):
             continue
         half = np.linalg.norm([1.96 * np.sqrt(np.diag(covariance)), *apart], axis=0)
@@ -431,8 +432,7 @@ class _Fit:
         best = min(tried, key=lambda solution: solution.cost)
         found = np.append(best.x, filters)
         found[3] = min(found[3], np.log(self.rate))  # above it a filter is none
-        other = found.copy()
-        other[[0, 2]] = found[2] - found[1], found[0] + found[1]  # K_v and K_i/K_p in each other's place
+        other = _exchanged(found)
         fed = [1.0 - float(np.exp(order[0])) * self.velocity_lag for order in (found, other)]
         least = [FED_ERROR + float(np.exp(order[0])) * self.lag_error for order in (found, other)]
         partly = all(by < share < 1.0 - by for share, by in zip(fed, least, strict=True))  # else all or none is fed
@@ -463,6 +463,11 @@ class _Fit:
         others = np.linalg.qr(self.sized[:, [0, 2, 3]])[0]
         rests = [self.u - self.volts(log_values) - share * K_i * self.fed[:, 1] for share in shares]
         return min(float(np.sum((rest - others @ (others.T @ rest)) ** 2)) for rest in rests)
+
+
+def _exchanged(order: Real) -> Real:
+    """Return logarithms of gains with K_v and K_i/K_p in each other's place."""
+    return np.array([order[2] - order[1], order[1], order[0] + order[1], *order[3:]])
 
 
 def _fitted(r: Real, z: Real, u: Real, rate: float, lag: float | None = None) -> tuple[_Fit, Real, Real, Real]:
