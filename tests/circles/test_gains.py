@@ -296,3 +296,13 @@ def test_a_lag_by_friction_is_no_missing_feedforward(scale: float, along: str) -
     found = controller_of_logs([closed_loop(SLOW[along], scale, 0.0)])
     low, high = found.estimates["K_v"].ci95
     assert low < 55.0 < high
+
+
+@pytest.mark.parametrize("jump", [200, 201, 400])
+def test_a_reference_that_hardly_moves_shows_no_gains(jump: int) -> None:
+    """Of every other sample the reference may stand still, and shows no lag then."""
+    noise = np.random.default_rng(0).normal(size=(2, 400))
+    r = np.where(np.arange(400) == jump, 1e-3, 0.0)
+    log = Log(time=np.arange(400) / 1e3, reference=r, position=r - 1e-6 * noise[0], input=noise[1])
+    with pytest.raises(FricError, match="no record"):
+        controller_of_logs([log])

@@ -410,11 +410,8 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
     lacks = "Log time, position or velocity, and force, torque or current of a moving axis in one file; where they are "
     lacks += "there, name them in a mapping"
     mapped = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
-    hint = (
-        ""
-        if LEAVES_OUT in why or files[0].suffix == ".h5"
-        else f"{'Say it in a mapping' if NO_SCALE in why else lacks}: `{mapped}`."
-    )
+    damaged = LEAVES_OUT in why or files[0].suffix == ".h5"
+    hint = "" if damaged else f"{'Say it in a mapping' if NO_SCALE in why else lacks}: `{mapped}`."
     moved, pushed = (found.refused.get(lacking, []) for lacking in (NO_FORCE, NO_POSITION))
     if moved and pushed:  # the channels of a record in files of their own
         pair = [pushed[0].name, *get_close_matches(pushed[0].name, [path.name for path in moved], n=1, cutoff=0.0)]

@@ -374,16 +374,7 @@ class _Fit:
         self.basis = np.linalg.qr(self.sized)[0]
         self.fed, self.u, self.voltage = fed, u[self.used], u
         self.without = self._off(self.u)
-        # in the second half of each way, when the integral has made good what friction adds behind a reversal
-        turns = np.concatenate([[0], np.flatnonzero(np.diff(np.sign(velocity))) + 1, [len(r)]])
-        n = np.arange(len(r))
-        way = np.searchsorted(turns, n, "right")
-        settled = 2 * n + 1 >= turns[way - 1] + turns[way]
-        X: Real = np.column_stack([velocity, np.gradient(velocity, 1 / rate)])[settled]
-        X, y = X[:, X.any(axis=0)], np.asarray(r - z)[settled]
-        slopes = np.asarray(np.linalg.lstsq(X, y, rcond=None)[0])
-        self.velocity_lag = float(slopes[0])
-        self.lag_error = 1.96 * float(np.sqrt(hac_covariance(X, y - X @ slopes, [len(y)])[0, 0]))
+        self.velocity_lag, self.lag_error = _lag_of(velocity, r - z, rate) if velocity.any() else (0.0, np.inf)
 
     def _off(self, values: Real) -> Real:
         """Return values without their part of the feedforward."""
@@ -463,6 +454,21 @@ class _Fit:
         others = np.linalg.qr(self.sized[:, [0, 2, 3]])[0]
         rests = [self.u - self.volts(log_values) - share * K_i * self.fed[:, 1] for share in shares]
         return min(float(np.sum((rest - others @ (others.T @ rest)) ** 2)) for rest in rests)
+
+
+def _lag_of(velocity: Real, late: Real, rate: float) -> tuple[float, float]:
+    """Return the lag [s] of a position that is late [m], and its 95 % half-width.
+
+    It is that in the second half of each way, when the integral has made good what friction adds behind a reversal.
+    """
+    turns = np.concatenate([[0], np.flatnonzero(np.diff(np.sign(velocity))) + 1, [len(velocity)]])
+    n = np.arange(len(velocity))
+    way = np.searchsorted(turns, n, "right")
+    settled = 2 * n + 1 >= turns[way - 1] + turns[way]
+    X: Real = np.column_stack([velocity, np.gradient(velocity, 1 / rate)])[settled]
+    X, y = X[:, X.any(axis=0)], late[settled]
+    slopes = np.asarray(np.linalg.lstsq(X, y, rcond=None)[0])
+    return float(slopes[0]), 1.96 * float(np.sqrt(hac_covariance(X, y - X @ slopes, [len(y)])[0, 0]))
 
 
 def _exchanged(order: Real) -> Real:

@@ -601,6 +601,5 @@ def _plant_use(found: Inspection) -> Use:
     if by_motion:
         return Use(purpose, True, "a motion in both directions, with changing speed and acceleration")
     broad = found.kind == "frequency-response"
-    shown = found.excites and found.kind == "sliding-sine" and "force" in found.channels
-    motion = "; take it as a motion: `method='motion'`" * shown
+    motion = "; take it as a motion: `method='motion'`" * (found.excites and found.kind == "sliding-sine")
     return Use(purpose, broad, f"the excitation is {'' if broad else 'not '}broad-band{motion}")

@@ -1037,9 +1037,7 @@ def _axis_alone(record: Prepared) -> tuple[Real, Real, bool] | None:
     J = np.array([of_M, shown["static", "sigma"].slope[0], F_c * shown["static", "F_c"].slope[0], of_offset])
     covariance = J @ fit.spread @ J.T
     covariance[::3, ::3] += error + moment * np.outer(by, by)
-    if unlike := not white(
-        off, [len(off)]
-    ):  # friction that lags looks like mass as the axis speeds up, not as it brakes
+    if unlike := not white(off, [len(off)]):  # friction that lags is as mass where the axis speeds up, not as it brakes
         up = (m.velocity * m.acceleration)[used] > 0.0
         covariance[0, 0] += np.ptp([np.linalg.lstsq(X[part], y[part])[0][0] for part in (up, ~up)]) ** 2 / 4.0
     return np.array([found[0], F_v, F_c, found[1]]), covariance, unlike
