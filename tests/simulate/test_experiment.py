@@ -7,6 +7,7 @@ import pytest
 from fric.documents.machine_files import read_machine
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
+from fric.friction.gms import GMS
 from fric.io.hdf5 import read_records, write_logs
 from fric.log import Log
 from fric.reproduce.paper import SAMPLES
@@ -49,6 +50,15 @@ def test_a_constant_load_adds_to_the_force_in_both_directions() -> None:
     plain, loaded = (constant_velocity(axis, speeds=[1e-2])[0] for axis in (IDEAL, replace(IDEAL, load=12.5)))
     for direction in (1, -1):
         assert np.mean(steady(loaded, direction) - steady(plain, direction)) == pytest.approx(12.5, rel=1e-6)
+
+
+@pytest.mark.long(15)
+def test_a_contact_that_is_too_stiff_to_be_integrated_is_refused() -> None:
+    """Micro-steps on a block of 3e12 N/m, which swings at 17 kHz, took a minute of an older core."""
+    gms = AXIS.friction
+    assert isinstance(gms, GMS)
+    with pytest.raises(FricError, match="too stiff"):
+        list(experiment(replace(AXIS, friction=replace(gms, k=(3e12, *gms.k[1:]))), "micro-steps"))
 
 
 def test_every_stroke_leaves_presliding_behind() -> None:

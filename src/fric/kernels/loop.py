@@ -35,6 +35,7 @@ from fric.kernels.sensing import FAULTLESS, SENSING, Sensing, reading
 from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
 
 BLOCKS = 4  # Blocks that a loop has room for: the controller, and three more
+MOST_WORK = 200_000_000  # Friction steps of a run, a hundred or so a sample where a contact is too stiff: ten seconds
 CONTROLLER, FEEDFORWARD, OBSERVER = range(3)  # What a block is there for
 
 
@@ -61,7 +62,7 @@ NONE = Block(absent, FEEDFORWARD, np.zeros(0), np.zeros(0))
 class Traces(NamedTuple):
     """What the loop writes down, one value a controller sample."""
 
-    position: Real  # m, true: of the table, where there is one on a spring
+    position: Real  # m, true: of the table, where there is one on a spring; NaN from where a run is given up
     sensed: Real  # m, true, of the body that the encoder is on
     measured: Real  # m, by the encoder
     velocity: Real  # m/s, true
@@ -118,7 +119,7 @@ def _closed_loop(  # noqa: PLR0913 - compiled: Numba takes arrays, not objects
     z = rows[0, 0] + plant.ahead
     v, F = plant.v_0, step(0.0, plant.v_0, 0.0, state, parameters)
     count, u, control, excess, estimate = roles[BLOCKS], 0.0, 0.0, 0.0, 0.0
-    saturated, depth = 0, halvings
+    saturated, depth, work = 0, halvings, 0
     ends, states_ahead = np.empty((ORDERS, 3)), np.empty((ORDERS, state.size))
 
     for n in range(rows.shape[1]):
@@ -165,11 +166,14 @@ def _closed_loop(  # noqa: PLR0913 - compiled: Numba takes arrays, not objects
             if lengths[part] > 0.0:
                 sent = n - late - 1 + part
                 driven = (B * trace.input[sent] if sent >= 0 else 0.0) - plant.load / plant.M
-                now, depth = advance(
+                now, depth, spent = advance(
                     step, state, parameters, plant, Instant(0.0, v, F), driven, lengths[part], effective[part],
                     halvings, depth, ends, states_ahead,
                 )  # fmt: skip
-                z, v, F = z + now.z, now.v, now.F
+                z, v, F, work = z + now.z, now.v, now.F, work + spent
+        if work > MOST_WORK:
+            trace.position[n:] = np.nan
+            break
     return saturated
 
 

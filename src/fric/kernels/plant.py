@@ -144,7 +144,7 @@ def _extrapolated(results: Real, k: int, i: int) -> float:
     return last + change
 
 
-_RESULT = types.Tuple((INSTANT, types.int64))  # type: ignore[no-untyped-call]
+_RESULT = types.Tuple((INSTANT, types.int64, types.int64))  # type: ignore[no-untyped-call]
 
 
 @compiled(
@@ -167,8 +167,8 @@ def advance(  # noqa: PLR0913 - compiled: Numba takes numbers, not objects
     depth: int,
     ends: Real,
     states: Real,
-) -> tuple[Instant, int]:
-    """Advance the plant over a length of time, in steps of length/2^depth, and return where it is and the depth.
+) -> tuple[Instant, int, int]:
+    """Advance the plant over a length of time, in steps of length/2^depth; return where it is, the depth, and the work.
 
     friction, state, parameters: The true friction: its compiled step, its state (changed in place), its parameters.
     plant, now: The plant, and where it is.
@@ -218,4 +218,4 @@ def advance(  # noqa: PLR0913 - compiled: Numba takes numbers, not objects
         easy = (smooth and k < 3) or (work >= WORK and depth > 3)
         if easy and depth > halvings and at % (whole >> (depth - 1)) == 0:
             depth -= 1
-    return now, depth
+    return now, depth, work

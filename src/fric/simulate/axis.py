@@ -149,7 +149,8 @@ def run_axis(
     arguments = _loop_arguments(axis, reference, scheme, excitation, accuracy, began, against)
     traces, saturated = closed_loop(*arguments, halvings, sensing_of(axis))
     if not np.isfinite(traces.position).all():
-        raise FricError(f"the motion of axis {axis.name} grows beyond all numbers", hint="Look at its values.")
+        why = f"the motion of axis {axis.name} grows beyond all numbers, or a contact is too stiff to be integrated"
+        raise FricError(why, hint="Look at its values: mass, damping, and stiffness before sliding.")
     return Trace(time=reference.time, reference=reference.position, saturated=saturated, **traces._asdict())
 
 
