@@ -142,7 +142,7 @@ def find_sources(
             _taken(path, None, read_records(path), found, seen)
         elif (
             kind is None
-            and (path.suffix.lower() in endings() or _holds_numbers(path))
+            and (path.suffix.lower() in endings() or _tried(lambda path=path: len(next(tables(path)).columns) > 1))
             and (why := _foreign(path, mapping, found, seen, assume=assume, axis=letters.get(path)))
         ):
             asking[path] = why
@@ -232,11 +232,6 @@ def _tried(read: Callable[[], T]) -> T | None:
         return read()
     except FricError:
         return None
-
-
-def _holds_numbers(path: Path) -> bool:
-    """Return whether a file of unknown ending is a table of numbers."""
-    return (_tried(lambda: len(next(tables(path)).columns)) or 0) > 1
 
 
 def _is_paper(path: Path) -> bool:

@@ -24,8 +24,6 @@ from fric.output import folder_made, staged
 
 TOGETHER, PERHAPS = 0.45, 0.2
 """How much of a force goes with sign(v) and acceleration of a position: above the first they are of one record."""
-SYMBOLS = LETTERS | {"theta": "position", "phi": "position"}
-"""What short names of files say of the variable in them."""
 MOST_PARTS = 6  # Files of a record at most
 SAME_SPAN = 0.05  # Share of their span by which the clocks of files of one record begin or end apart at most
 
@@ -116,11 +114,11 @@ def _of_variables(parts: Sequence[Path], files: ExitStack) -> Memory:
         name = " ".join(word for word in parted if any(word not in others for others in words))
         table, *more = files.enter_context(closing(tables(path)))
         said, count = spoken(Column(name)), len(table.columns)
-        quantity = SYMBOLS.get(name, said.quantity)
+        quantity = LETTERS.get(name, said.quantity)
         shown.append((quantity, said.commanded))
         if more or quantity is None or {spoken(c).quantity for c in table.columns} - {None, quantity}:
             raise FricError("is no part of a record", where=str(path))
-        name = f"{quantity} {name}" if name in SYMBOLS else name
+        name = f"{quantity} {name}" if name in LETTERS else name
         parts_of = [f" {c.name}" if c.name.isidentifier() else f"[{n}]" for n, c in enumerate(table.columns)]
         columns += [Column(name + part * (count > 1), c.unit) for part, c in zip(parts_of, table.columns, strict=True)]
         data += map(np.concatenate, zip(*(block.columns for block in table.read(range(count))), strict=True))

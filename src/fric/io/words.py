@@ -1,10 +1,11 @@
 """What names and units of columns say: the one list of words, in the languages of those who write headers."""
 
 import re
+import tomllib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import product
+from itertools import chain, product
 from math import exp, log
 from pathlib import Path
 from types import MappingProxyType
@@ -18,61 +19,22 @@ from fric.errors import FricError
 from fric.io.readers.base import Column, ForeignTable, named, plain_name
 from fric.units import PLAIN, Motion, converts, factor, is_unit
 
-TIME = ("time", "zeit", "timestamp", "clock", "tempo", "temps", "tiempo", r"\w*時間", "^ms", "^millis", "^us$",
-        "^micros", "^n?(?:ano)?secs?", "^seconds", "ipoc")  # fmt: skip
-CLOCKS = {"ms": "ms", "msec": "ms", "millis": "ms", "us": "us", "usec": "us", "micros": "us", "sec": "s", "secs": "s",
-          "seconds": "s", "nsec": "ns", "nsecs": "ns", "ns": "ns", "ipoc": "ms"}  # fmt: skip
-"""Words of a clock that are its unit."""
-ERROR = ("error", "deviation", "diff", "difference", "fehler", "schleppabstand", "abweichung", "errore", "scostamento",
-         "erreur", "écart", r"\w*偏差")  # fmt: skip
-REFERENCE = ("reference", "ref", "cmd", "command", "commanded", "demand", "set", "set ?point", "target", "soll",
-             "sollwert", "desired", r"(?<!\w)des(?= ?\d*$)", "requested", "planned", "goal", "traj", "wanted",
-             "input pos", "ordered", "riferimento", "consigne", "référence", "consigna", "referencia",
-             r"\w*指令")  # fmt: skip
-POSITION = ("position", "pos", "weg", "lage", "winkel", "angle", "displacement", "travel", "encoder", "enc", "tacho",
-            "posizione", "spostamento", "déplacement", "posición", "posicion", r"\w*位置")  # fmt: skip
-VELOCITY = ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehzahl", "velocità", "vitesse",
-            "velocidad", "rate", "omega", "rpm", "erpm", "dq", "qd", "n ist", "n act", r"\w*速度")  # fmt: skip
-FORCE = ("force", "torque", "tau", "effort", "trq", "frc", "ff", "fm", "fx", "fy", "fz",
-         "friction", "kraft", "moment(?!an)", "drehmoment", "reibung", "forza", "coppia",
-         "attrito", "fuerza", "load cell", "kraftmessdose", r"\w*トルク")  # fmt: skip
-CURRENT = ("current", "curr", "cur", "iq", "i q", "i ist", "i act", "amp", "amps", "ampere", "strom", "corrente",
-           "courant", "corriente", "intensidad", r"\w*電流")  # fmt: skip
-LOAD = ("load", "last", "auslastung", "carico", "charge", "carga")
-ACCELERATION = ("acceleration", "accel", "acc", "ddq", "qdd", "q ?ddot", "beschleunigung", "accelerazione",
-                "accélération", "aceleración", "aceleracion", "jerk", "ruck")  # fmt: skip
-BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "température", "bus", "dc", "supply",
-                 "zwischenkreis", "pressure", "druck", "status", "state", "zustand", "mode(?!l)",
-                 "modus", "flag", "id", "i d", "ud", "u d", "vd", "v d", "stato", "estado", "état", "vibration", "batt",
-                 "[uv]bus", "[uv]dc", "tcp", "pose", r"\br(?:ist|sol)\b", "cartesian",
-                 "battery", "hours", "fault", r"tacho\w* abs", "current in(?:put)?", "in(?:put)? current", "d axis",
-                 "enabled?", "normal ?(?:force|load|kraft)", "reibwert", "reib(?:ungs)?zahl", "friction coefficient",
-                 "coefficient of friction", "cof")  # fmt: skip
-"""What drives and tribometers log beside a motion."""
-MODE = ("mode(?!l)", "modus", "enabled?", "freigabe", "control ?word", "servo on", "state", "zustand", "stato",
-        "estado", "état", "status")  # fmt: skip
-"""What a control is in, the surest words first."""
-MEASURED = ("actual", "act", "ist", "istwert", "measured", "meas", "feedback", "fb", "fbk", "encoder", "enc", "real",
-            "effettiva", "réelle", "reelle", "mesurée", "medida", "misurata", "true", "present")  # fmt: skip
-AT_LOAD = ("load", "link", "output", "scale", "direct", "second", "abtrieb", "last", "glasmaßstab", "messsystem 2")
-"""Where a second encoder is."""
-INPUT = ("input", "voltage", "volt", "volts", "spannung", "tensione", "uq", "u q", "vq", "v q", "control signal",
-         r"(?:motor|control|controller) output")  # fmt: skip
-ELECTRICAL = ("erpm", "electrical", "elektrisch", "state speed")  # What turns once a pair of poles; the last of VESC
-DUTY = ("pwm", "duty", "throttle", "aussteuerung")
-
-LETTERS = {"t": "time", "z": "position", "x": "position", "q": "position", "v": "velocity", "f": "force", "u": "input"}
-"""Names of one letter."""
-EXACT = {"torque": "force", "voltage": "input", "t": "time"}
-"""Whole names that are taken for a channel without a question, besides its name."""
-OF_MEANS = {
-    "mean velocity": "velocity", "speed": "velocity", "mean force": "force", "mean torque": "force",
-    "std": "deviation", "sd": "deviation", "standard deviation": "deviation", "standard error": "error",
-    "sem": "error", "count": "n", "samples": "n",
-}  # fmt: skip
-"""Further names of the columns of a table of forces and velocities."""
+_LISTS = tomllib.loads(Path(__file__).with_name("words.toml").read_text("utf-8"))
 
 
+def _in_all_languages(kind: str) -> dict[str, tuple[str, ...]]:
+    """Return the lists of words of a kind."""
+    return {name: tuple(chain(*of.values())) for name, of in _LISTS[kind].items()}
+
+
+QUANTITIES, SHOWS = _in_all_languages("quantity"), _in_all_languages("shows")
+"""Words of each quantity, in the order in which they are tried, and of what else a name shows."""
+LETTERS: Mapping[str, str] = _LISTS["names"]["letters"]  # Names of one letter
+EXACT: Mapping[str, str] = _LISTS["names"]["exact"]  # Names that are taken for a channel without a question
+OF_MEANS: Mapping[str, str] = _LISTS["names"]["of_means"]  # Names in a table of forces and velocities
+CLOCKS: Mapping[str, str] = _LISTS["names"]["clocks"]  # Words of a clock that are its unit
+SUFFIX: Mapping[str, str] = _LISTS["names"]["suffix"]  # Units behind a name, in small letters
+ROWS, COUNTED, _SILENT = (frozenset(_LISTS["plain"][name]) for name in ("rows", "counted", "silent"))
 AXES = "xyzabcuvw"  # Letters that name axes of machine tools
 
 
@@ -144,45 +106,9 @@ def refuse_left_out(table: ForeignTable, origins: Collection[str], taken: Collec
         )
 
 
-QUANTITIES = {
-    "time": TIME,
-    "error": ERROR,
-    "acceleration": ACCELERATION,
-    "other": BESIDE_MOTION,
-    "current": CURRENT,
-    "velocity": VELOCITY,
-    "force": (*FORCE, "par", "(?<!thermo)couple"),
-    "position": (*POSITION, "posici"),
-    "input": INPUT,
-    "duty": DUTY,
-    "load": LOAD,
-}
-"""Words of each quantity, in the order in which they are tried."""
 OF_UNITS = ("time", "position", "velocity", "force", "input", "acceleration")  # Dimensions that a unit shows
 DRIVE_UNITS = ("A", "mA", "%", "count")
 """Units of a force that is logged in a unit of the drive; a signal in V is an input first."""
-ROWS = frozenset({"index", "row", "sample", "samples", "no", "nr", "count", "idx", "counter", "punkt"})
-"""Names of what counts rows."""
-COUNTS = ("adc", "lsb", "raw counts?")
-"""Words that say that a column is in counts."""
-COUNTED = frozenset({"count", "counts", "cts", "cnt", "inc", "incs", "pulse", "pulses", "tick", "ticks", "step",
-                     "steps", "inkr", "incr", "inkremente", "increments", "impulse", "units", "puu"})  # fmt: skip
-"""Units that say nothing but that a step is one."""
-ROTARY = ("angle", "winkel", "angolo", "ángulo", "angulo", "joint", "gelenk", "rotor", "theta", "phi", "omega",
-          "drehzahl", "rpm", "erpm", "angular", "rotation", "giunto", "articulation", "q", "dq", "qd", "gimbal",
-          "robot", "roll", "pitch", "yaw", "turn", "turns")  # fmt: skip
-"""Words that show that an axis turns."""
-LINEAR = ("linear", "slide", "carriage", "table", "tisch", "schlitten", "stage", "stroke", "hub", "weg", "displacement",
-          "laser", "feed(?!back)", "vorschub", "tavola", "mesa", "mm", "glasmaßstab", "motor pos fb",
-          "motor pos cmd")  # fmt: skip
-"""Words that show that an axis moves along a line; a letter of a linear axis shows it less."""
-SUFFIX = {"rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "deg_s": "deg/s", "degps": "deg/s", "mm_s": "mm/s",
-          "mmps": "mm/s", "m_s": "m/s", "mps": "m/s", "mm_min": "mm/min", "rpm": "rpm", "nm": "N*m", "deg": "deg",
-          "rad": "rad", "mm": "mm", "um": "um", "a": "A", "ma": "mA", "pct": "%", "percent": "%", "ms": "ms",
-          "us": "us", "sec": "s", "ns": "ns", "mnm": "mN*m", "meters": "m", "metres": "m", "degrees": "deg",
-          "degs": "deg", "radians": "rad", "revs": "rev", "revolutions": "rev", "turns": "rev", "millimeters": "mm",
-          "millimetres": "mm", "newtons": "N", "amps": "A", "milliamps": "mA"}  # fmt: skip
-"""Units behind a name, in small letters."""
 _RATIO = re.compile(r"(?i)(?:^|[_\s])([a-z]+)[_\s]per[_\s](s|sec|secs|seconds?|min|minute)$")
 """The unit of a velocity behind a name, as in ``speed_meters_per_sec``."""
 
@@ -210,17 +136,17 @@ def spoken(column: Column) -> Spoken:
     name = leaf if shows else name
     by_name = next((quantity for quantity, known in QUANTITIES.items() if _has(name, known)), None)
     unit = _unit_of(column)
-    unit = "N*m" if unit == "nm" and by_name == "force" else "count" if _has(name, COUNTS) and not unit else unit
+    unit = "N*m" if unit == "nm" and by_name == "force" else unit or ("count" if _has(name, SHOWS["counts"]) else None)
     counted = is_counted(unit)
     by_unit = _quantity_of(unit) if unit and not counted else None
-    sensed = by_unit == "input" and by_name in {"position", "velocity"} and not _has(name, REFERENCE)
+    sensed = by_unit == "input" and by_name in {"position", "velocity"} and not _has(name, SHOWS["reference"])
     by_name = "other" if sensed else by_name
     turns = unit in {"1/s", "s^-1", "s-1"} and by_name == "velocity"
     unit, by_unit = (None, None) if turns else (unit, by_unit)
-    commanded, measured = _has(name, REFERENCE), _has(name, MEASURED)
+    commanded, measured = _has(name, SHOWS["reference"]), _has(name, SHOWS["measured"])
     by_name = LETTERS.get(name, by_name) if by_name is None and not commanded else by_name
     by_name = "force" if by_name is None and name.startswith("f ") and name != "f n" else by_name
-    if by_name == "force" and _has(name, INPUT):  # a feedforward (ff) in volts
+    if by_name == "force" and _has(name, QUANTITIES["input"]):  # a feedforward (ff) in volts
         by_name, commanded = "input", commanded or _has(name, ("ff",))
     means = by_name or ""
     by_name = {"current": "force", "load": "force", "duty": "input"}.get(means, by_name)
@@ -234,7 +160,7 @@ def spoken(column: Column) -> Spoken:
     if by_name == "time" and by_unit in {None, "time"}:
         quantity, unit = "time", unit or next((size for word, size in CLOCKS.items() if word in name.split()), None)
     moves = TURNS if turns else motions_in(name)
-    return Spoken(quantity, unit, commanded, measured, moves, _has(name, AT_LOAD), means)
+    return Spoken(quantity, unit, commanded, measured, moves, _has(name, SHOWS["at_load"]), means)
 
 
 CUSTOMS = (("rev", 1e4, re.compile(r"(pos|vel)_(estimate|mapper)|\bodrive")), ("mm", 20.0, re.compile(r"^joint\.\d+\.")
@@ -269,20 +195,20 @@ _COUNTED = re.compile(
 def says_mode(column: Column) -> float:
     """Return how surely a name is that of a mode of the control; 0 where it is not."""
     name = _words(column.name)
-    return next((1.0 / (1 + n) for n, word in enumerate(MODE) if _has(name, (word,))), 0.0)
+    return next((1.0 / (1 + n) for n, word in enumerate(SHOWS["mode"]) if _has(name, (word,))), 0.0)
 
 
 def is_electrical(column: Column) -> bool:
     """Return whether a name says that a turn is that of a pair of poles."""
-    return _has(_words(column.name), ELECTRICAL)
+    return _has(_words(column.name), SHOWS["electrical"])
 
 
 def motions_in(name: str) -> Mapping[Motion, float]:
     """Return how much more likely a motion is by a name: words show it, and a letter of a linear axis a little."""
     words = name.casefold()
-    if _has(words, LINEAR):
+    if _has(words, SHOWS["linear"]):
         return {"linear": 12.0}
-    if _has(words, ROTARY):
+    if _has(words, SHOWS["rotary"]):
         return {"rotary": 12.0}
     return {"linear": 3.0} if set(words.split()) & set("xyz") else {}
 
@@ -296,11 +222,6 @@ def bare(column: Column) -> str:
     parts = re.split(r"(?<=[^_\s])[_\s]+(?=[^_\s])", column.name)
     two = len(parts) > 2 and "_".join(parts[-2:]).casefold() in SUFFIX
     return " ".join(parts[: -2 if two else -1]) or column.name
-
-
-_SILENT = frozenset({"motor", "load", "link", "drive", "raw", "filtered", "filt", "est", "estimated", "sim", "value",
-                     "signal", "data", "channel"})  # fmt: skip
-"""Words of a name that are of no axis, though several columns have them."""
 
 
 def tags(columns: Sequence[Column]) -> list[str | None]:
@@ -333,7 +254,12 @@ def says_something(word: str) -> bool:
     """Return whether a word of a name says what a column is, and not of which axis."""
     if word.isdigit() or word in AXES:
         return False
-    known = (*REFERENCE, *MEASURED, *(word for words in QUANTITIES.values() for word in words), *LETTERS)
+    known = (
+        *SHOWS["reference"],
+        *SHOWS["measured"],
+        *(word for words in QUANTITIES.values() for word in words),
+        *LETTERS,
+    )
     return word in _SILENT or _has(word, known)
 
 
