@@ -6,14 +6,14 @@ noise. As a drive or a guideway warms up, the magnitude of the force changes at 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
 
-from fric.arrays import Real
+from fric.arrays import Mask, Real
 from fric.log import Log
 from fric.records.segments import Segment
 
@@ -27,7 +27,7 @@ FASTEST = 0.02  # Rate [1/s] above which the force is settling, not warming up
 SETTLING = 3.0  # Largest ratio of the rates in whole strokes and in their later halves without settling
 STUCK = 1e-9  # Least uncertainty of the slope over a stroke, as a share of the force, unless the force is at a bound
 REPEATED = 0.05  # Relative difference of speeds up to which strokes repeat each other
-FEWEST = 4  # Number of speeds above which each is left out
+FEWEST = 4  # Number of speeds above which each is left out, and of records that separate cogging from inertia
 LIKELY_RATE, SURE_RATE = 0.99, 0.995  # Probabilities above which a rate is likely, and surely, not zero
 SCATTERED_RATE = 0.95  # The same where the means of strokes scatter beyond their noise, too, as of what changes
 
@@ -96,6 +96,62 @@ def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
         float(np.sqrt(friction)) if friction > MINOR * whole else 0.0,
         same.strokes, float(high - low),
     )  # fmt: skip
+
+
+class Cogging(NamedTuple):
+    """A force over position, by its values at places; zero in the mean over them."""
+
+    places: Real  # [m], shape (PLACES + 1,)
+    force: Real  # [N], shape (PLACES + 1,)
+    varies: float  # Root mean square of what recurs [N]
+    errors: Real  # Directions whose squares add up to its covariance [N], shape (strokes, PLACES + 1)
+
+    def less(self, log: Log) -> Log:
+        """Return a record without it."""
+        if log.position is None or log.force is None:
+            return log
+        return replace(log, force=log.force - np.interp(log.position, self.places, self.force))
+
+    def covers(self, log: Log) -> Mask:
+        """Return which samples of a record are at these places, shape (n,)."""
+        low, high, apart = self.places[0], self.places[-1], self.places[1] - self.places[0]
+        z = log.require("position", "a force over position")
+        return np.asarray((z > low - apart) & (z < high + apart))
+
+    def moves(self, X: Real, z: Real) -> Real:
+        """Return the covariance of a least-squares fit by its errors, of columns X (n, p) at places z (n,): (p, p)."""
+        effects = np.column_stack([np.interp(z, self.places, error) for error in self.errors])
+        moved = np.linalg.lstsq(X, effects, rcond=None)[0]
+        return np.asarray(moved @ moved.T)
+
+
+def cogging(strokes: Sequence[tuple[Log, Segment]]) -> Cogging | None:
+    """Return the force over position in which strokes of both directions agree (`over_place`); None where they do not.
+
+    ``F_i(z) = m_i + c(z)`` along stroke i, c being linear between places; its errors are those of a jackknife.
+    """
+    found, records = over_place(strokes), {id(log) for log, _ in strokes}
+    if found is None or found.either or not found.cogging or len(records) < FEWEST:
+        return None
+    cut = [
+        (log.position[s.start : s.stop], log.force[s.start : s.stop]) for log, s in strokes
+        if log.position is not None and log.force is not None
+    ]  # fmt: skip
+    places = np.linspace(min(z.min() for z, _ in cut), max(z.max() for z, _ in cut), PLACES + 1)
+    hats = [np.column_stack([np.interp(z, places, row) for row in np.eye(PLACES + 1)]) for z, _ in cut]
+    hats = [hat - hat.mean(axis=0) for hat in hats]
+    normal = np.array([hat.T @ hat / len(hat) for hat in hats])
+    right = np.array([hat.T @ (F - F.mean()) / len(hat) for hat, (_, F) in zip(hats, cut, strict=True)])
+
+    def solved(without: int | None = None) -> Real:
+        kept = np.arange(len(cut)) != without
+        whole = normal[kept].sum(axis=0)
+        bound = 1e-3 * np.trace(whole) / len(whole) * np.eye(len(whole))
+        force = np.linalg.solve(whole + bound, right[kept].sum(axis=0))
+        return np.asarray(force - force.mean())
+
+    each = np.array([solved(n) for n in range(len(cut))])
+    return Cogging(places, solved(), found.cogging, np.sqrt((len(cut) - 1) / len(cut)) * (each - each.mean(axis=0)))
 
 
 class _Common(NamedTuple):

@@ -30,6 +30,7 @@ from fric.flaws import channel as flaws
 from fric.flaws import response
 from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.files import RECORD_LEFT_OUT
+from fric.flaws.static_map import FORCE_OVER_POSITION
 from fric.identify.plant.frequency_response import SEGMENTS, MeasuredResponse, driven_alike, measure_response
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record, refuse_several_axes
 from fric.notice import Notice
@@ -37,6 +38,7 @@ from fric.process import one_blas_thread
 from fric.records.flaws import even_sampling, evened, record_flaws
 from fric.records.inspection import CONDITION
 from fric.records.motion import BANDWIDTH, Conditioning, kept, shows_mass, thinned
+from fric.records.over_strokes import Cogging, cogging
 from fric.records.prepared import Drive, Prepared, prepared
 from fric.records.recognition import kind_of
 from fric.records.segments import steady_segments
@@ -1054,6 +1056,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     border: int | None = None,
     mass: float | None = None,
     replayed: Callable[[Sequence[Prepared]], RigidAxis | None] | None = None,
+    place: Cogging | None = None,
 ) -> MotionFit:
     """Fit a rigid axis to motions by least squares on zero-phase filtered, decimated signals.
 
@@ -1072,10 +1075,21 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     cutoff, decimation, border: See `Conditioning`; chosen from the sampling rate where not given.
     replayed: Gives the estimates of motions by a law that falls with speed and yields before it slides; they are taken
         where their intervals are narrower, or they are outside of those of the rigid fit.
+    place: Force over position that was taken off; by default the one that strokes at constant velocity show.
     Raises FricError: When neither force nor input was logged, the sampling is uneven, or the motion does not separate
         the terms.
     """
     asked, motion, amiss = logs, logs[0].motion, record_flaws(logs, "plant")
+    given = {"direction": direction, "force_constant": force_constant, "delay": delay, "cutoff": cutoff,
+             "decimation": decimation, "border": border, "mass": mass, "replayed": replayed}  # fmt: skip
+    if place is None and (place := cogging([(log, part) for log in logs for part in steady_segments(log)])):
+        fit = identify_motion([place.less(log) for log in logs], **given, place=place)  # type: ignore[arg-type]
+        varies, length = Estimate(2**0.5 * place.varies, logs[0].unit("force")), np.ptp(place.places)
+        said = FORCE_OVER_POSITION.found(
+            varies=varies, length=Estimate(float(length), logs[0].unit("position")), either=False, taken_off=True,
+            level=np.inf, half_width=0.0,
+        )  # fmt: skip
+        return replace(fit, warnings=(*fit.warnings, said))
     logs, clocks = zip(*map(evened, logs), strict=True)
     channel: Literal["force", "input"] = (
         "force" if all(log.force is not None for log in logs) or force_constant is not None else "input"
@@ -1098,6 +1112,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     drive = Drive(force_constant or 1.0, *timing)
     records = prepared(served, drive=drive, filters=settings)
     shown = [_in_motion(record, s) for record, s in zip(records, settings, strict=True)]
+    shown = [record.restricted(place.covers(record.log)) for record in shown] if place else shown
     settings = [
         s if record.used[s.border :].all() else replace(s, decimation=1)
         for record, s in zip(shown, settings, strict=True)
@@ -1105,9 +1120,8 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     sizes = [float(np.linalg.norm(r.motion.acceleration[r.used])) / max(r.used.sum(), 1) ** 0.5 for r in shown]
     idle = [size < ACCELERATES * max(sizes) for size in sizes]
     if any(idle):
-        given = {"direction": direction, "force_constant": force_constant, "delay": delay, "cutoff": cutoff,
-                 "decimation": decimation, "border": border, "mass": mass, "replayed": replayed}  # fmt: skip
-        fit = identify_motion([log for log, rests in zip(asked, idle, strict=True) if not rests], **given)  # type: ignore[arg-type]
+        kept_logs = [log for log, rests in zip(asked, idle, strict=True) if not rests]
+        fit = identify_motion(kept_logs, **given, place=place)  # type: ignore[arg-type]
         whose = ", ".join(log.name for log in compress(logs, idle))
         why = f"{whose}: less than {ACCELERATES:.0%} of another record's acceleration"
         return replace(fit, warnings=(*fit.warnings, RECORD_LEFT_OUT.found(logs[0].source, why=why)))
@@ -1142,8 +1156,13 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     if replayed is not None and as_usual:
         with suppress(FricError):  # a replay needs more of a record than this fit
             whole = prepared([replace(log, kind="motion") for log in served], drive=drive)
+            whole = [record.restricted(place.covers(record.log)) for record in whole] if place else whole
             values, covariance = _finer((values, covariance), replayed(whole))
             residual = y - X @ values
+    if place is not None:
+        places = [r.log.position[r.used] for r in shown if r.log.position is not None]
+        z = [thinned(at, s.decimation) for at, s in zip(places, settings, strict=True)]
+        covariance = covariance + place.moves(X, np.concatenate(z))
 
     half = quantile * np.sqrt(np.diag(covariance))
     units = [_unit(name, channel, motion) for name in names]
