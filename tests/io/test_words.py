@@ -5,64 +5,46 @@ import pytest
 from fric.io.readers.base import Column
 from fric.io.words import spoken
 
-NAMES = {
-    (
-        "current",
-        "",
-    ): "current.q; q_current; Motorstrom; I_motor; motor_current; MotorCurrent_A; corriente motor; corrente motore; stroom; prąd; proud; 电流; ток; akım",
-    ("current", "commanded"): (
-        "CurCmd; I nominal; I (N) NOML; Commanded Current (Q axis); IL.CMD; iq_ref; Iq_setpoint"
-    ),
-    (
-        "current",
-        "measured",
-    ): "CurFbk; CurrentFeedback; ICTRL_ISQ_ACT; Actual Current (Q axis); Current actual value averaged; IL.FB; Stromistwert iq; iq_meas",
-    ("duty", ""): ("pwm"),
-    (
-        "error",
-        "",
-    ): "PE; PosErr; _TEA; s diff; ERRC; PosDiff; Position Error; PL.ERR; Schleppfehler; following_error; lag_error; contour_error; tracking error",
-    (
-        "force",
-        "",
-    ): "Drehmoment; motor_torque; joint_torque_1; tau_J; load_torque; effort; couple moteur; koppel; moment; 转矩; 力矩; момент; torque",
-    ("force", "commanded"): ("TCMD; Torque Reference; Momentensollwert; cmd_torque; tau_cmd; トルク指令"),
-    (
-        "force",
-        "measured",
-    ): "ActTorque; Torque/force feedback value; Torque actual value; TorqueActual; Momentenistwert; r80 M_ist; Torque feedback; torque_feedback_Nm; coppia attuale; torque atual",
-    ("input", ""): ("Motor Output; voltage.q; u_ctrl; u; control; motor_voltage"),
-    (
-        "position",
-        "",
-    ): "theta; posX; encoder; encoder_count; Joint1 Position; positie; pozycja; poloha; 位置; Положение; konum; posição",
-    (
-        "position",
-        "commanded",
-    ): "RPOS; APOS; PosCmd; POSCMD; PositionCommand; _RPA; s nominal; SetPos; PCTRL_S_SET; Position command value; Target Position; Commanded Position; Position Demand Value; TargetPosition; PL.CMD; Lagesollwert; Sollposition; desired_position; nominalPosition; 位置指令; 目标位置; 指令位置",
-    (
-        "position",
-        "measured",
-    ): "FPOS; PosFbk; POSFBK; PositionFeedback; _TPA; s actual; POSF; ActPos; Axis1.PosAct; PCTRL_S_ACT; Position feedback value 1; Current Position; current_position; current pos; Actual Motor Position; Position Actual Value; ActualPosition; PL.FB; Lageistwert; Istposition; measured_position; actualPosition; Fpos; pos_actual_mm; フィードバック位置; posición real; position mesurée; posizione attuale; 实际位置",
-    (
-        "velocity",
-        "",
-    ): "theta_dot; thetadot; x_dot; xdot; vel_x; omega_m; speed_rpm; Spindle speed; feedrate; snelheid; prędkość; rychlost; 速度; 转速; скорость; hız; velocidade",
-    (
-        "velocity",
-        "commanded",
-    ): "RVEL; VelCmd; v nominal; V (N) NOML; VCMD; SetVelo; Speed Reference; VL.CMD; Drehzahlsollwert; r62 n_soll; vitesse consigne",
-    (
-        "velocity",
-        "measured",
-    ): "FVEL; VelFbk; VelocityFeedback; v actual; ActVelo; SCTRL_SPEED_ACT; Velocity feedback value; current_velocity; currentVelocity; Feedback Speed; Velocity actual value averaged; ActualVelocity; VL.FB; Drehzahlistwert; Istgeschwindigkeit; r63 n_ist; rpm_actual; 速度フィードバック; velocità attuale",
-}
+NAMES = """
+current -: current.q; q_current; Motorstrom; I_motor; motor_current; MotorCurrent_A; corriente motor
+current -: corrente motore; stroom; prąd; proud; 电流; ток; akım
+current commanded: CurCmd; I nominal; I (N) NOML; Commanded Current (Q axis); IL.CMD; iq_ref; Iq_setpoint
+current measured: CurFbk; CurrentFeedback; ICTRL_ISQ_ACT; Actual Current (Q axis); Current actual value averaged
+current measured: IL.FB; Stromistwert iq; iq_meas
+duty -: pwm
+error -: PE; PosErr; _TEA; s diff; ERRC; PosDiff; Position Error; PL.ERR; Schleppfehler
+error -: following_error; lag_error; contour_error; tracking error
+force -: Drehmoment; motor_torque; joint_torque_1; tau_J; load_torque; effort; couple moteur; koppel
+force -: moment; 转矩; 力矩; момент; torque
+force commanded: TCMD; Torque Reference; Momentensollwert; cmd_torque; tau_cmd; トルク指令
+force measured: ActTorque; Torque/force feedback value; Torque actual value; TorqueActual; Momentenistwert; r80
+force measured: M_ist; Torque feedback; torque_feedback_Nm; coppia attuale; torque atual
+input -: Motor Output; voltage.q; u_ctrl; u; control; motor_voltage
+position -: theta; posX; encoder; encoder_count; Joint1 Position; positie; pozycja; poloha; 位置; Положение
+position -: konum; posição
+position commanded: RPOS; APOS; PosCmd; POSCMD; PositionCommand; _RPA; s nominal; SetPos; PCTRL_S_SET; Position
+position commanded: command value; Target Position; Commanded Position; Position Demand Value; TargetPosition
+position commanded: PL.CMD; Lagesollwert; Sollposition; desired_position; nominalPosition; 位置指令; 目标位置; 指令位置
+position measured: FPOS; PosFbk; POSFBK; PositionFeedback; _TPA; s actual; POSF; ActPos; Axis1.PosAct
+position measured: PCTRL_S_ACT; Position feedback value 1; Current Position; current_position; current pos; Actual
+position measured: Motor Position; Position Actual Value; ActualPosition; PL.FB; Lageistwert; Istposition
+position measured: measured_position; actualPosition; Fpos; pos_actual_mm; フィードバック位置; posición real; position
+position measured: mesurée; posizione attuale; 实际位置
+velocity -: theta_dot; thetadot; x_dot; xdot; vel_x; omega_m; speed_rpm; Spindle speed; feedrate; snelheid
+velocity -: prędkość; rychlost; 速度; 转速; скорость; hız; velocidade
+velocity commanded: RVEL; VelCmd; v nominal; V (N) NOML; VCMD; SetVelo; Speed Reference; VL.CMD; Drehzahlsollwert
+velocity commanded: r62 n_soll; vitesse consigne
+velocity measured: FVEL; VelFbk; VelocityFeedback; v actual; ActVelo; SCTRL_SPEED_ACT; Velocity feedback value
+velocity measured: current_velocity; currentVelocity; Feedback Speed; Velocity actual value averaged
+velocity measured: ActualVelocity; VL.FB; Drehzahlistwert; Istgeschwindigkeit; r63 n_ist; rpm_actual; 速度フィードバック
+velocity measured: velocità attuale
+"""
 """Quantity, and which of the two is said, with names of servo drives, robots, numeric controls and their users."""
+ROWS = [line.partition(": ") for line in NAMES.strip().splitlines()]
 
 
 @pytest.mark.parametrize(
-    ("name", "quantity", "which"),
-    [(name, *key) for key, names in NAMES.items() for name in names.split("; ")],
+    ("name", "quantity", "which"), [(name, *key.split()) for key, _, names in ROWS for name in names.split("; ")]
 )
 def test_a_name_shows_its_quantity_and_whether_it_was_commanded(name: str, quantity: str, which: str) -> None:
     says = spoken(Column(name))
