@@ -28,8 +28,8 @@ position commanded: PL.CMD; Lagesollwert; Sollposition; desired_position; nomina
 position measured: FPOS; PosFbk; POSFBK; PositionFeedback; _TPA; s actual; POSF; ActPos; Axis1.PosAct
 position measured: PCTRL_S_ACT; Position feedback value 1; Current Position; current_position; current pos; Actual
 position measured: Motor Position; Position Actual Value; ActualPosition; PL.FB; Lageistwert; Istposition
-position measured: measured_position; actualPosition; Fpos; pos_actual_mm; フィードバック位置; posición real; position
-position measured: mesurée; posizione attuale; 实际位置
+position measured: measured_position; actualPosition; Fpos; pos_actual_mm; フィードバック位置; posición real
+position measured: position mesurée; posizione attuale; 实际位置
 velocity -: theta_dot; thetadot; x_dot; xdot; vel_x; omega_m; speed_rpm; Spindle speed; feedrate; snelheid
 velocity -: prędkość; rychlost; 速度; 转速; скорость; hız; velocidade
 velocity commanded: RVEL; VelCmd; v nominal; V (N) NOML; VCMD; SetVelo; Speed Reference; VL.CMD; Drehzahlsollwert

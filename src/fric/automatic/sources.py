@@ -142,7 +142,7 @@ def find_sources(
             _taken(path, None, read_records(path), found, seen)
         elif (
             kind is None
-            and (path.suffix.lower() in endings() or _tried(lambda path=path: len(next(tables(path)).columns) > 1))
+            and (path.suffix.lower() in endings() or _tried(lambda: len(next(tables(path)).columns) > 1))  # noqa: B023
             and (why := _foreign(path, mapping, found, seen, assume=assume, axis=letters.get(path)))
         ):
             asking[path] = why

@@ -1155,7 +1155,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     as_usual = direction == "both" and (cutoff, decimation, border) == (None,) * 3
     if replayed is not None and as_usual:
         with suppress(FricError):  # a replay needs more of a record than this fit
-            whole = prepared([replace(log, kind="motion") for log in served], drive=drive)
+            whole = list(prepared([replace(log, kind="motion") for log in served], drive=drive))
             whole = [record.restricted(place.covers(record.log)) for record in whole] if place else whole
             values, covariance = _finer((values, covariance), replayed(whole))
             residual = y - X @ values
