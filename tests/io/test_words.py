@@ -12,32 +12,32 @@ current commanded: CurCmd; I nominal; I (N) NOML; Commanded Current (Q axis); IL
 current measured: CurFbk; CurrentFeedback; ICTRL_ISQ_ACT; Actual Current (Q axis); Current actual value averaged
 current measured: IL.FB; Stromistwert iq; iq_meas
 duty -: pwm
-error -: PE; PosErr; _TEA; s diff; ERRC; PosDiff; Position Error; PL.ERR; Schleppfehler
-error -: following_error; lag_error; contour_error; tracking error
+error -: PE; PosErr; _TEA; s diff; ERRC; PosDiff; Position Error; PL.ERR; Schleppfehler; following_error
+error -: lag_error; contour_error; tracking error
 force -: Drehmoment; motor_torque; joint_torque_1; tau_J; load_torque; effort; couple moteur; koppel
 force -: moment; 转矩; 力矩; момент; torque
 force commanded: TCMD; Torque Reference; Momentensollwert; cmd_torque; tau_cmd; トルク指令
-force measured: ActTorque; Torque/force feedback value; Torque actual value; TorqueActual; Momentenistwert; r80
-force measured: M_ist; Torque feedback; torque_feedback_Nm; coppia attuale; torque atual
+force measured: ActTorque; Torque/force feedback value; Torque actual value; TorqueActual; Momentenistwert
+force measured: r80 M_ist; Torque feedback; torque_feedback_Nm; coppia attuale; torque atual
 input -: Motor Output; voltage.q; u_ctrl; u; control; motor_voltage
 position -: theta; posX; encoder; encoder_count; Joint1 Position; positie; pozycja; poloha; 位置; Положение
 position -: konum; posição
-position commanded: RPOS; APOS; PosCmd; POSCMD; PositionCommand; _RPA; s nominal; SetPos; PCTRL_S_SET; Position
-position commanded: command value; Target Position; Commanded Position; Position Demand Value; TargetPosition
-position commanded: PL.CMD; Lagesollwert; Sollposition; desired_position; nominalPosition; 位置指令; 目标位置; 指令位置
-position measured: FPOS; PosFbk; POSFBK; PositionFeedback; _TPA; s actual; POSF; ActPos; Axis1.PosAct
-position measured: PCTRL_S_ACT; Position feedback value 1; Current Position; current_position; current pos; Actual
-position measured: Motor Position; Position Actual Value; ActualPosition; PL.FB; Lageistwert; Istposition
-position measured: measured_position; actualPosition; Fpos; pos_actual_mm; フィードバック位置; posición real
-position measured: position mesurée; posizione attuale; 实际位置
+position commanded: RPOS; APOS; PosCmd; POSCMD; PositionCommand; _RPA; s nominal; SetPos; PCTRL_S_SET
+position commanded: Position command value; Target Position; Commanded Position; Position Demand Value
+position commanded: TargetPosition; PL.CMD; Lagesollwert; Sollposition; desired_position; nominalPosition; 位置指令; 目标位置
+position commanded: 指令位置
+position measured: FPOS; PosFbk; POSFBK; PositionFeedback; _TPA; s actual; POSF; ActPos; Axis1.PosAct; PCTRL_S_ACT
+position measured: Position feedback value 1; Current Position; current_position; current pos; Actual Motor Position
+position measured: Position Actual Value; ActualPosition; PL.FB; Lageistwert; Istposition; measured_position
+position measured: actualPosition; Fpos; pos_actual_mm; フィードバック位置; posición real; position mesurée
+position measured: posizione attuale; 实际位置
 velocity -: theta_dot; thetadot; x_dot; xdot; vel_x; omega_m; speed_rpm; Spindle speed; feedrate; snelheid
 velocity -: prędkość; rychlost; 速度; 转速; скорость; hız; velocidade
 velocity commanded: RVEL; VelCmd; v nominal; V (N) NOML; VCMD; SetVelo; Speed Reference; VL.CMD; Drehzahlsollwert
 velocity commanded: r62 n_soll; vitesse consigne
 velocity measured: FVEL; VelFbk; VelocityFeedback; v actual; ActVelo; SCTRL_SPEED_ACT; Velocity feedback value
-velocity measured: current_velocity; currentVelocity; Feedback Speed; Velocity actual value averaged
-velocity measured: ActualVelocity; VL.FB; Drehzahlistwert; Istgeschwindigkeit; r63 n_ist; rpm_actual; 速度フィードバック
-velocity measured: velocità attuale
+velocity measured: current_velocity; currentVelocity; Feedback Speed; Velocity actual value averaged; ActualVelocity
+velocity measured: VL.FB; Drehzahlistwert; Istgeschwindigkeit; r63 n_ist; rpm_actual; 速度フィードバック; velocità attuale
 """
 """Quantity, and which of the two is said, with names of servo drives, robots, numeric controls and their users."""
 ROWS = [line.partition(": ") for line in NAMES.strip().splitlines()]
