@@ -108,9 +108,8 @@ class Cogging(NamedTuple):
 
     def less(self, log: Log) -> Log:
         """Return a record without it."""
-        if log.position is None or log.force is None:
-            return log
-        return replace(log, force=log.force - np.interp(log.position, self.places, self.force))
+        z, F = (log.require(name, "a force over position") for name in ("position", "force"))
+        return replace(log, force=F - np.interp(z, self.places, self.force))
 
     def covers(self, log: Log) -> Mask:
         """Return which samples of a record are at these places, shape (n,)."""
@@ -133,10 +132,7 @@ def cogging(strokes: Sequence[tuple[Log, Segment]]) -> Cogging | None:
     found, records = over_place(strokes), {id(log) for log, _ in strokes}
     if found is None or found.either or not found.cogging or len(records) < FEWEST:
         return None
-    cut = [
-        (log.position[s.start : s.stop], log.force[s.start : s.stop]) for log, s in strokes
-        if log.position is not None and log.force is not None
-    ]  # fmt: skip
+    cut = [[log.require(of, "cogging")[s.start : s.stop] for of in ("position", "force")] for log, s in strokes]
     places = np.linspace(min(z.min() for z, _ in cut), max(z.max() for z, _ in cut), PLACES + 1)
     hats = [np.column_stack([np.interp(z, places, row) for row in np.eye(PLACES + 1)]) for z, _ in cut]
     hats = [hat - hat.mean(axis=0) for hat in hats]

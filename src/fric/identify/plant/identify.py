@@ -1082,13 +1082,12 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     asked, motion, amiss = logs, logs[0].motion, record_flaws(logs, "plant")
     given = {"direction": direction, "force_constant": force_constant, "delay": delay, "cutoff": cutoff,
              "decimation": decimation, "border": border, "mass": mass, "replayed": replayed}  # fmt: skip
-    if place is None and (place := cogging([(log, part) for log in logs for part in steady_segments(log)])):
+    placed = place is None and all(log.position is not None and log.force is not None for log in logs)
+    if placed and (place := cogging([(log, part) for log in logs for part in steady_segments(log)])):
         fit = identify_motion([place.less(log) for log in logs], **given, place=place)  # type: ignore[arg-type]
-        varies, length = Estimate(2**0.5 * place.varies, logs[0].unit("force")), np.ptp(place.places)
-        said = FORCE_OVER_POSITION.found(
-            varies=varies, length=Estimate(float(length), logs[0].unit("position")), either=False, taken_off=True,
-            level=np.inf, half_width=0.0,
-        )  # fmt: skip
+        varies = Estimate(2**0.5 * place.varies, logs[0].unit("force"))
+        length = Estimate(float(np.ptp(place.places)), logs[0].unit("position"))
+        said = FORCE_OVER_POSITION.found(varies=varies, length=length, either=False, taken_off=True, level=np.inf)
         return replace(fit, warnings=(*fit.warnings, said))
     logs, clocks = zip(*map(evened, logs), strict=True)
     channel: Literal["force", "input"] = (
