@@ -392,6 +392,31 @@ def test_a_motion_beside_a_session_is_for_validation_and_of_no_other_machine(tmp
     assert "machine" not in unused
 
 
+def test_a_log_that_a_step_failed_on_is_not_said_to_be_unused(tmp_path):
+    """The plant could not be identified, and beside that reason no step used the log."""
+    write_logs(tmp_path / "motion.h5", [moving(driven=True)])
+    found = find_sources([tmp_path / "motion.h5"])
+
+    def refuse(step):
+        if step.command == "identify plant":
+            raise FricError("the mass is not seen")
+        step.output.touch()
+
+    identify_axes(session := Session(tmp_path / "made", refuse, lambda text: None), found)
+    assert "x: plant" in session.failed
+    assert not [one for one in found.description if one.code == "file-unused"]
+
+
+def test_why_the_only_log_is_unused_is_what_is_missing(tmp_path):
+    """A log beside which there is no other was answered with 'Keep logs of another machine in another folder'."""
+    found = find_sources([DATA / "sliding-sine.h5"])
+    (outcome,) = identify_axes(Session(tmp_path, lambda step: None, lambda text: None), found).values()
+    (unused,) = [one for one in found.description if one.code == "file-unused"]
+    assert outcome.missing
+    assert unused.values["alone"] is True
+    assert "machine" not in unused
+
+
 def test_what_is_next_names_files_that_are_there(tmp_path):
     """Voltage and force in different logs: K_f is open, no machine is made, and 'next:' named MACHINE.yaml."""
     (tmp_path / "logs").mkdir()

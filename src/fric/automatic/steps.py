@@ -105,9 +105,8 @@ def _shaken(step: Step, _: Advance) -> Result:
 def _ingested(step: Step, advance: Advance) -> Result:
     keep_freed_memory()
     given: dict[str, Any] = dict(step.options)
-    read: Callable[..., Result] = ingest
-    if given.get("kind") == "circle":
-        read = ingest_circles
+    read: Callable[..., Result] = ingest_circles if given.get("kind") == "circle" else ingest
+    if read is ingest_circles:
         del given["kind"]
     mapping = given.pop("map", None)
     return read(*step.given, output=step.leaves[0], mapping=mapping, force=True, advance=advance, **given)
@@ -295,11 +294,12 @@ def identify_axes(
         tries = list(plans.values())
         took = (plan for plan in tries if session.take(plan.steps[0], tried=plan is not tries[-1]))
         plan = next(took, None) or given("none" if tries else "any")
-        read = {path for step in plan.steps for path in step.reads}
+        tried = [] if plan.shaken else [of.steps[0] for of in tries]  # of which each failed, and says why
+        read = {path for step in [*plan.steps, *tried] for path in step.reads}
         used = {kind for log in of_axis if log.path in read for kind in log.kinds}
         for unused in (log for log in of_axis if log.path not in read and log.kinds != {"holding-map"}):
             what = {"kinds": sorted(unused.kinds), "motion": MOTION in unused.kinds, "others": unused.kinds <= used}
-            found.description.append(FILE_UNUSED.found(str(unused.path), axis=name, **what))
+            found.description.append(FILE_UNUSED.found(str(unused.path), axis=name, alone=not read, **what))
         done = ["plant"] * bool(plan.shaken)
         done += [step.name.partition(": ")[2] for step in plan.steps[len(done) :] if session.take(step)]
         asked = dict.fromkeys([f"{name}: plant", *(step.name for step in plan.steps)])  # without a plant no plan has it
