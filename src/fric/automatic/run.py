@@ -139,10 +139,8 @@ def find_gains(
         closed = step(f"{axis}: gains", "identify controller", driven, {"axis": axis}, output=of_logs)
         if session.take(closed, tried=True):
             return of_logs
-    if shown:
-        return shown
-    if typed.exists():
-        return typed
+    if shown or typed.exists():
+        return shown or typed
     if needed and ask is not None and session.may_know and not made.exists():  # designed after an earlier answer
         answer = list[dict[str, Any]]()
         ask(_question(axis, motion, answer))
@@ -405,7 +403,6 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
             hint="Give logs of a drive, or their folder. `fric ingest --list` lists the formats.",
         )
     ((why, files), *more) = sorted(found.refused.items(), key=lambda item: "column" not in item[0])
-    what = f"no log here can be used: {why}"
     beside = [f"{first_of(others)}: {reason}" for reason, others in more[:3]]
     lacks = "Log time, position or velocity, and force, torque or current of a moving axis in one file; where they are "
     lacks += "there, name them in a mapping"
@@ -417,7 +414,8 @@ def _none_found(found: Sources, logs: Sequence[Path | str]) -> FricError:
         pair = [pushed[0].name, *get_close_matches(pushed[0].name, [path.name for path in moved], n=1, cutoff=0.0)]
         joined = shlex.join(["fric", "ingest", "--join", *pair, "--assume", "-o", "record.h5"])
         hint = f"Where two files hold one record, join them, and give what is made: `{joined}`."
-    return FricError(what, where=first_of(files), hint=". ".join(filter(None, [*beside, hint])))
+    hint = ". ".join(filter(None, [*beside, hint]))
+    return FricError(f"no log here can be used: {why}", where=first_of(files), hint=hint)
 
 
 def _refuse_among(folder: Path, logs: Sequence[Path]) -> None:

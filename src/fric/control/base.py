@@ -131,9 +131,7 @@ class ControlBlock(Parametrised):
         Raises FricError: When a name is not known, or a value is out of its bounds.
         """
         cls.check(values)
-        if len(values) == len(cls.parameters):
-            return cls(**values)
-        return replace(cls.designed(setting), **values)
+        return cls(**values) if len(values) == len(cls.parameters) else replace(cls.designed(setting), **values)
 
     @abstractmethod
     def packed(self, setting: Setting) -> Real:

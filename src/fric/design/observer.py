@@ -232,9 +232,7 @@ class WholeLoop:
         L = loop.input(self.f, self.G)
         true = L * self.correction
         winding = np.unwrap(np.angle((1 + true) / (1 + L)))
-        if abs(winding[-1] - winding[0]) > np.pi:
-            return inf
-        return float((1.0 / np.abs(1.0 + true)).max())
+        return inf if abs(winding[-1] - winding[0]) > np.pi else float((1.0 / np.abs(1.0 + true)).max())
 
 
 def design_observer(

@@ -49,9 +49,7 @@ class Directed(Wrapped):
     @property
     def backward(self) -> FrictionModel:
         """The model with the static map of the negative direction."""
-        if isinstance(self.model, OnStaticMap):
-            return replace(self.model, static=self.negative)
-        return self.negative
+        return replace(self.model, static=self.negative) if isinstance(self.model, OnStaticMap) else self.negative
 
     def sliding_force(self, v: Real) -> Real:
         """Return the friction force [N] after a long time at constant velocity v [m/s]."""

@@ -429,9 +429,7 @@ def _family(unit: str) -> str:
 
 def _size(motion: Motion, si: float, logged: float | None, column: int) -> float:
     """Return how usual a travel or a speed of this size is."""
-    if not logged:
-        return 1.0
-    return exp(-0.5 * (log(logged * si / USUAL[motion][2:][column - 2]) / SIZE) ** 2)
+    return exp(-0.5 * (log(logged * si / USUAL[motion][2:][column - 2]) / SIZE) ** 2) if logged else 1.0
 
 
 def usual_units(channel: str, says: Spoken, motion: str, values: Real) -> tuple[str, float, tuple[str, ...]]:

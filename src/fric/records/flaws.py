@@ -314,9 +314,7 @@ def _lost(steps: Real, encoder: float) -> float:
     double = steady & (np.abs(ratio - np.rint(ratio)) < 0.25) & (np.rint(ratio) >= 2.0)
     alone = double[1:-1] & (np.abs(ratio[:-2] - 1.0) < 0.35) & (np.abs(ratio[2:] - 1.0) < 0.35)
     odd = steady & (np.abs(ratio - 1.0) > 0.35) & ~double
-    if alone.sum() < LOST or odd.sum() > 0.3 * alone.sum():
-        return 0.0
-    return float(alone.sum() / steady.sum())
+    return 0.0 if alone.sum() < LOST or odd.sum() > 0.3 * alone.sum() else float(alone.sum() / steady.sum())
 
 
 def _jitter(z: Real, t: Real, encoder: float) -> Timing:

@@ -126,9 +126,7 @@ def machine_of(given: Any) -> Machine:
     """Return the machine that is given directly, as identified, as its file, or as the name of a bundled machine."""
     if isinstance(given, IdentifiedMachine):
         return given.machine
-    if isinstance(given, Machine):
-        return given
-    return read_machine(path_of("a machine, or its file", given))
+    return given if isinstance(given, Machine) else read_machine(path_of("a machine, or its file", given))
 
 
 def schemes_of(asked: Any, known: Any = None) -> list[Scheme]:

@@ -641,9 +641,7 @@ def steady_force_constant(logs: Sequence[Log], motion: Motion) -> tuple[Estimate
     source = f"mean force over mean input of {len(u)} steady segments"
     found = Estimate.around(slope, si_unit("force per input", motion), half_width, source=source)
     share = float(np.sqrt(off @ off / len(u))) / float(np.ptp(F))
-    if share <= BENT:
-        return found, ()
-    return found, (flaws.FORCE_NOT_PROPORTIONAL.found(segments=len(u), off=share),)
+    return found, () if share <= BENT else (flaws.FORCE_NOT_PROPORTIONAL.found(segments=len(u), off=share),)
 
 
 GAINS_APART = 0.05  # Share by which the friction's gain must differ between records to compare their amplitudes

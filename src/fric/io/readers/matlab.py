@@ -257,9 +257,7 @@ def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     for name, values in columns.items():
         lengths.setdefault(len(values), {})[name] = values
     whole = {n: names for n, names in lengths.items() if len(names) > 1 and n > SHORT}
-    if len(whole) > 1:
-        return {str(n): whole[n] for n in sorted(whole, reverse=True)}
-    return {"": dict(columns)}
+    return {str(n): whole[n] for n in sorted(whole, reverse=True)} if len(whole) > 1 else {"": dict(columns)}
 
 
 def _titled(variables: Mapping[str, Any]) -> dict[str, Any]:
