@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import fric
+from fric.automatic.sources import find_sources
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
@@ -16,7 +17,7 @@ from fric.estimate import Estimate
 from fric.identify.plant.identify import _plant
 from fric.io.hdf5 import read_logs
 from fric.io.ingest_circle import ingest_circles
-from fric.io.propose import Guessed, guesses, proposal
+from fric.io.propose import AT_REST, NO_FORCE, NO_POSITION, Guessed, guesses, proposal
 from fric.io.questions import Question, answered
 from fric.io.readers import tables
 from fric.io.readers.base import Column
@@ -566,3 +567,107 @@ def test_a_header_without_samples_says_what_to_export(tmp_path: Path) -> None:
     path.write_text("DIAEXTENDED\r\n" + "".join(channel.format(*name) for name in names))
     with pytest.raises(FricError, match=r"KRCIpo\.dat: .*samples are in KRCIpo\.r64: export"):
         fric.auto(path, output=tmp_path / "found", assume=True)
+
+
+def test_a_count_of_rows_is_no_position(tmp_path: Path) -> None:
+    """A table that pandas wrote, with a force and no motion: its index was the position, in mm, without a question."""
+    rng = np.random.default_rng(3)
+    stamps = 0.1 + np.cumsum(1.2e-3 + 3e-5 * rng.standard_normal(400))
+    stamps[0] = 1e-3  # the first row is a while before the others
+    force = 0.1 + 0.1 * np.sin(8.0 * stamps) + 0.01 * rng.standard_normal(400)
+    path = rows(tmp_path / "force.csv", ",Time [s],Fz [N]", np.arange(400.0), stamps, force, mark=",")
+    with pytest.raises(FricError, match=NO_POSITION):
+        fric.auto(path, output=tmp_path / "found")
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_log_without_a_force_is_refused_whatever_else_is_open(tmp_path: Path, beside: bool) -> None:
+    """The unit of its position was asked first, and the answer led to the message that it has no force."""
+    a = axis_of_a_drive(n=2000)
+    (tmp_path / "logs").mkdir()
+    stuck = np.where(a["t"] < 1.0, -9.0, -18.0)
+    rows(tmp_path / "logs" / "a.csv", "time,position,velocity", a["t"], np.rad2deg(a["position"]), stuck, mark=",")
+    if beside:
+        rows(tmp_path / "logs" / "b.csv", "samples.position,samples.kp", a["position"], a["speed"], mark=",")
+    with pytest.raises(FricError, match=NO_FORCE) as refused:
+        fric.auto(tmp_path / "logs", output=tmp_path / "found")
+    assert not refused.value.form
+    assert "--propose" in refused.value.hint
+
+
+def test_traces_of_two_axes_without_a_force_are_still_asked_about(tmp_path: Path) -> None:
+    """They may be a circle."""
+    t = np.arange(4000) * 1e-3
+    both = [30.0 * f(2.0 * np.pi * 0.5 * t) + 0.001 * np.sin(40.0 * t) for f in (np.cos, np.sin)]
+    path = rows(tmp_path / "log.csv", "time,x pos,y pos", t, *both, mark=",")
+    found = find_sources([path], None, tmp_path / "made")
+    assert NO_FORCE not in found.refused
+    assert [path.name for guess in found.open.found for path in guess.files] == ["log.csv"] * 2
+
+
+def test_a_velocity_that_is_noise_is_no_motion(tmp_path: Path) -> None:
+    """Of a motor that was held against a load cell there were three axes, and four questions."""
+    rng = np.random.default_rng(4)
+    t, step = np.arange(800) * 3e-3, np.pi / 180
+    speed = np.round(3.0 * rng.standard_normal(800)) * step
+    position = 0.134 + 4e-4 * rng.integers(0, 6, 800)
+    current, torque = 2500.0 + 30.0 * rng.standard_normal(800), -2.5 + 0.03 * rng.standard_normal(800)
+    header = "timestamp,m:motor_position,m:motor_velocity,m:joint_velocity,m:motor_current,torque"
+    path = rows(tmp_path / "log.csv", header, t, position, speed, speed / 9.0, current, torque, mark=",")
+    with pytest.raises(FricError, match=AT_REST) as refused:
+        fric.auto(path, output=tmp_path / "found")
+    assert not refused.value.form
+
+
+def test_a_slow_motion_in_the_noise_of_its_velocity_is_one(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    noisy = a["speed"] + 1.5 * np.abs(a["speed"]).max() * np.random.default_rng(5).standard_normal(len(a["t"]))
+    (axis,) = told(rows(tmp_path / "log.csv", "time,velocity,current", a["t"], noisy, a["current"], mark=","))
+    assert axis.roles["velocity"].column == 1
+
+
+@pytest.mark.parametrize("duty", [255.0, -100.0])
+def test_a_duty_is_the_voltage_that_it_makes(tmp_path: Path, duty: float) -> None:
+    """The duty was the force, in counts, and the voltage beside it the input."""
+    a = axis_of_a_drive()
+    volts = 9.0 * a["current"] / np.abs(a["current"]).max()
+    header = "Tiempo (s),PWM,Voltaje (V),Velocidad (rad/s)"
+    path = rows(tmp_path / "log.csv", header, a["t"], np.round(duty / 9.0 * volts, 3), volts, a["velocity"], mark=",")
+    (axis,) = told(path)
+    assert {channel: (role.column, role.unit) for channel, role in axis.roles.items()} == {
+        "time": (0, "s"), "velocity": (3, "rad/s"), "input": (2, "V"),
+    }  # fmt: skip
+    assert axis.roles["input"].others == {}
+
+
+@pytest.mark.parametrize(("size", "unit"), [(np.pi / 30, "rad/s"), (np.pi / 15, "rad/s"), (0.1, None)])
+def test_a_speed_in_steps_of_whole_rpm_is_in_radians(tmp_path: Path, size: float, unit: str | None) -> None:
+    """An interface gives whole rpm, and who logged it took rad/s: that was not even among the answers."""
+    a = axis_of_a_drive()
+    speed = np.round(250.0 * a["speed"] / size) * size
+    (axis,) = told(rows(tmp_path / "log.csv", "Time,Torque,Velocity", a["t"], a["current"], speed, mark=","))
+    found = axis.roles["velocity"]
+    assert found.unit_likelihood < SURE
+    assert (found.unit == "rad/s") is (unit == "rad/s")
+
+
+def test_names_and_units_in_lines_of_comment(tmp_path: Path) -> None:
+    """The units were the names, and the clock, in counts of a rate, was in ms."""
+    a = axis_of_a_drive(n=2000)
+    header = "%Steps at 8kHz\n%Date:,02/04/2021\n%timestep,voltage,position,velocity\n%[#],[V],[rad],[rad/s]"
+    columns = np.round(8000.0 * a["t"]), 3.0 * a["current"], a["position"], np.gradient(a["position"], a["t"])
+    path = rows(tmp_path / "log.csv", header, *columns, mark=",")
+    assert next(tables(path)).columns == (
+        Column("timestep"), Column("voltage", "V"), Column("position", "rad"), Column("velocity", "rad/s"),
+    )  # fmt: skip
+    (axis,) = told(path)
+    assert axis.roles["time"].unit_likelihood < SURE
+
+
+@pytest.mark.parametrize("text", ["interval(ms),2", "interval [ms],2", "time: 2 ms"])
+def test_a_sampling_line_is_the_period(tmp_path: Path, text: str) -> None:
+    """Its unit in round brackets was asked for."""
+    a = axis_of_a_drive(n=2000, dt=2e-3)
+    path = rows(tmp_path / "log.csv", f"Sampling {text}\nposition,current", a["position"], a["current"], mark=",")
+    (axis,) = told(path)
+    assert (axis.roles["time"].unit, axis.roles["time"].unit_likelihood) == ("0.002 s", 0.97)

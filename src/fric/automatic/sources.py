@@ -27,7 +27,7 @@ from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
 from fric.io.pairs import with_joined
-from fric.io.propose import JOINED, NO_FORCE, NO_POSITION, Guessed, axes_said, first_of, guessed, says_all
+from fric.io.propose import AT_REST, JOINED, NO_FORCE, NO_POSITION, Guessed, axes_said, first_of, guessed, says_all
 from fric.io.questions import Ask, answered, beside
 from fric.io.readers import endings, marked, tables
 from fric.io.recognise import is_hdf5, recognise
@@ -61,7 +61,6 @@ _PAPER = re.compile(
 )
 """Names of documentation files beside logs."""
 
-AT_REST = "the axis does not move: what was logged is noise"
 LEAVES_OUT = "`assume=True` leaves such samples out"  # What opens a log with bad cells
 LACKS_FORCE = "no column is named force"
 """Why a log with a complete header needs a question: another column looks like its force."""
@@ -188,10 +187,14 @@ def _guessed(
             [path for path in asking if not _is_paper(path)], opened, assume=assume or ask is not None, refused=asking
         )
         pushed = tuple(part for part in guess.found if part.kind or {"force", "input"} & part.axis.roles.keys())
-        if pushed:  # what lies beside logs of friction, and has no force, needs no question
-            rest = {path for part in guess.found for path in part.files}.difference(*(part.files for part in pushed))
-            asking |= dict.fromkeys(rest, NO_FORCE)
-            guess = replace(guess, found=pushed)
+        axes = Counter(path for part in guess.found for path in part.files)  # several may run on a circle
+        kept = pushed or tuple(
+            part for part in guess.found
+            if ask or {AT_REST, NO_POSITION} & part.open.keys() or max(axes[path] for path in part.files) > 1
+        )  # fmt: skip
+        rest = {path for part in guess.found for path in part.files}.difference(*(part.files for part in kept))
+        asking |= dict.fromkeys(rest, NO_FORCE)  # what has no force needs no question
+        guess = replace(guess, found=kept)
         file, guess = answered(guess, ask, *places, spent=spent) if ask and not assume else (None, guess)
         assume = assume or file is not None
         wanted = guess.usable if assume else tuple(guess for guess in guess.usable if guess.sure)
@@ -203,9 +206,7 @@ def _guessed(
         for path in {path for guess in found.open.found for path in guess.files}:
             del asking[path]
         for part in (part for part in guess.found if not part.whole and part.open):
-            pushed_or_several = {"force", "input"} & part.axis.roles.keys() or len(guess.found) > 1
-            whys = part.open if pushed_or_several or NO_POSITION in part.open else [NO_FORCE]
-            asking |= {path: "; ".join(whys) for path in part.files if path in asking}
+            asking |= {path: "; ".join(part.open) for path in part.files if path in asking}
         if not wanted:
             return
         sure = replace(guess, found=wanted)
@@ -385,10 +386,8 @@ def _records(
     with TemporaryDirectory() as folder:
         log = Path(folder) / "log.h5"
         try:
-            bad_cells = "drop" if assume else "error"
-            read = read_foreign(
-                path, log, mapping=mapping_of(mapping or None), axis=axis, kind=kind, bad_cells=bad_cells
-            )
+            cells, meaning = "drop" if assume else "error", mapping_of(mapping or None)
+            read = read_foreign(path, log, mapping=meaning, axis=axis, kind=kind, bad_cells=cells)
             if doubts is not None:
                 doubts += [w for w in read.warnings if w.severity != "note" and w.code != LEFT_OUT.code]
             return read_records(log)

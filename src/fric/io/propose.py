@@ -45,6 +45,7 @@ NEEDED = ("time", "position", "velocity", "force")
 NO_FORCE = "no column is a force, a torque, a current or a voltage of the axis that moves, with its sign"
 """Why a record of a motion shows no friction."""
 NO_POSITION = "no column looks like the position"
+AT_REST = "the axis does not move: what was logged is noise"
 JOINED = "joined"  # Folder of files that fric joined, and their attribute that lists the parts
 NO_SCALE = "say what one is, as in scale:"
 MOST_MEANS = 500  # Rows of a table of velocities and forces without samples, at most
@@ -71,10 +72,11 @@ class Guess:
     def open(self) -> dict[str, object]:
         """What is open of it: the likeliest answer, and the others; with what is equal where an answer settles both."""
         found = dict[str, object]()
-        missing = [] if {"position", "velocity"} & self.axis.roles.keys() else [NO_POSITION]
+        moves = bool({"position", "velocity"} & self.axis.roles.keys())
+        missing = [] if moves else [AT_REST if self.axis.rests else NO_POSITION]
         missing += [] if "time" in self.axis.roles or self.kind else ["no column looks like the time"]
         found |= dict.fromkeys(missing, (self.files, self.axis.name))
-        for channel, role in wanted_roles(self.axis).items() if NO_POSITION not in missing else ():
+        for channel, role in wanted_roles(self.axis).items() if moves else ():
             name = f"'{self.table.columns[role.column].name}'" if role.column is not None else "the sampling period"
             if role.likelihood < SURE and channel in NEEDED:
                 beside = " or ".join(_other(self.table, role, n) for n in role.others)
@@ -234,11 +236,10 @@ def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> Axi
     for channel, role in by_name.roles.items():
         n, by_unit = role.column or 0, "unit" in role.why and channel == "input"
         constant = channel in {"force", "input"} and is_supply(next(table.read([n])).columns[0], by_unit=by_unit)
-        if constant or spoken(table.columns[n]).quantity == "other":
-            continue  # a supply is in V, and no input; nor is what never changes
-        if channel == "velocity" or (channel == "position" and "velocity" in axis.roles):
-            continue  # of this axis, its values would show it
-        if channel not in axis.roles and role.column not in taken and not role.others:
+        known = constant or spoken(table.columns[n]).quantity == "other"  # which no input is
+        # of this axis, its values would show it
+        shown = channel == "velocity" or (channel == "position" and (axis.rests or "velocity" in axis.roles))
+        if channel not in axis.roles and role.column not in taken and not (role.others or known or shown):
             axis.roles[channel] = role
     return axis
 
@@ -397,12 +398,8 @@ def _by_names(table: ForeignTable, columns: dict[str, list[int]]) -> AxisColumns
 
 def _motion(columns: Sequence[Column]) -> Motion:
     """Return the motion that more of the units are of."""
-    moving = ("position", "velocity", "force")
-
-    def fits(motion: Motion) -> int:
-        return sum(converts(column.unit, channel, motion) for column in columns for channel in moving)
-
-    return max(MOTIONS, key=fits)
+    units = [(column.unit, channel) for column in columns for channel in ("position", "velocity", "force")]
+    return max(MOTIONS, key=lambda motion: sum(converts(*of, motion) for of in units))
 
 
 _quoted = partial(json.dumps, ensure_ascii=False)
@@ -492,12 +489,10 @@ class Guessed:
         """Return all that is open in one error, with the mapping to fill in."""
         files = list(dict.fromkeys(path for guess in self.found for path in guess.files))
         n = len({settled for guess in self.found for settled in guess.open.values()})
-        what = f"{len(files)} files do not say what their columns are" if len(files) > 1 else (
-            "it does not say what its columns are"
-        )  # fmt: skip
+        what = f"{len(files)} files do not say what their" if len(files) > 1 else "it does not say what its"
         asked = f"{n} question{'s are' if n > 1 else ' is'} open" if n else NO_FORCE
         return FricError(
-            f"{what}: {asked}", where="" if len(files) > 1 else first_of(files),
+            f"{what} columns are: {asked}", where="" if len(files) > 1 else first_of(files),
             hint="Say `assume=True` to take the likeliest, or fill in this mapping and give it with `mapping=` "
             "(fric ingest FILES --propose MAP.yaml writes it).", form=mapping_text(self.found),
         )  # fmt: skip
@@ -557,7 +552,6 @@ def says_all(path: Path, kind: Kind | None = None, motion: Motion | None = None)
 
 def axes_said(path: Path) -> list[str | None]:
     """Return the axes that a foreign file names for its tables; None alone where it has one table, or names none."""
-    with suppress(FricError), closing(tables(path, None)) as opened:
-        for table in opened:
-            return list(table.said.get(OF_SEVERAL, "").split()) or [None]
+    with suppress(FricError, StopIteration), closing(tables(path, None)) as opened:
+        return [*next(opened).said.get(OF_SEVERAL, "").split()] or [None]
     return [None]

@@ -67,6 +67,7 @@ WORSE = 20.0
 """How much more of the variance a column without a name leaves than the velocity does, before it may be a force."""
 DRIVING = 0.2  # Score of a voltage that drives an axis, at least
 FILETIME = "100 ns"  # What the stamps of Windows count, since 1601
+LASTS = 16  # Rows whose mean velocity shows a motion
 ALIKE = 0.7  # Correlation, and relative score, above which two columns may be the same force, asked and measured
 CLEARLY = 0.8  # What the actual position leaves of a force, relative to what the commanded one leaves, at most
 FALLING = 0.2  # Share of rows from which on what falls is no time, whatever its name
@@ -102,6 +103,7 @@ class AxisColumns:
     roles: dict[str, Role] = field(default_factory=dict)
     readings: tuple[Reading, ...] = ()  # Units that it may be in, the likeliest first; their weights are likelihoods
     factor: float | None = None  # Velocity per slope of the position, where the clock gives no time
+    rests: bool = False  # Whether there is a velocity, and it is noise
 
     @property
     def columns(self) -> list[int]:
@@ -217,10 +219,13 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     if clock.column is None and clock.unit:
         t = t * parse(clock.unit, "time")
     pairs = Pairs(data, t, clock)
+    if pairs.torn and 0.0 < clock.unit_likelihood < 1.0 and not pairs.edge.any():
+        clock = replace(clock, unit_likelihood=0.5)
     movements = [_movement(data, pairs, members) for members in _clusters(data, pairs)]
     movements += _by_velocity(data, movements)
     if not movements:
-        return [AxisColumns("1", "linear", 0.5, {"time": clock} if clock.column is not None else {})]
+        rests = any(says.quantity == "velocity" for says in data.said)
+        return [AxisColumns("1", "linear", 0.5, {"time": clock} if clock.column is not None else {}, rests=rests)]
     _refuse_many(tables[0], moving * len(movements), MOST_WEIGHED)
     used = {n for movement in movements for n in movement.columns} | {clock.column}
     scores = _drives(data, t, pairs, movements, used)
@@ -257,8 +262,7 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
             if role.column is not None and role.unit in _OF_MOTION and in_counts(data.columns[role.column])
         ]  # fmt: skip
         if counted == ["velocity"] and "position" in axis.roles:  # the derivative of the position will do
-            del axis.roles["velocity"]
-            continue
+            del axis.roles[counted.pop()]
         for channel in counted:  # a file that says counts says that it is in no unit
             role = axis.roles[channel]
             axis.roles[channel] = replace(role, unit_likelihood=0.5 * role.unit_likelihood)
@@ -326,9 +330,7 @@ def _clock(data: Samples) -> Role:
     if best[0] < 0.9:
         return Role("time", None, "", 1.0, 0.0, "no column rises evenly")
     n = -best[1]
-    if (data.said[n].quantity == "row" or (unnamed[n] and not all(unnamed))) and np.mean(
-        np.diff(data.x[:, n]) == 1.0
-    ) > 0.999:
+    if (data.said[n].quantity == "row" or (unnamed[n] and not all(unnamed))) and _counts_rows(data.x[:, n]):
         return Role("time", None, "", 1.0, 0.0, f"'{data.columns[n].name}' counts rows")
     says, stamps = data.said[n], data.x[: first or None, n]
     jumps = np.flatnonzero(np.diff(stamps))  # between the first and the last, periods are whole
@@ -341,9 +343,10 @@ def _clock(data: Samples) -> Role:
     since_1970 = (u for u, size in TIME_UNITS.items() if 1e9 < stamps[0] * size < 2.5e9 and np.ptp(stamps) * size < 1e6)
     since_1601 = FILETIME if 1.26e10 < stamps[0] * 1e-7 < 1.42e10 and np.ptp(stamps) < 1e13 else ""
     step = float(np.median(np.diff(stamps)))
-    unit = since_1601 or says.unit or next(since_1970, "") or _sure(time_units(step, len(stamps)))
+    stated = since_1601 or says.unit or next(since_1970, "")
+    unit = stated or _sure(time_units(step, len(stamps)))
     why = "it rises with every row" if n in uneven else "it rises evenly"
-    return Role("time", n, unit, sure, 1.0 if unit else 0.0, why)
+    return Role("time", n, unit, sure, 1.0 if stated else 0.97 if unit else 0.0, why)
 
 
 def _sure(weights: Mapping[str, float]) -> str:
@@ -364,8 +367,12 @@ def _advances(x: Real) -> bool:
     return bool(along < ALONG * np.ptp(x) and np.diff(steps).std() > 0.7 * steps.std())
 
 
+def _counts_rows(x: Real) -> bool:
+    return bool(np.mean(np.diff(x) == 1.0) > 0.999)
+
+
 def _stamps(data: Samples, t: Real) -> Mask:
-    """Return which columns without another name are the clock again: another epoch or unit, or its wrapped rest."""
+    """Return which columns without another name count rows, or are the clock again: another epoch, its wrapped rest."""
     first = slice(None, data.starts[1] if len(data.starts) > 1 else None)
     found = np.zeros(len(data.columns), bool)
     for n in np.flatnonzero(data.moving):
@@ -376,7 +383,7 @@ def _stamps(data: Samples, t: Real) -> Mask:
             near = 1e-4 if of else 1e-5 if np.all(x == np.rint(x)) else 1e-9  # a motion at one speed is not so even
             decade = np.log10(slope) if slope > 0.0 else 0.5  # of units of a time
             steps = np.median(np.diff(x)) == 0.0 and left < 1.01 and (of or abs(decade - np.rint(decade)) < 1e-2)
-            found[n] = left < near * np.ptp(x) or steps
+            found[n] = left < near * np.ptp(x) or steps or _counts_rows(x)
     return found
 
 
@@ -399,7 +406,7 @@ def _said_clock(constants: Mapping[str, str]) -> Role | None:
         of_period, of_rate = _PERIOD.search(plain) or _PERIOD.search(name), _RATE.search(plain) or _RATE.search(name)
         if not found or not (of_period or of_rate):
             continue
-        unit = found[2] or next((word for word in ("kHz", "Hz", "ms", "us", "s") if f"[{word}]" in name), "")
+        unit = found[2] or next(iter(re.findall(r"[\[(](kHz|Hz|ms|us|s)[])]", name)), "")
         try:
             value = float(found[1])
             rate = converts(unit, "frequency") or (not unit and bool(of_rate) and not of_period)
@@ -454,6 +461,7 @@ class Pairs:
             out[clock.column] = True
         self.share[out], self.share[:, out] = -np.inf, -np.inf
         self.alike[out], self.alike[:, out] = 0.0, 0.0
+        self.torn = False  # Whether a velocity is that of a position by another clock, or at the other side of a gear
         self.edge = self._edges(data, clock)
 
     def _edges(self, data: Samples, clock: Role) -> Mask:
@@ -475,6 +483,7 @@ class Pairs:
             fits = bool(clock.column is not None or unit) and bool(readings(first, second, unit, factor))
             fits |= second.quantity == "velocity" and bool(second.unit) and not first.unit  # which may be in counts
             if first.unit and second.unit and unit and not fits:
+                self.torn |= bool(self.share[p, v] > PAIR)
                 continue  # of the other side of a gear
             # nearly 1 in SI: an angle that was integrated roughly; a force has it by chance in one log of 200
             rough[p, v] = {first.quantity, second.quantity} == {None} and abs(np.log(factor * size)) < NEARLY
@@ -783,6 +792,9 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
             kept = {n: pair for n, pair in kept.items() if n not in exact}
         best = max(kept, key=lambda n: kept[n][0])
         measured = [n for n in kept if data.said[n].unit and not data.said[n].commanded]
+        if channel == "input":  # a duty is the voltage that it makes, which has a unit
+            best = next((n for n in measured if _alike(data, n, best) > EXACT), best)
+            kept = {n: pair for n, pair in kept.items() if n == best or _alike(data, n, best) <= EXACT}
         twins = [n for n in measured if best in measured and (n == best or _alike(data, n, best) > 0.99)]
         plain = {n for n in twins if any(converts(data.said[n].unit, "force", motion) for motion in PLAIN)}
         best = max(twins, key=lambda n: (n in plain, kept[n][0]), default=best)
@@ -918,6 +930,7 @@ def _by_velocity(data: Samples, movements: Sequence[_Movement]) -> list[_Movemen
     """Return axes with a velocity and no position, by its name or unit; beside others those of a force's side."""
     speeds = [n for n in range(len(data.columns)) if data.said[n].quantity == "velocity"]
     wanted = [n for n in speeds if not data.said[n].commanded] or speeds[:1]
+    wanted = [n for n in wanted if _goes_on(data.x[:, n])]
     if movements:
         pushed = {data.tags[n] for n, says in enumerate(data.said) if says.quantity == "force" and data.moving[n]}
         named = zip(data.columns, data.tags, strict=True)
@@ -929,6 +942,12 @@ def _by_velocity(data: Samples, movements: Sequence[_Movement]) -> list[_Movemen
     roles = {v: Role("velocity", v, "", 0.97, 0.0, "by its name or unit") for v in wanted}
     beside = {v: frozenset(n for n in speeds if not _apart(data, n, v)) for v in wanted}
     return [_Movement({"velocity": roles[v]}, beside[v]) for v in wanted]
+
+
+def _goes_on(v: Real) -> bool:
+    """Return whether a velocity is more than noise, of which a mean over rows has less the more there are."""
+    means = v[: len(v) // LASTS * LASTS].reshape(-1, LASTS).mean(axis=1)
+    return not len(means) or float((means**2).mean()) > 3.0 / LASTS * float((v**2).mean())
 
 
 # --- units ------------------------------------------------------------------------------------------------------------
@@ -957,8 +976,7 @@ def _in_units(
             for reading in readings(first, second, unit, factor, sizes, bool(p), bool(v))
         ]  # fmt: skip
         found = found if logged or not movement.factor else _clocked(found, movement.factor, len(t))
-        logged_position = None if p is None or p.column is None else data.x[:, p.column]
-        return _weighed_by_names(found, data, said.get("force", nothing), logged_position)
+        return _weighed_by_names(found, data, said.get("force", nothing), p, v)
 
     if counted := _counted(data, movement, roles, clock, said):
         factor, first, sizes, p = None, Spoken(None, moves={counted[1]: 1e6}), (None, sizes[1]), None
@@ -1068,13 +1086,19 @@ def _counted(
     return (f"{1.0 / steps:.9g} rev" if usual else f"{size:.6g} {si_unit('position', motion)}"), motion
 
 
-def _weighed_by_names(found: Sequence[Reading], data: Samples, force: Spoken, position: Real | None) -> list[Reading]:
-    """Return readings weighed by what names, the unit of the force and the step of the encoder show of the motion."""
+def _weighed_by_names(found: Sequence[Reading], data: Samples, force: Spoken, *of: Role | None) -> list[Reading]:
+    """Return readings weighed by what names, the unit of the force and the steps of position and speed show."""
     usual, custom = customary_unit(data.columns)
-    step = None if position is None or len({r.position for r in found}) < 2 else lattice_step(position[:ROWS])
+    step, speed = (
+        lattice_step(data.x[:ROWS, role.column]) if role and role.column is not None and len({*units}) > 1 else None
+        for role, units in zip(of, ((r.position for r in found), (r.velocity for r in found)), strict=True)
+    )
+    rpm = 30.0 / np.pi * (speed or 0.0)
+    of_rpm = {"rad/s"} if 0.5 < rpm < 10.5 and abs(rpm - round(rpm)) < ENCODER * rpm else set()
 
     def fits(reading: Reading) -> float:
         weight = custom if usual in {reading.position, reading.velocity} else 1.0
+        weight *= SHOWN if reading.velocity in of_rpm else 1.0
         if step is None or reading.motion != "rotary":
             return weight
         turn = 2.0 * np.pi / (step * si_factor(reading.position, "position", "rotary"))

@@ -137,7 +137,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     first = start + (_data_start(rows) if layout.data_after is None else next(leading))
     width = len(rows[first - start].cells)
     spare = not any(any(row.cells[-1:]) for row in rows[first - start :])
-    table = [_heads(line, delimiter, width) for line in lines[:first]]
+    table = [_heads(re.sub(r"^[#%]+\s*(?=[\[(\w])", "", line), delimiter, width) for line in lines[:first]]
     names, units = _header(table, width, decimal, layout, spare)
     if names is not None:
         for n in range(max(names, -1 if units is None else units) + 1, first):  # samples are below the names
@@ -154,7 +154,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
         given = (table[units] + [""] * width)[:width]
         if OF_UNITS.fullmatch(given[0].strip(" :")):  # the first cells of such lines say what is in the others
             given[0], columns[0] = "", columns[0] if spoken(columns[0]).quantity == "time" else Column("column 0")
-        bare = [_unit(unit.strip("[]()").strip()) or unit.strip("[]() ") or None for unit in given]
+        bare = [_unit(unit.strip("[]()").strip()) or unit.strip("[]()# ") or None for unit in given]
         both = zip(columns, bare, strict=True)
         columns = [Column(c.name, c.unit if _unit(c.unit or "") else unit or c.unit) for c, unit in both]
     sample = [*rows[first - start].cells, *[""] * width]
@@ -296,7 +296,7 @@ def _header(
     if units is None and layout.units is None and above and (names is not None or len(above) > 1):
         cells = [cell.strip("[]()").strip() for cell in table[above[-1]]]
         labelled = bool(OF_UNITS.fullmatch(cells[0].strip(" :")))  # as in ``Unit,min-1,%,pulse``
-        if any(map(_unit, cells)) and (labelled or all(not cell or cell == "-" or _unit(cell) for cell in cells)):
+        if any(map(_unit, cells)) and (labelled or all(cell in {"", "-", "#"} or _unit(cell) for cell in cells)):
             units = above.pop()
     if names is None and layout.header is None and above:
         names = above[-1]
