@@ -299,7 +299,8 @@ def identify_axes(
         used = {kind for log in of_axis if log.path in read for kind in log.kinds}
         for unused in (log for log in of_axis if log.path not in read and log.kinds != {"holding-map"}):
             what = {"kinds": sorted(unused.kinds), "motion": MOTION in unused.kinds, "others": unused.kinds <= used}
-            found.description.append(FILE_UNUSED.found(str(unused.path), axis=name, alone=not read, **what))
+            what |= {"alone": (alone := not read and not what["motion"]), "other": not (alone or what["motion"])}
+            found.description.append(FILE_UNUSED.found(str(unused.path), axis=name, **what))
         done = ["plant"] * bool(plan.shaken)
         done += [step.name.partition(": ")[2] for step in plan.steps[len(done) :] if session.take(step)]
         asked = dict.fromkeys([f"{name}: plant", *(step.name for step in plan.steps)])  # without a plant no plan has it

@@ -206,10 +206,9 @@ def is_electrical(column: Column) -> bool:
 def motions_in(name: str) -> Mapping[Motion, float]:
     """Return how much more likely a motion is by a name: words show it, and a letter of a linear axis a little."""
     words = name.casefold()
-    if _has(words, SHOWS["linear"]):
-        return {"linear": 12.0}
-    if _has(words, SHOWS["rotary"]):
-        return {"rotary": 12.0}
+    for motion in PLAIN:
+        if _has(words, SHOWS[motion]):
+            return {motion: 12.0}
     return {"linear": 3.0} if set(words.split()) & set("xyz") else {}
 
 
