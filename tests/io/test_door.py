@@ -664,6 +664,21 @@ def test_names_and_units_in_lines_of_comment(tmp_path: Path) -> None:
     assert axis.roles["time"].unit_likelihood < SURE
 
 
+def test_a_clock_in_a_unit_that_is_none_is_asked_about(tmp_path: Path) -> None:
+    """Counts at 8 kHz, named `timestep (8Hz)`, were milliseconds without a word."""
+    a = axis_of_a_drive(n=2000)
+    path = rows(
+        tmp_path / "log.csv",
+        "timestep (8Hz),position,current",
+        40.0 * np.arange(2000),
+        a["position"],
+        a["current"],
+        mark=",",
+    )
+    (axis,) = told(path)
+    assert axis.roles["time"].unit_likelihood < SURE
+
+
 @pytest.mark.parametrize("text", ["interval(ms),2", "interval [ms],2", "time: 2 ms"])
 def test_a_sampling_line_is_the_period(tmp_path: Path, text: str) -> None:
     """Its unit in round brackets was asked for."""

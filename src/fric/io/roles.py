@@ -224,8 +224,8 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     movements = [_movement(data, pairs, members) for members in _clusters(data, pairs)]
     movements += _by_velocity(data, movements)
     if not movements:
-        rests = any(says.quantity == "velocity" for says in data.said)
-        return [AxisColumns("1", "linear", 0.5, {"time": clock} if clock.column is not None else {}, rests=rests)]
+        roles = {"time": clock} if clock.column is not None else {}
+        return [AxisColumns("1", "linear", 0.5, roles, rests=any(says.quantity == "velocity" for says in data.said))]
     _refuse_many(tables[0], moving * len(movements), MOST_WEIGHED)
     used = {n for movement in movements for n in movement.columns} | {clock.column}
     scores = _drives(data, t, pairs, movements, used)
@@ -345,8 +345,8 @@ def _clock(data: Samples) -> Role:
     step = float(np.median(np.diff(stamps)))
     stated = since_1601 or says.unit or next(since_1970, "")
     unit = stated or _sure(time_units(step, len(stamps)))
-    why = "it rises with every row" if n in uneven else "it rises evenly"
-    return Role("time", n, unit, sure, 1.0 if stated else 0.97 if unit else 0.0, why)
+    known = 1.0 if stated else 0.5 if data.columns[n].unit else 0.97  # the header may give a unit that is none of a time
+    return Role("time", n, unit, sure, known if unit else 0.0, "it rises with every row" if n in uneven else "it rises evenly")
 
 
 def _sure(weights: Mapping[str, float]) -> str:
