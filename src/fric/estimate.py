@@ -177,9 +177,7 @@ def _closed(limits: Any) -> Any:
 
 def _open_ended(limits: Any) -> Any:
     """Return the limits with null for infinity, which JSON cannot hold."""
-    if isinstance(limits, tuple):
-        return [_open_ended(limit) for limit in limits]
-    return None if isinf(limits) else limits
+    return [_open_ended(limit) for limit in limits] if isinstance(limits, tuple) else None if isinf(limits) else limits
 
 
 def estimate_rows(section: Mapping[str, Estimate | Mapping[str, Any]]) -> list[tuple[str, str, str, str]]:

@@ -219,8 +219,8 @@ def axes_of(tables: Sequence[ForeignTable]) -> list[AxisColumns]:
     if clock.column is None and clock.unit:
         t = t * parse(clock.unit, "time")
     pairs = Pairs(data, t, clock)
-    if pairs.torn and 0.0 < clock.unit_likelihood < 1.0 and not pairs.edge.any():
-        clock = replace(clock, unit_likelihood=0.5)
+    if pairs.torn and clock.unit_likelihood < 1.0 and not pairs.edge.any():
+        clock = replace(clock, unit_likelihood=min(clock.unit_likelihood, 0.5))
     movements = [_movement(data, pairs, members) for members in _clusters(data, pairs)]
     movements += _by_velocity(data, movements)
     if not movements:
@@ -345,8 +345,9 @@ def _clock(data: Samples) -> Role:
     step = float(np.median(np.diff(stamps)))
     stated = since_1601 or says.unit or next(since_1970, "")
     unit = stated or _sure(time_units(step, len(stamps)))
-    known = 1.0 if stated else 0.5 if data.columns[n].unit else 0.97  # the header may give a unit that is none of a time
-    return Role("time", n, unit, sure, known if unit else 0.0, "it rises with every row" if n in uneven else "it rises evenly")
+    known = 1.0 if stated else 0.5 if data.columns[n].unit else 0.97  # where a header has one that is none, ask
+    why = f"it rises {'with every row' if n in uneven else 'evenly'}"
+    return Role("time", n, unit, sure, known if unit else 0.0, why)
 
 
 def _sure(weights: Mapping[str, float]) -> str:
