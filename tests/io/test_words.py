@@ -24,8 +24,8 @@ position -: theta; posX; encoder; encoder_count; Joint1 Position; positie; pozyc
 position -: konum; posição
 position commanded: RPOS; APOS; PosCmd; POSCMD; PositionCommand; _RPA; s nominal; SetPos; PCTRL_S_SET
 position commanded: Position command value; Target Position; Commanded Position; Position Demand Value
-position commanded: TargetPosition; PL.CMD; Lagesollwert; Sollposition; desired_position; nominalPosition; 位置指令; 目标位置
-position commanded: 指令位置
+position commanded: TargetPosition; PL.CMD; Lagesollwert; Sollposition; desired_position; nominalPosition; 位置指令
+position commanded: 目标位置; 指令位置
 position measured: FPOS; PosFbk; POSFBK; PositionFeedback; _TPA; s actual; POSF; ActPos; Axis1.PosAct; PCTRL_S_ACT
 position measured: Position feedback value 1; Current Position; current_position; current pos; Actual Motor Position
 position measured: Position Actual Value; ActualPosition; PL.FB; Lageistwert; Istposition; measured_position
@@ -37,7 +37,8 @@ velocity commanded: RVEL; VelCmd; v nominal; V (N) NOML; VCMD; SetVelo; Speed Re
 velocity commanded: r62 n_soll; vitesse consigne
 velocity measured: FVEL; VelFbk; VelocityFeedback; v actual; ActVelo; SCTRL_SPEED_ACT; Velocity feedback value
 velocity measured: current_velocity; currentVelocity; Feedback Speed; Velocity actual value averaged; ActualVelocity
-velocity measured: VL.FB; Drehzahlistwert; Istgeschwindigkeit; r63 n_ist; rpm_actual; 速度フィードバック; velocità attuale
+velocity measured: VL.FB; Drehzahlistwert; Istgeschwindigkeit; r63 n_ist; rpm_actual; 速度フィードバック
+velocity measured: velocità attuale
 """
 """Quantity, and which of the two is said, with names of servo drives, robots, numeric controls and their users."""
 ROWS = [line.partition(": ") for line in NAMES.strip().splitlines()]
