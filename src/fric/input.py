@@ -156,9 +156,9 @@ MADE = {
 def other_kind(path: Path, given: str, wanted: str) -> FricError:
     """Return the error of a file of fric's that is of another kind than is wanted, with what to type."""
     kind, asked = (text.partition("/")[0] for text in (given, wanted))
-    name = shlex.quote(str(path))
-    use = " or ".join(f"`{text.format(name)}`" for text in TAKEN.get(kind, ()))
+    taken = TAKEN.get(kind, ()) if kind != asked else ()  # nothing takes another version
+    use = " or ".join(f"`{text.format(shlex.quote(str(path)))}`" for text in taken)
     hints = [f"Use it in {use}."] if use else []
     hints += [f"A {asked} file is made by {MADE[asked]}."] if asked in MADE else []
-    what = f"is a {kind} file, and a {asked} file is asked for" if kind in TAKEN else f"holds {given}, not {wanted}"
+    what = f"is a {kind} file, and a {asked} file is asked for" if taken else f"holds {given}, not {wanted}"
     return FricError(what, where=str(path), hint=" ".join(hints))

@@ -696,3 +696,14 @@ def test_an_axis_that_rests_while_its_reference_makes_micro_steps_is_inspected()
     force = 40.0 * np.sign(np.gradient(asked)) + np.random.default_rng(0).normal(0.0, 5.0, 400)
     log = Log(time=0.06 * samples, position=np.zeros(400), reference=asked, force=force, kind="micro-steps")
     assert not next(use for use in fric.inspect(log).found[0].uses if use.purpose == "gms").good
+
+
+@pytest.mark.parametrize("name", ["machine", "plant", "friction"])
+def test_a_document_of_another_version_is_told_by_its_version(tmp_path: Path, name: str) -> None:
+    """A machine/2 file was said to be a machine file where a machine file is asked for, to be used in the same command."""
+    path = tmp_path / "later.yaml"
+    path.write_text(f"fric: {name}/2\naxis: x\n")
+    read = {"machine": fric.read_machine, "plant": fric.design_controller, "friction": fric.read_friction}[name]
+    with pytest.raises(FricError, match=f"holds {name}/2, not {name}/1") as caught:
+        read(path)
+    assert "later.yaml" not in (caught.value.hint or "")
