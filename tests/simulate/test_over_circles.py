@@ -1,6 +1,7 @@
 """The map over feed and radius is what the circles are, one by one, on any number of processes."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -27,6 +28,15 @@ def test_every_cell_is_that_circle(found):
 def test_processes_change_no_digit(found):
     again = fric.circle_map("xy-table", "a,b,c,f", feeds=FEEDS, radii=RADII, workers=2)
     np.testing.assert_array_equal(again.found.glitches, found.found.glitches)
+
+
+def test_a_machine_of_one_axis_has_a_map():
+    """The memory of its second axis was asked for, which it does not have."""
+    whole = fric.read_machine("xy-table")
+    alone = replace(whole, axes={"x": whole.axes["x"]})
+    mapped = fric.circle_map(alone, "a", feeds=[0.2], radii=[0.004], workers=1)
+    own = fric.circle(alone, "a", velocity=0.2, radius=0.004, revolutions=1, accuracy=0).runs[0]
+    assert mapped.found.of("a")[0, 0] == pytest.approx(own.circularity.glitch, abs=0.1e-6)
 
 
 def test_what_cannot_run_is_left_out_and_said():

@@ -316,7 +316,7 @@ class CircleGrid:
     @property
     def memory(self) -> float:
         """Memory of the longest circle while it is simulated [byte]."""
-        axes = [self.machine.axes[name] for name in pair(self.machine)]
+        axes = [axis for name, axis in self.machine.axes.items() if name in pair(self.machine)]
         samples = 2 * pi * max(self.radii) / min(self.feeds) * max(axis.cascade.sampling for axis in axes)
         return len(axes) * samples * SAMPLE_BYTES
 
