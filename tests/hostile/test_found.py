@@ -700,7 +700,7 @@ def test_an_axis_that_rests_while_its_reference_makes_micro_steps_is_inspected()
 
 @pytest.mark.parametrize("name", ["machine", "plant", "friction"])
 def test_a_document_of_another_version_is_told_by_its_version(tmp_path: Path, name: str) -> None:
-    """A machine/2 file was said to be a machine file where a machine file is asked for, to be used in the same command."""
+    """A machine/2 file was said to be a machine file where a machine file is asked for, of use in the same command."""
     path = tmp_path / "later.yaml"
     path.write_text(f"fric: {name}/2\naxis: x\n")
     read = {"machine": fric.read_machine, "plant": fric.design_controller, "friction": fric.read_friction}[name]

@@ -300,6 +300,7 @@ NOTHING = float("nan")
         lambda: Log.from_frame({"time": T, "position": S + 1j}), lambda: replace(AXIS.reality, gravity=1e300),
         lambda: fric.identify_model("dahl", Log(T, position=S, force=S), fix={"x": 1.0}),
         lambda: fric.design_observer(AXIS.plant, resonances=["80 Hz, x"]),
+        lambda: fric.design_observer(AXIS.plant, resonances=cast("Any", [[80.0, 0.02]])),
     ],
 )  # fmt: skip
 def test_what_no_machine_and_no_record_has_is_refused_where_it_is_given(make: Callable[[], Any]) -> None:

@@ -315,7 +315,7 @@ def design_observer(
     if cascade is None:
         cascade = design_cascade(linear).cascade
         warnings.append(CONTROLLER_BY_DEFAULT.found())
-    modes = [_resonance(resonance) if isinstance(resonance, str) else resonance for resonance in resonances]
+    modes = [mode if isinstance(mode, StructuralMode) else _resonance(str(mode)) for mode in resonances]
     if log is None:
         logs, Delta = [], model_perturbation(linear, cascade.sampling / 2, modes)
         if not modes:
