@@ -9,7 +9,7 @@ import pytest
 import fric
 from fric.automatic.run import gains_of
 from fric.automatic.sources import Source, Sources, find_sources
-from fric.automatic.steps import Session, identify_axes, take_efforts
+from fric.automatic.steps import Session, axis_steps, identify_axes, take_efforts
 from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
@@ -233,3 +233,16 @@ def test_strokes_give_the_plant_where_another_motion_gives_none(tmp_path: Path) 
     assert axis.done[:2] == ["plant", "static"]
     assert (axis.missing[1:], session.failed) == ([], {})
     assert "which no axis has" not in "".join(said)
+
+
+def test_strokes_of_an_effort_are_beside_a_motion_that_shows_its_mass(tmp_path: Path) -> None:
+    """Of a motion alone cogging passed for mass: B was 1.38 (1.35 … 1.41) for 1.56 m/(s²·A)."""
+    uses = frozenset({"motion", "static"})
+    logs = [
+        Source(tmp_path / f"{kind}.h5", "x", "linear/A/A", frozenset({kind}), uses, driven=True, strokes=20)
+        for kind in ("constant-velocity", "motion")
+    ]  # fmt: skip
+    plant = axis_steps(logs, tmp_path / "out").steps[0]
+    assert (plant.command, {path.stem for path in plant.given}) == ("identify plant", {"motion", "constant-velocity"})
+    in_volts = [replace(log, motion="linear", driven=False) for log in logs]
+    assert [path.stem for path in axis_steps(in_volts, tmp_path / "out").steps[0].given] == ["motion"]

@@ -784,6 +784,9 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
             force = data.columns[roles["force"].column or 0].name if "force" in roles else ""
             supplies |= {n for n in kept if data.columns[n].name == force}  # what its sensor gives out
             kept = {n: pair for n, pair in kept.items() if n not in supplies}
+        named = [n for n in kept if data.said[n].means]
+        if channel == "force" and named:  # what goes as a force does, and has no name, is that force again
+            kept = {n: pair for n, pair in kept.items() if n in named or max(_alike(data, n, k) for k in named) < ALIKE}
         if not kept:
             continue
         if all(data.said[n].quantity is None for n in kept):  # of those that go alike, what is exact is a command

@@ -804,9 +804,10 @@ def plant_records(
     in_time: list[Log | FrequencyResponse] = [r for r in records if isinstance(r, Log)]
     excited = [isinstance(r, FrequencyResponse) or kind_of(r) == "frequency-response" for r in dynamic]
     asked, method = method is not None, method or ("response" if any(excited) else "motion")
+    taken = {"motion", None, *(["constant-velocity"] if asked else [])}
     chosen: list[Log | FrequencyResponse] = [
         r for r, response in zip(dynamic, excited, strict=True)
-        if (response if method == "response" else not response and isinstance(r, Log) and r.kind in {"motion", None})
+        if (response if method == "response" else not response and isinstance(r, Log) and r.kind in taken)
     ]  # fmt: skip
     if asked and not chosen:
         chosen = in_time
