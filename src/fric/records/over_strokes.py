@@ -98,7 +98,7 @@ def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
     )  # fmt: skip
 
 
-class Cogging(NamedTuple):
+class ForceOverPosition(NamedTuple):
     """A force over position, by its values at places; zero in the mean over them."""
 
     places: Real  # [m], shape (PLACES + 1,)
@@ -124,7 +124,7 @@ class Cogging(NamedTuple):
         return np.asarray(moved @ moved.T)
 
 
-def cogging(strokes: Sequence[tuple[Log, Segment]]) -> Cogging | None:
+def cogging(strokes: Sequence[tuple[Log, Segment]]) -> ForceOverPosition | None:
     """Return the force over position in which strokes of both directions agree (`over_place`); None where they do not.
 
     ``F_i(z) = m_i + c(z)`` along stroke i, c being linear between places; its errors are those of a jackknife.
@@ -147,7 +147,9 @@ def cogging(strokes: Sequence[tuple[Log, Segment]]) -> Cogging | None:
         return np.asarray(force - force.mean())
 
     each = np.array([solved(n) for n in range(len(cut))])
-    return Cogging(places, solved(), found.cogging, np.sqrt((len(cut) - 1) / len(cut)) * (each - each.mean(axis=0)))
+    return ForceOverPosition(
+        places, solved(), found.cogging, np.sqrt((len(cut) - 1) / len(cut)) * (each - each.mean(axis=0))
+    )
 
 
 class _Common(NamedTuple):

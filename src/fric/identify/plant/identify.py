@@ -38,7 +38,7 @@ from fric.process import one_blas_thread
 from fric.records.flaws import even_sampling, evened, record_flaws
 from fric.records.inspection import CONDITION
 from fric.records.motion import BANDWIDTH, Conditioning, kept, shows_mass, thinned
-from fric.records.over_strokes import Cogging, cogging
+from fric.records.over_strokes import ForceOverPosition, cogging
 from fric.records.prepared import Drive, Prepared, prepared
 from fric.records.recognition import kind_of
 from fric.records.segments import steady_segments
@@ -1055,7 +1055,7 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     border: int | None = None,
     mass: float | None = None,
     replayed: Callable[[Sequence[Prepared]], RigidAxis | None] | None = None,
-    place: Cogging | None = None,
+    place: ForceOverPosition | None = None,
 ) -> MotionFit:
     """Fit a rigid axis to motions by least squares on zero-phase filtered, decimated signals.
 
