@@ -113,9 +113,8 @@ class ForceOverPosition(NamedTuple):
 
     def covers(self, log: Log) -> Mask:
         """Return which samples of a record are at these places, shape (n,)."""
-        low, high, apart = self.places[0], self.places[-1], self.places[1] - self.places[0]
-        z = log.require("position", "a force over position")
-        return np.asarray((z > low - apart) & (z < high + apart))
+        z, apart = log.require("position", "a force over position"), self.places[1] - self.places[0]
+        return np.asarray(np.abs(z - self.places.mean()) < 0.5 * np.ptp(self.places) + apart)
 
     def moves(self, X: Real, z: Real) -> Real:
         """Return the covariance of a least-squares fit by its errors, of columns X (n, p) at places z (n,): (p, p)."""
@@ -132,7 +131,8 @@ def cogging(strokes: Sequence[tuple[Log, Segment]]) -> ForceOverPosition | None:
     found, records = over_place(strokes), {id(log) for log, _ in strokes}
     if found is None or found.either or not found.cogging or len(records) < FEWEST:
         return None
-    cut = [[log.require(of, "cogging")[s.start : s.stop] for of in ("position", "force")] for log, s in strokes]
+    every = 1 + sum(len(log) for log, _ in strokes) // 400_000  # so many samples show it
+    cut = [[log.require(of, "cogging")[s.start : s.stop : every] for of in ("position", "force")] for log, s in strokes]
     places = np.linspace(min(z.min() for z, _ in cut), max(z.max() for z, _ in cut), PLACES + 1)
     hats = [np.column_stack([np.interp(z, places, row) for row in np.eye(PLACES + 1)]) for z, _ in cut]
     hats = [hat - hat.mean(axis=0) for hat in hats]
@@ -147,9 +147,8 @@ def cogging(strokes: Sequence[tuple[Log, Segment]]) -> ForceOverPosition | None:
         return np.asarray(force - force.mean())
 
     each = np.array([solved(n) for n in range(len(cut))])
-    return ForceOverPosition(
-        places, solved(), found.cogging, np.sqrt((len(cut) - 1) / len(cut)) * (each - each.mean(axis=0))
-    )
+    errors = np.sqrt((len(cut) - 1) / len(cut)) * (each - each.mean(axis=0))
+    return ForceOverPosition(places, solved(), found.cogging, errors)
 
 
 class _Common(NamedTuple):
