@@ -254,9 +254,10 @@ def multisine(frequencies: Real, peak: float, samples: int, sampling: float, rng
     length = round(every[0]) if repeats else samples  # one period determines the others
     t, omega = np.arange(length) / sampling, 2 * pi * np.asarray(frequencies, float)
     phases = 2 * pi * rng.uniform(size=(len(omega), 64))
-    peaks = np.abs((np.exp(1j * np.outer(t, omega)) @ np.exp(1j * phases)).real).max(axis=0)
+    parts = np.array_split(t, 1 + length * (len(omega) + 64) // 2**22)  # of 64 MB at most
+    tall = [np.abs((np.exp(1j * np.outer(part, omega)) @ np.exp(1j * phases)).real).max(axis=0) for part in parts]
     position, velocity, acceleration = np.zeros((3, length))
-    for w, phase in zip(omega, phases[:, np.argmin(peaks)], strict=True):
+    for w, phase in zip(omega, phases[:, np.argmin(np.max(tall, axis=0))], strict=True):
         cos, sin = cos_sin(w * t + phase)
         position += sin / w
         velocity += cos

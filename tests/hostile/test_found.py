@@ -7,6 +7,7 @@ import math
 import os
 import re
 import sys
+import tracemalloc
 import warnings
 from functools import partial
 from itertools import pairwise
@@ -66,6 +67,7 @@ from fric.report.collect import Contour, ContourTest, contour_test
 from fric.simulate import contour_run, processes
 from fric.simulate.axis import setting_of
 from fric.simulate.contour_run import Circle, run_circle
+from fric.simulate.experiment import frequency_response
 from fric.units import parse_gain
 
 
@@ -707,3 +709,20 @@ def test_a_document_of_another_version_is_told_by_its_version(tmp_path: Path, na
     with pytest.raises(FricError, match=f"holds {name}/2, not {name}/1") as caught:
         read(path)
     assert "later.yaml" not in (caught.value.hint or "")
+
+
+def test_the_phases_of_a_long_multisine_are_drawn_in_little_memory() -> None:
+    """A period of four minutes took 10 GB: a row a sample, and a column a line and a draw."""
+    lines = 0.0100001 * np.array([1.0, 7.0, 300.0, 9000.0])
+    tracemalloc.start()
+    shaken = reference.multisine(lines, 0.01, 400_000, 4000.0, np.random.default_rng(0))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 150e6
+    assert np.abs(shaken.velocity).max() == pytest.approx(0.01)
+
+
+def test_a_multisine_at_rest_is_as_long_as_other_motions_may_be() -> None:
+    axis = fric.read_machine("virtual-rig").axes["x"]
+    with pytest.raises(FricError, match="are simulated at most"):
+        frequency_response(axis, mean=0.0, peaks=(0.01,), lowest=1e-4)

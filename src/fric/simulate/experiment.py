@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from inspect import signature
-from math import ceil
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -13,7 +12,7 @@ from fric.columns import Kind
 from fric.control.feedforward import inverse_model
 from fric.errors import FricError
 from fric.log import Log
-from fric.reference import Reference, multisine, sine, sliding_sine, staircase, strokes
+from fric.reference import Reference, instants, multisine, sine, sliding_sine, staircase, strokes
 from fric.simulate.axis import Trace, run_axis
 from fric.simulate.contour_run import Circle
 from fric.simulate.machine import Axis
@@ -225,19 +224,18 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
             hint="Keep it below half the controller's rate.",
         )
     begin = 0.1 + ramp + 1 / lowest
-    lasting = 1.1 + (periods + 1) / lowest
-    still = Reference(sampling, *(np.zeros(ceil((lasting + 2 * ramp) * sampling)) for _ in range(3)))
+    end, lasting = begin + periods / lowest, 1.1 + (periods + 1) / lowest
+    still = Reference(sampling, *np.zeros((3, instants(lasting + 2 * ramp, sampling).size)))
     stroke = strokes(mean, abs(mean) * lasting, sampling, ramp=ramp) if mean else still
     frequencies = lowest * np.unique(np.rint(np.geomspace(1, highest / lowest, lines or usual.lines)))
     shaken = multisine(frequencies, peaks[0], len(stroke), sampling, np.random.default_rng([seed, 0]))
     voltage = inverse_model(axis.plant, shaken)
     voltage[: int((begin - 1 / lowest) * sampling)] = 0.0
-    voltage[int((begin + periods / lowest) * sampling) :] = 0.0
+    voltage[int(end * sampling) :] = 0.0
     kind: Kind = "frequency-response"
     names = [kind] if len(peaks) == 1 else [f"{kind}-{n:02d}" for n in range(1, len(peaks) + 1)]
-    end, samples = begin + periods / lowest, len(stroke)
     return [
-        Trial(stroke, name, kind, samples, begin, end, peak / peaks[0] * voltage)
+        Trial(stroke, name, kind, len(stroke), begin, end, peak / peaks[0] * voltage)
         for name, peak in zip(names, peaks, strict=True)
     ]
 
