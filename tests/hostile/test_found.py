@@ -9,6 +9,7 @@ import re
 import sys
 import tracemalloc
 import warnings
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -705,9 +706,11 @@ def test_a_document_of_another_version_is_told_by_its_version(tmp_path: Path, na
     """A machine/2 file was said to be a machine file where a machine file is asked for, of use in the same command."""
     path = tmp_path / "later.yaml"
     path.write_text(f"fric: {name}/2\naxis: x\n")
-    read = {"machine": fric.read_machine, "plant": fric.design_controller, "friction": fric.read_friction}[name]
+    of_kind: dict[str, Callable[[Path], Any]] = {
+        "machine": fric.read_machine, "plant": fric.design_controller, "friction": fric.read_friction,
+    }  # fmt: skip
     with pytest.raises(FricError, match=f"holds {name}/2, not {name}/1") as caught:
-        read(path)
+        of_kind[name](path)
     assert "later.yaml" not in (caught.value.hint or "")
 
 
@@ -726,3 +729,12 @@ def test_a_multisine_at_rest_is_as_long_as_other_motions_may_be() -> None:
     axis = fric.read_machine("virtual-rig").axes["x"]
     with pytest.raises(FricError, match="are simulated at most"):
         frequency_response(axis, mean=0.0, peaks=(0.01,), lowest=1e-4)
+
+
+def test_a_circle_alone_is_no_log_to_identify_from(tmp_path: Path) -> None:
+    """It ended with status 1 and not a word why, and with a file named that was not there."""
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "logs" / "circle.h5").write_bytes(Path("data/circle.h5").read_bytes())
+    with pytest.raises(FricError, match="there is no log in"):
+        fric.auto(tmp_path / "logs", output=tmp_path / "out")
+    assert not (tmp_path / "out").exists()

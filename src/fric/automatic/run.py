@@ -350,7 +350,7 @@ def auto(
         raise FricError("there is no measured circle in it", where=str(circles[0]), hint=hint)
     found.circles, found.traces = [*found.circles, *tests.circles], found.traces | tests.traces
     found.description += tests.description
-    nothing = not (found.logs or found.circles or found.traces)
+    nothing = not (found.logs or found.traces or (found.circles and given))  # a circle alone shows no friction
     if nothing and found.open.found:
         raise found.open.error()
     if nothing:
