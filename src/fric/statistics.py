@@ -1,6 +1,7 @@
 """Statistics that several rooms share: robust and mixed models, and covariances for correlated residuals."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from math import log
 from typing import NamedTuple
 
@@ -156,8 +157,7 @@ def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | No
     # Orthonormal regressors: the scores are then of one size, and the inverse is that of R alone.
     q, r = np.linalg.qr(regressors)
     back = np.linalg.inv(r)
-    covariance: Real = back @ score_covariance(q, residual, lengths, most) @ back.T
-    return covariance
+    return np.asarray(back @ score_covariance(q, residual, lengths, most) @ back.T)
 
 
 def score_covariance(
@@ -166,15 +166,16 @@ def score_covariance(
     """Return the long-run covariance (p, p) of the sum of the scores ``x_i·e_i``; arguments as `hac_covariance`."""
     n, p = regressors.shape
     scores = np.ascontiguousarray(regressors.T) * residual
-    ends = np.cumsum(lengths if lengths is not None else [n])
-    starts = np.append(0, ends[:-1])
-    order = int(min(most * (n / 100.0) ** 0.25, np.min(ends - starts) / 8))
-    filters = _autoregressions(scores, starts[1:], order)
+    edges = np.cumsum([0, *([n] if lengths is None else lengths)])
+    if (every := n // 100_000) > 1:  # sums of neighbours have the same long-run covariance
+        at = np.concatenate([np.arange(*of, every) for of in pairwise(edges)])
+        scores, n, edges = np.add.reduceat(scores, at, axis=1), len(at), np.searchsorted(at, edges)
+    filters = _autoregressions(scores, edges[1:-1], int(min(most * (n / 100.0) ** 0.25, np.diff(edges).min() / 8)))
     whitened = scores.copy()
     for lag, a in enumerate(filters.T, start=1):
         whitened[:, lag:] -= a[:, None] * scores[:, :-lag]
-    whole = [whitened[:, start + filters.shape[1] : end] for start, end in zip(starts, ends, strict=True)]
-    whitened = np.concatenate(whole, axis=1).T
+    k = filters.shape[1]
+    whitened = np.concatenate([whitened[:, a + k : b] for a, b in pairwise(edges)], axis=1).T
     total = filters.sum(axis=1)
     sums = total + (1.0 + 3.0 * np.maximum(total, 0.0)) / n * filters.any(axis=1)
     left = 1.0 - np.minimum(sums, 1.0 - LASTING / n)
