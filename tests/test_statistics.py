@@ -34,9 +34,9 @@ def test_intervals_hold_as_often_as_they_claim_whatever_the_memory(memory: float
 def test_a_long_record_has_the_covariance_of_its_memory(lengths: list[int] | None) -> None:
     """Sums of neighbours stand in for 410,001 scores, of which Burg's recursion took a minute and 2 GB.
 
-    The variance of the mean of ``e_t = 0.95·e_(t-1) + w_t`` is ``1/(1 - 0.95)²/n``; four standard errors are 5 %.
+    The variance of the mean of ``e_t = 0.95·e_(t-1) + w_t`` is ``1/(1 - 0.95)²/n``; four standard errors are 8 %.
     """
     n = 410_001
     noise = lfilter([1.0], [1.0, -0.95], np.random.default_rng(64).normal(size=n))
     variance = hac_covariance(np.ones((n, 1)), noise, lengths)[0, 0]
-    assert variance == pytest.approx(1.0 / (1.0 - 0.95) ** 2 / n, rel=0.05)
+    assert variance == pytest.approx(1.0 / (1.0 - 0.95) ** 2 / n, rel=0.08)

@@ -428,9 +428,8 @@ def axis_steps(
     fast = [log for log in fast if shaken != "strokes" or "constant-velocity" in log.kinds]
     fast = [log for log in fast if shaken != "others" or not log.kinds & {"constant-velocity", "motion"}]
     other = [log for log in fast if "constant-velocity" not in log.kinds] if enough else fast
-    moving = of("motion") if shaken == "any" else []  # beside them, strokes of an effort show what depends on position
-    moving += of("constant-velocity") if moving and effort else []
-    moving = moving or [log.path for log in other or (fast if effort else [])]
+    motions = of("motion", *["constant-velocity"] * effort)  # strokes of an effort show what depends on position
+    moving = (shaken == "any" and of("motion") and motions) or [log.path for log in other or (fast if effort else [])]
     responses, shaking = (responses, responses or moving) if shaken != "none" else ([], [])
     if shaking:
         scaled = any(log.both for log in logs if log.path in shaking)

@@ -236,8 +236,7 @@ def _filled(table: ForeignTable, axis: AxisColumns, by_name: AxisColumns) -> Axi
     for channel, role in by_name.roles.items():
         n, by_unit = role.column or 0, "unit" in role.why and channel == "input"
         constant = channel in {"force", "input"} and is_supply(next(table.read([n])).columns[0], by_unit=by_unit)
-        known = constant or spoken(table.columns[n]).quantity == "other"  # which no input is
-        # of this axis, its values would show it
+        known = constant or spoken(table.columns[n]).quantity == "other"  # no input; what is of the axis, values show
         shown = channel == "velocity" or (channel == "position" and (axis.rests or "velocity" in axis.roles))
         if channel not in axis.roles and role.column not in taken and not (role.others or known or shown):
             axis.roles[channel] = role

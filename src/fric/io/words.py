@@ -29,11 +29,7 @@ def _in_all_languages(kind: str) -> dict[str, tuple[str, ...]]:
 
 QUANTITIES, SHOWS = _in_all_languages("quantity"), _in_all_languages("shows")
 """Words of each quantity, in the order in which they are tried, and of what else a name shows."""
-LETTERS: Mapping[str, str] = _LISTS["names"]["letters"]  # Names of one letter
-EXACT: Mapping[str, str] = _LISTS["names"]["exact"]  # Names that are taken for a channel without a question
-OF_MEANS: Mapping[str, str] = _LISTS["names"]["of_means"]  # Names in a table of forces and velocities
-CLOCKS: Mapping[str, str] = _LISTS["names"]["clocks"]  # Words of a clock that are its unit
-SUFFIX: Mapping[str, str] = _LISTS["names"]["suffix"]  # Units behind a name, in small letters
+LETTERS, EXACT, OF_MEANS, CLOCKS, SUFFIX = map(dict[str, str], _LISTS["names"].values())
 ROWS, COUNTED, _SILENT = (frozenset(_LISTS["plain"][name]) for name in ("rows", "counted", "silent"))
 AXES = "xyzabcuvw"  # Letters that name axes of machine tools
 

@@ -1081,7 +1081,8 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     asked, motion, amiss = logs, logs[0].motion, record_flaws(logs, "plant")
     given = {"direction": direction, "force_constant": force_constant, "delay": delay, "cutoff": cutoff,
              "decimation": decimation, "border": border, "mass": mass, "replayed": replayed}  # fmt: skip
-    placed = place is None and all(log.position is not None and log.force is not None for log in logs)
+    bare = all(is_effort(log.motion) or log.input is None for log in logs)  # else K_f would have what is taken off
+    placed = bare and place is None and all(log.position is not None and log.force is not None for log in logs)
     if placed and (place := cogging([(log, part) for log in logs for part in steady_segments(log)])):
         fit = identify_motion([place.less(log) for log in logs], **given, place=place)  # type: ignore[arg-type]
         varies = Estimate(2**0.5 * place.varies, logs[0].unit("force"))
@@ -1158,8 +1159,8 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
             values, covariance = _finer((values, covariance), replayed(whole))
             residual = y - X @ values
     if place is not None:
-        places = [r.log.position[r.used] for r in shown if r.log.position is not None]
-        z = [thinned(at, s.decimation) for at, s in zip(places, settings, strict=True)]
+        at = (record.log.require("position", "it")[record.used] for record in shown)
+        z = [thinned(places, s.decimation) for places, s in zip(at, settings, strict=True)]
         covariance = covariance + place.moves(X, np.concatenate(z))
 
     half = quantile * np.sqrt(np.diag(covariance))
