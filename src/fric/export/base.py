@@ -158,6 +158,12 @@ class BlockPart:
         """Its name as an identifier."""
         return self.title.replace("-", "_")
 
+    @property
+    def begins(self) -> list[tuple[int, float, str]]:
+        """Where the state depends on the start: index, change per metre, and the position that it is of."""
+        signals = {"position": self.per_position, "measured": self.per_measured}
+        return [(int(i), change[i], name) for name, change in signals.items() for i in np.flatnonzero(change)]
+
 
 Files = Mapping[str, str | bytes]
 

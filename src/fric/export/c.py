@@ -6,8 +6,6 @@ from collections.abc import Callable
 from math import ceil, pi
 from typing import Any
 
-import numpy as np
-
 from fric.errors import FricError
 from fric.export.base import LARGEST, ExportedPart, Files, Target, identifier, render
 from fric.export.translate.c_code import Dialect, c_routines
@@ -23,7 +21,7 @@ def name_of(part: ExportedPart) -> str:
 
 
 def values_of(part: ExportedPart, number: Callable[[float], str]) -> dict[str, Any]:
-    """Return the data of a part for templates, with numbers in the language's notation."""
+    """Return the data of a part for templates, and `number`, which writes a number in the language's notation."""
     model = part.model
     unit, force_unit, of_input = (si_unit(name, part.motion) for name in ("position", "force", "input"))
     what = f"Friction compensation of axis {part.axis}, scheme {part.scheme}"
@@ -38,32 +36,13 @@ def values_of(part: ExportedPart, number: Callable[[float], str]) -> dict[str, A
         "unit": unit,
         "force_unit": force_unit,
         "of_input": of_input,
+        "number": number,
+        "numbers": lambda values: list(map(number, values)),
         "states": max(part.initial_state.size, 1),
-        "initial": [number(value) for value in part.initial_state] or [number(0.0)],
-        "parameters": [number(value) for value in part.parameters],
         "lead": number(part.lead),
         "T_s": number(1.0 / part.sampling),
-        "volts_per_force": number(part.gain / part.K_f),
-        "A": number(part.A),
-        "B": number(part.B),
         "limit": number(min(part.limit, 1e6)),
-        "limited": part.limit <= 1e6,
         "limits": {name: number(limit) for name, limit in LARGEST.items()},
-        "blocks": [
-            {
-                "name": block.name,
-                "title": block.title,
-                "kind": block.kind,
-                "state": [number(value) for value in block.state],
-                "parameters": [number(value) for value in block.parameters],
-                "begins": [
-                    (int(i), number(factors[i]), signal)
-                    for signal, factors in (("position", block.per_position), ("measured", block.per_measured))
-                    for i in np.flatnonzero(factors)
-                ],
-            }
-            for block in part.blocks
-        ],
     }
 
 
@@ -76,7 +55,7 @@ def plain_text(of: object) -> str:
 def c_values(part: ExportedPart, *, single: bool = False) -> dict[str, Any]:
     """Return the data of a part for the templates of C."""
     dialect = Dialect(f"{name_of(part)}_", single)
-    number, ring = dialect.number, 4 + ceil(SUB_STEPS * (part.delay * part.sampling + 1))
+    number = dialect.number
     values = values_of(part, number) | {
         "routines": c_routines(part.program, dialect),
         "guard": f"{dialect.prefix}h".upper(),
@@ -87,14 +66,9 @@ def c_values(part: ExportedPart, *, single: bool = False) -> dict[str, Any]:
         "zero": number(0.0),
         "half": number(0.5),
         "one": number(1.0),
-        "resolution": number(part.resolution),
-        "load": number(part.load),
-        "mass": number(part.K_f / part.B),
-        "delay": number(part.delay),
         "corner": number(2 * pi * part.velocity_filter),
-        "sub_steps": number(SUB_STEPS),
-        "ring": ring,
-        "last": number(ring - 1),
+        "sub_steps": SUB_STEPS,
+        "ring": 4 + ceil(SUB_STEPS * (part.delay * part.sampling + 1)),
         "shortest": number(CLOSEST),
     }
     pieces = ("declarations", "definitions")

@@ -6,7 +6,6 @@ import subprocess
 import sys
 import tempfile
 import uuid
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,63 +14,14 @@ from fric.export.base import ExportedPart, Files, Target, archived, render
 from fric.export.c import c_files, c_values
 
 
-@dataclass(frozen=True)
-class Variable:
-    """A variable of a unit: a real number with a unit."""
-
-    index: int
-    name: str
-    causality: str
-    unit: str
-    doc: str
-    start: str = "0.0"
-
-
-def _variables(part: ExportedPart, unit: str, force: str, of_input: str) -> list[Variable]:
-    rows: list[tuple[str, ...]]
-    if part.role == "machine":
-        rows = [
-            ("voltage", "input", of_input, "control voltage, held during a step"),
-            ("position", "output", unit, "true position"),
-            ("velocity", "output", f"{unit}/s", "true velocity"),
-            ("encoder", "output", unit, "position by the encoder"),
-            ("encoder_velocity", "output", f"{unit}/s", "first difference of the encoder behind a low-pass"),
-            ("force", "output", force, "friction"),
-        ]
-    else:
-        rows = [
-            ("position", "input", unit, "commanded position"),
-            ("velocity", "input", f"{unit}/s", "commanded velocity"),
-            ("acceleration", "input", f"{unit}/s2", "commanded acceleration"),
-            ("measured", "input", unit, "position by the encoder"),
-            ("control", "input", of_input, "output of the controller"),
-            ("previous", "input", of_input, "what the drive got in the step before"),
-            ("gain", "input", "1", "of what is fed forward against friction", "1.0"),
-            ("volts", "output", of_input, "to add to the controller's output"),
-            ("friction", "output", of_input, "fed forward against friction"),
-            ("model", "output", of_input, "inverse model of the plant"),
-            ("estimate", "output", of_input, "taken off by observers"),
-            ("force", "output", force, "friction of the model"),
-        ]
-    fault = ("fault", "output", "1", "1 from a fault until reset")
-    return [Variable(n, *row) for n, row in enumerate((*rows, fault))]
-
-
 def fmi_files(part: ExportedPart) -> Files:
     """Return two units of a part: NAME-fmi2.fmu and NAME-fmi3.fmu."""
     values = c_values(part)
-    variables = _variables(part, values["unit"], values["force_unit"], values["of_input"])
     plain = {str(name): str(text) for name, text in c_files(part).items()}
     made: dict[str, str | bytes] = {}
     for version in (2, 3):
         token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, f"{version}{values['definitions']}")) + "}"
-        more = values | {
-            "variables": variables,
-            "units": sorted({variable.unit for variable in variables}),
-            "starts": [variable.start for variable in variables],
-            "inputs": sum(variable.causality == "input" for variable in variables),
-            "guid": token,
-        }
+        more = values | {"guid": token}
         sources = plain | {f"{values['name']}_fmi{version}.c": render(f"fmi{version}.c.j2", **more)}
         made[f"{values['name']}-fmi{version}.fmu"] = _zipped(version, values["name"], sources, more)
     return made
