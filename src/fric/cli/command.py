@@ -1,6 +1,7 @@
 """A command, made from its verb: its parameters, what a terminal adds, the layout of its help; and groups of them."""
 
 import re
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, reduce
@@ -18,99 +19,9 @@ from fric.cli.console import finish
 from fric.errors import FLAGS, FricError, as_options, near
 from fric.verb import Argument, VerbForm, dimensions_of, kinds_of
 
-PARTS: Mapping[str, Mapping[str, str]] = {
-    "First": {
-        "example": "Copy an example: logs of an axis and a measured circle.",
-        "auto": "Go from a folder of logs to a decision and a page.",
-        "help": "Show a page, a command, or what a warning means.",
-    },
-    "Logs": {
-        "plan": "Plan the records that identify an axis, as programs.",
-        "ingest": "Read logs of a drive into one log file.",
-        "inspect": "Show what each record is, and what it is good for.",
-    },
-    "Friction and control": {
-        "identify": "Identify plant, friction and controller from logs.",
-        "compare": "Fit several friction models, and score them.",
-        "validate": "Replay a recorded motion with a model.",
-        "design": "Design controller, observer and control blocks.",
-    },
-    "Circles": {
-        "simulate": "Simulate circles, paths and experiments.",
-        "diagnose": "Take a measured circle apart; compare it with a machine.",
-        "tune": "Refit a machine to recorded circles.",
-        "learn": "Learn a repeated circle, round by round.",
-    },
-    "Results": {
-        "export": "Write a compensation for a controller.",
-        "report": "Make one page of results.",
-        "reproduce": "Run the paper from end to end.",
-        "schema": "Print the JSON Schema of a document type.",
-    },
-    "fric identify": {
-        "plant": "The plant A, B, T_d and K_f, from a response or a motion.",
-        "controller": "The gains, from a circle or a log in closed loop.",
-        "static": "The static map F_c, F_s, v_s, from strokes.",
-        "gms": "The GMS model, from pre-sliding cycles.",
-        "replay": "Any friction model, fitted to any records by replay.",
-    },
-}
-"""Commands in a few words: of `fric` by part, in the order of the work, and of a group by its name."""
-
-EXAMPLES: Mapping[str, Sequence[str]] = {
-    "example": ["example -o session", "example xy-table -o machine"],
-    "auto": [
-        "auto logs -o found",
-        'auto logs -o found --circle circle.h5 --tolerance "5 um"',
-        'auto logs -o found --controller "K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m"',
-    ],
-    "help": ["help glossary", "help tune", "help force-lags"],
-    "plan": [
-        'plan --stroke "300 mm" --feed "100 mm/s" -o plan',
-        "plan found/x/friction.yaml --machine found/machine.yaml -o next",
-    ],
-    "ingest": [
-        "ingest stroke-*.csv --kind constant-velocity -o strokes.h5",
-        "ingest log.txt --propose map.yaml",
-        "ingest log.txt --map map.yaml -o log.h5",
-        "ingest trace.csv --kind circle -o circle.h5",
-    ],
-    "inspect": ["inspect log.h5", "inspect log.h5 --plot log.png"],
-    "identify plant": [
-        "identify plant frequency-response.h5 -o plant.yaml",
-        "identify plant motion.h5 --method motion -o plant.yaml",
-    ],
-    "identify controller": [
-        "identify controller circle.h5 --axis y -o controller.yaml",
-        "identify controller strokes.h5 -o controller.yaml",
-    ],
-    "identify static": ["identify static strokes.h5 --plant plant.yaml -o static.yaml"],
-    "identify gms": ["identify gms sines.h5 --static static.yaml --plant plant.yaml -o friction.yaml"],
-    "identify replay": ["identify replay motion.h5 --model lugre --plant plant.yaml -o friction.yaml"],
-    "compare": ["compare sines.h5 strokes.h5", "compare motion.h5 --models lugre,gms --halves"],
-    "validate": ["validate motion.h5 --friction friction.yaml --plant plant.yaml --controller controller.yaml"],
-    "design controller": ["design controller plant.yaml -o controller.yaml"],
-    "design observer": ["design observer plant.yaml response.h5 --controller controller.yaml -o observer.yaml"],
-    "design block": ["design block list", "design block kalman plant.yaml -o block.yaml"],
-    "simulate experiment": ["simulate experiment virtual-rig --kind constant-velocity -o strokes.h5"],
-    "simulate circle": [
-        'simulate circle xy-table --scheme a,c,f --velocity "50 mm/s"',
-        "simulate circle found/machine.yaml --monte-carlo 100 --from-intervals -o run.h5",
-    ],
-    "simulate path": ["simulate path xy-table path.csv --scheme a,f"],
-    "simulate map": ["simulate map xy-table --scheme a,f -o map.yaml"],
-    "diagnose": ["diagnose circle.h5", "diagnose circle.h5 --machine found/machine.yaml --plot circle.png"],
-    "tune": ["tune machine.yaml fast.h5 slow.h5 -o tuned"],
-    "learn": ["learn xy-table --rounds 8 -o run.h5", "learn circle.h5 --machine machine.yaml -o next.h5"],
-    "export": [
-        "export c machine.yaml --axis x -o controller",
-        "export linuxcnc found --axis x --scheme c -o controller",
-    ],
-    "report": ["report friction.yaml run.h5 --circle circle.h5 -o report.html"],
-    "reproduce": ["reproduce -o paper"],
-    "schema": ["schema friction"],
-}
-"""Lines of the help of each command that show its use, without ``fric``."""
+_HELP = tomllib.loads(Path(__file__).with_name("help.toml").read_text("utf-8"))
+PARTS: Mapping[str, Mapping[str, str]] = _HELP["parts"]
+EXAMPLES: Mapping[str, Sequence[str]] = _HELP["examples"]
 
 BELIEFS = ("nominal_files", "gain", "lead", "friction_model")
 GROUPS: Mapping[str, Mapping[str, Sequence[str]]] = {
