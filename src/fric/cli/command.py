@@ -147,6 +147,16 @@ def parameter(name: str, hint: Any, default: Any = Parameter.empty) -> Parameter
     return Parameter(name, Parameter.KEYWORD_ONLY, annotation=hint, default=default)
 
 
+def flag(name: str, help: str, *names: str) -> Parameter:
+    """Return an option that is off by default, under these names or the parameter's."""
+    return parameter(name, Annotated[bool, option(help, *names or (f"--{name.replace('_', '-')}",))], False)
+
+
+def file_option(name: str, help: str, metavar: str) -> Parameter:
+    """Return an option that takes a file, by default none."""
+    return parameter(name, Annotated[Path | None, option(help, metavar=metavar)], None)
+
+
 def parameter_of(given: Argument, flags: str = "", *, place: bool = False) -> Parameter:
     """Return the parameter of a command for an argument of its verb.
 
@@ -217,10 +227,8 @@ def _lift(given: str) -> str:
     return given
 
 
-Json = Annotated[bool, option("Print one JSON object on standard output, nothing else.", "--json")]
-Plot = Annotated[
-    Path | None, option("Draw a figure, or that of a name; .png, .svg or .pdf.", "--plot", metavar="[VIEW=]FIG")
-]
+JSON = flag("json", "Print one JSON object on standard output, nothing else.")
+PLOT = file_option("plot", "Draw a figure, or that of a name; .png, .svg or .pdf.", "[VIEW=]FIG")
 Implausible = Annotated[
     Literal["error", "ok"],
     option("Treat implausible values, as of a wrong unit, as an error, or accept them.", callback=_lift),
@@ -312,11 +320,10 @@ class Command:
         made += [self.output.parameter()] if self.output else []
         made += [self._parameter(argument) for argument in named]
         made += self.terminal
-        made += [parameter("plot", Plot, None)] if self.plot else []
+        made += [PLOT] if self.plot else []
         made += [parameter("implausible", Implausible, "error")] if self.plausible else []
-        made.append(parameter("json", Json, False))
-        force = option(self.helps.get("force", "Replace an output that exists."), "--force")
-        return [*made, *([parameter("force", Annotated[bool, force], False)] if self.replaces else [])]
+        force = flag("force", self.helps.get("force", "Replace an output that exists."))
+        return [*made, JSON, *([force] if self.replaces else [])]
 
     def _parameter(self, argument: Any, *, place: bool = False) -> Parameter:
         text = self.worded(self.helps.get(argument.name, argument.help))

@@ -2,10 +2,9 @@
 
 import re
 from pathlib import Path
-from typing import Annotated
 
 import fric
-from fric.cli.command import READ_MACHINE, Command, Home, Output, group, option, parameter
+from fric.cli.command import READ_MACHINE, Command, Home, Output, file_option, flag, group
 from fric.cli.special import OF_CIRCLES
 from fric.columns import CIRCLE, KINDS
 from fric.verb import folders, verbs_in
@@ -53,9 +52,7 @@ IDENTIFY: dict[str, Home] = {
     "gms": Command(
         "fric.results.identify:identify_gms", FRICTION, plot=True, doing="virgin curve and replay",
         run="fric.cli.special:gms",
-        terminal=[parameter("interactive", Annotated[
-            bool, option("Move the knots by hand on a page, served to this computer only.", "--interactive")
-        ], False)],
+        terminal=[flag("interactive", "Move the knots by hand on a page, served to this computer only.")],
     ),
 }  # fmt: skip
 IDENTIFY |= {
@@ -100,12 +97,8 @@ SIMULATE: dict[str, Home] = {
         more="With --monte-carlo the test runs on many machines and reports how the glitch of each scheme is "
             "distributed, and how often each scheme is the best. Ctrl-C keeps the machines that are done.",
         terminal=[
-            parameter("from_intervals", Annotated[
-                bool, option("Draw identified parameters from their 95 % intervals instead.", "--from-intervals")
-            ], False),
-            parameter("plot_reversal", Annotated[
-                Path | None, option("Draw error and voltages over time near a reversal.", metavar="FIG")
-            ], None),
+            flag("from_intervals", "Draw identified parameters from their 95 % intervals instead."),
+            file_option("plot_reversal", "Draw error and voltages over time near a reversal.", "FIG"),
         ],
     ),
     "path": Command(
@@ -119,9 +112,7 @@ SIMULATE: dict[str, Home] = {
     ),
 }  # fmt: skip
 
-INTERACTIVE = parameter("interactive", Annotated[
-    bool, option("State what the columns are on a page with sketches, served to this computer only.", "--interactive")
-], False)  # fmt: skip
+INTERACTIVE = flag("interactive", "State what the columns are on a page with sketches, served to this computer only.")
 
 INGEST = Command(
     "fric.results.ingest:ingest", doing="ingesting", plausible=False, optional=["files", "output"], without=["ask"],
@@ -134,13 +125,9 @@ INGEST = Command(
     more="Of kind circle: traces of two axes on a circle, LinuxCNC's sampler text, or angle and deviation of a ball "
     "bar, into a circle test file for `fric diagnose` and `fric tune`.",
     terminal=[
-        parameter("propose", Annotated[
-            Path | None, option("Write the guessed mapping (-: print it); ingest nothing.", metavar="MAP.yaml")
-        ], None),
+        file_option("propose", "Write the guessed mapping (-: print it); ingest nothing.", "MAP.yaml"),
         INTERACTIVE,
-        parameter("list_formats", Annotated[
-            bool, option("List the formats that fric reads, and which libraries are installed.", "--list")
-        ], False),
+        flag("list_formats", "List the formats that fric reads, and which libraries are installed.", "--list"),
     ],
 )  # fmt: skip
 
@@ -173,9 +160,9 @@ EXPORT = Command(
     },
     without=["trial"], doing="circles",
     helps={"force": "Replace files that exist, and export what is not to be trusted."},
-    terminal=[parameter("try_it", Annotated[bool, option(
-        "linuxcnc, from a checkout of fric: run circles in LinuxCNC, beside their simulation.", "--try"
-    )], False)],
+    terminal=[
+        flag("try_it", "linuxcnc, from a checkout of fric: run circles in LinuxCNC, beside their simulation.", "--try")
+    ],
     more="Nothing is exported that the verdict does not trust, unless --force is given. Reasons against it are a "
         "warning of severity 'wrong' in the machine's files, a limit cycle, a simulated circle that becomes worse, "
         "and a measured circle that differs from its prediction; reasons for doubt are that no machines were drawn "
