@@ -1,6 +1,6 @@
 """Planned motions for controllers: G-code in three dialects, tables in structured text, columns of CSV."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -99,17 +99,6 @@ class Arc:
         return self.radius / sqrt(2.0), self.radius / sqrt(2.0)
 
 
-@dataclass(frozen=True)
-class MotionDialect:
-    """A language for motions of controllers."""
-
-    name: str  # name, doc: its name, and its description in one line
-    doc: str
-    move: Callable[[Move], Mapping[str, str]]  # Returns the files of a move by name
-    # Returns the files of circles by name; none where it has no circles
-    arc: Callable[[Arc], Mapping[str, str]] = lambda _: {}
-
-
 def shown_scale(motion: Motion) -> tuple[float, str]:
     """Return the factor and the unit of a position for people and machine tools: mm, or degrees."""
     return (1e3, "mm") if not rotates(motion) else (57.29577951308232, "deg")
@@ -118,27 +107,6 @@ def shown_scale(motion: Motion) -> tuple[float, str]:
 LETTERS = "XYZABCUVW"
 
 BLOCK = 16e-3  # Least time of a block [s]: any control can process sixty per second
-
-
-@dataclass(frozen=True)
-class Words:
-    """Syntax of a control for common commands."""
-
-    ending: str  # Of the file
-    decimals: int  # Digits of a position behind the point [mm, degrees]
-    remark: str  # A comment, with ``{}`` for its text
-    first: tuple[str, ...]  # first, last: lines before and behind, ``{number}`` and ``{name}`` filled in
-    last: tuple[str, ...]
-    dwell: str  # A rest, with ``{}`` for its seconds
-
-    def head(self, number: int, name: str, *remarks: str) -> Iterator[str]:
-        """Yield the lines before a program's motion."""
-        yield from (line.format(number=1000 + number, name=name.upper()) for line in self.first)
-        yield from (self.remark.format(text) for text in (name, *remarks, "zero is the middle of the travel"))
-
-    def file(self, name: str, lines: Iterator[str]) -> Mapping[str, str]:
-        """Return a program as a file."""
-        return {f"{name}.{self.ending}": "\n".join([*lines, *self.last]) + "\n"}
 
 
 def rounded_down(value: float) -> str:
@@ -152,60 +120,70 @@ def letter(axis: str) -> str:
     return axis.upper() if axis.upper() in LETTERS and len(axis) == 1 else "X"
 
 
-def _move(words: Words, move: Move) -> Iterator[str]:
-    scale, _ = shown_scale(move.motion)
-    points, named = waypoints(move.reference, BLOCK), letter(move.axis)
-    at = [f"{scale * z:.{words.decimals}f}" for z in points.position]
-    begin, end = move.log
-    remarks = [f"axis {move.axis}; log from {begin:.3f} to {end:.3f} s of the motion"]
-    if move.excitation is not None:
-        remarks.append(f"add the voltage of {move.name}-voltage.csv from the begin of the motion on")
-    yield from words.head(move.number, move.name, *remarks)
-    yield f"G94 G1 {named}{at[0]} F{rounded_down(60 * scale * move.approach)}"
-    for n, lasting in enumerate(np.diff(points.time), 1):
-        if at[n] == at[n - 1]:
-            yield words.dwell.format(f"{lasting:.4f}")
-        else:
-            yield f"G93 G1 {named}{at[n]} F{rounded_down(60 / lasting)}"
-    yield "G94"
+@dataclass(frozen=True)
+class GCode:
+    """The G-code of a control."""
+
+    name: str
+    ending: str  # Of the file
+    decimals: int  # Digits of a position behind the point [mm, degrees]
+    remark: str  # A comment, with ``{}`` for its text
+    first: tuple[str, ...]  # first, last: lines before and behind, ``{number}`` and ``{name}`` filled in
+    last: tuple[str, ...]
+    dwell: str  # A rest, with ``{}`` for its seconds
+
+    def move(self, move: Move) -> Mapping[str, str]:
+        """Return the program of a move."""
+        scale, _ = shown_scale(move.motion)
+        points, named = waypoints(move.reference, BLOCK), letter(move.axis)
+        at = [f"{scale * z:.{self.decimals}f}" for z in points.position]
+        begin, end = move.log
+        remarks = [f"axis {move.axis}; log from {begin:.3f} to {end:.3f} s of the motion"]
+        if move.excitation is not None:
+            remarks.append(f"add the voltage of {move.name}-voltage.csv from the begin of the motion on")
+        lines = [f"G94 G1 {named}{at[0]} F{rounded_down(60 * scale * move.approach)}"]
+        for n, lasting in enumerate(np.diff(points.time), 1):
+            still = at[n] == at[n - 1]
+            lines.append(self.dwell.format(f"{lasting:.4f}") if still else
+                         f"G93 G1 {named}{at[n]} F{rounded_down(60 / lasting)}")  # fmt: skip
+        return self._file(move, remarks, [*lines, "G94"])
+
+    def arc(self, arc: Arc) -> Mapping[str, str]:
+        """Return the program of circles."""
+        x, y = map(letter, arc.axes)
+        edge = f"{1e3 * arc.radius / sqrt(2):.{self.decimals}f}"
+        lines = [f"G94 G17 G1 {x}{edge} {y}-{edge} F{rounded_down(6e4 * arc.approach)}"]
+        for code in ("G3", "G2"):
+            turn = f"{code} {x}{edge} {y}-{edge} I-{edge} J{edge} F{rounded_down(6e4 * arc.feed)}"
+            lines += [self.dwell.format("1.0000"), *[turn] * (arc.revolutions + 1)]
+        return self._file(arc, [f"{arc.revolutions} circles each way behind one that begins at rest"], lines)
+
+    def _file(self, of: Move | Arc, remarks: list[str], lines: list[str]) -> Mapping[str, str]:
+        head = [line.format(number=1000 + of.number, name=of.name.upper()) for line in self.first]
+        head += map(self.remark.format, (of.name, *remarks, "zero is the middle of the travel"))
+        return {f"{of.name}.{self.ending}": "\n".join([*head, *lines, *self.last]) + "\n"}
 
 
-def _arc(words: Words, arc: Arc) -> Iterator[str]:
-    x, y = map(letter, arc.axes)
-    edge = f"{1e3 * arc.radius / sqrt(2):.{words.decimals}f}"
-    yield from words.head(arc.number, arc.name, f"{arc.revolutions} circles each way behind one that begins at rest")
-    feed = 6e4 * arc.feed
-    yield f"G94 G17 G1 {x}{edge} {y}-{edge} F{rounded_down(6e4 * arc.approach)}"
-    for code in ("G3", "G2"):
-        yield words.dwell.format("1.0000")
-        for _ in range(arc.revolutions + 1):
-            yield f"{code} {x}{edge} {y}-{edge} I-{edge} J{edge} F{rounded_down(feed)}"
+LINUXCNC = GCode("linuxcnc", "ngc", 6, "({})", ("G21 G90 G40 G49 G64 P0.0005 Q0",), ("M2",), "G4 P{}")
+# Fanuc and what is like it: inverse time, increments of 0.1 µm
+FANUC = GCode("fanuc", "nc", 4, "({})", ("%", "O{number} ({name})", "G21 G90 G40 G49 G64 G54"), ("M30", "%"), "G4 X{}")
+SIEMENS = GCode("siemens", "mpf", 6, "; {}", ("; %_N_{name}_MPF", "G71 G90 G40 G64 G54"), ("M30",), "G4 F{}")
 
 
-def dialect(name: str, doc: str, words: Words) -> MotionDialect:
-    """Return the dialect of a control's words."""
-    return MotionDialect(
-        name, doc, lambda move: words.file(move.name, _move(words, move)),
-        lambda arc: words.file(arc.name, _arc(words, arc)),
-    )  # fmt: skip
+@dataclass(frozen=True)
+class Table:
+    """Files of points in time, which hold no circles."""
 
+    name: str
+    move: Callable[[Move], Mapping[str, str]]  # Returns the files of a move by name
 
-LINUXCNC = dialect(
-    "linuxcnc", "G-code for LinuxCNC",
-    Words("ngc", 6, "({})", ("G21 G90 G40 G49 G64 P0.0005 Q0",), ("M2",), "G4 P{}"),
-)  # fmt: skip
-FANUC = dialect(
-    "fanuc", "G-code for Fanuc and what is like it (inverse time, increments of 0.1 µm)",
-    Words("nc", 4, "({})", ("%", "O{number} ({name})", "G21 G90 G40 G49 G64 G54"), ("M30", "%"), "G4 X{}"),
-)  # fmt: skip
-SIEMENS = dialect(
-    "siemens", "G-code for SINUMERIK",
-    Words("mpf", 6, "; {}", ("; %_N_{name}_MPF", "G71 G90 G40 G64 G54"), ("M30",), "G4 F{}"),
-)  # fmt: skip
+    def arc(self, arc: Arc) -> Mapping[str, str]:
+        """Return nothing."""
+        return {}
 
 
 def table_files(move: Move) -> Mapping[str, str]:
-    """Return a move's function block; time in seconds, positions in mm or degrees around the middle of the travel."""
+    """Return a move's function block for TwinCAT and CODESYS; time [s], positions [mm, degrees] around the middle."""
     scale, unit = shown_scale(move.motion)
     points = move.points
     columns = {
@@ -214,9 +192,6 @@ def table_files(move: Move) -> Mapping[str, str]:
         "velocities": [f"{scale * v:.9f}" for v in points.velocity],
     }
     return {f"{move.name}.st": render("motion.st.j2", move=move, name=identifier(move.name), unit=unit, **columns)}
-
-
-TABLE = MotionDialect("table", "function blocks for TwinCAT and CODESYS that run through points in time", table_files)
 
 
 ROWS = 2048  # Largest number of rows of a motion; of a longer motion every n-th sample is written
@@ -238,7 +213,8 @@ def _text(head: str, columns: np.ndarray[tuple[int, ...], np.dtype[np.float64]])
     return "\n".join([head, *(",".join(f"{value:.9g}" for value in row) for row in columns)]) + "\n"
 
 
-CSV = MotionDialect("csv", "columns of time, position, velocity, acceleration in SI", csv_files)
-
-DIALECTS: dict[str, MotionDialect] = {dialect.name: dialect for dialect in (LINUXCNC, FANUC, SIEMENS, TABLE, CSV)}
+DIALECTS: dict[str, GCode | Table] = {
+    dialect.name: dialect
+    for dialect in (LINUXCNC, FANUC, SIEMENS, Table("table", table_files), Table("csv", csv_files))
+}
 """The dialects by name."""

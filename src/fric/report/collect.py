@@ -2,13 +2,13 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from math import hypot, inf, isclose, isfinite, isnan, nan
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from fric.arrays import Real
-from fric.circles.prediction import Prediction
+from fric.circles.prediction import Predicted, Prediction
 from fric.circles.tune import LEARNED, wrong_shape_measured
 from fric.contour import QUADRANTS, Circularity
 from fric.control.scheme import Scheme
@@ -175,11 +175,6 @@ class Measured:
     path: Path  # The same, as it was given
     result: DiagnosisResult  # The circle taken apart, and held against the machine where that is known
 
-    @property
-    def glitch(self) -> float:
-        """The largest glitch that was measured [m]."""
-        return max(abs(glitch.value) for glitch in self.result.found.glitches.values())
-
     def disagreements(self) -> list[Notice]:
         """Return where the circle is not as predicted, with the likely cause."""
         return self.result.disagreements(self.source)
@@ -244,8 +239,7 @@ class ContourTest:
         ]
 
 
-def _alike(value: float, other: float) -> bool:
-    return isclose(value, other, rel_tol=0.02)
+_alike = partial(isclose, rel_tol=0.02)
 
 
 @dataclass(frozen=True)
@@ -294,7 +288,7 @@ class ReportInput:
             seen, held = circle.result.found.test, circle.result.held
             scheme = seen.scheme or (held.scheme if held else "")
             if scheme and _alike(seen.feed, test.feed) and _alike(seen.radius, test.radius or 0.0):
-                found[scheme] = max(circle.glitch, found.get(scheme, 0.0))
+                found[scheme] = max(circle.result.found.glitch, found.get(scheme, 0.0))
         return found
 
     def _notices(self, test: ContourTest) -> list[Notice]:
@@ -318,6 +312,7 @@ class ReportInput:
 
 T = TypeVar("T", Item, ContourTest)
 
+DIGITS = {"place": 6, "error": 4, "drawn": 4, "swings": 3}  # Digits of a contour's numbers in a page
 BINS = 720  # Number of parts of a contour; the least and greatest error of each are kept, so that no spike is lost
 
 
@@ -341,8 +336,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
         if kind in KINDS:
             items.append(Item(path.name, read_document(path, NOMINAL_DOCUMENTS[kind])))
         elif kind == "run":
-            test = _test(path.name, read_run_provenance(path), read_runs(path, traces=False))
-            tests.append(_with_drawn(test, read_drawn(path), read_prediction(path)))
+            tests.append(_test(path))
         elif kind == "log":
             of_file = read_records(path)
             records += of_file
@@ -423,46 +417,33 @@ def _carried_over(earlier: Item, later: Item) -> bool:
     return all(later.tree.get(key) == value for key, value in earlier.tree.items() if key not in about)
 
 
-def _test(source: str, provenance: Mapping[str, Any], runs: Sequence[CircleRun | PathRun]) -> ContourTest:
-    first, contours = runs[0], _contours(runs)
+def _test(path: Path) -> ContourTest:
+    """Return the runs of a file, with what was left on the machines that were drawn."""
+    head, runs = (path.name, read_run_provenance(path)), read_runs(path, traces=False)
+    drawn, prediction = read_drawn(path), read_prediction(path)
+    candidates = zip(runs, candidates_of(runs), strict=True)
+    contours = tuple(_contour(*item, drawn.get(item[0].scheme.name), prediction) for item in candidates)
+    first = runs[0]
     if isinstance(first, CircleRun):
         circle = first.circle
-        return ContourTest(
-            source, provenance, circle.feed, circle.radius, circle.direction, QUADRANTS, contours, runs=runs
-        )
+        return ContourTest(*head, circle.feed, circle.radius, circle.direction, QUADRANTS, contours, prediction, runs)
     labels = tuple(
         f"{'xy'[reversal.axis]} at ({reversal.x * 1e3:.3g}, {reversal.y * 1e3:.3g}) mm"
         for reversal in first.contour.reversals
     )
-    return ContourTest(source, provenance, first.path.feed, None, 1, labels, contours, runs=runs)
+    return ContourTest(*head, first.path.feed, None, 1, labels, contours, prediction, runs)
 
 
-def _with_drawn(test: ContourTest, drawn: Mapping[str, DrawnGlitches], prediction: Prediction | None) -> ContourTest:
-    schemes = prediction.schemes if prediction else {}
-    contours = (
-        replace(contour, drawn=drawn[name].glitches, swings=drawn[name].swings, predicted=schemes.get(name))
-        if (name := contour.scheme.name) in drawn
-        else contour
-        for contour in test.contours
-    )
-    return replace(test, contours=tuple(contours), prediction=prediction)
-
-
-def _contours(runs: Sequence[CircleRun | PathRun]) -> tuple[Contour, ...]:
-    made = []
-    for run, candidate in zip(runs, candidates_of(runs), strict=True):
-        found = run.contour
-        place, error = thinned(found.angle if isinstance(found, Circularity) else found.station, found.error, BINS)
-        made.append(
-            Contour(
-                **vars(candidate),
-                rms=run.chance("rms").median,
-                range=run.chance("range").median,
-                place=place,
-                error=error,
-            )
-        )
-    return tuple(made)
+def _contour(
+    run: CircleRun | PathRun, candidate: Candidate, drawn: DrawnGlitches | None, prediction: Prediction | None
+) -> Contour:
+    found = run.contour
+    place, error = thinned(found.angle if isinstance(found, Circularity) else found.station, found.error, BINS)
+    known = vars(candidate) | {"rms": run.chance("rms").median, "range": run.chance("range").median}
+    if drawn is not None:
+        predicted = prediction.schemes.get(run.scheme.name) if prediction else None
+        known |= {"drawn": drawn.glitches, "swings": drawn.swings, "predicted": predicted}
+    return Contour(**known, place=place, error=error)
 
 
 def as_data(inputs: ReportInput) -> dict[str, Any]:
@@ -476,20 +457,17 @@ def as_data(inputs: ReportInput) -> dict[str, Any]:
 
 def _test_data(test: ContourTest) -> dict[str, Any]:
     head = {key: getattr(test, key) for key in ("source", "feed", "radius", "direction")}
-    contours = []
-    for contour in test.contours:
-        numbers = {key: getattr(contour, key) for key in ("glitch", "rms", "range", "oscillation")}
-        contours.append(
-            {
-                "scheme": contour.scheme.plain(), "glitches": list(contour.glitches), **numbers,
-                "warnings": [Notice.of(text).as_dict() for text in contour.warnings],
-                "place": [float(f"{value:.6g}") for value in contour.place],
-                "error": [float(f"{value:.4g}") for value in contour.error],
-                "drawn": [float(f"{value:.4g}") if isfinite(value) else None for value in contour.drawn],
-                "swings": [float(f"{value:.3g}") if isfinite(value) else None for value in contour.swings],
-                "places": list(contour.places),
-            }
-        )  # fmt: skip
+    contours = [
+        {"scheme": contour.scheme.plain(), "glitches": list(contour.glitches)}
+        | {key: getattr(contour, key) for key in ("glitch", "rms", "range", "oscillation")}
+        | {"warnings": [Notice.of(text).as_dict() for text in contour.warnings]}
+        | {
+            key: [float(f"{value:.{digits}g}") if isfinite(value) else None for value in getattr(contour, key)]
+            for key, digits in DIGITS.items()
+        }
+        | {"places": list(contour.places)}
+        for contour in test.contours
+    ]
     head |= {"prediction": prediction_tree(test.prediction) if test.prediction else None}
     return head | {"provenance": dict(test.provenance), "labels": list(test.labels), "contours": contours}
 
@@ -497,20 +475,21 @@ def _test_data(test: ContourTest) -> dict[str, Any]:
 def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
     """Return a test from the data of an earlier report."""
     prediction = prediction_of(data["prediction"]) if data.get("prediction") else None
+    schemes: Mapping[str, Predicted] = prediction.schemes if prediction else {}
 
-    def machines(given: Sequence[float | None]) -> tuple[float, ...]:
-        return tuple(nan if value is None else float(value) for value in given)
+    def numbers(item: Mapping[str, Any]) -> dict[str, Any]:
+        """Return numbers that are not there as nan, and none where a file before them has none."""
+        series = {key: item.get(key, ()) for key in ("drawn", "swings", "places")}
+        many = {key: tuple(nan if v is None else float(v) for v in values) for key, values in series.items()}
+        return many | {key: float(item[key]) for key in ("glitch", "rms", "range")}
 
     try:
         contours = tuple(
             Contour(
-                scheme=Scheme.of(item["scheme"]), glitches=tuple(map(float, item["glitches"])),
-                glitch=float(item["glitch"]), rms=float(item["rms"]), range=float(item["range"]),
-                place=item["place"], error=item["error"],
-                warnings=tuple(map(Notice.of, item["warnings"])),
-                drawn=machines(item.get("drawn", ())), oscillation=float(item.get("oscillation", 0.0)),
-                swings=machines(item.get("swings", ())), places=tuple(map(float, item.get("places", ()))),
-                predicted=prediction.schemes.get(item["scheme"]["name"]) if prediction else None,
+                scheme=Scheme.of(item["scheme"]), predicted=schemes.get(item["scheme"]["name"]),
+                warnings=tuple(map(Notice.of, item["warnings"])), place=item["place"], error=item["error"],
+                glitches=tuple(map(float, item["glitches"])), oscillation=float(item.get("oscillation", 0.0)),
+                **numbers(item),
             )
             for item in data["contours"]
         )  # fmt: skip

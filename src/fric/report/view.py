@@ -99,15 +99,15 @@ def correlations(covariance: Covariance) -> list[str]:
 def measured_view(measured: Measured, key: str, tolerance: float | None) -> dict[str, Any]:
     """Return the content about a measured circle; its figures are named by the key."""
     result = measured.result
-    test, held = result.found.test, result.held
+    test, held, glitch = result.found.test, result.held, result.found.glitch
     alt = "The radial deviation as a polar plot, and over time at each reversal"
     alt += f"{', measured and predicted' if held else ''}; the tables have the numbers."
     caption = "Left: deviation of the radius. Right: the glitch over the time after each reversal."
     caption += " Solid: measured; dashed: predicted." if held else ""
     title = f"ircle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
-    said = f"{measured.source}, c{title}: measured glitch {readable(measured.glitch, 'm', 2)}"
+    said = f"{measured.source}, c{title}: measured glitch {readable(glitch, 'm', 2)}"
     if tolerance is not None:
-        said += ", within the tolerance" if measured.glitch <= tolerance else ", beyond the tolerance"
+        said += ", within the tolerance" if glitch <= tolerance else ", beyond the tolerance"
     if held:
         said += f"; {'as' if held.all_agree else 'not as'} the machine file predicts for scheme ({held.scheme})"
     return {

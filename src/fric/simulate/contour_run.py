@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import floor, inf, pi
-from typing import Any, ClassVar, Generic, Literal, Protocol, Self, TypedDict, TypeVar, Unpack
+from typing import Any, ClassVar, Generic, Literal, Self, TypedDict, TypeVar, Unpack
 
 import numpy as np
 
@@ -86,18 +86,7 @@ class Chance:
 Left = TypeVar("Left", bound=Circularity | ContourError)
 
 
-class ContourLike(Protocol):
-    """A contour that two axes follow."""
-
-    @property
-    def feed(self) -> float:
-        """Speed along the contour [m/s]."""
-
-    def references(self, sampling: float) -> tuple[Reference, Reference]:
-        """Return the motion of both axes, sampled at a rate [Hz]."""
-
-
-Followed = TypeVar("Followed", bound=ContourLike)
+Followed = TypeVar("Followed", bound="Circle | PointPath | RecordedPath")
 
 
 class How(TypedDict, total=False):
