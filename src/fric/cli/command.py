@@ -22,26 +22,7 @@ from fric.verb import Argument, VerbForm, dimensions_of, kinds_of
 _HELP = tomllib.loads(Path(__file__).with_name("help.toml").read_text("utf-8"))
 PARTS: Mapping[str, Mapping[str, str]] = _HELP["parts"]
 EXAMPLES: Mapping[str, Sequence[str]] = _HELP["examples"]
-
-BELIEFS = ("nominal_files", "gain", "lead", "friction_model")
-GROUPS: Mapping[str, Mapping[str, Sequence[str]]] = {
-    "plan": {
-        "Limits of the axis": ("stroke", "feed", "acceleration"),
-        "What is known of it": ("friction", "plant", "machine", "axis", "like", "noise", "encoder"),
-    },
-    "identify plant": {"For responses": ("coherence", "lowest", "highest", "period", "segment", "hold")},
-    "design controller": {"To check gains": ("K_p", "K_i", "K_v")},
-    "simulate circle": {
-        "What controllers know": BELIEFS,
-        "Many machines": (
-            "machines", "from_intervals", "measured", "spread", "seed", "accuracy", "workers", "scheduler",
-        ),
-    },
-    "simulate path": {"What controllers know": BELIEFS},
-    "simulate map": {"What controllers know": BELIEFS},
-    "export": {"What the controller knows": BELIEFS, "Evidence for it": ("circles", "drawn")},
-}  # fmt: skip
-"""Options of a command by the title of their group."""
+GROUPS: Mapping[str, Mapping[str, Sequence[str]]] = _HELP["groups"]
 PREFIXES = {"Circle": "For circles", "Of a fleet": "For a fleet"}  # The same by the begin of an option's help
 WIDTH = 80  # Largest width of a line of an example [columns]
 OUTPUT = ("output", "plot", "plot_reversal", "json", "force", "help")  # Options for the places of results, listed last

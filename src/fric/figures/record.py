@@ -89,13 +89,13 @@ def _draw_log(row: Figure, log: Log, found: Inspection) -> None:
 def _draw_relation(axis: Axes, log: Log, found: Inspection) -> None:
     """Draw force over velocity where there are segments, else over position; position over velocity without force."""
     if log.force is None:
-        x, y, names = _velocity(log), log.position, ("velocity", "position")
-        y = log.time if y is None else y
-        names = names if log.position is not None else ("velocity", "time")
+        names = ("velocity", "time" if log.position is None else "position")
     elif found.stretches or log.position is None or found.kind in {"sliding-sine", "frequency-response"}:
-        x, y, names = _velocity(log), log.force, ("velocity", "force")
+        names = ("velocity", "force")
     else:
-        x, y, names = log.position, log.force, ("position", "force")
+        names = ("position", "force")
+    values = log.channels() | {"velocity": _velocity(log)}
+    x, y = (values[name] for name in names)
     fx, ux = prefixed(_size(x), log.unit(names[0]))
     fy, uy = (1.0, "s") if names[1] == "time" else prefixed(_size(y), log.unit(names[1]))
     many = len(x) > 2 * POINTS
@@ -151,8 +151,8 @@ def _overview(pairs: list[tuple[Record, Inspected]]) -> Figure:
         means = [table for table, _ in pairs if isinstance(table, ForceVelocity)]
         segments += [(v, F, True) for table in means for v, F in zip(table.velocity, table.force, strict=True)]
         motion = pairs[0][0].motion
-        v, F = np.array([s[0] for s in segments]), np.array([s[1] for s in segments])
-        settled = np.array([s[2] for s in segments], dtype=bool)
+        v, F, settled = np.array(segments, float).reshape(-1, 3).T
+        settled = settled > 0
         fv, uv = prefixed(_size(v), si_unit("velocity", motion))
         fF, uF = prefixed(_size(F), si_unit("force", motion))
         left.plot(v[settled] * fv, F[settled] * fF, "o", color=BLUE, markersize=4, label="settled")
@@ -161,14 +161,13 @@ def _overview(pairs: list[tuple[Record, Inspected]]) -> Figure:
             left.legend()
         left.set(xlabel=f"velocity [{uv}]", ylabel=f"force, median of a segment [{uF}]")
         left.set_title(f"{len(v)} segments of {len(pairs)} records", fontsize=9, loc="left")
-        paths = [(log.position - log.position[0] if log.position is not None else log.velocity) for log, _ in logs]
         positions = all(log.position is not None for log, _ in logs)
-        paths = paths if positions else [_velocity(log) for log, _ in logs]
+        paths = [_velocity(log) if log.position is None or not positions else log.position - log.position[0]
+                 for log, _ in logs]  # fmt: skip
         name = "position from the start" if positions else "velocity"
-        largest = max((float(np.abs(path).max()) for path in paths if path is not None), default=0.0)
+        largest = max((float(np.abs(path).max()) for path in paths), default=0.0)
         factor, unit = prefixed(largest, si_unit("position" if positions else "velocity", motion))
         for (log, _), path in zip(logs, paths, strict=True):
-            assert path is not None
             share = (log.time - log.time[0]) / max(float(log.time[-1] - log.time[0]), 1e-12)
             right.plot(*thinned(share, path * factor, POINTS), color=BLUE, alpha=0.5, linewidth=0.7)
         right.set(xlabel="time / duration of the record", ylabel=f"{name} [{unit}]")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy, deepcopy
@@ -36,32 +37,7 @@ if TYPE_CHECKING:
 else:  # no result needs them before it is drawn, or made a table
     Figure = DataFrame = Any
 
-OTHERS = {
-    "A": "damping over mass",
-    "B": "acceleration per input",
-    "T_d": "delay of the drive",
-    "K_f": "force constant",
-    "force_lag": "lag of the logged force",
-    "force_filter": "low-pass of the logged force",
-    "offset": "constant force",
-    "M": "moving mass",
-    "F_v": "viscous friction",
-    "frequency": "resonance",
-    "ratio": "share of the second mass",
-    "damping": "damping ratio",
-    "K_v": "position gain",
-    "K_p": "velocity gain",
-    "K_i": "integral velocity gain",
-    "velocity_filter": "low-pass of the velocity",
-    "velocity_feedforward": "share fed forward",
-    "sampling": "rate of the controller",
-    "limit": "largest voltage",
-    "cutoff": "cutoff of Q",
-    "sigma_0": "stiffness at rest",
-    "sigma_1": "damping of the bristles",
-    "n": "shape of the transition",
-}
-"""Names of symbols that are no parameters of friction models."""
+OTHERS = tomllib.loads(Path(__file__).with_name("symbols.toml").read_text("utf-8"))
 
 
 @cache

@@ -2,14 +2,15 @@
 
 from dataclasses import dataclass, field
 from math import inf
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, dataclass_transform
 
 from fric.errors import FricError, require_known
 from fric.verb import require_within, typed
 
 
+@dataclass_transform(frozen_default=True)
 class Bounded:
-    """A flaw whose numbers have bounds, which its class states beside its name in files."""
+    """A flaw, a frozen dataclass whose numbers have bounds, which it states beside its name in files."""
 
     _bounds: ClassVar[tuple[str, bool, tuple[str, ...], str]]
 
@@ -17,6 +18,7 @@ class Bounded:
         cls, of: str, *, signed: bool = False, positive: tuple[str, ...] = (), share: str = ""
     ) -> None:
         cls._bounds = of, signed, positive, share
+        dataclass(frozen=True)(cls)
 
     def __post_init__(self) -> None:
         of, signed, positive, share = self._bounds
@@ -27,7 +29,6 @@ class Bounded:
         require_within(self, of, **ranges)
 
 
-@dataclass(frozen=True)
 class Cogging(Bounded, of="cogging", signed=True, positive=("pitch",)):
     """A force of the motor over position.
 
@@ -43,7 +44,6 @@ class Cogging(Bounded, of="cogging", signed=True, positive=("pitch",)):
     phase: Annotated[float, "angle"] = 0.0
 
 
-@dataclass(frozen=True)
 class Wave(Bounded, of="waves", signed=True, positive=("pitch",), share="amplitude"):
     """A wave of the friction's level over position.
 
@@ -59,7 +59,6 @@ class Wave(Bounded, of="waves", signed=True, positive=("pitch",), share="amplitu
     phase: Annotated[float, "angle"] = 0.0
 
 
-@dataclass(frozen=True)
 class Direction(Bounded, of="direction", positive=("level",)):
     """Friction of the negative direction, over that of the positive direction.
 
@@ -71,7 +70,6 @@ class Direction(Bounded, of="direction", positive=("level",)):
     viscous: Annotated[float, "ratio"] = 1.0
 
 
-@dataclass(frozen=True)
 class Dwell(Bounded, of="dwell", positive=("time", "distance")):
     """Static friction that grows with the age of the contact: F_s·(1 + growth·ln(1 + age/time)).
 
@@ -88,7 +86,6 @@ class Dwell(Bounded, of="dwell", positive=("time", "distance")):
     distance: Annotated[float, "position"]
 
 
-@dataclass(frozen=True)
 class Drift(Bounded, of="drift", signed=True, positive=("time",)):
     """A factor that changes from 1 to 1 + amount.
 
@@ -106,7 +103,6 @@ class Drift(Bounded, of="drift", signed=True, positive=("time",)):
         require_within(self, "drift", amount="(-1, 1e3)")
 
 
-@dataclass(frozen=True)
 class ForceChannel(Bounded, of="force", positive=("filter",)):
     """What the drive makes of the force before it logs it.
 
@@ -120,7 +116,6 @@ class ForceChannel(Bounded, of="force", positive=("filter",)):
     step: Annotated[float, "force"] = 0.0
 
 
-@dataclass(frozen=True)
 class Clock(Bounded, of="clock", share="lost"):
     """Instants of the samples.
 
@@ -138,7 +133,6 @@ class Clock(Bounded, of="clock", share="lost"):
     stamped: bool = True
 
 
-@dataclass(frozen=True)
 class NoiseColour(Bounded, of="noise", positive=("corner",)):
     """Noise of the logged force that remembers.
 
@@ -152,7 +146,6 @@ class NoiseColour(Bounded, of="noise", positive=("corner",)):
     corner: Annotated[float, "frequency"]
 
 
-@dataclass(frozen=True)
 class Interpolation(Bounded, of="encoder", signed=True, positive=("pitch",)):
     """Sub-divisional error of the encoder.
 
@@ -169,7 +162,6 @@ class Interpolation(Bounded, of="encoder", signed=True, positive=("pitch",)):
 
 
 @typed
-@dataclass(frozen=True)
 class Excitation(Bounded, of="multisine", positive=("lowest", "highest")):
     """How the multisine of a frequency response is made.
 
@@ -188,7 +180,6 @@ class Excitation(Bounded, of="multisine", positive=("lowest", "highest")):
 
 
 @typed
-@dataclass(frozen=True)
 class Reality(Bounded, of="reality", signed=True):
     """Properties of the axis beyond the model: simulated in logs and circles, never in nominal models.
 
@@ -230,7 +221,6 @@ class Reality(Bounded, of="reality", signed=True):
         return any(getattr(self, name) != getattr(NONE, name) for name in _OF_FRICTION)
 
 
-@dataclass(frozen=True)
 class SecondMass(Bounded, of="second_mass", positive=("mass", "stiffness")):
     """A table on a spring behind the motor, instead of one rigid mass.
 
