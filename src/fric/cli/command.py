@@ -250,8 +250,7 @@ class Command:
     optional: Sequence[str] = ()  # Arguments without default that the line may omit: the called function supplies them
     # Arguments of other verbs, by verb; those of `READ_MACHINE` are used to read the machine first
     further: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    text: str = ""  # The help, if it is not that of the verb
-    more: str = ""  # What follows it
+    text: str = ""  # The help, if it is neither that of the verb nor in the table of words
     helps: Mapping[str, str] = field(default_factory=dict)  # The help of options, if not that of their arguments
     terminal: Sequence[Parameter] = ()  # Further parameters that only a terminal has
     run: str = ""  # Module and name of the function that is called instead of the verb, with the given values
@@ -264,7 +263,9 @@ class Command:
     @property
     def help(self) -> str:
         """The help of the command."""
-        return self.worded("\n\n".join(filter(None, (self.text or self.form.text, self.more))))
+        name = self.form.name
+        text = self.text or _HELP["text"].get(name, self.form.text)
+        return self.worded("\n\n".join(filter(None, (text, _HELP["more"].get(name)))))
 
     def function(self) -> Callable[..., None]:
         """Return the function that Typer makes the command of."""

@@ -28,11 +28,6 @@ MODELS = models_in(*folders("fric.friction"))  # Every model that can be identif
 
 FRICTION = Output("FRICTION.yaml", "Friction file to write.")
 
-COMPARE = Command(
-    "fric.results.compare:compare", plot=True, doing="fitting",
-    helps={"models": f"Models to compare, of {', '.join(MODELS)}."},
-)  # fmt: skip
-
 
 def _replayed(text: str, **beside: object) -> Command:
     settings = {"output": FRICTION, "plot": True, "helps": {"model": f"One of {', '.join(MODELS)}."}} | beside
@@ -94,8 +89,6 @@ SIMULATE: dict[str, Home] = {
         "fric.results.simulate:circle", RUN, plot=True, doing="circles",
         flags=CONTOUR | FEED | {"machines": "--monte-carlo"},
         further={READ_MACHINE: (*BELIEFS, "friction_model")}, run="fric.cli.special:circle",
-        more="With --monte-carlo the test runs on many machines and reports how the glitch of each scheme is "
-            "distributed, and how often each scheme is the best. Ctrl-C keeps the machines that are done.",
         terminal=[
             flag("from_intervals", "Draw identified parameters from their 95 % intervals instead."),
             file_option("plot_reversal", "Draw error and voltages over time near a reversal.", "FIG"),
@@ -108,75 +101,32 @@ SIMULATE: dict[str, Home] = {
     "map": Command(
         "fric.results.simulate:circle_map", Output("MAP.yaml", "Keep the map in this file.", required=False),
         plot=True, plausible=False, doing="circles", flags=CONTOUR, further={READ_MACHINE: BELIEFS},
-        more="Ctrl-C keeps the circles that are done; the others stay empty.", run="fric.cli.special:circle_map",
+        run="fric.cli.special:circle_map",
     ),
 }  # fmt: skip
 
 INTERACTIVE = flag("interactive", "State what the columns are on a page with sketches, served to this computer only.")
-
-INGEST = Command(
-    "fric.results.ingest:ingest", doing="ingesting", plausible=False, optional=["files", "output"], without=["ask"],
-    flags={
-        "output": "-o --output", "mapping": "--map", "begin": "--from", "end": "--to",
-        "clockwise": "--clockwise/--counter-clockwise",
-    },
-    helps={"kind": f"What was logged: {', '.join((*KINDS, CIRCLE))}."},
-    further={"fric.results.ingest:ingest_circles": OF_CIRCLES}, run="fric.cli.special:ingest",
-    more="Of kind circle: traces of two axes on a circle, LinuxCNC's sampler text, or angle and deviation of a ball "
-    "bar, into a circle test file for `fric diagnose` and `fric tune`.",
-    terminal=[
-        file_option("propose", "Write the guessed mapping (-: print it); ingest nothing.", "MAP.yaml"),
-        INTERACTIVE,
-        flag("list_formats", "List the formats that fric reads, and which libraries are installed.", "--list"),
-    ],
-)  # fmt: skip
-
-PLAN = Command(
-    "fric.results.plan:plan",
-    Output("DIR", "Folder for the plan and its programs.", required=False, writes=""), plot=True, plausible=False,
-    doing="what to expect", places=["last"], optional=["last", "stroke", "feed"], without=["draws"],
-    further={"fric.results.plan:plan_next": ("last", "scheme")}, run="fric.cli.special:plan",
-    text="Plan the records that identify an axis, with the intervals to expect; or the most useful further record."
-    "\n\nDIR gets plan.yaml, the motions as CSV, as G-code for LinuxCNC, Fanuc and SINUMERIK and as tables for TwinCAT "
-    "and CODESYS, all within stroke, feed and acceleration. `fric simulate experiment --plan` runs it on a virtual "
-    "axis.",
-)  # fmt: skip
-
-TUNE = Command(
-    "fric.results.circles:tune", Output("DIR", "Folder for what is written.", writes=""), doing="tuning",
-    run="fric.cli.special:tune",
-    more="Give one fast and one slow circle, as at 100 and 10 mm/s, with reference, position and voltage of both axes. "
-    "DIR gets machine.yaml with the new nominal parameters, a friction and a plant file of each axis, and a figure of "
-    "its reversals. A result that explains the circles no better than the nominal parameters is refused. With --loop "
-    "machine.yaml gets new gains too, where the loop does not hold friction that falls with speed: otherwise errors "
-    "grow at 10 mm/s under any feedforward.",
-)  # fmt: skip
-
-EXPORT = Command(
-    "fric.results.export:export_axis", Output("DIR", "Folder for the files.", writes=""), run="fric.cli.special:export",
-    flags={
-        "single": "--float", "nominal_files": "--friction --with", "known": "--schemes", "circles": "--circle",
-        "drawn": "--run",
-    },
-    without=["trial"], doing="circles",
-    helps={"force": "Replace files that exist, and export what is not to be trusted."},
-    terminal=[
-        flag("try_it", "linuxcnc, from a checkout of fric: run circles in LinuxCNC, beside their simulation.", "--try")
-    ],
-    more="Nothing is exported that the verdict does not trust, unless --force is given. Reasons against it are a "
-        "warning of severity 'wrong' in the machine's files, a limit cycle, a simulated circle that becomes worse, "
-        "and a measured circle that differs from its prediction; reasons for doubt are that no machines were drawn "
-        "(--run) and no circle was measured (--circle).",
-)  # fmt: skip
 
 COMMANDS: dict[str, Home] = {
     "auto": Command(
         "fric.automatic.run:auto", replaces=False, without=["run", "say", "ask"], run="fric.cli.special:auto",
         flags={"output": "-o --output", "circles": "--circle", "controllers": "--controller", "mapping": "--map"},
         terminal=[INTERACTIVE],
-        more="The exit status is 0 where anything was identified, even if a step failed, and 1 where nothing was.",
     ),
-    "ingest": INGEST,
+    "ingest": Command(
+        "fric.results.ingest:ingest", doing="ingesting", plausible=False, optional=["files", "output"], without=["ask"],
+        flags={
+            "output": "-o --output", "mapping": "--map", "begin": "--from", "end": "--to",
+            "clockwise": "--clockwise/--counter-clockwise",
+        },
+        helps={"kind": f"What was logged: {', '.join((*KINDS, CIRCLE))}."},
+        further={"fric.results.ingest:ingest_circles": OF_CIRCLES}, run="fric.cli.special:ingest",
+        terminal=[
+            file_option("propose", "Write the guessed mapping (-: print it); ingest nothing.", "MAP.yaml"),
+            INTERACTIVE,
+            flag("list_formats", "List the formats that fric reads, and which libraries are installed.", "--list"),
+        ],
+    ),
     "inspect": Command("fric.results.records:inspect", plot=True, plausible=False),
     "report": Command(
         "fric.report.summary:make_report", Output("REPORT.html", "The page to write.", writes="HTML"), plausible=False,
@@ -186,24 +136,42 @@ COMMANDS: dict[str, Home] = {
     "reproduce": Command(
         "fric.reproduce.paper:reproduce_paper", plausible=False, replaces=False, doing="reproduce",
         flags={"folder": "-o --output"},
-        text="Run the paper from end to end: experiments, identification, design, six schemes, and a page beside the "
-        "paper.\n\nSteps whose inputs have not changed are not run again.",
     ),
-    "plan": PLAN,
-    "compare": COMPARE,
+    "plan": Command(
+        "fric.results.plan:plan",
+        Output("DIR", "Folder for the plan and its programs.", required=False, writes=""), plot=True, plausible=False,
+        doing="what to expect", places=["last"], optional=["last", "stroke", "feed"], without=["draws"],
+        further={"fric.results.plan:plan_next": ("last", "scheme")}, run="fric.cli.special:plan",
+    ),
+    "compare": Command(
+        "fric.results.compare:compare", plot=True, doing="fitting",
+        helps={"models": f"Models to compare, of {', '.join(MODELS)}."},
+    ),
     "diagnose": Command(
         "fric.results.circles:diagnose", plot=True, doing="predicting", flags={"known": "--schemes"},
-        more="With --machine it compares the measured glitches with those that the machine file predicts, and names "
-        "the likely cause of a difference.",
     ),
-    "tune": TUNE,
+    "tune": Command(
+        "fric.results.circles:tune", Output("DIR", "Folder for what is written.", writes=""), doing="tuning",
+        run="fric.cli.special:tune",
+    ),
     "learn": Command(
         "fric.results.circles:learn",
         Output("OUT.h5", "Run file of the rounds; or feedforward of the next.", required=False, writes="HDF5"),
         plot=True, doing="circles", flags=FEED | {"observer": "--observer/--no-observer"}, run="fric.cli.special:learn",
     ),
     "validate": Command("fric.results.compare:validate", plot=True, doing="replaying"),
-    "export": EXPORT,
+    "export": Command(
+        "fric.results.export:export_axis", Output("DIR", "Folder for the files.", writes=""),
+        run="fric.cli.special:export", without=["trial"], doing="circles",
+        flags={
+            "single": "--float", "nominal_files": "--friction --with", "known": "--schemes", "circles": "--circle",
+            "drawn": "--run",
+        },
+        helps={"force": "Replace files that exist, and export what is not to be trusted."},
+        terminal=[flag(
+            "try_it", "linuxcnc, from a checkout of fric: run circles in LinuxCNC, beside their simulation.", "--try"
+        )],
+    ),
     "example": Command(
         "fric.results.example:example", plausible=False, places=["name"], flags={"output": "-o --output"}
     ),

@@ -56,8 +56,6 @@ def manual(
 
 
 READ_IDENTIFIED = "fric.documents.machine_files:read_identified"
-PLAN_NEXT = "fric.results.plan:plan_next"
-INGEST_CIRCLES = "fric.results.ingest:ingest_circles"
 OF_CIRCLES = ("radius", "feed", "sampling", "instrument", "scheme", "clockwise")
 
 
@@ -84,7 +82,7 @@ def ingest(command: Command, given: dict[str, Any]) -> None:
         raise typer.BadParameter("say which log file to write: -o LOG.h5")
     keep_freed_memory()
     if fric.holds_circles(given.get("mapping"), given.get("kind")):
-        command = replace(command, verb=INGEST_CIRCLES)
+        command = replace(command, verb="fric.results.ingest:ingest_circles")
     elif not given.keys().isdisjoint(OF_CIRCLES):
         misplaced = "--radius, --feed, --sampling, --instrument, --scheme and the direction go with --kind circle"
         raise typer.BadParameter(misplaced)
@@ -129,7 +127,7 @@ def _propose(given: dict[str, Any]) -> None:
 def plan(command: Command, given: dict[str, Any]) -> None:
     """Plan all records, or after a last result the most useful further record."""
     if "last" in given:
-        command = replace(command, verb=PLAN_NEXT, doing="candidates")
+        command = replace(command, verb="fric.results.plan:plan_next", doing="candidates")
     elif lacks := [f"--{name}" for name in ("stroke", "feed") if name not in given]:
         for name in given.keys() & {"stroke", "feed"}:  # a value without a unit is refused first
             parse(given[name], "position" if name == "stroke" else "velocity")

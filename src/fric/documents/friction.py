@@ -104,7 +104,6 @@ class Fit(Part):
         return given
 
 
-AT_SPEED = {"velocity": "velocity", "force": "force"}
 SCATTER = {"level": "ratio", "offset": "force", "mass": "mass"}
 
 
@@ -170,7 +169,7 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
                 hint=f"Identify it, or take one of {', '.join(self.sections())}.",
             )
         if section == "at_speed":
-            return quantities(given, AT_SPEED, self.motion, section)
+            return quantities(given, {"velocity": "velocity", "force": "force"}, self.motion, section)
         name = section.removesuffix("_negative")
         model = model_type(name)
         dimensions = {p.name: p.dimension for p in model.parameters} if model else {}

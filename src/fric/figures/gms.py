@@ -176,9 +176,6 @@ def _replay(axes: Axes, record: Replay, force: Scale, *, legend: bool) -> None:
         axes.legend(loc="lower right", ncols=4, bbox_to_anchor=(1.0, 1.0))
 
 
-_VELOCITY_SCALES = ((1e3, "mm/s"), (1.0, "rad/s"))
-
-
 @dataclass(frozen=True, eq=False)
 class MapBranches:
     """A fitted map for both directions or for one direction, and its offset [N]."""
@@ -204,7 +201,8 @@ class FrictionMap:
         """Return factor and unit of velocity and of force, in which people read them."""
         ends = [np.max(np.abs(branch.y)) for branches in self.maps for branch in branches.branches]
         peak = np.max(np.abs(self.force)) if self.force.size else max(ends)
-        return *_VELOCITY_SCALES[rotates(self.motion)], *prefixed(float(peak), si_unit("force", self.motion))
+        speed = (1.0, "rad/s") if rotates(self.motion) else (1e3, "mm/s")
+        return *speed, *prefixed(float(peak), si_unit("force", self.motion))
 
 
 @view("map", of="StaticFit", usual=True)

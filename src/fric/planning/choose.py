@@ -23,6 +23,7 @@ from scipy.linalg import block_diag
 from fric.arrays import Real
 from fric.columns import PRESLIDING
 from fric.control.scheme import Scheme
+from fric.documents.base import FilePart
 from fric.documents.friction import FrictionDocument, gms_tree, static_tree
 from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument, plant_tree
@@ -167,15 +168,12 @@ def choose(
     for record in found:
         for trial in record.trials(axis):
             if broken := limits.broken_by(trial.reference):
-                value = readable(getattr(limits, broken), si_unit(_DIMENSIONS[broken], axis.motion))
+                value = readable(getattr(limits, broken), si_unit(FilePart[Limits].dimensions[broken], axis.motion))
                 raise FricError(
                     f"the {broken} of {value} leaves no room for '{trial.name}'",
                     hint=f"Allow more {broken}, or a faster or softer axis.",
                 )
     return found
-
-
-_DIMENSIONS = {"stroke": "position", "feed": "velocity", "acceleration": "acceleration"}
 
 
 def durations(axis: Axis, planned: Sequence[Planned]) -> Iterator[float]:

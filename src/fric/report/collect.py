@@ -37,9 +37,6 @@ from fric.verdict import Candidate, Verdict, candidates_of, decide, evidence_of,
 KINDS = ("friction", "plant", "controller", "observer")  # The documents that a report shows, in its order
 
 
-Drifted = Literal["moved", "within", "unknown"]
-
-
 @dataclass(frozen=True)
 class Change:
     """One number at two dates."""
@@ -78,7 +75,7 @@ class Change:
         return self.difference - below, self.difference + above
 
     @property
-    def verdict(self) -> Drifted:
+    def verdict(self) -> Literal["moved", "within", "unknown"]:
         """``moved`` if the interval of the difference does not contain 0; ``unknown`` without an interval."""
         interval = self.difference_ci95
         if interval is None or interval == (-inf, inf):

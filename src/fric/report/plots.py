@@ -195,14 +195,10 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
     """Return the curves of a friction document, with the logs of its axis if given."""
     sections = item.sections()
     static = {name: content for name, content in sections.items() if name in {"static", "static_negative"}}
-    logs = [log for log in inputs.records if isinstance(log, Log) and item.document.belongs(log.axis, log.motion)]
-    tables = [
-        record
-        for record in inputs.records
-        if isinstance(record, ForceVelocity) and item.document.belongs(record.axis, record.motion)
-    ]
-    strokes: list[Log | ForceVelocity] = [*(log for log in logs if log.kind == "constant-velocity"), *tables]
-    waves = [log for log in logs if log.kind in PRESLIDING]
+    records = [record for record in inputs.records if item.document.belongs(record.axis, record.motion)]
+    steady = [record for record in records if isinstance(record, Log) and record.kind == "constant-velocity"]
+    strokes = [*steady, *(record for record in records if isinstance(record, ForceVelocity))]
+    waves = [record for record in records if isinstance(record, Log) and record.kind in PRESLIDING]
     assert isinstance(item.document, FrictionDocument)
     plant, notes = _plant(inputs, item, item.document.fit_of("static")) if strokes else (None, [])
     points: tuple[SpeedPoint, ...] = ()
@@ -210,7 +206,7 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
         offset = float(sections["static"]["offset"]) if "offset" in sections["static"] else 0.0
         found = stroke_forces(strokes, item.motion, plant)
         points = tuple(replace(point, force=point.force - offset) for point in found)
-    agree = agreement([log for log in logs if log.kind == "constant-velocity"], plant) if points else ""
+    agree = agreement(steady, plant) if points else ""
     together = {name: block.covariance() for name in static if (block := item.document.fit_of(name).covariance)}
     maps = {
         "both" if len(static) == 1 else "negative" if name.endswith("negative") else "positive":

@@ -38,16 +38,6 @@ from fric.results.design import perturbation_of
 from fric.units import microns, readable, rotates, short_of_1
 from fric.verdict import EARNED, Candidate, Evidence, Verdict, bare, decide, machine_name
 
-TITLES = {
-    "static": "static map, eq. (2)",
-    "static_negative": "static map of the negative direction",
-    "at_speed": "friction at one speed",
-    "gms": "GMS model, eqs. (3) to (5)",
-    "plant": "plant, eq. (1)",
-    "controller": "controller",
-    "observer": "disturbance observer",
-    "motion": "rigid axis along the motion: mass and frictions",
-}
 FIT = (("rmse", "rms of the residual"), ("r2", "R²"), ("points", "points"), ("method", "method"))
 MATTERS = 0.9  # Correlation above which a pair is reported: a change of either number can replace the other's
 
@@ -74,7 +64,7 @@ def _group(
     rows = estimate_rows(entries)
     names = plain_names(row[0] for row in rows)
     return {
-        "title": TITLES.get(section, section), "source": item.source, "fit": fit,
+        "section": section, "source": item.source, "fit": fit,
         "rows": [(*row, name) for row, name in zip(rows, names, strict=True)],
         "correlations": correlations(block.covariance()) if block is not None else (),
     }  # fmt: skip
@@ -118,9 +108,6 @@ def measured_view(measured: Measured, key: str, tolerance: float | None) -> dict
     }  # fmt: skip
 
 
-ORDER = ("fail", "not decided", "pass", "")  # Results of verdicts, the page shows the first that occurs
-
-
 def summary_of(
     inputs: ReportInput, verdicts: Sequence[Verdict], warnings: Sequence[tuple[str, Notice]]
 ) -> dict[str, Any]:
@@ -141,7 +128,7 @@ def summary_of(
         facts.append(("tolerance", f"glitch within {readable(inputs.tolerance, 'm')}"))
     wrong = [(source, str(notice)) for source, notice in warnings if notice.severity == "wrong" and not verdicts]
     results = [verdict.result for verdict in verdicts] or [decide(Evidence(tolerance=inputs.tolerance)).result]
-    stamp, meaning = min(results, key=lambda pair: ORDER.index(pair[0]))
+    stamp, meaning = min(results, key=lambda pair: ("fail", "not decided", "pass", "").index(pair[0]))
     kinds = [("notes" if notice.severity == "note" else "doubts", notice) for _, notice in warnings]
     further = Counter(kind for kind, notice in kinds if verdicts or notice.severity != "wrong")
     return {
@@ -321,9 +308,6 @@ def view(inputs: ReportInput) -> dict[str, Any]:
     }  # fmt: skip
 
 
-SETTLED = "settled: the drawn machines reproduce the measured circle"
-
-
 def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[str, Notice]]:
     """Return the warnings with their source, each once, the gravest first; those that a circle settled are notes."""
     found: list[tuple[str, Sequence[Notice]]] = [
@@ -344,7 +328,8 @@ def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[st
     first: dict[tuple[str, str], tuple[str, Notice]] = {}
     for source, several in found:
         for text in several:
-            shown = text.at(SETTLED, severity="note") if text in settled else text
+            where = "settled: the drawn machines reproduce the measured circle"
+            shown = text.at(where, severity="note") if text in settled else text
             first.setdefault((text.code, text.says), (source, shown))
     in_decision = {notice.says for verdict in verdicts for notice in verdict.why}  # beside the decision
     rest = (of for of in first.values() if of[1].says not in in_decision)
@@ -546,11 +531,8 @@ def render_view(
     seen: Mapping[str, Any], inputs: ReportInput, title: str, template: str = "report.html.j2", **more: Any
 ) -> str:
     """Return a page by the report's template, or by a template that extends it with more data."""
-    return (
-        environment()
-        .get_template(template)
-        .render(view=seen, maps=inputs.maps, title=title, data=as_data(inputs), mark=Markup(REPORT_MARK), **more)
-    )
+    page, mark = environment().get_template(template), Markup(REPORT_MARK)
+    return page.render(view=seen, maps=inputs.maps, title=title, data=as_data(inputs), mark=mark, **more)
 
 
 def _title(inputs: ReportInput) -> str:

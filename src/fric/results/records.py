@@ -25,13 +25,6 @@ from fric.verb import verb
 MOST_WHOLE = 4  # Largest number of records that are printed in full; more are rows of a table
 
 
-def described(found: Sequence[Inspected]) -> list[Piece]:
-    """Return the full description of a few records; of many, a line each."""
-    return (
-        [piece for inspection in found for piece in _whole(inspection)] if len(found) <= MOST_WHOLE else _briefly(found)
-    )
-
-
 def _whole(found: Inspected) -> list[Piece]:
     """Return the full description of a record."""
     kind = f"{found.kind} ({'stated' if found.stated else 'recognised'})"
@@ -242,7 +235,9 @@ class InspectionResult(Result, schema=InspectionDocument):
 
     def report(self) -> list[Piece]:
         """Return the full description of a few records; of many, a line each."""
-        return described(self.found)
+        if len(self.found) > MOST_WHOLE:
+            return _briefly(self.found)
+        return [piece for inspection in self.found for piece in _whole(inspection)]
 
     def figure(self) -> Figure:
         """Return the channels of each record."""

@@ -46,12 +46,7 @@ def helpers(program: ir.Program, dialect: Dialect) -> str:
     ).rstrip()  # fmt: skip
 
 
-_WORDS = """
-auto break case char const continue default do double else enum extern float for goto if inline int long register
-restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool true false
-exp pow fabs
-"""
-_RESERVED = frozenset(_WORDS.split())
+_RESERVED = ir.reserved("c")
 
 
 def c_routines(program: ir.Program, dialect: Dialect) -> str:

@@ -8,9 +8,11 @@ Each language has a table of its notation for routines, and declares variables b
 
 from __future__ import annotations
 
+import tomllib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 
@@ -206,6 +208,12 @@ def walk(*nodes: Node) -> Iterator[Node]:
         for value in vars(node).values():
             parts = value if isinstance(value, tuple) else (value,)
             yield from walk(*(part for part in parts if isinstance(part, Node)))
+
+
+def reserved(language: str) -> frozenset[str]:
+    """Return the words of a language, ``c`` or ``st``, that are no names."""
+    words = tomllib.loads(Path(__file__).with_name("reserved.toml").read_text("utf-8"))
+    return frozenset(words[language].split())
 
 
 class Writer(ABC):

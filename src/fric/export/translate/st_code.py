@@ -3,16 +3,7 @@
 from fric.export.templates import render
 from fric.export.translate import program as ir
 
-_WORDS = """
-abs acos add and any array asin at atan bool by byte case concat configuration constant continue cos ct ctd ctu d
-date delete dint div do ds dt dword else elsif en end eno eq exit exp expt f_edge f_trig false find for from
-function ge gt if in insert int interval jmp l ld le left len limit lint ln log lreal lt lword max method mid min
-mod move mul mux n namespace ne not of on or p priority program r r1 r_edge r_trig read real ref repeat replace
-resource ret retain return right rol ror rs s s1 sd sel shl shr sin single sint sl sqrt sr st step string struct sub
-super tan task then this time to tod tof ton tp transition true trunc type udint uint ulint until usint var while
-with word write wstring xor result reference
-"""
-_RESERVED = frozenset(_WORDS.split())
+_RESERVED = ir.reserved("st")
 _FUNCTIONS = {"exp": "EXP", "pow": "EXPT", "abs": "ABS", "min": "MIN", "max": "MAX"}
 _OPERATIONS = {
     "negate": "(-{})", "not": "(NOT {})", "to real": "DINT_TO_LREAL({})", "and": "({} AND {})", "or": "({} OR {})",
