@@ -103,11 +103,7 @@ def design_cascade(
     with which the position loop has them too. For both axes of the paper the gain margin decides; f_c is 60 Hz.
 
     requirement: The margins; 60° and 13.8 dB where not given.
-    sampling, velocity_filter: Sampling rate, and corner of the low-pass on the velocity [Hz].
-    limit: Saturation of the control voltage [V], passed on.
-    corner_ratio: Crossover of the velocity loop over corner of its PI.
-    separation: Crossover of the velocity loop over K_v/2π.
-    crossover: Crossover of the velocity loop [Hz], where it is given instead of sought.
+    Others are those of `fric.design_controller`, in SI.
     Raises FricError: When no cascade of this form has the margins, or that with the given crossover: with the nearest.
     """
     asked = requirement or Requirement()

@@ -543,7 +543,6 @@ class PartOf(Physical, Generic[T]):
     held: ClassVar[type[Any]]
 
     def __class_getitem__(cls, kind: Any) -> Any:
-        """Return the part of a dataclass."""
         return _part(cls, kind) if hasattr(kind, "__dataclass_fields__") else super().__class_getitem__(kind)
 
     @classmethod

@@ -252,7 +252,6 @@ def _after_its_hold(part: PlantPart, motion: Motion, sampling: float) -> Plant:
 
 
 def _block(axis: str, name: str, given: BlockDocument | dict[str, Quantity], motion: Motion) -> dict[str, float]:
-    """Return the parameters of a control block of an axis in SI."""
     if not isinstance(given, BlockDocument):
         try:
             return block_values(name, given, motion, f"blocks.{name}")

@@ -81,7 +81,6 @@ def _cycle(axes: Axes, fit: GMSFit, hysteresis: HysteresisCycles, force: Scale) 
 
 
 def _virgin_of(fit: GMSFit) -> Virgin:
-    """Return what is drawn of the virgin curve of a fit."""
     curve, level = fit.curve, float(fit.alpha_sum) if fit.static_given else 1.0
     knots, stiffness = fit.model.slip_displacements * level, np.asarray(fit.k.value)
     z, far = curve.displacement, float(curve.displacement[-1])
@@ -231,7 +230,6 @@ def map_figure(found: FrictionMap, *, logarithmic: bool) -> Figure:
 
 
 def _map_of(fit: StaticFit) -> FrictionMap:
-    """Return what is drawn of a fit."""
     v = np.array([p.velocity for p in fit.points])
     between = fit.static.between if fit.static else 0.0
     half = 1.96 * np.sqrt(np.array([p.standard_error for p in fit.points]) ** 2 + between**2)

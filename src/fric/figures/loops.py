@@ -107,7 +107,6 @@ def nichols_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
 
 
 def _margins(loop: Loop) -> str:
-    """Return the entry of a loop in a legend."""
     found = loop.margins
     return f"{loop.title}: {np.degrees(found.phase_margin):.1f}°, {decibel(found.gain_margin):.1f} dB"
 

@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -35,23 +36,14 @@ SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#000000", "#7F7F7F"
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 DASHES: Any = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (8, 2)), (0, (2, 1)))
 
-STYLE: Any = {
-    "font.size": 9,
-    "axes.titlesize": 10,
-    "axes.labelsize": 9,
-    "legend.fontsize": 8,
-    "legend.frameon": False,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#E3E3E3",
-    "grid.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "lines.linewidth": 1.2,
-    "axes.prop_cycle": cycler(color=CYCLE),
-    "savefig.dpi": 160,
-    "svg.hashsalt": "fric",
-}
+
+@cache
+def style() -> dict[str, Any]:
+    """Return the settings of Matplotlib that every figure has."""
+    from matplotlib import rc_params_from_file  # not at the start: pages have these colours without it
+
+    sheet = rc_params_from_file(Path(__file__).with_name("fric.mplstyle"), use_default_template=False)
+    return dict(sheet) | {"axes.prop_cycle": cycler(color=CYCLE)}
 
 
 def thinned(x: Real, y: Real, bins: int) -> tuple[Real, Real]:
@@ -103,12 +95,12 @@ def feed_of(circle: Any) -> str:
 @contextmanager
 def new_figure(width: float = 6.3, height: float = 4.0) -> Iterator[Figure]:
     """Give an empty figure [inch] in the style, without pyplot's global state."""
-    import matplotlib as mpl  # not at the start: pages have these colours without it
+    import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.text import Text
 
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(style()):
         figure = Figure(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(figure)
         yield figure
@@ -135,7 +127,7 @@ def rendered(figure: Figure, ending: str = "svg") -> bytes:
 
     out = io.BytesIO()  # on a full disk the PDF backend raises an unrelated exception
     metadata = {"Date": None} if ending == "svg" else {"CreationDate": None} if ending == "pdf" else None
-    with mpl.rc_context(STYLE), laid_out(figure, STYLE["savefig.dpi"] if ending == "png" else DRAWING):
+    with mpl.rc_context(style()), laid_out(figure, style()["savefig.dpi"] if ending == "png" else DRAWING):
         figure.savefig(out, format=ending, metadata=metadata)
     return out.getvalue()
 

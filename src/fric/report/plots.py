@@ -42,7 +42,7 @@ from fric.figures.circle import (
 from fric.figures.gms import FrictionMap, MapBranches, ReplayedCycle, Virgin, cycles_figure, map_figure, virgin_figure
 from fric.figures.loops import QReach, reach_figure
 from fric.figures.plant import motion_figure
-from fric.figures.style import BLUE, DRAWING, STYLE, VERMILION, Band, laid_out, views
+from fric.figures.style import BLUE, DRAWING, VERMILION, Band, laid_out, style, views
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
 from fric.identify.gms.virgin_curve import HysteresisCycles, VirginCurve, find_cycles, virgin_curve
@@ -76,7 +76,7 @@ def embedded(figure: Figure, key: str, alt: str) -> str:
     )
     out = io.StringIO()
     # what the script magnifies must have all its points; else points that lie within a fiftieth of one go
-    rules = STYLE | {"svg.fonttype": "none", "path.simplify": not named, "path.simplify_threshold": 0.02}
+    rules = style() | {"svg.fonttype": "none", "path.simplify": not named, "path.simplify_threshold": 0.02}
     with mpl.rc_context(rules), laid_out(figure, DRAWING):
         figure.savefig(out, format="svg", metadata=_NOTHING)
     width, height = (72 * float(inches) for inches in figure.get_size_inches())

@@ -89,14 +89,12 @@ class _Handler(BaseHTTPRequestHandler):
         super().__init__(*given)
 
     def do_GET(self) -> None:
-        """Send the page."""
         if self._word() == "":
             self._send(200, self._page.content, "text/html; charset=utf-8")
         else:
             self._send(404, b"", "text/plain")
 
     def do_POST(self) -> None:
-        """Answer a request of the page."""
         word, size = self._word(), self.headers.get("Content-Length", "")
         known = word in {"try", "save"} and self.headers.get_content_type() == "application/json"
         if not (known and size.isascii() and size.isdigit() and int(size) <= self._page.most):
@@ -134,14 +132,6 @@ MOST_WORD = 60  # Largest length of a name or a unit [characters]
 SKETCH = 160  # Points of the sketch of a column
 TAKEN = ("time", "position", "velocity", "force", "input", "reference", "load_position")
 """Channels that a column can be stated to be."""
-UNITS: Mapping[str, tuple[str, ...]] = {
-    "time": ("s", "ms", "us", "ns"),
-    "position": ("mm", "um", "m", "deg", "rad", "rev", "mrad"),
-    "velocity": ("mm/s", "mm/min", "m/s", "m/min", "deg/s", "rad/s", "rpm", "rev/s"),
-    "force": ("N", "N*m", "A", "mA", "%", "V", "count"),
-    "input": ("V", "mV"),
-}
-"""Units that are offered."""
 
 
 class ColumnsPage(LocalPage):
@@ -261,7 +251,7 @@ def _rendered(found: list[Guess]) -> str:
         {"names": sorted(set(members[path]))[:8], "count": len(set(members[path])), "columns": sketched[path]}
         for path in files
     ]
-    data = {"axes": axes, "files": listed, "channels": TAKEN, "units": UNITS, "kinds": KINDS}
+    data = {"axes": axes, "files": listed, "channels": TAKEN, "kinds": KINDS}
     return environment().get_template("columns.html.j2").render(data=data)
 
 

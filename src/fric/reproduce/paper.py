@@ -68,13 +68,9 @@ class AxisFiles:
         return self.plant, self.controller, self.observer, self.friction
 
     def __getattr__(self, name: str) -> Path:
-        endings = {
-            "plant": "yaml", "static": "yaml", "friction": "yaml", "controller": "yaml", "observer": "yaml",
-            "fig_plant": "png", "fig_2": "png", "fig_4_5": "png", "fig_7": "png",
-        }  # fmt: skip
-        if name not in endings:
+        if name not in {"plant", "static", "friction", "controller", "observer"} and not name.startswith("fig_"):
             raise AttributeError(name)
-        return self.folder / f"{name.replace('_', '-')}.{endings[name]}"
+        return self.folder / f"{name.replace('_', '-')}.{'png' if name.startswith('fig_') else 'yaml'}"
 
 
 STEPS = len(OF_THE_PAPER) + 5  # Steps of an axis: experiments, plant, static map, GMS, controller, observer

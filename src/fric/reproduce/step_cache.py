@@ -62,7 +62,7 @@ class StepCache:
 def code_digest() -> str:
     """Return a digest of the code of fric."""
     package = Path(fric.__file__).parent
-    files = sorted(path for path in package.rglob("*") if path.suffix in {".py", ".j2", ".css"})
+    files = sorted(path for path in package.rglob("*") if path.suffix in {".py", ".j2", ".css", ".toml", ".mplstyle"})
     return sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
 
 

@@ -88,7 +88,6 @@ def experiment(
 
 
 def _trials(plan: Any, axis: Axis) -> list[Trial]:
-    """Return the trials of an axis in a plan."""
     if isinstance(plan, str | Path) and Path(plan).is_dir():
         plan = Path(plan) / "plan.yaml"
     from fric.documents.plan import PlanDocument  # it loads what plans and simulates

@@ -26,7 +26,6 @@ MOST_WHOLE = 4  # Largest number of records that are printed in full; more are r
 
 
 def _whole(found: Inspected) -> list[Piece]:
-    """Return the full description of a record."""
     kind = f"{found.kind} ({'stated' if found.stated else 'recognised'})"
     pieces: list[Piece] = [f"{found.name}: {kind}, {found.motion} axis {found.axis}"]
     if isinstance(found, ResponseInspection):

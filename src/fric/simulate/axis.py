@@ -89,7 +89,6 @@ def _once(design: Callable[..., Design], kind: type[ControlBlock], setting: Sett
 
 
 def _friction(axis: Axis, scheme: Scheme) -> FrictionModel | None:
-    """Return the friction that a scheme feeds forward on an axis."""
     if scheme.friction is None:
         return None
     nominal_friction = axis.nominal_friction

@@ -241,7 +241,6 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
 
 
 def _made(kind: str) -> Experiment:
-    """Return one kind of experiment; raise a `FricError` where there is no such kind."""
     if kind not in EXPERIMENTS:
         raise FricError(f"there is no experiment '{kind}'", hint=f"There are {', '.join(EXPERIMENTS)}, and all.")
     return _MADE[kind]

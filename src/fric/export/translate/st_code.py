@@ -42,7 +42,6 @@ def _record(record: ir.Record, prefix: str) -> str:
 
 
 def _word(name: str) -> str:
-    """Return a name that is no word of the language."""
     return f"{name}_x" if name.lower() in _RESERVED else name
 
 

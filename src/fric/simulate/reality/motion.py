@@ -74,7 +74,6 @@ def sensing_of(axis: Axis) -> Sensing:
 
 
 def _on_guideway(axis: Axis, inner: Real) -> Real:
-    """Return the parameters of the friction on its guideway."""
     friction, flaws = axis.friction, axis.reality
     model = friction.model if isinstance(friction, Directed) else friction
     if isinstance(model, OnStaticMap):

@@ -116,5 +116,4 @@ def _coloured(rng: np.random.Generator, count: int, noise: NoiseColour, sampling
 
 
 def _single(values: Real) -> Real:
-    """Return values rounded to single precision."""
     return values.astype(np.float32).astype(np.float64)
