@@ -7,7 +7,6 @@ import sys
 import tempfile
 import uuid
 from pathlib import Path
-from typing import Any
 
 from fric.errors import FricError
 from fric.export.base import ExportedPart, Files, Target, archived, render
@@ -17,22 +16,20 @@ from fric.export.c import c_files, c_values
 def fmi_files(part: ExportedPart) -> Files:
     """Return two units of a part: NAME-fmi2.fmu and NAME-fmi3.fmu."""
     values = c_values(part)
+    name = values["name"]
     plain = {str(name): str(text) for name, text in c_files(part).items()}
     made: dict[str, str | bytes] = {}
     for version in (2, 3):
         token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, f"{version}{values['definitions']}")) + "}"
         more = values | {"guid": token}
-        sources = plain | {f"{values['name']}_fmi{version}.c": render(f"fmi{version}.c.j2", **more)}
-        made[f"{values['name']}-fmi{version}.fmu"] = _zipped(version, values["name"], sources, more)
+        sources = plain | {f"{name}_fmi{version}.c": render(f"fmi{version}.c.j2", **more)}
+        content = {"modelDescription.xml": render(f"fmi{version}.xml.j2", **more)}
+        content |= {f"sources/{file}": text for file, text in sources.items()}
+        if version == 3:
+            content["sources/buildDescription.xml"] = render("fmi3_build.xml.j2", name=name)
+        packed = {file: text.encode() for file, text in content.items()} | _compiled(name, sources, version)
+        made[f"{name}-fmi{version}.fmu"] = archived(packed)
     return made
-
-
-def _zipped(version: int, name: str, sources: dict[str, str], values: dict[str, Any]) -> bytes:
-    content: dict[str, bytes] = {"modelDescription.xml": render(f"fmi{version}.xml.j2", **values).encode()}
-    content |= {f"sources/{file}": text.encode() for file, text in sources.items()}
-    if version == 3:
-        content["sources/buildDescription.xml"] = render("fmi3_build.xml.j2", name=name).encode()
-    return archived(content | _compiled(name, sources, version))
 
 
 def _compiled(name: str, sources: dict[str, str], version: int) -> dict[str, bytes]:

@@ -38,7 +38,7 @@ DASHES: Any = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (8, 2)),
 
 
 @cache
-def style() -> dict[str, Any]:
+def style() -> dict[Any, Any]:
     """Return the settings of Matplotlib that every figure has."""
     from matplotlib import rc_params_from_file  # not at the start: pages have these colours without it
 

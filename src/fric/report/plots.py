@@ -197,7 +197,7 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
     static = {name: content for name, content in sections.items() if name in {"static", "static_negative"}}
     records = [record for record in inputs.records if item.document.belongs(record.axis, record.motion)]
     steady = [record for record in records if isinstance(record, Log) and record.kind == "constant-velocity"]
-    strokes = [*steady, *(record for record in records if isinstance(record, ForceVelocity))]
+    strokes: list[Log | ForceVelocity] = [*steady, *(record for record in records if isinstance(record, ForceVelocity))]
     waves = [record for record in records if isinstance(record, Log) and record.kind in PRESLIDING]
     assert isinstance(item.document, FrictionDocument)
     plant, notes = _plant(inputs, item, item.document.fit_of("static")) if strokes else (None, [])

@@ -26,7 +26,7 @@ from fric.results.records import Records
 from fric.results.simulate import CircleResult, PathResult
 from fric.simulate.contour_run import Circle, run_circle
 from fric.simulate.machine import Machine
-from fric.simulate.processes import Study, outcomes
+from fric.simulate.processes import MonteCarlo, Study, run_all
 from fric.units import readable
 from fric.verb import Kind, typed, verb
 
@@ -71,15 +71,10 @@ def _drawn(test: ContourTest, advance: Callable[..., None]) -> ContourTest:
         return test
     if abs(again.glitch - test.contours[0].glitch) > SAME:
         return test
-    done = []
-    with outcomes(Study(machine, schemes, circle, only=only), _machines(test)) as found:
-        for outcome in found:
-            done.append(outcome)
-            advance()
-    glitches = np.array([np.abs(outcome.quadrants).max(axis=1) for outcome in done])
-    swings = np.array([outcome.swings for outcome in done])
+    study, count = Study(machine, schemes, circle, only=only), _machines(test)
+    many = MonteCarlo(study, count, tuple(run_all(study, count, advance=advance)))
     contours = (
-        replace(contour, drawn=tuple(map(float, glitches[:, n])), swings=tuple(map(float, swings[:, n])))
+        replace(contour, drawn=tuple(map(float, many.glitches[:, n])), swings=tuple(map(float, many.swings[:, n])))
         for n, contour in enumerate(test.contours)
     )
     return replace(test, contours=tuple(contours))
