@@ -171,7 +171,7 @@ SIEMENS = GCode("siemens", "mpf", 6, "; {}", ("; %_N_{name}_MPF", "G71 G90 G40 G
 
 
 @dataclass(frozen=True)
-class Table:
+class PointFiles:
     """Files of points in time, which hold no circles."""
 
     name: str
@@ -213,8 +213,8 @@ def _text(head: str, columns: np.ndarray[tuple[int, ...], np.dtype[np.float64]])
     return "\n".join([head, *(",".join(f"{value:.9g}" for value in row) for row in columns)]) + "\n"
 
 
-DIALECTS: dict[str, GCode | Table] = {
+DIALECTS: dict[str, GCode | PointFiles] = {
     dialect.name: dialect
-    for dialect in (LINUXCNC, FANUC, SIEMENS, Table("table", table_files), Table("csv", csv_files))
+    for dialect in (LINUXCNC, FANUC, SIEMENS, PointFiles("table", table_files), PointFiles("csv", csv_files))
 }
 """The dialects by name."""
