@@ -120,10 +120,14 @@ def _simulated(step: Step, advance: Advance) -> Result:
     return circle(subject, schemes, machines=machines, advance=advance, **given)
 
 
+class NothingBetterError(FricError):
+    """A search ends without outputs: what it started from is the best."""
+
+
 def _tuned(step: Step, advance: Advance) -> Result:
     result = tune(*step.given, **step.options, advance=advance)
     if not result.found.improves:
-        raise FricError("nothing explains the circles better than what the controllers believe already")
+        raise NothingBetterError("nothing to change: no other parameters explain the circles better")
     return result
 
 
@@ -222,6 +226,10 @@ class Session:
             if tried:
                 self.steps -= 1
                 self.log += [f"$ {text}", as_options(str(error)), ""]
+                return False
+            if isinstance(error, NothingBetterError):
+                self.made += 1
+                self._tell(step, text, str(error), str(error))
                 return False
             self.failed[step.name] = failure = str(error).replace("\n", ". ")
             self.script.append(f"# failed: {' '.join(text.splitlines())}")
@@ -322,7 +330,8 @@ def take_efforts(found: Sources) -> None:
     for axis in sorted({log.axis for log in found.logs}):
         of_axis = [log for log in found.logs if log.axis == axis]
         efforts = frozenset[str]().union(*(log.efforts for log in of_axis))
-        if len(efforts) == 1 and not any("frequency-response" in log.kinds for log in of_axis):
+        shaken = any("frequency-response" in log.kinds and log.efforts != {"force"} for log in of_axis)
+        if len(efforts) == 1 and not shaken:
             moves: Motion = "rotary/V" if rotates(of_axis[0].motion) else "linear/V"
             motion = of_effort(moves if "input" in efforts else of_axis[0].motion)
             taken = [replace(log, mapping=log.mapping or "", driven=True, motion=motion) for log in of_axis]
@@ -359,10 +368,12 @@ def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, S
         options = {"map": mapping or None, "kind": kind if len(members[0].kinds) == 1 else None}
         options |= {"axis": axis if wide else None, "bad_cells": "drop" if assumed else None}
         options |= {"motion": motion} if is_effort(motion := members[0].motion) else {}
-        uses, both = frozenset().union(*(m.uses for m in members)), all(m.both for m in members)
-        strokes = sum(m.strokes for m in members)
-        driven, loaded = all(m.driven for m in members), any(m.loaded for m in members)
-        left = Source(log, axis, members[0].motion, members[0].kinds, uses, None, both, driven, strokes, loaded=loaded)
+        left = Source(
+            log, axis, members[0].motion, members[0].kinds, frozenset().union(*(m.uses for m in members)),
+            both=all(m.both for m in members), driven=all(m.driven for m in members),
+            strokes=sum(m.strokes for m in members), loaded=any(m.loaded for m in members),
+            efforts=frozenset().union(*(m.efforts for m in members)),
+        )  # fmt: skip
         reads = [*files, *([Path(mapping)] if mapping.endswith(".yaml") else [])]
         yield step(f"{axis}: ingest {kind}", "ingest", files, options, reads, output=log), left
 
@@ -415,7 +426,8 @@ def axis_steps(
         given = (f"{axis}: {what}", f"identify {what}", files, {**options, **which}, [*files, *reads])
         steps.append(step(*given, output=output, plot=figure))
 
-    responses, mapped = of("frequency-response"), of("constant-velocity", FORCE_VELOCITY, use="static")
+    responses = [log.path for log in logs if "frequency-response" in log.kinds and (log.driven or not log.efforts)]
+    mapped = of("constant-velocity", FORCE_VELOCITY, use="static")
 
     def enough_in(files: list[Path]) -> bool:
         return sum(log.strokes for log in logs if log.path in files) > SPEEDS
@@ -430,6 +442,7 @@ def axis_steps(
     other = [log for log in fast if "constant-velocity" not in log.kinds] if enough else fast
     motions = of("motion", *["constant-velocity"] * effort)  # strokes of an effort show what depends on position
     moving = (shaken == "any" and of("motion") and motions) or [log.path for log in other or (fast if effort else [])]
+    responses = responses if shaken == "any" or not effort else []  # a force alone shows the mass in its motion, too
     responses, shaking = (responses, responses or moving) if shaken != "none" else ([], [])
     if shaking:
         scaled = any(log.both for log in logs if log.path in shaking)
@@ -463,7 +476,7 @@ def axis_steps(
     if controller is None and (responses or (effort and shaking)):
         controller = folder / "controller.yaml"
         steps.append(step(f"{axis}: controller", "design controller", [plant], {}, output=controller))
-    if responses and controller:
+    if responses and controller and not effort:  # a force that acts when it is logged does not show the delay
         read = [plant, *responses[:1]]
         steps.append(
             step(

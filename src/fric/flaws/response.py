@@ -34,7 +34,8 @@ T_D_AT_BOUND = Flaw("T_d-at-bound", "doubt",
     "T_d ends at {hold:the hold alone|zero}: input and position are of two instants, or the hold is wrong.",
     "Check the log, and `hold=`.", widens={"T_d": 0.3})
 T_D_ASSUMED = Flaw("T_d-assumed", "doubt",
-    "T_d is not seen in a motion: {effort:a current loop of 500 Hz|half a sample, the hold alone,} is assumed.",
+    "T_d is not seen in a {effort:force that acts when it is logged: a current loop of 500 Hz|motion: half a sample, "
+    "the hold alone,} is assumed.",
     "Give it with `delay=`.", widens={"T_d": 0.5}, no_response=True)
 LINES_STAND_OFF = Flaw("lines-stand-off", "note",
     "{count} lines are left out, which deviate as harmonics of friction do: {lines:.4g} Hz.")

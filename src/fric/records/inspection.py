@@ -591,8 +591,13 @@ def _plant_use(found: Inspection) -> Use:
     purpose = "plant"
     if "position" not in found.channels:
         return Use(purpose, False, "no position was logged")
+    broad = found.kind == "frequency-response"
     by_motion = found.kind == "motion" and found.excites and not found.gaps  # a motion is filtered: evenly sampled
     if "input" not in found.channels:
+        if broad and "force" in found.channels:
+            return Use(
+                purpose, True, "the excitation is broad-band, and determines B if the force is the drive's input"
+            )
         if by_motion and "force" in found.channels:
             return Use(purpose, True, "a motion in both directions; B and K_f take an input too")
         return Use(purpose, False, "no input was logged")
@@ -600,6 +605,5 @@ def _plant_use(found: Inspection) -> Use:
         return Use(purpose, False, f"the input is clipped in {clipped} samples")
     if by_motion:
         return Use(purpose, True, "a motion in both directions, with changing speed and acceleration")
-    broad = found.kind == "frequency-response"
     motion = "; take it as a motion: `method='motion'`" * (found.excites and found.kind == "sliding-sine")
     return Use(purpose, broad, f"the excitation is {'' if broad else 'not '}broad-band{motion}")

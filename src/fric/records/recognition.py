@@ -276,11 +276,13 @@ def is_rigid(log: Log) -> bool:
 
 
 def _is_broad_band(log: Log) -> bool:
-    """Return whether input and velocity have many spectral lines, and the motion exceeds the encoder's noise.
+    """Return whether effort and velocity have many spectral lines, and the motion exceeds the encoder's noise.
 
-    So do moves of many lengths, but these have pauses.
+    So do moves of many lengths, but these have pauses. The effort is the drive's input or, where none is logged, the
+    force.
     """
-    if log.input is None or log.position is None or len(log) < 256:
+    effort = log.force if log.input is None else log.input
+    if effort is None or log.position is None or len(log) < 256:
         return False
     moved = np.array([np.ptp(piece) for piece in np.array_split(log.position, min(len(log) // 8, PIECES))])
     if np.mean(moved < QUIET * np.quantile(moved, 0.9)) > PAUSES:
@@ -288,7 +290,7 @@ def _is_broad_band(log: Log) -> bool:
     velocity = np.gradient(log.position, log.time)
     noise = max(noise_level(log.position), (lattice_step(log.position) or 0.0) / np.sqrt(12.0))
     shaking = noise * np.sqrt(2.0) / float(np.median(np.diff(log.time)))
-    lines = min(spectral_lines(velocity), spectral_lines(log.input))
+    lines = min(spectral_lines(velocity), spectral_lines(effort))
     return bool(lines >= LINES and velocity.std() > 3.0 * shaking)
 
 

@@ -685,7 +685,8 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     logs = [record for record in even if isinstance(record, Log)]
     fits, sets = [], []
     for measured, clock in zip(_measured(even, clocks, period, segment), clocks, strict=True):
-        rate = None if continuous else hold or measured.sampling
+        acts = is_effort(measured.table.motion)  # when it is logged, not at the next instant of a hold
+        rate = None if continuous else hold or (None if acts else measured.sampling)
         with _blamed_on(clock):
             lines, used = select(measured, hold=rate, coherence=coherence, band=band)
         with found_in(measured.table.where):
@@ -697,8 +698,12 @@ def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     motion = fits[0].measured.table.motion
     rate = min((fit.hold for fit in fits if fit.hold is not None), default=None)
     estimates = solution.estimates(motion)
-    scale = force_scale(logs, given_force_constant, motion, period=period, segment=segment, strokes=strokes)
-    estimates |= scale.estimates()
+    if is_effort(motion):
+        estimates |= effort_estimates(motion, seen=estimates["T_d"])
+        scale = ForceScale(estimates["K_f"])
+    else:
+        scale = force_scale(logs, given_force_constant, motion, period=period, segment=segment, strokes=strokes)
+        estimates |= scale.estimates()
     others = [*chain(*uneven), *scale.warnings, *against_mass(estimates, mass, motion)]
     transport = estimates["T_d"]
     if rate is not None:
@@ -950,14 +955,17 @@ def described(
         yield response.SECOND_MASS.found(encoder=mode.encoder, frequency=frequency, share=share)
         if by_motor:
             yield response.SPRING_IN_SERIES.found()
-    yield from _of_friction(fits, friction, estimates)
-    if float(estimates["A"]) <= float(solution.half_widths()[0]):
+    if not estimates["A"].fixed:  # else, behind an effort, what is viscous is friction
+        yield from _of_friction(fits, friction, estimates)
+        yield response.A_HOLDS_VISCOUS.found()
+    if not estimates["A"].fixed and float(estimates["A"]) <= float(solution.half_widths()[0]):
         lowest = min(float(fit.measured.table.frequency[fit.used].min()) for fit in fits)
         yield response.A_OPEN.found(lowest=lowest)
     edge = hold_delay(hold) if hold else 0.0
     if float(estimates["T_d"]) <= edge * (1 + 1e-6):
         yield response.T_D_AT_BOUND.found(hold=bool(hold))
-    yield response.A_HOLDS_VISCOUS.found()
+    if estimates["T_d"].assumed:
+        yield response.T_D_ASSUMED.found(effort=True)
     if "K_f" not in estimates:
         yield flaws.K_F_MISSING.found()
 
@@ -1096,12 +1104,8 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
     rates = [even_sampling(log) for log in logs]
     settings = [Conditioning.of(rate, cutoff, decimation, border) for rate in rates]
     effort = is_effort(motion)
-    if effort:  # it acts when it is logged, and is late behind what the controller asks for
-        late = 0.5 / (np.pi * CURRENT_LOOP) + hold_delay(HELD) if delay is None else delay
-        unity = Estimate(1.0, si_unit("force per input", motion), fixed=True)
-        scale = ForceScale(unity, Estimate(late, si_unit("time", motion), assumed=True))
-    else:
-        scale = force_scale(logs, force_constant, motion)
+    acting = effort_estimates(motion, delay) if effort else {}
+    scale = ForceScale(acting["K_f"], acting["T_d"]) if effort else force_scale(logs, force_constant, motion)
     scaled = force_constant is not None
     served = [
         replace(log, force=None) if channel == "input" or (scaled and log.input is not None) else log for log in logs
@@ -1172,9 +1176,9 @@ def identify_motion(  # noqa: PLR0913 - the verb of its name gives each setting
 
     K_f = scale.K_f
     plant = scale.estimates() | _plant(
-        np.asarray(values, float), covariance, quantile, direction, channel, K_f, delay,
-        float(scale.lag) if effort and scale.lag is not None else hold_delay(max(rates)), motion,
-    )  # fmt: skip
+        np.asarray(values, float), covariance, quantile, direction, channel, K_f, delay, hold_delay(max(rates)), motion
+    )
+    plant |= acting
     lag = float(residual[1:] @ residual[:-1] / (residual @ residual))
     return MotionFit(
         logs[0].axis, motion, channel, estimates, dict(zip(names, map(float, deviation), strict=True)), plant,
@@ -1258,6 +1262,21 @@ def _unit(name: str, channel: str, motion: Motion) -> str:
     return {"mass": f"V*s^2/{length}", "viscous": f"V*s/{length}", "force": "V"}[dimension]
 
 
+def effort_estimates(motion: Motion, delay: float | None = None, seen: Estimate | None = None) -> dict[str, Estimate]:
+    """Return A = 0, K_f = 1 and T_d of a drive whose effort was logged: what is viscous behind it is friction.
+
+    The effort acts when it is logged, and is late behind what the controller asks for.
+
+    delay: T_d [s], where it is known.
+    seen: T_d of a response to the effort. Unless it is longer, T_d of a current loop is assumed.
+    """
+    loop = Estimate(0.5 / (np.pi * CURRENT_LOOP) + hold_delay(HELD), si_unit("time", motion), assumed=True)
+    T_d = loop if delay is None else replace(loop, value=delay, assumed=False, fixed=True)
+    T_d = seen if seen is not None and float(seen) > float(loop) else T_d
+    A, K_f = (Estimate(x, si_unit(d, motion), fixed=True) for x, d in ((0.0, "rate"), (1.0, "force per input")))
+    return {"A": A, "T_d": T_d, "K_f": K_f, "force_lag": T_d}
+
+
 def _plant(  # noqa: PLR0913 - what a motion tells and what is given besides
     values: Real, covariance: Real, quantile: float, direction: str, channel: str,
     K_f: Estimate | None, delay: float | None, assumed: float, motion: Motion,
@@ -1270,8 +1289,6 @@ def _plant(  # noqa: PLR0913 - what a motion tells and what is given besides
     gradient[0] = -A / M
     half = quantile * float(np.sqrt(gradient @ covariance @ gradient))
     found = {"A": Estimate.around(A, si_unit("rate", motion), half)}
-    if is_effort(motion):  # behind an effort a drive has no damping: what is viscous is friction
-        found["A"] = Estimate(0.0, si_unit("rate", motion), fixed=True)
     k = 1.0 if channel == "input" else None if K_f is None else float(K_f)
     if k is not None:
         B = float(k / M)
