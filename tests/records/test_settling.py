@@ -1,9 +1,11 @@
-"""Where a force has settled: also in stretches of a few dozen samples."""
+"""Where a force has settled: also in stretches of a few dozen samples, and where it varies over position."""
 
 import numpy as np
 import pytest
 
-from fric.records.segments import settled_from
+from fric.log import Log
+from fric.records.segments import settled_from, steady_segments
+from tests.records.kinematics import strokes
 
 
 @pytest.mark.parametrize("samples", [32, 40, 48, 60, 64, 200])
@@ -18,3 +20,23 @@ def test_a_force_that_falls_throughout_loses_up_to_half_and_no_more(samples):
 def test_a_force_that_is_steady_is_left_whole(samples):
     rng = np.random.default_rng(samples)
     assert settled_from(100.0 + rng.standard_normal(samples)) == (0, True)
+
+
+@pytest.mark.parametrize("gravity", [0.0, 60.0])
+@pytest.mark.parametrize("settling", [0.0, 0.1])
+def test_a_force_over_position_is_no_settling_where_the_way_back_shows_it(gravity, settling):
+    """A load that turns with the joint: half of each stroke was given up, and not one of them counted as settled."""
+    made = strokes([(0.05, 4.0), (-0.05, 4.0)], dwell=0.3)
+    starts = np.array([begin - abs(v) for begin, _, v in made.plateaus])  # the ramps are of 1 m/s²
+    since = made.time - starts[np.searchsorted(starts, made.time).clip(1) - 1]
+    built = 1.0 - np.exp(-since.clip(0.0) / settling) if settling else 1.0
+    friction = 20.0 * np.sign(made.velocity) * built
+    noise = np.random.default_rng(3).standard_normal(len(made.time))
+    log = Log(made.time, position=made.position, force=gravity * np.sin(8.0 * made.position) + friction + noise)
+    segments = steady_segments(log)
+    assert len(segments) == 2
+    for segment in segments:
+        cut = log.time[segment.start] - log.time[segment.onset]
+        assert segment.settled
+        assert cut <= 8.0 * settling
+        assert gravity or cut >= 2.5 * settling  # beside a large load a part of it may pass for the load

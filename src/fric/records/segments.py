@@ -195,6 +195,8 @@ CREEP = 0.001  # Share of its travel below which a far shorter segment is how th
 TREND = 0.01  # Largest relative change of velocity over a segment that is no acceleration
 SETTLING = 0.5  # Largest share of the samples to drop until the force has settled
 BATCHES = 64  # Number of batches for the search of settling
+OVER = 0.8  # Least share of the places of a segment on which the way back shows what depends on the place
+ALIKE_OVER_PLACE = 0.8  # Least correlation of the forces of both ways over the places for that
 
 
 @dataclass(frozen=True)
@@ -249,7 +251,7 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
         force = log.force
         pairs = zip_longest(found, found[1:])
         found = [segment for segment, later in pairs if later is None or not _leads_into(path, force, segment, later)]
-        found = [_settled(path, force, segment) for segment in found]
+        found = [_settled(path, force, segment, _opposite(path, segment, found)) for segment in found]
     return found, rests
 
 
@@ -349,9 +351,45 @@ def _leads_into(path: Path, force: Real, segment: Segment, later: Segment) -> bo
     return same and longer and segment.start + settled_from(force[segment.start : later.stop])[0] >= segment.stop
 
 
-def _settled(path: Path, force: Real, segment: Segment) -> Segment:
-    """Cut the settling of the force off a segment."""
+def _opposite(path: Path, segment: Segment, found: list[Segment]) -> Segment | None:
+    """Return the segment nearest in time that goes back over nearly all places of a segment, or None."""
+    low, high = sorted(path.position[[segment.start, segment.stop - 1]])
+
+    def shared(other: Segment) -> float:
+        first, last = sorted(path.position[[other.start, other.stop - 1]])
+        return (min(high, last) - max(low, first)) / (high - low)
+
+    back = [other for other in found if other.velocity * segment.velocity < 0.0 and shared(other) > OVER]
+    return min(back, key=lambda other: abs(other.start - segment.start), default=None)
+
+
+def _over_places(path: Path, force: Real, segment: Segment, back: Segment) -> Real:
+    """Return the force of a segment without its variation over position, as the way back shows it at the same places.
+
+    Friction that settles has the sign of the motion, and each way begins at another place: only what depends on the
+    place is alike on both ways. Where that is not most of the variation, the force is returned as it is. At the end of
+    the segment the way back settles: its last quarter is left out.
+    """
+    there, back_there = slice(segment.start, segment.stop), slice(back.start, back.stop)
+    bins = np.linspace(*sorted(path.position[[segment.start, segment.stop - 1]]), BATCHES // 4 + 1)
+
+    def mean_of(way: slice) -> Real:
+        count = np.histogram(path.position[way], bins)[0]
+        return np.histogram(path.position[way], bins, weights=force[way])[0] / np.maximum(count, 1)
+
+    level = mean_of(back_there)
+    if not np.corrcoef(mean_of(there), level)[0, 1] > ALIKE_OVER_PLACE:
+        return force[there]
+    at_ends = 0.5 * (level[1:] + level[:-1])
+    at_ends = np.concatenate([[2.0 * level[0] - at_ends[0]], at_ends, [2.0 * level[-1] - at_ends[-1]]])
+    return np.asarray(force[there] - np.interp(path.position[there], bins, at_ends))[: 3 * len(segment) // 4]
+
+
+def _settled(path: Path, force: Real, segment: Segment, back: Segment | None) -> Segment:
+    """Cut the settling of the force off a segment, unless it is a force over position that the way back shows, too."""
     cut, settled = settled_from(force[segment.start : segment.stop])
+    if cut and back is not None:
+        cut, settled = settled_from(_over_places(path, force, segment, back))
     if cut == 0:
         return segment
     start = segment.start + cut
