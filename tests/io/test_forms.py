@@ -1053,3 +1053,24 @@ def test_what_a_count_is_is_asked_for_and_nothing_else(tmp_path: Path) -> None:
         fric.auto(path, output=tmp_path / "out")
     assert "Log time" not in error.value.hint
     assert "--propose" in error.value.hint
+
+
+@pytest.mark.parametrize(("delimiter", "head"), [(",", "Time [s],Position [mm],Current [A]"), (" ", "t z current")])
+def test_a_semicolon_at_the_end_of_lines_is_no_part_of_the_last_cell(tmp_path: Path, delimiter: str, head: str) -> None:
+    """The last column, the current, was `Current [A];` and held no number."""
+    rows = [delimiter.join((f"{0.1 * k:.1f}", f"{k}", f"{0.5 * k:.1f};")) for k in range(40)]
+    (tmp_path / "log.csv").write_text("\n".join([f"{head};", *rows]) + "\n")
+    table = next(tables(tmp_path / "log.csv"))
+    (block,) = table.read([0, 1, 2])
+    np.testing.assert_allclose(block.columns[2], 0.5 * np.arange(40))
+    assert table.columns[2] == Column("Current" if delimiter == "," else "current", "A" if delimiter == "," else None)
+
+
+@pytest.mark.parametrize("said", ["units: Radians, Amps", "# Units = Radians; Amps", "# units: Amps Radians"])
+def test_units_above_the_header_are_those_of_the_columns_that_may_have_them(tmp_path: Path, said: str) -> None:
+    """The second was taken for the unit of the second column: a position in amperes, and no log."""
+    rows = [f"{0.1 * k:.1f},{k},{0.5 * k:.1f}" for k in range(40)]
+    (tmp_path / "log.csv").write_text("\n".join([said, "Time,Position,Current", *rows]) + "\n")
+    time, position, current = next(tables(tmp_path / "log.csv")).columns
+    assert parse(f"1 {position.unit}", "position", "rotary") == parse(f"1 {current.unit}", "force", "rotary/A") == 1.0
+    assert time.unit is None

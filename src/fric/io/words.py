@@ -17,7 +17,7 @@ from fric.arrays import Real
 from fric.columns import CHANNELS, channel_dimension
 from fric.errors import FricError
 from fric.io.readers.base import Column, ForeignTable, named, plain_name
-from fric.units import PLAIN, Motion, converts, factor, is_unit
+from fric.units import MOTIONS, PLAIN, Motion, converts, factor, is_unit
 
 _LISTS = tomllib.loads(Path(__file__).with_name("words.toml").read_text("utf-8"))
 
@@ -315,6 +315,12 @@ def _quantity_of(unit: str) -> str | None:
     if unit in DRIVE_UNITS or unit.endswith(" %") or converts(unit, "force", "linear/A"):
         return "force"
     return next((of for of in OF_UNITS if any(converts(unit, of, motion) for motion in PLAIN)), "other")
+
+
+def fits(column: Column, unit: str) -> bool:
+    """Return whether a column may be in a unit by its name."""
+    of = spoken(column).quantity
+    return of not in OF_UNITS or any(converts(unit, of, motion) for motion in MOTIONS)
 
 
 # --- units that fit together ------------------------------------------------------------------------------------------

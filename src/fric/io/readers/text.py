@@ -25,7 +25,7 @@ from fric.flaws.files import LINE_CUT
 from fric.input import foreign, other_kind
 from fric.io.readers.base import Column, ForeignTable, Format, Memory, RowBlock, named, whole_stamps
 from fric.io.readers.joined import GAP
-from fric.io.words import spoken
+from fric.io.words import fits, spoken
 from fric.units import is_unit
 
 SNIFFED = 300  # Lines from which delimiter and decimal mark are determined
@@ -89,7 +89,7 @@ def split(line: str, delimiter: str) -> list[str]:
         if '"' in line:
             with suppress(csv.Error):  # a cell longer than any real cell is not quoted
                 cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
-    return [cell.strip().strip('"').strip() for cell in cells]
+    return [cell.strip(" \t;").strip('"').strip() for cell in cells]  # lines may end in ; whatever delimits their cells
 
 
 def is_number(cell: str, decimal: str) -> bool:
@@ -159,23 +159,32 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
         columns = [Column(c.name, c.unit if _unit(c.unit or "") else unit or c.unit) for c, unit in both]
     sample = [*rows[first - start].cells, *[""] * width]
     columns = [Column(c.name, c.unit or _unit_in(cell) or None) for c, cell in zip(columns, sample, strict=False)]
-    for line in lines[: first if names is None else names]:  # of a line such as `Y_Unit_Label;mm;N`
-        of_time = line.lower().startswith("horizontal")  # which an oscilloscope has in S
-        label, *cells = split(line.lower() if of_time else line, delimiter) or [""]
-        if OF_UNITS.search(label):
-            said = zip(columns[1 - of_time :], [*cells, *[""] * width], strict=False)
-            columns[1 - of_time :] = [
-                Column(c.name, c.unit or (cell if cell and _unit(cell) else None)) for c, cell in said
-            ]
     top = min(n for n in (names, units, first) if n is not None)
     if spare and columns[-1].name.startswith("column "):
         columns.pop()  # a delimiter at the end of each line makes no column
     spaced = any(delimiter + " " in line for line in lines[first:])
     about = _preamble(lines[:top], delimiter)
+    columns = _in_units(columns, lines[: first if names is None else names], about, delimiter)
     titles = [named(about.get(column.name, "")) for column in columns]  # as in ``CH1: Feedback Position [PUU]``
     if sum(spoken(title).quantity is not None for title in titles) > 1:
         columns = [Column(title.name or c.name, c.unit or title.unit) for title, c in zip(titles, columns, strict=True)]
     return Shape(encoding, delimiter, decimal, first, tuple(columns), about, spaced)
+
+
+def _in_units(columns: list[Column], above: Sequence[str], about: dict[str, str], delimiter: str) -> list[Column]:
+    """Return columns with the units that lines above them name, as ``Y_Unit_Label;mm;N`` or ``units: Radians``."""
+    for line in above:
+        of_time = line.lower().startswith("horizontal")  # which an oscilloscope has in S
+        label, *cells = split(line.lower() if of_time else line, delimiter) or [""]
+        if OF_UNITS.search(label):
+            said = zip(columns[1 - of_time :], [*cells, *[""] * len(columns)], strict=False)
+            columns[1 - of_time :] = [
+                Column(c.name, c.unit or (cell if cell and _unit(cell) and fits(c, cell) else None)) for c, cell in said
+            ]
+    words = " ".join(value for name, value in about.items() if OF_UNITS.search(name))
+    for unit in filter(None, map(_unit, re.split(r"[,;\s]+", words))):
+        columns = [Column(c.name, c.unit or (unit if spoken(c).quantity and fits(c, unit) else None)) for c in columns]
+    return columns
 
 
 def _unnamed(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -693,7 +702,7 @@ def as_numbers(column: "pd.Series[Any]", decimal: str, unit: str | None = None) 
     if pd.api.types.is_bool_dtype(column):
         return np.full(len(column), np.nan)
     if not pd.api.types.is_numeric_dtype(column):
-        plain = column.astype("str").str.removesuffix(unit) if unit else column
+        plain = column.astype("str").str.rstrip(" ;").str.removesuffix(unit or "")
         if decimal == ",":
             plain = plain.astype("str").where(lambda text: ~text.str.contains(".", regex=False))
             plain = plain.str.replace(",", ".", regex=False)
