@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import fric
 from fric.circles.gains import controller_of, controller_of_logs, lags, stated_voltage
@@ -306,3 +307,18 @@ def test_a_reference_that_hardly_moves_shows_no_gains(jump: int) -> None:
     log = Log(time=np.arange(400) / 1e3, reference=r, position=r - 1e-6 * noise[0], input=noise[1])
     with pytest.raises(FricError, match="no record"):
         controller_of_logs([log])
+
+
+@pytest.mark.parametrize("late", [0.0, 0.35e-3])
+def test_k_p_of_an_effort_holds_what_was_asked_for_and_what_is_behind_a_current_loop(
+    test_circle: tuple[str, MeasuredCircle], late: float
+) -> None:
+    """On a gantry simulated elsewhere K_p was 338 (336 to 340) for 353 A·s/m: the velocity filter hid the lag."""
+    machine, test = test_circle
+    x, true = test.axes["x"], fric.read_machine(machine).axis("x").cascade
+    assert x.input is not None
+    held = np.exp(-1.0 / (true.sampling * late)) if late else 0.0
+    logged = lfilter([1.0 - held], [1.0, -held], x.input)
+    found = controller_of(changed(test, input=None, force=logged, unit="A"), "x", "linear/A/A").estimates["K_p"]
+    low, high = found.ci95 or (0.0, 0.0)
+    assert 0.998 * low < true.K_p < high < 1.3 * low

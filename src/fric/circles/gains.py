@@ -11,7 +11,7 @@ from fric.arrays import Real
 from fric.circles.measured import MeasuredCircle, even
 from fric.control.base import Setting
 from fric.control.cascade import Cascade
-from fric.drive.plant import LinearPlant
+from fric.drive.plant import OF_EFFORT, LinearPlant
 from fric.drive.sensing import low_passed
 from fric.errors import FricError
 from fric.estimate import Estimate
@@ -20,7 +20,7 @@ from fric.kernels.block import Commands, Sample
 from fric.log import Log
 from fric.notice import Notice
 from fric.statistics import hac_covariance, robust_deviation
-from fric.units import Motion, si_unit
+from fric.units import Motion, is_effort, si_unit
 
 FED = 0.7  # Largest share of the voltage's error that remains with feedforward, for a controller with feedforward
 VOLTAGE_MISSED = 0.06  # Largest error of a stated controller, as a share of the fed back voltage
@@ -278,6 +278,7 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
         what = f"no cascade gives the recorded voltage: the best explains {explained:.0%} of it"
         raise FricError(what, where=where, hint=RECORD)
     half = np.hypot(1.96 * np.sqrt(np.diag(covariance)), swap)
+    found, half = _behind_loop(fit, found, half, motion)
     return _controller(found, half, explained, rate, test.where, motion).of_fit(fit, found)
 
 
@@ -321,7 +322,7 @@ def _of_log(log: Log) -> FoundController | None:
     for slow in (False, True):
         lag = LAG if slow else None
         try:
-            fit, found, covariance, swap = _fitted(r, z, u, rate, lag=lag)
+            fit, found, covariance, swap = _fitted(r, z, u, rate, lag)
             others = [_Fit(fit.r[::2], fit.z[::2], fit.voltage[::2], rate / 2, lag=lag)]
             others += [_Fit(r, z, u, rate, lag=0.0)] if slow else []
             orders = [(order := other.best()[0], _exchanged(order)) for other in others]
@@ -332,7 +333,7 @@ def _of_log(log: Log) -> FoundController | None:
         explained = fit.explained(found)
         unused = np.exp(found[2] - found[1]) * len(r) / rate < NO_INTEGRAL
         if explained > most and (half[: 2 if unused else 3] < WIDEST).all():
-            half = np.hypot(half, swap[: len(half)])
+            found, half = _behind_loop(fit, found, np.hypot(half, swap[: len(half)]), log.motion)
             best = _controller(found, half, explained, None if slow else rate, log.where, log.motion, unused)
             best, most = best.of_fit(fit, found), explained
     return best
@@ -493,6 +494,20 @@ def _fitted(r: Real, z: Real, u: Real, rate: float, lag: float | None = None) ->
         if len(rest) * np.log(other_mean / least) < CHANCE * _alike(rest):
             apart = np.hypot(apart, np.abs(made[other][1] - found)[: len(apart)])
     return fit, found, covariance, apart
+
+
+def _behind_loop(fit: _Fit, found: Real, half: Real, motion: Motion) -> tuple[Real, Real]:
+    """Return logarithms of gains and half-widths that allow for a logged effort behind its current loop and filter.
+
+    It may be what was asked for, or later by up to twice the delay that is assumed of such a loop: K_p is in the
+    middle, and its interval holds both. The delay is taken in whole samples: to interpolate would smooth the noise.
+    """
+    if not is_effort(motion):
+        return found, half
+    n = max(round(OF_EFFORT * fit.rate), 1)
+    later = _Fit(fit.r[:-n], fit.z[:-n], fit.voltage[n:], fit.rate, lag=fit.lag).best()[0]
+    off: Real = np.array([0.0, 1.0, 0.0, 0.0]) * (later[1] - found[1]) * OF_EFFORT * fit.rate / n
+    return found + off, np.hypot(half, off[: len(half)])
 
 
 def _alike(rest: Real) -> float:

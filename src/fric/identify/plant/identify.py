@@ -22,7 +22,7 @@ from scipy.special import chdtri, stdtrit
 
 from fric import statistics
 from fric.arrays import Complex, Mask, Real
-from fric.drive.plant import CURRENT_LOOP, LinearPlant, hold_delay
+from fric.drive.plant import OF_EFFORT, LinearPlant, hold_delay
 from fric.drive.resonance import Encoder, Resonance
 from fric.errors import FricError, found_in
 from fric.estimate import Estimate
@@ -1202,7 +1202,6 @@ def _finer(rigid: RigidAxis, replay: RigidAxis | None) -> RigidAxis:
 
 
 ACCELERATES = 0.02  # Least acceleration of a record (rms), as a share of the greatest, for the fit of a rigid axis
-HELD = 4000.0  # Rate of the hold that is assumed beside a current loop [Hz], as of controllers that fric designs
 _EACH = ("F_v_positive", "F_c_positive", "F_v_negative", "F_c_negative")
 
 
@@ -1270,7 +1269,7 @@ def effort_estimates(motion: Motion, delay: float | None = None, seen: Estimate 
     delay: T_d [s], where it is known.
     seen: T_d of a response to the effort. Unless it is longer, T_d of a current loop is assumed.
     """
-    loop = Estimate(0.5 / (np.pi * CURRENT_LOOP) + hold_delay(HELD), si_unit("time", motion), assumed=True)
+    loop = Estimate(OF_EFFORT, si_unit("time", motion), assumed=True)
     T_d = loop if delay is None else replace(loop, value=delay, assumed=False, fixed=True)
     T_d = seen if seen is not None and float(seen) > float(loop) else T_d
     A, K_f = (Estimate(x, si_unit(d, motion), fixed=True) for x, d in ((0.0, "rate"), (1.0, "force per input")))
