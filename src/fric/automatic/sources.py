@@ -61,6 +61,7 @@ _PAPER = re.compile(
 )
 """Names of documentation files beside logs."""
 
+ON_CIRCLES = 0.5  # Share of a file on whole circles above which it is a circle test, and no log besides
 LEAVES_OUT = "`assume=True` leaves such samples out"  # What opens a log with bad cells
 LACKS_FORCE = "no column is named force"
 """Why a log with a complete header needs a question: another column looks like its force."""
@@ -152,7 +153,9 @@ def find_sources(
         if not (why := _read(path, "", found, seen, assume=assume)):
             del asking[path]
     several = Counter((log.path, log.mapping or "") for log in found.logs if not rotates(log.motion))
-    found.traces |= {path: of for (path, of), axes in several.items() if of and axes > 1 and _runs_on_circles(path, of)}
+    found.traces |= {
+        path: of for (path, of), axes in several.items() if of and axes > 1 and _share_on_circles(path, of)
+    }
     shown = {log.path for log in found.logs if not log.lacks}
     asking |= {log.path: log.lacks for log in found.logs if log.path not in shown}
     found.logs = [log for log in found.logs if not log.lacks]
@@ -355,9 +358,10 @@ def _foreign(
     if isinstance(held, list) and all(isinstance(record, Log) and is_holding_map(record) for record in held):
         _taken(path, "", held, found, seen)
         return ""
-    if _runs_on_circles(path, ""):
+    if share := _share_on_circles(path, ""):
         found.traces[path] = ""
-        return ""
+        if share > ON_CIRCLES:
+            return ""
     fitting = {name: records for name in bundled("mapping") if isinstance(records := _records(path, name), list)}
     if len(fitting) > 1:
         found.description.append(MAPPING_AMBIGUOUS.found(str(path), mappings=list(fitting)))
@@ -368,11 +372,14 @@ def _foreign(
     return "" if fitting else why
 
 
-def _runs_on_circles(path: Path, mapping: str) -> bool:
-    """Return whether the axes of a foreign file run on whole circles."""
+def _share_on_circles(path: Path, mapping: str) -> float:
+    """Return the share of a foreign file in which its axes run on whole circles."""
     with TemporaryDirectory() as folder:
         meaning = mapping_of(mapping or None)
-        return _tried(lambda: ingest_circles(path, Path(folder) / "circle.h5", mapping=meaning)) is not None
+        read = _tried(lambda: ingest_circles(path, Path(folder) / "circle.h5", mapping=meaning))
+        if read is None or any(test.angle is not None for test in read.tests):
+            return 0.0 if read is None else 1.0
+        return sum(len(test.axes[test.names[0]].time) for test in read.tests) / read.samples
 
 
 def _records(

@@ -436,7 +436,7 @@ def axis_steps(
         mapped = moves  # strokes in a motion are strokes, too
     enough = enough_in(mapped)
     effort = is_effort(logs[0].motion)
-    fast = [log for log in logs if MOTION in log.uses and not (log.kinds & PRESLIDING and "gms" in log.uses)]
+    fast = [log for log in logs if MOTION in log.uses and not (log.kinds <= PRESLIDING and "gms" in log.uses)]
     fast = [log for log in fast if shaken != "strokes" or "constant-velocity" in log.kinds]
     fast = [log for log in fast if shaken != "others" or not log.kinds & {"constant-velocity", "motion"}]
     other = [log for log in fast if "constant-velocity" not in log.kinds] if enough else fast

@@ -278,7 +278,7 @@ def controller_of(test: MeasuredCircle, name: str, motion: Motion = "linear") ->
         what = f"no cascade gives the recorded voltage: the best explains {explained:.0%} of it"
         raise FricError(what, where=where, hint=RECORD)
     half = np.hypot(1.96 * np.sqrt(np.diag(covariance)), swap)
-    found, half = _behind_loop(fit, found, half, motion)
+    found, half = _behind_loop(found, half, motion)
     return _controller(found, half, explained, rate, test.where, motion).of_fit(fit, found)
 
 
@@ -333,7 +333,7 @@ def _of_log(log: Log) -> FoundController | None:
         explained = fit.explained(found)
         unused = np.exp(found[2] - found[1]) * len(r) / rate < NO_INTEGRAL
         if explained > most and (half[: 2 if unused else 3] < WIDEST).all():
-            found, half = _behind_loop(fit, found, np.hypot(half, swap[: len(half)]), log.motion)
+            found, half = _behind_loop(found, np.hypot(half, swap[: len(half)]), log.motion)
             best = _controller(found, half, explained, None if slow else rate, log.where, log.motion, unused)
             best, most = best.of_fit(fit, found), explained
     return best
@@ -496,18 +496,17 @@ def _fitted(r: Real, z: Real, u: Real, rate: float, lag: float | None = None) ->
     return fit, found, covariance, apart
 
 
-def _behind_loop(fit: _Fit, found: Real, half: Real, motion: Motion) -> tuple[Real, Real]:
+def _behind_loop(found: Real, half: Real, motion: Motion) -> tuple[Real, Real]:
     """Return logarithms of gains and half-widths that allow for a logged effort behind its current loop and filter.
 
-    It may be what was asked for, or later by up to twice the delay that is assumed of such a loop: K_p is in the
-    middle, and its interval holds both. The delay is taken in whole samples: to interpolate would smooth the noise.
+    It may be what was asked for, or later by up to ``2·T``, where T is the delay that is assumed of such a loop: K_p is
+    in the middle, and its interval holds both. Behind a delay τ the filter of the velocity takes its part of it, and
+    the rest, ``K_p·(K_v·e - ż)`` with the integral, lets K_p seem smaller by ``(K_v + K_i/K_p)·τ``.
     """
-    if not is_effort(motion):
-        return found, half
-    n = max(round(OF_EFFORT * fit.rate), 1)
-    later = _Fit(fit.r[:-n], fit.z[:-n], fit.voltage[n:], fit.rate, lag=fit.lag).best()[0]
-    off: Real = np.array([0.0, 1.0, 0.0, 0.0]) * (later[1] - found[1]) * OF_EFFORT * fit.rate / n
-    return found + off, np.hypot(half, off[: len(half)])
+    middle, wider = found.copy(), half.copy()
+    off = OF_EFFORT * float(np.exp(found[0]) + np.exp(found[2] - found[1])) * is_effort(motion)
+    middle[1], wider[1] = found[1] + off, np.hypot(half[1], off)
+    return middle, wider
 
 
 def _alike(rest: Real) -> float:

@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from itertools import compress, pairwise
+from itertools import compress, groupby, pairwise
 
 import numpy as np
 
 from fric.arrays import Real
+from fric.columns import PRESLIDING, Kind
 from fric.estimate import Estimate
 from fric.flaws.channel import MODES_SWITCH
 from fric.log import Log
@@ -18,6 +19,7 @@ from fric.records.segments import SHORTEST, travelled
 from fric.units import readable
 
 GAP = 9.5  # Ratio of an interval to the usual one above which samples that lack are a gap
+PAUSE = 0.2  # Least duration of a rest between two experiments of one record [s]
 MOST_PARTS = 64  # Largest number of parts of a record: a state that changes more often is no mode of the control
 STROKES_ALIKE = 0.02  # Largest relative difference in length and speed of strokes of the same motion
 ERRORS_APART = 1.15  # Ratio of errors at reversals of the same motion above which the control has two modes
@@ -68,7 +70,31 @@ def parts_of(log: Log) -> list[Log]:
         count[part.mode] = n = count.get(part.mode, 0) + 1
         name = f"{log.name} {part.mode}{f' {n}' if n > 1 else ''}"
         found.append(replace(log.slice(part.start, part.stop), name=name))
-    return found or [log]
+    return found or _experiments(log)
+
+
+def _experiments(log: Log) -> list[Log]:
+    """Return the parts of a motion between pauses, neighbours of one kind together; the whole if there is no test.
+
+    A test is what is neither a stroke nor any other motion: a sine, a staircase or a broad-band excitation.
+    """
+    if log.reference is None or log.kind not in {None, "motion"}:
+        return [log]
+    moves = np.concatenate([[0], np.flatnonzero(np.diff(log.reference)), [len(log) - 1]])
+    cuts = [int(a + b) // 2 for a, b in pairwise(moves) if log.time[b] - log.time[a] > PAUSE]
+    if not cuts or kind_of(log) != "motion":
+        return [log]
+    pieces = [log.slice(*cut) for cut in pairwise(sorted({0, *cuts, len(log)})) if cut[1] - cut[0] >= SAMPLES]
+    found: list[tuple[Kind, Real]] = []
+    for kind, same in groupby(pieces, kind_of):
+        times = [piece.time[[0, -1]] for piece in same]
+        found.append((kind, np.searchsorted(log.time, [times[0][0], times[-1][1]])))
+    if not {*PRESLIDING, "sliding-sine", "frequency-response"} & {kind for kind, _ in found}:
+        return [log]
+    return [
+        replace(log.slice(start, stop + 1), name=f"{log.name} {n}", kind=kind)
+        for n, (kind, (start, stop)) in enumerate(found, 1)
+    ]
 
 
 def switched(log: Log) -> Notice | None:

@@ -27,7 +27,7 @@ FASTEST = 0.02  # Rate [1/s] above which the force is settling, not warming up
 SETTLING = 3.0  # Largest ratio of the rates in whole strokes and in their later halves without settling
 STUCK = 1e-9  # Least uncertainty of the slope over a stroke, as a share of the force, unless the force is at a bound
 REPEATED = 0.05  # Relative difference of speeds up to which strokes repeat each other
-FEWEST = 4  # Number of speeds above which each is left out, and of records that separate cogging from inertia
+FEWEST = 4  # Number of speeds above which each is left out, and of strokes that separate cogging from inertia
 LIKELY_RATE, SURE_RATE = 0.99, 0.995  # Probabilities above which a rate is likely, and surely, not zero
 SCATTERED_RATE = 0.95  # The same where the means of strokes scatter beyond their noise, too, as of what changes
 
@@ -128,8 +128,8 @@ def cogging(strokes: Sequence[tuple[Log, Segment]]) -> ForceOverPosition | None:
 
     ``F_i(z) = m_i + c(z)`` along stroke i, c being linear between places; its errors are those of a jackknife.
     """
-    found, records = over_place(strokes), {id(log) for log, _ in strokes}
-    if found is None or found.either or not found.cogging or len(records) < FEWEST:
+    found = over_place(strokes)
+    if found is None or found.either or not found.cogging or len(strokes) < FEWEST:
         return None
     every = 1 + sum(len(log) for log, _ in strokes) // 400_000  # so many samples show it
     cut = [[log.require(of, "cogging")[s.start : s.stop : every] for of in ("position", "force")] for log, s in strokes]

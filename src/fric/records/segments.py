@@ -244,8 +244,8 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
         (start, stop, abs(path.travel(start, stop)), path.explained(stop - start), log.time[stop - 1] - log.time[start])
         for start, stop in pieces
     ]
-    while moments := [segment for segment in found if not _lasts(segment, found, moves, len(log))]:
-        found.remove(min(moments, key=len))
+    while found and not all(lasting := _lasts(found, np.array(moves), len(log))):
+        found.remove(min((segment for segment, lasts in zip(found, lasting, strict=True) if not lasts), key=len))
     rests = [(start, stop) for start, stop, travel, rest, _ in moves if travel <= rest]
     if log.force is not None:
         force = log.force
@@ -313,29 +313,28 @@ def _regressed(x: Real, y: Real) -> tuple[float, float]:
     return coefficient, float(np.sqrt(sums @ sums * batches / (batches - 1))) / squares
 
 
-def _lasts(
-    segment: Segment, found: list[Segment], pieces: list[tuple[int, int, float, float, float]], samples: int
-) -> bool:
-    """Return whether a segment is more than a moment between longer accelerations, such as the crest of a sine.
+def _lasts(found: list[Segment], moves: Real, samples: int) -> list[bool]:
+    """Return which segments are more than a moment between longer accelerations, such as the crest of a sine.
 
     An acceleration reaches up to the next segment, or the next piece at rest (or slower by far).
+
+    moves: First sample, one past the last, travel [m], that of a rest [m] and duration [s] of each piece, shape (m, 5).
     """
-    bounds = [(other.start, other.stop) for other in found if other is not segment]
-    bounds += [
-        (start, stop)
-        for start, stop, travel, rest, duration in pieces
-        if travel <= max(rest, 0.02 * abs(segment.velocity) * duration)
-    ]
-    rests = [start for start, _, travel, rest, _ in pieces if travel <= rest]
-    for other in found:  # a segment beside one far longer, in time and travel, is its ramp, or how it catches up
-        low, high = sorted((segment.start, other.start))
-        share = segment.velocity * len(segment) / (other.velocity * len(other))
-        short, creeps = len(segment) < MOMENT * len(other), abs(share) < CREEP
-        if short and (creeps or (0.0 < share < MOMENT and not any(low <= rest < high for rest in rests))):
-            return False
-    before = max((stop for _, stop in bounds if stop <= segment.start), default=0)
-    after = min((start for start, _ in bounds if start >= segment.stop), default=samples)
-    return len(segment) >= 0.5 * max(segment.start - before, after - segment.stop)
+    first, last, travel, rest, duration = moves.T
+    starts, stops, v = np.array([(segment.start, segment.stop, segment.velocity) for segment in found]).T
+    n, pauses = stops - starts, np.searchsorted(np.sort(first[travel <= rest]), starts)  # before each segment
+
+    def lasts(i: int) -> bool:
+        share = v[i] * n[i] / (v * n)  # beside one far longer, in time and travel, it is its ramp, or how it catches up
+        along = (share > 0.0) & (share < MOMENT) & (pauses == pauses[i])
+        slow = travel <= np.maximum(rest, 0.02 * abs(v[i]) * duration)
+        ends, begins = np.append(stops, last[slow]), np.append(starts, first[slow])
+        before = ends[ends <= starts[i]].max(initial=0.0)
+        after = begins[begins >= stops[i]].min(initial=samples)
+        ramp = (n[i] < MOMENT * n) & ((np.abs(share) < CREEP) | along)
+        return bool(not ramp.any() and n[i] >= 0.5 * max(starts[i] - before, after - stops[i]))
+
+    return [*map(lasts, range(len(found)))]
 
 
 def _leads_into(path: Path, force: Real, segment: Segment, later: Segment) -> bool:
