@@ -149,9 +149,15 @@ def test_what_cannot_be_used_is_said():
         identify_gms([record(15e-6, cycles=0)])
     with pytest.raises(FricError, match="steps of the encoder, too few"):
         identify_gms([record(0.6e-6, noise=0.1)], static=PAPER)
+
+
+def test_a_sine_in_sliding_that_reverses_is_left_out_and_said():
+    """It ended the identification of a whole session, whose circle is such a sine."""
     turning = record(400e-6, **{**SLIDING, "mean": 1e-4})
-    with pytest.raises(FricError, match="the motion reverses"):
-        identify_gms([*pair(), turning], static=PAPER)
+    fit, without = (identify_gms(logs, static=PAPER) for logs in ([*pair(), turning], pair()))
+    assert (fit.alpha, fit.k, fit.C) == (without.alpha, without.k, without.C)
+    (left_out,) = [notice for notice in fit.warnings if notice.code == "record-left-out"]
+    assert "the motion reverses" in str(left_out)
 
 
 def test_the_same_logs_give_the_same_digits():

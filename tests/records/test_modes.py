@@ -13,6 +13,7 @@ from fric.reference import sine, strokes
 from fric.results.given_models import machine_of
 from fric.simulate.experiment import Trial, logs_of
 from tests.chance import fewest, most
+from tests.records import kinematics
 
 MACHINES = ("base", "xy-table", "virtual-rig")
 
@@ -122,3 +123,22 @@ def test_modes_are_found_without_a_channel_and_no_others(machine):
     hits, false = np.array(found).sum(axis=0)
     assert hits >= fewest(40, 0.95)
     assert false <= most(40, 0.02)
+
+
+def test_experiments_of_one_record_are_split_at_the_pauses_of_the_reference():
+    """Strokes, slow sines and a circle in one log were a motion, and gave no blocks; the search took a minute."""
+    legs = kinematics.strokes([(v, 2.0) for v in (2e-3, -2e-3, 5e-3, -5e-3, 20e-3, -20e-3)], dwell=0.4, rate=1000.0)
+    t = np.arange(0.0, 30.0, 1e-3)
+    sine = 20e-6 * np.sin(2 * np.pi * 0.2 * t)
+    z = np.concatenate([legs.position, np.full(500, legs.position[-1]), legs.position[-1] + sine])
+    v = np.gradient(z, 1e-3)
+    presliding = 30.0 * np.tanh(sine / 10e-6)
+    force = 30.0 * np.sign(v) * (np.abs(v) > 1e-4)
+    force[-len(t) :] = presliding
+    noise = np.random.default_rng(2).normal(0.0, 0.3, len(z))
+    log = Log(1e-3 * np.arange(len(z)), position=z, reference=z, force=force + noise)
+    parts = parts_of(log)
+    assert [part.kind for part in parts] == ["constant-velocity", "presliding-sine"]
+    assert len(parts[1]) == pytest.approx(len(t), abs=600)
+    moving = replace(log, reference=z + 1e-9 * np.arange(len(z)))  # it never pauses
+    assert parts_of(moving) == [moving]

@@ -439,9 +439,9 @@ def axis_steps(
     fast = [log for log in logs if MOTION in log.uses and not (log.kinds <= PRESLIDING and "gms" in log.uses)]
     fast = [log for log in fast if shaken != "strokes" or "constant-velocity" in log.kinds]
     fast = [log for log in fast if shaken != "others" or not log.kinds & {"constant-velocity", "motion"}]
-    other = [log for log in fast if "constant-velocity" not in log.kinds] if enough else fast
+    other = [log for log in fast if effort or not enough or "constant-velocity" not in log.kinds]
     motions = of("motion", *["constant-velocity"] * effort)  # strokes of an effort show what depends on position
-    moving = (shaken == "any" and of("motion") and motions) or [log.path for log in other or (fast if effort else [])]
+    moving = (shaken == "any" and of("motion") and motions) or [log.path for log in other]
     responses = responses if shaken == "any" or not effort else []  # a force alone shows the mass in its motion, too
     responses, shaking = (responses, responses or moving) if shaken != "none" else ([], [])
     if shaking:

@@ -191,8 +191,10 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     presliding, kicked = without_kicked(presliding)
     presliding, left_out = without_clipped(presliding, 0.0)
     given = prepared([*presliding, *sliding], plant)
-    slow, unsuited = _suited(given[: len(presliding)], cycles)
-    ready = [*slow, *given[len(presliding) :]]
+    slow, unsuited = _suited(given[: len(presliding)], partial(virgin_curve.find_cycles, cycles=cycles))
+    slow, unsuited = (slow, unsuited) if slow else ([*given[: len(presliding)]], [])
+    slides, reversing = _suited(given[len(presliding) :], Prepared.in_sliding)
+    ready, unsuited = [*slow, *slides], [*unsuited, *reversing]
     doubtful = settled(
         of_shares((record.log, record.done.inertia_share, record.done.damping_share) for record in ready)
     )
@@ -207,21 +209,21 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
             raise
         result, lateness, unsuitable = without
         unsuited.append(RECORD_LEFT_OUT.found(unsuitable.log.where, why=error.what))
-    found = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
+    found = notices_of(result, sliding_logged=bool(slides), plant_given=plant is not None)
     warnings, amiss = (*result.warnings, *lateness, *found), record_flaws([*presliding, *sliding], "gms")
     return replace(result, warnings=(*warnings, *amiss, *doubtful, *left_out, *kicked, *unsuited))
 
 
-def _suited(records: Sequence[Prepared], cycles: tuple[int, int] | None) -> tuple[list[Prepared], list[Notice]]:
-    """Return the records with whole cycles, and the warnings about the others; all records if none has any."""
+def _suited(records: Sequence[Prepared], judge: Callable[[Prepared], object]) -> tuple[list[Prepared], list[Notice]]:
+    """Return the records that a judge accepts, and the warnings about those for which it raises a `FricError`."""
     kept, left_out = [], []
     for record in records:
         try:
-            virgin_curve.find_cycles(record, cycles)
+            judge(record)
             kept.append(record)
         except FricError as error:
             left_out.append(RECORD_LEFT_OUT.found(record.log.where, why=error.what))
-    return (kept, left_out) if kept else (list(records), [])
+    return kept, left_out
 
 
 def _is_slow(record: Prepared) -> bool:
