@@ -31,6 +31,7 @@ from .log import ForceVelocity as ForceVelocity
 from .log import FrequencyResponse as FrequencyResponse
 from .log import Log as Log
 from .notice import Notice as Notice
+from .plausibility import lifted as lifted
 from .report.summary import Report as Report
 from .report.summary import make_report as make_report
 from .reproduce.paper import Reproduction as Reproduction

@@ -80,7 +80,7 @@ def as_options(text: str, flags: Mapping[str, str] = FLAGS) -> str:
         shown = "" if value in {"", "True"} else f" '{value}'" if " " in value else f" {value}"
         return flag + shown
 
-    text = text.replace("`with fric.plausibility.lifted():`", "--implausible ok")
+    text = text.replace("`with fric.lifted():`", "--implausible ok")
     return re.sub(r"`([A-Za-z]\w*)=([^`]*)`", option_of, text)
 
 

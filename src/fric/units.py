@@ -33,10 +33,11 @@ SI_UNITS: dict[str, tuple[str, str]] = {  # by dimension: linear, rotary
     "force rate": ("N/s", "N*m/s"), "force per input": ("N/V", "N*m/V"), "rate": ("1/s", "1/s"),
     "acceleration per input": ("m/(s^2*V)", "rad/(s^2*V)"), "position per input": ("m/V", "rad/V"),
     "velocity gain": ("V*s/m", "V*s/rad"), "position gain": ("V/m", "V/rad"), "small length": ("m", "rad"),
+    "energy": ("J", "J"),
 }  # fmt: skip
 PLAIN: tuple[Motion, ...] = ("linear", "rotary")  # Motions with forces in SI
 OF_FORCE = {"force": "", "mass": "*s^2/{m}", "viscous": "*s/{m}", "stiffness": "/{m}", "force rate": "/s",
-            "force per input": "/V"}  # fmt: skip
+            "force per input": "/V", "energy": "*{m}"}  # fmt: skip
 """Dimensions that contain a force, with the suffix of their unit."""
 OF_INPUT = {dimension for dimension, (unit, _) in SI_UNITS.items() if "V" in unit}
 

@@ -733,8 +733,8 @@ def test_a_damaged_log_is_left_out_with_the_reason(tmp_path):
     """There was said to be no log, and beside others nothing was said."""
     (tmp_path / "short.h5").write_bytes((DATA / "circle.h5").read_bytes()[:3000])
     found = find_sources([tmp_path])
-    assert found.refused == {"is no whole HDF5 file (cut short?)": [tmp_path / "short.h5"]}
-    with pytest.raises(FricError, match="no whole HDF5 file") as error:
+    assert found.refused == {"is an incomplete HDF5 file": [tmp_path / "short.h5"]}
+    with pytest.raises(FricError, match="an incomplete HDF5 file") as error:
         fric.auto(tmp_path, output=tmp_path.parent / "out")
     assert "--propose" not in str(error.value)
 

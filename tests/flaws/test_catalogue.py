@@ -63,7 +63,7 @@ def implausible(name: str, size: float) -> list[Notice]:
 def energies(change: float = 0.0, off: float = 0.0) -> list[Notice]:
     found = 1.0 + change * np.linspace(-0.5, 0.5, 20)
     found[5:8] += off
-    return inspection.energy_warnings(found, np.arange(21.0))
+    return inspection.energy_warnings(found, np.arange(21.0), "linear")
 
 
 def of_force(values: np.ndarray, **more: np.ndarray) -> Log:

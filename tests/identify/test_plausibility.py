@@ -85,7 +85,7 @@ def test_a_unit_taken_for_another_is_an_error(channel: str, by: float, verb: str
     with pytest.raises(FricError) as error:
         VERBS[verb](lambda logs: scaled(logs, channel, by))
     assert BOUNDS[bound].what in error.value.what
-    assert "`with fric.plausibility.lifted():`" in error.value.hint
+    assert "`with fric.lifted():`" in error.value.hint
 
 
 @pytest.mark.parametrize(

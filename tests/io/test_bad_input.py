@@ -175,9 +175,9 @@ def test_missing_sign(tmp_path):
 def test_truncated_hdf5(tmp_path, log):
     whole = log.read_bytes()
     log.write_bytes(whole[: len(whole) * 2 // 3])
-    with pytest.raises(FricError, match="no whole HDF5 file"):
+    with pytest.raises(FricError, match="an incomplete HDF5 file"):
         ingest(log, tmp_path / "new.h5")
-    with pytest.raises(FricError, match="no whole HDF5 file"):
+    with pytest.raises(FricError, match="an incomplete HDF5 file"):
         read_logs(log)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["good.csv", "log.h5"]
 

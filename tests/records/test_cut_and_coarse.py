@@ -164,7 +164,7 @@ def test_absurd_settings_end_in_an_error_before_memory_does(absurd) -> None:
 
 
 def lifted_controller(plant):
-    with fric.plausibility.lifted():
+    with fric.lifted():
         return fric.design_controller(plant, sampling=4000.0)
 
 

@@ -35,8 +35,8 @@ def test_content_counts_and_not_the_name(files: SimpleNamespace, tmp_path: Path)
 @pytest.mark.parametrize(
     ("content", "what"),
     [
-        ("a: 1\n", "no file of fric's"),
-        ("<!doctype html><p>hello", "no file of fric's"),
+        ("a: 1\n", "not a file of fric"),
+        ("<!doctype html><p>hello", "not a file of fric"),
         ("fric: scheme/1", "does not show"),
     ],
 )
@@ -52,7 +52,7 @@ def test_what_is_no_part_of_a_report_is_refused(tmp_path: Path, content: str, wh
 def test_a_foreign_log_is_sent_to_ingest(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_bytes("Prüfstand\nZeit [ms];Kraft [N]\n0;1,5\n".encode("latin-1"))
-    with pytest.raises(FricError, match=r"no file of fric's\n.*`fric ingest` reads foreign logs"):
+    with pytest.raises(FricError, match=r"not a file of fric\n.*`fric ingest` reads foreign logs"):
         collect([path])
 
 
@@ -131,7 +131,7 @@ def test_the_reversals_of_a_path_are_told_by_axis_and_place(tmp_path: Path) -> N
 def test_a_picture_is_no_file_of_fric_s(tmp_path: Path) -> None:
     picture = tmp_path / "figure.png"
     picture.write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
-    with pytest.raises(FricError, match="no file of fric's"):
+    with pytest.raises(FricError, match="not a file of fric"):
         recognise(picture)
 
 

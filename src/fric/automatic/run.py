@@ -218,7 +218,8 @@ class AutoResult(Result, schema=AutoDocument):
         kept = self.steps - self.made - len(self.failed)
         numbers = {"run": self.made, "up to date": kept, "failed": len(self.failed)}
         counts = ", ".join(f"{count} {what}" for what, count in numbers.items() if count)
-        pieces += ["", f"{self.steps} steps: {counts}; what they printed: {self.folder / 'steps.log'}"]
+        steps = f"{self.steps} step{'s' * (self.steps != 1)}"
+        pieces += ["", f"{steps}: {counts}; what they printed: {self.folder / 'steps.log'}"]
         pieces += [f"failed: {text}" for text in self.failed]
         made = self.page is not None and not any(text.startswith("report: ") for text in self.failed)
         return [*pieces, f"{self.folder / 'report.html'}"] if made else pieces

@@ -46,7 +46,7 @@ def read_document(path: Path | str, model: type[D]) -> D:
     path = located(Path(path), model.type)
     tree = read_tree(path, model.type)
     if not isinstance(tree, CommentedMap):
-        raise FricError("is no YAML document", where=str(path), hint=f"Start it with 'fric: {model.type_name()}'.")
+        raise FricError("is not a YAML document", where=str(path), hint=f"Start it with 'fric: {model.type_name()}'.")
     found = tree.get("fric")
     if found is None:
         raise FricError("does not say what it is", where=str(path), hint=f"Start it with 'fric: {model.type_name()}'.")
@@ -99,7 +99,7 @@ def read_tree(path: Path, wanted: str = "YAML") -> Any:
                 raise FricError("holds half of a character, as \\ud800", hint="Write it in UTF-8.")
             return _tree(text)
         except UnicodeDecodeError:
-            raise FricError("is no YAML document in UTF-8", hint="Save it as UTF-8.") from None
+            raise FricError("is not a YAML document in UTF-8", hint="Save it as UTF-8.") from None
         except ReusedAnchorWarning as error:
             name = str(error).partition("anchor ")[2].partition("\n")[0]
             what = f"names two places with one anchor, {printable(name, 40)}"

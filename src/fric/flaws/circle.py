@@ -4,8 +4,8 @@ from fric.flaws.base import Flaw
 
 # fmt: off
 COMPENSATION_KICKS = Flaw("compensation-kicks", "note",
-    "A compensation (or an observer) drives the axes inwards behind reversals: {quadrants}.",
-    "Correct it by that, or switch it off before friction is tuned on the circle.")
+    "The axes move inwards behind reversals: {quadrants}.",
+    "A compensation is too early, or the loop overshoots: switch it off before friction is tuned on the circle.")
 PREDICTION_WITHOUT_INTERVAL = Flaw("prediction-without-interval", "doubt",
     "The machine file has no intervals: only those of the circle and an encoder step are allowed for.",
     "Give the files of `fric identify` or `fric tune`.")

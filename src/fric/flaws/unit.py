@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fric.flaws.base import Flaw
 
 Limits = tuple[float, float]
-LIFT = "`with fric.plausibility.lifted():`"  # How a user accepts a value beyond the bound
+LIFT = "`with fric.lifted():`"  # How a user accepts a value beyond the bound
 
 
 @dataclass(frozen=True)

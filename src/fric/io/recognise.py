@@ -62,7 +62,7 @@ def recognise(path: Path) -> str:
         found = str(tree.get("fric", "")) if isinstance(tree, Mapping) else ""
     if not found:
         raise FricError(
-            "is no file of fric's",
+            "is not a file of fric",
             where=str(path),
             hint="Give run files, log files, or YAML documents that fric wrote; `fric ingest` reads foreign logs.",
         )

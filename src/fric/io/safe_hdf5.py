@@ -145,7 +145,7 @@ _PLAIN = (h5py.h5t.STRING, h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
 
 @contextmanager
 def open_file(
-    path: Path, what: str = "is no whole HDF5 file (cut short?)", hint: str = "Make it again with `fric ingest`.", *,
+    path: Path, what: str = "is an incomplete HDF5 file", hint: str = "Make it again with `fric ingest`.", *,
     most: int = MOST_READ,
 ) -> Iterator[h5py.File]:  # fmt: skip
     """Open an HDF5 file for reading, with errors a user can act on; what h5py raises in it is damage of the file.
@@ -159,7 +159,7 @@ def open_file(
     except PermissionError:
         raise FricError("may not be read", where=str(path), hint="Ask its owner for leave to read it.") from None
     except Exception:  # any exception of h5py on a damaged file
-        if what.startswith("is no whole HDF5") and path.suffix.lower() not in {".h5", ".hdf5"}:
+        if what.startswith("is an incomplete HDF5") and path.suffix.lower() not in {".h5", ".hdf5"}:
             with path.open("rb") as head:
                 kind = re.search(rb"(?m)^fric: (\w+)/", head.read(4096))
             if kind and kind[1].decode() in TAKEN:

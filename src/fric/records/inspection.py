@@ -21,7 +21,7 @@ from fric.records.over_strokes import over_place
 from fric.records.recognition import LOOP_SHARE, Sine, Staircase, force_rises, recognised_kind, turns_of
 from fric.records.resolution import STUCK, clipped_samples, counts, encoder_step
 from fric.records.segments import Segment, segments_and_rests, travelled, velocity_swing
-from fric.units import Motion, readable, rotates
+from fric.units import Motion, readable, rotates, si_unit
 
 if TYPE_CHECKING:
     from fric.records.prepared import Prepared
@@ -186,13 +186,13 @@ def cycle_energies(position: Real, force: Real, reversals: Indices) -> Real:
     return np.asarray(np.diff(work[ends])) if len(ends) > 1 else np.zeros(0)
 
 
-def energy_per_cycle(energies: Real) -> Estimate | None:
+def energy_per_cycle(energies: Real, motion: Motion) -> Estimate | None:
     """Return the mean energy of cycles with its 95 % interval by Student's t; None for fewer than two cycles."""
     if len(energies) < 2:
         return None
     mean, n = float(energies.mean()), len(energies)
     half = float(stdtrit(n - 1, 0.975) * energies.std(ddof=1) / np.sqrt(n))
-    return Estimate.around(mean, "J", half)
+    return Estimate.around(mean, si_unit("energy", motion), half)
 
 
 def drift(values: Real) -> tuple[float, float]:
@@ -209,7 +209,7 @@ CHANGES = 0.03  # Least change of the energy per cycle over a record that gives 
 STANDS_OFF = 0.1  # Least deviation of the energy of cycles from the others that gives a warning, as a share
 
 
-def energy_warnings(energies: Real, ends: Real) -> list[Notice]:
+def energy_warnings(energies: Real, ends: Real, motion: Motion) -> list[Notice]:
     """Return the warnings from the energies of equal cycles of a record: outlying cycles in one segment, or a drift.
 
     ends: Instants at which the cycles begin, and the last cycle ends [s], shape (n + 1,).
@@ -223,7 +223,8 @@ def energy_warnings(energies: Real, ends: Real) -> list[Notice]:
     if len(off) and len(off) < 0.5 * len(energies) and off[-1] - off[0] + 1 == len(off):
         there, elsewhere = float(energies[off].mean()), float(np.delete(energies, off).mean())
         span = {"begin": float(ends[off[0]]), "end": float(ends[off[-1] + 1])}
-        return [ENERGY_IN_ONE_SEGMENT.found(there=Estimate(there, "J"), elsewhere=Estimate(elsewhere, "J"), **span)]
+        energy = {"there": Estimate(there, unit := si_unit("energy", motion)), "elsewhere": Estimate(elsewhere, unit)}
+        return [ENERGY_IN_ONE_SEGMENT.found(**energy, **span)]
     change, half = drift(energies)
     if abs(change) <= max(half, CHANGES * abs(usual)):
         return []
@@ -240,7 +241,7 @@ def energy_changes(record: "Prepared", modelled: Real, seen: Mask) -> Iterator[N
     reversals = reversals[seen[np.minimum(reversals, len(seen) - 1)]]
     measured, replayed = (cycle_energies(motion.position, force, reversals) for force in (record.force, modelled))
     usual = float(np.sum(replayed)) / max(len(replayed), 1)
-    for notice in energy_warnings(measured / replayed * usual, motion.time[reversals[::2]]):
+    for notice in energy_warnings(measured / replayed * usual, motion.time[reversals[::2]], record.log.motion):
         yield notice.at(f"record '{record.name}'")
 
 
@@ -474,10 +475,10 @@ def inspect(record: Record, *, flaws: bool = True) -> Inspected:
         found = replace(found, excites=excites(log.time, log.position))
     if log.position is not None and log.force is not None and len(reversals) > 1:
         energies = cycle_energies(log.position, log.force, reversals)
-        lost = energy_per_cycle(energies)
+        lost = energy_per_cycle(energies, log.motion)
         strokes = np.abs(np.diff(log.position[reversals]))
         if kind in {*PRESLIDING, "motion"} and np.ptp(strokes) < ONE_SPEED * float(np.median(strokes)):
-            warnings += energy_warnings(energies, log.time[reversals[::2]])
+            warnings += energy_warnings(energies, log.time[reversals[::2]], log.motion)
         found = replace(found, slope=branch_slope(log.position, log.force, reversals), energy=lost)
     found = replace(
         found, kind=kind, stretches=tuple(segments), speeds=distinct_speeds(segments), sine=sine,

@@ -282,7 +282,9 @@ def _of_session(
     if not run.exists():
         return folder / "machine.yaml", drawn, circles
     words = split(read_run_provenance(run).get("command", ""))
-    measured = [after for word, after in pairwise(words) if word == "--measured"]
+    given = [after for word, after in pairwise(words) if word == "--measured"]  # beside the folder, run elsewhere
+    places = {Path.cwd(), *folder.resolve().parents}
+    measured = [next((place / name for place in places if (place / name).exists()), name) for name in given]
     return folder / "machine.yaml", drawn or [run], circles or measured
 
 

@@ -68,7 +68,9 @@ class Replay:
         if self.record.slides:
             return None
         reversals = self.record.reversals[self.record.reversals >= int(np.argmax(self.record.used))]
-        return energy_per_cycle(cycle_energies(self.record.motion.position, self.record.force, reversals))
+        return energy_per_cycle(
+            cycle_energies(self.record.motion.position, self.record.force, reversals), self.record.log.motion
+        )
 
     @property
     def rmse(self) -> float:
