@@ -6,7 +6,7 @@ from itertools import compress, groupby, pairwise
 
 import numpy as np
 
-from fric.arrays import Real
+from fric.arrays import Indices, Real
 from fric.columns import PRESLIDING, Kind
 from fric.estimate import Estimate
 from fric.flaws.channel import MODES_SWITCH
@@ -85,7 +85,7 @@ def _experiments(log: Log) -> list[Log]:
     if not cuts or kind_of(log) != "motion":
         return [log]
     pieces = [log.slice(*cut) for cut in pairwise(sorted({0, *cuts, len(log)})) if cut[1] - cut[0] >= SAMPLES]
-    found: list[tuple[Kind, Real]] = []
+    found: list[tuple[Kind, Indices]] = []
     for kind, same in groupby(pieces, kind_of):
         times = [piece.time[[0, -1]] for piece in same]
         found.append((kind, np.searchsorted(log.time, [times[0][0], times[-1][1]])))

@@ -370,7 +370,8 @@ def _over_places(path: Path, force: Real, segment: Segment, back: Segment) -> Re
     the segment the way back settles: its last quarter is left out.
     """
     there, back_there = slice(segment.start, segment.stop), slice(back.start, back.stop)
-    bins = np.linspace(*sorted(path.position[[segment.start, segment.stop - 1]]), BATCHES // 4 + 1)
+    low, high = sorted(map(float, path.position[[segment.start, segment.stop - 1]]))
+    bins = np.linspace(low, high, BATCHES // 4 + 1)
 
     def mean_of(way: slice) -> Real:
         count = np.histogram(path.position[way], bins)[0]
