@@ -95,8 +95,9 @@ class Estimate:
     @classmethod
     def read(cls, entry: Mapping[str, Any]) -> Self:
         """Return the estimate of a mapping made by `as_dict`."""
-        value = tuple(entry["value"]) if isinstance(entry["value"], list) else entry["value"]
-        return cls(value, entry["unit"], entry.get("ci95"), bool(entry.get("fixed")), bool(entry.get("assumed")))
+        get: Any = entry.get
+        value = tuple(get("value")) if isinstance(get("value"), list) else get("value")
+        return cls(value, get("unit"), get("ci95"), get("fixed", False), get("assumed", False))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the mapping for a YAML or JSON document, without unset fields."""

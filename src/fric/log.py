@@ -10,7 +10,7 @@ import numpy as np
 
 from fric import columns
 from fric.columns import CHANNELS, Kind, channel_dimension
-from fric.errors import FricError, near, require_name
+from fric.errors import FricError, near, require_known, require_name
 from fric.series import keep, real
 from fric.units import Motion, factor, is_effort, si_unit
 from fric.verb import refused, typed, verb
@@ -172,6 +172,7 @@ class Log(_FromFile):
 
     def unit(self, channel: str) -> str:
         """Return the SI unit of a channel on this axis."""
+        require_known(channel, CHANNELS, "a record has no channel", "Its channels are")
         return si_unit(channel_dimension(channel), self.motion)
 
     def require(self, channel: str, purpose: str) -> Real:

@@ -81,12 +81,12 @@ def require_plausible(name: str, values: "Real", dimension: str, where: str, *, 
     import numpy as np
 
     most, unit = largest(dimension, motion), si_unit(dimension, motion)
-    size = max(-values.min(), values.max()) if len(values) else 0.0
+    size = max(-values.min(), values.max()) if values.size else 0.0
     if size == 0.0 or SMALLEST <= size <= most:
         return
     n = int(np.argmin(np.abs(values) <= most))
-    what = f"reaches {values[n]:.3g} {unit}, which no machine does, at sample {n}"
-    if not np.isfinite(values[n]):
+    what = f"reaches {values.flat[n]:.3g} {unit}, which no machine does, at sample {n}"
+    if not np.isfinite(values.flat[n]):
         what = f"is no number at sample {n}"
     elif size < SMALLEST:
         what = f"stays below {size:.3g} {unit}, which nothing measures"

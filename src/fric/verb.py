@@ -181,14 +181,15 @@ MEANT = {flag.removeprefix("--").replace("-", "_"): name for name, flag in FLAGS
 
 def _unbound(function: Callable[..., Any], called: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> FricError:
     """Return the error of arguments that are missing, not known, given twice, or too many."""
-    known = {name: parameter for name, parameter in _signature(function).parameters.items() if name != "self"}
+    of = {"self", "cls"} & _signature(function).parameters.keys()
+    known = {name: parameter for name, parameter in _signature(function).parameters.items() if name not in of}
     has = f"It has {', '.join(known)}." if known else "It has none."
     for name in kwargs:
         if name not in known:
             meant = f"Is it {MEANT[name]}? " if MEANT.get(name) in known else near(name, known)
             return FricError(f"{called} has no argument '{name}'", hint=meant + has)
     places = [name for name, parameter in known.items() if parameter.kind in {Parameter.POSITIONAL_OR_KEYWORD}]
-    given = args[1:] if "self" in _signature(function).parameters else args
+    given = args[len(of) :]
     if len(given) > len(places) and Parameter.VAR_POSITIONAL not in {parameter.kind for parameter in known.values()}:
         return FricError(f"{called} takes {len(places)} arguments by their place, and was given {len(given)}",
                          hint=f"Give the others by name. {has}")  # fmt: skip
@@ -201,31 +202,39 @@ def _unbound(function: Callable[..., Any], called: str, args: Sequence[Any], kwa
 
 
 def explained(kind: type[T]) -> type[T]:
-    """Return a class whose constructor raises a `FricError` that names the argument, instead of a `TypeError`.
+    """Return a class whose constructor and methods raise a `FricError` that names the argument, not a `TypeError`.
 
-    Arguments are looked at once the constructor has failed, which makes it as fast as before. Its docstring gets its
-    sections.
+    Arguments are looked at once a call has failed, which makes it as fast as before. Docstrings get their sections.
     """
-    found: Any = kind
     kind.__doc__ = documented(cleandoc(kind.__doc__ or ""), signature(kind).parameters, {})
-    for member in (member for base in kind.__mro__ for member in vars(base).values()):
-        method = getattr(member, "__func__", member)
-        if isinstance(method, FunctionType) and method.__doc__ and method.__module__.startswith("fric."):
-            method.__doc__ = documented(cleandoc(method.__doc__), signature(method).parameters, {})
-    made = vars(kind).get("__init__")
-    if made is None or made.__name__ == "explaining":
-        return kind
+    for base in kind.__mro__:
+        for name, member in [*vars(base).items()]:
+            method = getattr(member, "__func__", member)
+            if not (isinstance(method, FunctionType) and method.__module__.startswith("fric.")):
+                continue
+            if method.__doc__:
+                method.__doc__ = documented(cleandoc(method.__doc__), signature(method).parameters, {})
+            checks = hasattr(method, "explains" if name == "__init__" else "__wrapped__")
+            if not checks and (name == "__init__" or not name.startswith("_")):
+                made = _explaining(method)
+                setattr(base, name, made if member is method else type(member)(made))
+    return kind
 
-    @wraps(made, assigned=("__module__", "__qualname__", "__doc__"))
-    def explaining(self: Any, *args: Any, **kwargs: Any) -> None:
+
+def _explaining(method: Callable[P, R]) -> Callable[P, R]:
+    @wraps(method)
+    def explaining(*args: P.args, **kwargs: P.kwargs) -> R:
         try:
-            made(self, *args, **kwargs)
-        except (TypeError, AttributeError, ValueError):
-            _check(made, kind.__name__, self, *args, **kwargs)
+            return method(*args, **kwargs)
+        except (TypeError, AttributeError, ValueError, ArithmeticError):
+            owner: Any = args[0] if args else method
+            owner = owner if isinstance(owner, type) else type(owner)
+            called = owner.__name__ if method.__name__ == "__init__" else f"{owner.__name__}.{method.__name__}"
+            _check(method, called, *args, **kwargs)
             raise
 
-    found.__init__ = explaining
-    return kind
+    explaining.explains = True  # type: ignore[attr-defined]
+    return explaining
 
 
 class UnfitError(FricError):

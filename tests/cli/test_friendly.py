@@ -229,9 +229,10 @@ def test_an_angle_without_its_unit_is_taken_for_degrees():
 
 
 def test_blocks_are_listed_as_json_too():
-    found = json.loads(RUN.invoke(app, ["design", "block", "list", "--json"]).stdout)["blocks"]
+    found = json.loads(RUN.invoke(app, ["design", "block", "list", "--json"]).stdout)
+    assert (found["fric"], found["warnings"], found["warnings_coded"]) == ("blocks/1", [], [])
     assert {"name": "kalman", "kind": "observer", "linear": True}.items() <= next(
-        block for block in found if block["name"] == "kalman"
+        block for block in found["blocks"] if block["name"] == "kalman"
     ).items()
 
 
@@ -422,5 +423,6 @@ def test_a_mapping_that_goes_to_a_dash_is_printed(tmp_path, monkeypatch):
     text = RUN.invoke(app, ["ingest", "a.csv", "--propose", "-"]).stdout
     assert text.startswith("fric: mapping/1")
     assert "wrote" not in text
-    assert json.loads(RUN.invoke(app, ["ingest", "a.csv", "--propose", "-", "--json"]).stdout)["mapping"] in text
+    found = json.loads(RUN.invoke(app, ["ingest", "a.csv", "--propose", "-", "--json"]).stdout)
+    assert (found["fric"], found["warnings"], found["mapping"].strip()) == ("proposal/1", [], text.strip())
     assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]

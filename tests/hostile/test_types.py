@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
@@ -316,3 +318,60 @@ def test_the_version_of_a_document_is_of_that_document(tmp_path: Path, recwarn: 
     before, after = read_spreads(tmp_path / "old.yaml"), read_spreads(tmp_path / "new.yaml")
     assert (before["level"].high, after["level"].high) == (8.0, 10.0)
     assert not recwarn
+
+
+@pytest.mark.parametrize("frequency", [0.0, [1.0, 0.0], NOTHING, np.inf, 1e300, 1e-300])
+@pytest.mark.parametrize("hold", [None, 4000.0])
+def test_an_axis_has_no_response_where_it_is_none(frequency: Any, hold: float | None) -> None:
+    """As infinity and NaN, with a warning of NumPy."""
+    with pytest.raises(FricError):
+        AXIS.plant.response(frequency, hold)
+
+
+@pytest.mark.parametrize("sampling", [0.0, -1.0, NOTHING, np.inf, 1e300])
+def test_a_controller_samples_at_some_rate(sampling: float) -> None:
+    with pytest.raises(FricError):
+        replace(AXIS.plant, T_d=0.0).transport_delay(sampling)
+    with pytest.raises(FricError):
+        AXIS.plant.response(1.0, sampling)
+
+
+JUNK: dict[str, Any] = {
+    "nothing": None, "text": "x", "bytes": b"x", "list": [None], "object": object(), "complex": 1j,
+    "beyond a double": 10**400, "texts": np.array(["a"]), "matrix": np.array([[1.0, 2.0]]), "odd keys": {1: 2},
+}  # fmt: skip
+NAMES = [getattr(fric, name) for name in fric.__all__]  # A class explains what it refuses once it was asked for
+PUBLIC = [
+    fric.Scheme.of, fric.Estimate.read, fric.Estimate.around, fric.Estimate.around_log, fric.Notice.of,
+    fric.GMS.from_sections, fric.Cascade.check, fric.Cascade.designed, fric.DisturbanceObserver.designed, AXIS.placed,
+    AXIS.plant.held, AXIS.plant.transport_delay, AXIS.plant.response, RIG.axis, RIG.placed, BLOCKS.fields_from,
+    AXIS.encoder.read, Log(T, position=S).unit, Log(T, position=S).slice,
+]  # fmt: skip
+TAKEN = {  # By some, and rightly
+    ("Notice.of", "text"), ("Machine.axis", "text"), ("Encoder.read", "matrix"), ("Encoder.read", "list"),
+    ("LinearPlant.response", "matrix"), ("Log.slice", "nothing"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("junk", JUNK)
+@pytest.mark.parametrize("asked", PUBLIC, ids=lambda asked: asked.__qualname__)
+def test_junk_is_refused_by_every_method_with_its_name(asked: Callable[..., Any], junk: str) -> None:
+    """As a `TypeError` or `KeyError` from inside."""
+    needed = [name for name, one in inspect.signature(asked).parameters.items() if one.default is one.empty]
+    with nullcontext() if (asked.__qualname__, junk) in TAKEN else pytest.raises(FricError):
+        asked(**dict.fromkeys(needed, JUNK[junk]))
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: fric.Scheme.of({"name": "a", "title": "b", "blocks": 3}), lambda: fric.Scheme.of({"name": "a"}),
+        lambda: fric.Scheme.of({"name": "a", "title": "b", "blocks": [None]}),
+        lambda: fric.Estimate.read({}), lambda: fric.Estimate.read({"value": 1.0}),
+        lambda: fric.Estimate.read({"value": [1.0, "x"], "unit": "N"}),
+        lambda: fric.Estimate.read({"value": 1.0, "unit": "N", "fixed": "x"}), lambda: Log(T, position=S).unit("x"),
+    ],
+)  # fmt: skip
+def test_what_is_in_a_mapping_is_refused_as_where_it_stands_alone(make: Callable[[], Any]) -> None:
+    with pytest.raises(FricError):
+        make()

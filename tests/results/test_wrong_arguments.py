@@ -126,7 +126,7 @@ def test_forces_are_predicted_at_velocities():
     assert force == pytest.approx(static.predict(0.01)[0])
     assert half > 0
     for velocity in (None, ["a"], [0.1, np.nan]):
-        with pytest.raises(FricError, match="are no velocities"):
+        with pytest.raises(FricError, match="velocity"):
             static.predict(velocity)
 
 

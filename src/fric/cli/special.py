@@ -111,13 +111,14 @@ def _on_page(guess: Any) -> Any:
 
 
 def _propose(given: dict[str, Any]) -> None:
+    from fric.documents.listings import ProposalDocument
     from fric.io.propose import proposal
 
     place, text = given["propose"], proposal(given["files"], join=given["join"])
     if not (printed := place == Path("-")):
         written(place, text, force=given["force"])
     if given["json"]:
-        print_json({"output": str(place), "mapping": text})
+        print_json(ProposalDocument.made({"output": str(place), "mapping": text}).tree())
     else:
         OUT.print(text, markup=False)
     if not (printed or given["json"]):
@@ -195,10 +196,10 @@ def block(command: Command, given: dict[str, Any]) -> None:
     """Design a block, or list which there are."""
     if given["name"] == "list":
         from fric.control import blocks
+        from fric.documents.listings import BlocksDocument
 
         if given["json"]:
-            keys = ("name", "kind", "linear", "asks")
-            print_json({"blocks": [{key: getattr(kind, key) for key in keys} for kind in blocks().values()]})
+            print_json(BlocksDocument.made({"blocks": [*blocks().values()]}).tree())
             return
         for kind in blocks().values():
             linear = "linear" if kind.linear else "not linear"

@@ -1,6 +1,6 @@
 """What a compensation scheme is: a friction model to feed forward, a controller, and further control blocks."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Self
 
@@ -121,10 +121,9 @@ class Scheme:
     def of(cls, given: Mapping[str, Any]) -> Self:
         """Return the scheme from plain values; ``observer: true`` is from files before there were blocks."""
         values = dict(given)
-        blocks = tuple(str(name) for name in values.pop("blocks", ()))
-        if values.pop("observer", False) and OBSERVER not in blocks:
-            blocks = (OBSERVER, *blocks)
-        return cls(**values, blocks=blocks)
+        observed, blocks = values.pop("observer", False), values.pop("blocks", ())
+        blocks = tuple(map(str, blocks)) if isinstance(blocks, Iterable) else blocks
+        return cls(**values, blocks=(OBSERVER, *blocks) if observed and OBSERVER not in blocks else blocks)
 
 
 NONE = Scheme("a", "none")

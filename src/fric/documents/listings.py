@@ -28,6 +28,28 @@ class FormatsDocument(Document, type="formats"):
     formats: list[FormatPart] = of("rows")
 
 
+class BlockKindPart(Written):
+    """A kind of control block."""
+
+    name: str
+    kind: Literal["controller", "feedforward", "observer"]
+    linear: bool
+    asks: str = Field(description="what it asks of a controller, in a few words")
+
+
+class BlocksDocument(Document, type="blocks"):
+    """The control blocks that there are."""
+
+    blocks: list[BlockKindPart]
+
+
+class ProposalDocument(Document, type="proposal"):
+    """A mapping that logs may have."""
+
+    output: str = Field(description="file that it was written to; - for none")
+    mapping: str = Field(description="text of the mapping")
+
+
 class ExampleDocument(Document, type="example"):
     """An example that was copied."""
 

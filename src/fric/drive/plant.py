@@ -9,7 +9,7 @@ from fric.arrays import Complex, Real
 from fric.errors import FricError
 from fric.estimate import GAIN
 from fric.kernels.elementary import exp, expm1
-from fric.series import real
+from fric.series import largest, real, require_plausible
 from fric.verb import require_within
 
 CURRENT_LOOP = 500.0  # Bandwidth that is assumed of a current loop [Hz]: that of slow servo drives
@@ -45,8 +45,10 @@ class LinearPlant:
     def transport_delay(self, sampling: float) -> float:
         """Return the delay of eq. (1) without the hold of a controller that samples at ``sampling`` [Hz], in s.
 
-        Raises FricError: When T_d is shorter than half a sample.
+        Raises FricError: When T_d is shorter than half a sample, or the rate is none.
         """
+        if not 0 < sampling <= largest("frequency"):
+            raise FricError(f"the sampling is {sampling:g} Hz", hint="Give the rate of the controller.")
         if self.T_d * sampling > MOST_SAMPLES:
             raise FricError(
                 f"the delay T_d of {self.T_d:g} s is {self.T_d * sampling:.3g} samples at {sampling:g} Hz, and "
@@ -63,12 +65,18 @@ class LinearPlant:
     def response(self, frequency: Real, hold: float | None = None) -> Complex:
         """Return Z/U [m/V] at frequencies [Hz], shape (n,); with a hold [Hz], from sample to sample behind it, exactly.
 
+        An axis is held by no spring, and has no response at 0 Hz.
+
         The hold's half sample is in T_d, and only the rest of it is transport; the other effects of hold and sampling
         (2.6 % of magnitude at an eighth of the sampling rate) are in the response.
         """
+        f = real(frequency, "response", "frequency")
+        require_plausible("frequency", f, "frequency", "response")
+        if not f.all():
+            raise FricError("an axis is held by no spring, and has no response at 0 Hz", hint="Begin above 0 Hz.")
         if hold is not None:
-            return SampledPlant.of(self, hold).response(frequency, hold)
-        s = 2j * np.pi * real(frequency, "response", "frequency")
+            return SampledPlant.of(self, hold).response(f, hold)
+        s = 2j * np.pi * f
         return np.asarray(self.B * np.exp(-s * self.T_d) / (s * (s + self.A)))
 
     def held(self, T: float) -> tuple[Real, Real]:
@@ -121,8 +129,7 @@ class SampledPlant:
     @classmethod
     def of(cls, plant: LinearPlant, sampling: float) -> "SampledPlant":
         """Return the plant sampled at a rate [Hz]; raise `FricError` where T_d is shorter than half a sample."""
-        T_s = 1.0 / sampling
-        delay = plant.transport_delay(sampling)
+        delay, T_s = plant.transport_delay(sampling), 1.0 / sampling
         whole = int(delay / T_s + 1e-9)
         share = max(delay - whole * T_s, 0.0)
         Phi, _ = plant.held(T_s)

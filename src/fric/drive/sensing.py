@@ -7,6 +7,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.kernels.elementary import exp
+from fric.series import real
 from fric.verb import require_within
 
 
@@ -33,6 +34,7 @@ class Encoder:
 
     def read(self, position: Real) -> Real:
         """Return the position as the encoder measures it [m], of the same shape."""
+        position = real(position, "read", "position")
         if self.resolution == 0.0:
             return position
         return np.asarray(np.rint((position + self.shift) / self.resolution) * self.resolution - self.shift)

@@ -13,6 +13,7 @@ from fric.kernels.elementary import exp
 from fric.kernels.inner import address_of, step_at
 from fric.kernels.left_over import AHEAD, TravelGrid, left_over_step, travels_along
 from fric.kernels.signatures import Step, compiled_step
+from fric.series import real
 
 
 @compiled_step
@@ -53,6 +54,7 @@ class Directed(Wrapped):
 
     def sliding_force(self, v: Real) -> Real:
         """Return the friction force [N] after a long time at constant velocity v [m/s]."""
+        v = real(v, "sliding_force", "v")
         return np.where(v < 0, self.backward.sliding_force(v), self.model.sliding_force(v))
 
     @property

@@ -66,10 +66,10 @@ from fric.results.kinds import (
     SchemeName,
     Seed,
 )
-from fric.series import doubles
+from fric.series import doubles, require_plausible
 from fric.simulate.spread import closed_intervals, draw_friction, friction_intervals
 from fric.units import Motion, readable, short_of_1, si_unit
-from fric.verb import Kind, verb
+from fric.verb import Kind, refused, verb
 
 
 class IdentifiedFriction(Identified):
@@ -113,8 +113,8 @@ class IdentifiedModel(IdentifiedFriction):
         position: Positions of the motion [m], shape (n,), in place of its velocity or with it.
         Raises FricError: When there is neither a velocity nor a motion.
         """
-        v = None if velocity is None else _numbers(velocity, "velocities", self.fit.motion)
-        t, z = (None if x is None else _numbers(x, name) for x, name in ((time, "times"), (position, "positions")))
+        given = {"velocity": velocity, "time": time, "position": position}
+        v, t, z = (None if x is None else _numbers(x, name, self.fit.motion) for name, x in given.items())
         if (v is None and z is None) or (t is None and z is not None):
             raise FricError("there is no motion", hint="Give `time` and `position` or `velocity`, or velocities alone.")
         if t is not None:
@@ -136,14 +136,13 @@ class IdentifiedModel(IdentifiedFriction):
         return force, NORMAL_97_5 * np.sqrt(np.mean((np.array(others) - force) ** 2, axis=0))
 
 
-def _numbers(given: ArrayLike | str, what: str, motion: Motion = "linear") -> Real:
-    """Return finite numbers; of velocities also those of a text."""
-    found = several(given, "velocity", motion) if isinstance(given, str) else given
-    numbers = doubles(found)
-    if numbers is None or not np.isfinite(numbers).all():
-        text = " [m/s], or a text as '1 mm/s, 10 mm/s'" if what == "velocities" else ""
-        raise FricError(f"{given!s} are no {what}", hint=f"Give numbers{text}.")
-    return np.atleast_1d(numbers)
+def _numbers(given: ArrayLike | str, dimension: str, motion: Motion = "linear") -> Real:
+    """Return plausible numbers, shape (n,); also those of a text."""
+    found = doubles(several(given, dimension, motion) if isinstance(given, str) else given)
+    if found is None or found.ndim > 1:
+        raise refused("predict", f"{dimension} as numbers, shape (n,), or a text with units", given)
+    require_plausible(dimension, found, dimension, "predict", motion=motion)
+    return np.atleast_1d(found)
 
 
 class PlantResult(Identified, tree=plant_tree):
@@ -368,7 +367,7 @@ class StaticResult(IdentifiedFriction, tree=static_tree):
         velocity: Numbers, or a text as "1 mm/s, 10 mm/s".
         Raises FricError: When only one speed was logged.
         """
-        fit, v = self.fit, _numbers(velocity, "velocities", self.fit.motion)
+        fit, v = self.fit, _numbers(velocity, "velocity", self.fit.motion)
         if fit.static is None:
             raise FricError("only one speed was logged, which gives no map", hint="Log strokes at ten speeds.")
         force, half = fit.static.predict(v)
