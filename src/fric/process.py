@@ -43,14 +43,14 @@ def one_blas_thread() -> Iterator[None]:
 
 
 def tried(step: str = "") -> None:
-    """Report to the listener that a fit tried a further set of parameters, or that a step of this name begins."""
+    """Report to the listener that a further set of parameters or run is tried, or that a step of this name begins."""
     if (listener := _LISTENER.get()) is not None:
         listener(step)
 
 
 @contextmanager
 def heard(listener: Callable[[str], object]) -> Iterator[None]:
-    """Call a function whenever a fit in this block tries a set of parameters, or a step begins: with its name."""
+    """Call a function whenever this block tries a set of parameters or a run, or a step begins: with its name."""
     before = _LISTENER.set(listener)
     try:
         yield

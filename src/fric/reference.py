@@ -23,15 +23,15 @@ def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
     return np.arange(ceil(duration * sampling) + more) / sampling
 
 
-def refuse_long(duration: float, sampling: float, axes: int = 1, schemes: int = 1) -> None:
+def refuse_long(duration: float, sampling: float, axes: int = 1, runs: int = 1) -> None:
     """Raise a `FricError` where the traces along a motion [s], at a sampling rate [Hz], take too much memory."""
     samples = duration * sampling
-    if not (size := samples * axes * (SAMPLE_BYTES + TRACE_BYTES * (schemes - 1))) < MOST_BYTES:
-        of = f" of {axes} axes under {schemes} schemes" * (schemes > 1)
+    if not (size := samples * axes * (SAMPLE_BYTES + TRACE_BYTES * (runs - 1))) < MOST_BYTES:
+        of = f" of {axes} axes in {runs} runs" * (runs > 1)
         raise FricError(
             f"the motion takes {duration:.3g} s: {samples:.3g} samples at {sampling:g} Hz{of} take "
             f"{size / 1e9:.3g} GB, and {MOST_BYTES / 1e9:g} GB are simulated at most",
-            hint=f"Move faster, less far{', with fewer schemes' * (schemes > 1)}, or sample less often.",
+            hint=f"Move faster, less far{', with fewer schemes or rounds' * (runs > 1)}, or sample less often.",
         )
 
 

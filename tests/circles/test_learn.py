@@ -11,6 +11,7 @@ import pytest
 from scipy.signal import lsim
 
 import fric
+import fric.circles.learn as circles_learn
 from fric.circles.learn import Learning, learn, learn_from, next_feedforward
 from fric.circles.measured import measured_from_run
 from fric.circles.tune import with_belief
@@ -53,6 +54,19 @@ def test_slow_circles_are_learned_by_halves(table):
 def test_it_does_not_grow_again(table):
     found = learn(table, Circle(radius=0.01, revolutions=1), 12)
     assert max(found.glitches[4:]) < 2 * min(found.glitches)
+
+
+def test_long_rounds_are_not_all_kept_and_are_made_once_more(table, monkeypatch):
+    """Three rounds of 226 s took 3.7 GB."""
+    whole = learn(table, Circle(0.005, revolutions=1), 1)
+    monkeypatch.setattr(circles_learn, "MOST_KEPT", 0)
+    again = learn(table, Circle(0.005, revolutions=1), 1)
+    for one, other in zip(whole.rounds, again.rounds, strict=True):
+        assert one.run.places == other.run.places
+        for name, trace in one.run.traces.items():
+            assert np.array_equal(trace.input, other.run.traces[name].input)
+    with pytest.raises(FricError, match="GB"):
+        learn(table, Circle(0.03, 5e-4), 20)
 
 
 def test_what_is_told_of_learning_does_not_hang_on_the_last_bit(table):

@@ -260,6 +260,14 @@ def test_first_mistakes_are_told_with_what_mends_them(tmp_path, monkeypatch, wor
     assert told in str(error)
 
 
+def test_a_long_value_that_is_no_choice_is_cut(monkeypatch, capsys):
+    """A value of 5,000 letters was told whole."""
+    monkeypatch.setattr("sys.argv", ["fric", "design", "observer", "p.yaml", "--filter", "9" * 5000])
+    with pytest.raises(SystemExit) as ended:
+        main.main()
+    assert (ended.value.code, len(capsys.readouterr().err) < 1500) == (2, True)
+
+
 def test_a_value_that_is_no_choice_is_told_with_the_choices_once(monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["fric", "ingest", "one.csv", "--kind", "cv"])
     with pytest.raises(SystemExit):

@@ -16,6 +16,7 @@ from fric.friction.stribeck import StaticMap
 from fric.kernels.loop import closed_loop
 from fric.kernels.plant import WORK
 from fric.kernels.signatures import compiled_step
+from fric.process import heard
 from fric.reference import Reference, sine, strokes
 from fric.simulate.axis import _loop_arguments, run_axis
 from fric.simulate.machine import Axis, NominalFriction
@@ -221,3 +222,11 @@ def test_schemes_that_the_axis_cannot_run_are_told() -> None:
         run_axis(replace(IDEAL, observer=None), REVERSALS, PAPER_SCHEMES["d"])
     with pytest.raises(FricError, match="sampled at 1000 Hz"):
         run_axis(IDEAL, sine(1e-3, 2.0, 1, 1000.0), NONE)
+
+
+def test_a_run_tells_that_it_lives() -> None:
+    """A slow circle under one scheme took 80 s without a word."""
+    said: list[str] = []
+    with heard(said.append):
+        run_axis(MACHINE.axis("x"), REVERSALS)
+    assert said == [""]

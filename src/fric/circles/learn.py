@@ -21,9 +21,9 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws import circle as flaws
 from fric.notice import Notice
-from fric.reference import Reference
+from fric.reference import Reference, refuse_long
 from fric.simulate.axis import Trace, run_axis
-from fric.simulate.contour_run import ACCURACY, PLACES, Circle, CircleRun, figures, pair, require_voltage
+from fric.simulate.contour_run import ACCURACY, MOST_KEPT, PLACES, Circle, CircleRun, figures, pair, require_voltage
 from fric.simulate.machine import Axis, Machine
 
 FAST = 0.05  # Feed above which the whole correction is learned, up to 200 Hz; below it half of it, up to 100 Hz [m/s]
@@ -179,21 +179,23 @@ def learn(
     placed = [machine.placed(n / PLACES).axes for n in range(PLACES if counts else 1)]
     places = [{name: every[name] for name in axes} for every in placed]
     fed = {name: _nominal_friction(axis, references[name]) for name, axis in axes.items()}
-    feedforwards = [fed] * len(places)
+    samples = len(next(iter(references.values())))
+    sampling = next(iter(axes.values())).cascade.sampling
+    refuse_long(samples / sampling, sampling, len(axes), 2 * (rounds + 1))  # the rounds at one place, all voltages
     learned: list[list[Round]] = [[] for _ in places]
+    feedforwards = [fed] * len(places)
     for n in range(rounds + 1):
-        for past, here, fed in zip(learned, places, feedforwards, strict=True):
-            run = _run(here, scheme, test, fed)
-            past.append(Round(replace(run, scheme=_named(scheme, n, modelled)), dict(fed)))
-        done()
-        if n < rounds:
-            feedforwards = [
-                {
-                    name: _learned(axis, references[name], past[-1].run.traces[name], past[-1].feedforward[name], how)
+        for p, here in enumerate(places):
+            run = _run(here, scheme, test, fed := feedforwards[p])
+            if n < rounds:
+                feedforwards[p] = {
+                    name: _learned(axis, references[name], run.traces[name], fed[name], how)
                     for name, axis in axes.items()
                 }
-                for past in learned
-            ]
+            if samples * len(axes) * (rounds + 1) > MOST_KEPT:  # those of the median are made once more
+                run = replace(run, traces={})
+            learned[p].append(Round(replace(run, scheme=_named(scheme, n, modelled)), fed))
+        done()
     carried = []
     for of_radius, of_feed in OTHERS:
         other = replace(test, radius=test.radius * of_radius, feed=test.feed * of_feed)
@@ -201,7 +203,11 @@ def learn(
         glitches = [_carried(here, past[-1], references, other, scheme) for past, here in each]
         carried.append((other.radius, other.feed, float(np.median(glitches))))
         done()
-    found = _middle(learned)
+    place, found = _middle(learned)
+    for n, item in enumerate(found):
+        if not item.run.traces:
+            traces = _run(places[place], scheme, test, item.feedforward).traces
+            found[n] = replace(item, run=replace(item.run, traces=traces))
     chances = [circle.run.chance() for circle in found]
     best, warnings = chances[-1].median, []
     if not max(glitch for *_, glitch in carried) <= 1.2 * best:
@@ -220,15 +226,13 @@ def learn(
     return Learned(machine, how, tuple(found), tuple(carried), tuple(warnings))
 
 
-def _middle(learned: Sequence[Sequence[Round]]) -> list[Round]:
-    """Return the rounds at the place whose last glitch is the median; each run holds its errors at all places."""
-    if len(learned) == 1:
-        return list(learned[0])
+def _middle(learned: Sequence[Sequence[Round]]) -> tuple[int, list[Round]]:
+    """Return the place whose last glitch is the median, and its rounds; each run holds its errors at all places."""
     order = np.argsort([rounds[-1].run.circularity.glitch for rounds in learned], kind="stable")
-    return [
-        replace(item, run=replace(item.run, places=tuple(figures(rounds[n].run.contour) for rounds in learned)))
-        for n, item in enumerate(learned[order[len(order) // 2]])
-    ]
+    middle, several = int(order[len(order) // 2]), len(learned) > 1
+    every = [tuple(figures(rounds[n].run.contour) for rounds in learned) * several for n in range(len(learned[0]))]
+    pairs = zip(learned[middle], every, strict=True)
+    return middle, [replace(item, run=replace(item.run, places=each)) for item, each in pairs]
 
 
 def _references(test: Circle, axes: Mapping[str, Axis]) -> dict[str, Reference]:

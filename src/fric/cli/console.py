@@ -194,7 +194,7 @@ def progress(description: str) -> Iterator[Any]:
         def listen(begun: str) -> None:
             nonlocal step, trials
             step, trials = (f"{begun} ", count(1)) if begun else (step, trials)
-            bar.update(task, within=step if begun else f"{step}{next(trials)} replays")
+            bar.update(task, within=step if begun else f"{step}{next(trials)} runs")
 
         def advance(steps: int = 1, *, total: int | None = None) -> None:
             bar.update(task, total=total)

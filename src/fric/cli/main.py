@@ -15,8 +15,8 @@ import typer
 import fric
 from fric.cli.command import EXAMPLES, command_of, group
 from fric.cli.commands import COMMANDS
-from fric.cli.console import ERR, prepare_streams
-from fric.errors import FricError, clean, near, of_path, reworded
+from fric.cli.console import ERR, MOST_CHARACTERS, prepare_streams
+from fric.errors import FricError, near, of_path, printable, reworded
 
 app = group(
     "fric",
@@ -90,7 +90,7 @@ def main() -> None:
             use = getattr(getattr(error, "param", None), "help", None)
             if choices:
                 use, message = None, f"{message} {near(given[-1], choices[0])}".rstrip()
-            error.message = clean(": ".join(filter(None, (message, use))))
+            error.message = printable(": ".join(filter(None, (message, use))), MOST_CHARACTERS)
             if not message and (known := EXAMPLES.get(command_of(error.ctx))):
                 error.message += f"\nExample: fric {known[0]}"
             error.show()

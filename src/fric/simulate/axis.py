@@ -21,7 +21,7 @@ from fric.kernels.loop import Block, Board, closed_loop
 from fric.kernels.plant import PlantConstants, velocity_tolerance
 from fric.kernels.sensing import reading
 from fric.kernels.signatures import Step
-from fric.process import one_blas_thread
+from fric.process import one_blas_thread, tried
 from fric.reference import Reference
 from fric.simulate.machine import Axis
 from fric.simulate.reality.motion import sensing_of, true_axis
@@ -145,6 +145,7 @@ def run_axis(
     accuracy: Largest error of the position by the integration of the plant [m]; 0 for the last digits.
     began: Time since the machine was switched on, for what drifts [s].
     """
+    tried()
     arguments = _loop_arguments(axis, reference, scheme, excitation, accuracy, began, against)
     traces, saturated = closed_loop(*arguments, halvings, sensing_of(axis))
     if not np.isfinite(traces.position).all():
