@@ -10,7 +10,7 @@ most often in a wrong unit.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from math import isfinite, nan
@@ -22,6 +22,7 @@ from fric.estimate import Estimate
 from fric.flaws.unit import BOUNDS, IMPLAUSIBLE, LIFT, UNUSUAL
 from fric.log import Log
 from fric.notice import Notice, once
+from fric.process import holding
 from fric.units import OF_FORCE, Motion, drive_unit, rotates, si_unit
 
 if TYPE_CHECKING:  # which compile
@@ -149,14 +150,9 @@ def lift(allowed: bool) -> None:
     _lifted.set(allowed)
 
 
-@contextmanager
-def lifted() -> Iterator[None]:
+def lifted() -> AbstractContextManager[None]:
     """Accept implausible values within the block, with a warning."""
-    before = _lifted.set(True)
-    try:
-        yield
-    finally:
-        _lifted.reset(before)
+    return holding(_lifted, True)
 
 
 @dataclass(frozen=True)

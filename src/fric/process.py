@@ -4,14 +4,15 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
 
+T = TypeVar("T")
 _WATCHED = """
 import os, signal, sys, threading, time
 def end():
@@ -49,13 +50,18 @@ def tried(step: str = "") -> None:
 
 
 @contextmanager
-def heard(listener: Callable[[str], object]) -> Iterator[None]:
-    """Call a function whenever this block tries a set of parameters or a run, or a step begins: with its name."""
-    before = _LISTENER.set(listener)
+def holding(variable: ContextVar[T], value: T) -> Iterator[None]:
+    """Let a variable hold a value within the block."""
+    before = variable.set(value)
     try:
         yield
     finally:
-        _LISTENER.reset(before)
+        variable.reset(before)
+
+
+def heard(listener: Callable[[str], object]) -> AbstractContextManager[None]:
+    """Call a function whenever this block tries a set of parameters or a run, or a step begins: with its name."""
+    return holding(_LISTENER, listener)
 
 
 def run_python(code: str, *words: str) -> subprocess.CompletedProcess[bytes]:

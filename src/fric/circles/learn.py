@@ -4,7 +4,7 @@ Results depend on the place of position 0 between two encoder counts. So a conto
 with separate rounds, and their medians are reported and judged.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import pi
 
@@ -13,7 +13,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.circles.measured import MeasuredCircle, low_pass
 from fric.circles.tune import LEARNED, wrong_shape
-from fric.contour import circularity
+from fric.contour import Figures, circularity
 from fric.control.feedforward import friction_feedforward, inverse_model
 from fric.control.scheme import OBSERVER, Scheme
 from fric.drive.plant import LinearPlant
@@ -22,7 +22,7 @@ from fric.estimate import Estimate
 from fric.flaws import circle as flaws
 from fric.notice import Notice
 from fric.reference import Reference, refuse_long
-from fric.simulate.axis import Trace, run_axis
+from fric.simulate.axis import run_axis
 from fric.simulate.contour_run import ACCURACY, MOST_KEPT, PLACES, Circle, CircleRun, figures, pair, require_voltage
 from fric.simulate.machine import Axis, Machine
 
@@ -117,6 +117,7 @@ def learn_from(
 OTHERS = ((1.0, 0.5), (2 / 3, 1.0))
 """Circles on which the learned voltage is tried, where it does not fit: shares of radius and feed."""
 VOLT = 1e-6  # Step of the learned voltage [V], below any converter's: rounding errors of filters do not propagate
+Fed = Mapping[str, Real]  # Voltage against friction by axis [V], shape (n,)
 GAINS = 0.9  # Share of the first glitch above which learning has no effect
 
 
@@ -125,7 +126,7 @@ class Round:
     """One round: the voltage fed forward, and the remaining errors."""
 
     run: CircleRun  # The circle
-    feedforward: Mapping[str, Real]  # Voltage against friction by axis [V], shape (n,)
+    feedforward: Fed
 
 
 @dataclass(frozen=True)
@@ -178,36 +179,33 @@ def learn(
     counts = any(axis.encoder.resolution > 0 for axis in axes.values())
     placed = [machine.placed(n / PLACES).axes for n in range(PLACES if counts else 1)]
     places = [{name: every[name] for name in axes} for every in placed]
-    fed = {name: _nominal_friction(axis, references[name]) for name, axis in axes.items()}
-    samples = len(next(iter(references.values())))
-    sampling = next(iter(axes.values())).cascade.sampling
-    refuse_long(samples / sampling, sampling, len(axes), 2 * (rounds + 1))  # the rounds at one place, all voltages
-    learned: list[list[Round]] = [[] for _ in places]
-    feedforwards = [fed] * len(places)
+    sampling, samples = next(iter(axes.values())).cascade.sampling, len(next(iter(references.values())))
+    refuse_long(samples / sampling, sampling, len(axes), 2 * (rounds + 1))
+    fed: list[list[Fed]] = [
+        [{name: _nominal_friction(axis, references[name]) for name, axis in axes.items()}] for _ in places
+    ]
+    judged, runs = [list[Figures]() for _ in places], dict[tuple[int, int], CircleRun]()
     for n in range(rounds + 1):
         for p, here in enumerate(places):
-            run = _run(here, scheme, test, fed := feedforwards[p])
+            run = _run(here, scheme, test, fed[p][n])
+            judged[p].append(figures(run.contour))
+            if samples * len(axes) * rounds < MOST_KEPT:  # else those that are reported are made once more
+                runs[p, n] = run
             if n < rounds:
-                feedforwards[p] = {
-                    name: _learned(axis, references[name], run.traces[name], fed[name], how)
-                    for name, axis in axes.items()
-                }
-            if samples * len(axes) * (rounds + 1) > MOST_KEPT:  # those of the median are made once more
-                run = replace(run, traces={})
-            learned[p].append(Round(replace(run, scheme=_named(scheme, n, modelled)), fed))
+                fed[p].append(_learned(axes, references, run, fed[p][n], how))
         done()
     carried = []
     for of_radius, of_feed in OTHERS:
         other = replace(test, radius=test.radius * of_radius, feed=test.feed * of_feed)
-        each = zip(learned, places, strict=True)
-        glitches = [_carried(here, past[-1], references, other, scheme) for past, here in each]
+        each = zip(places, fed, strict=True)
+        glitches = [_carried(here, past[-1], references, other, scheme) for here, past in each]
         carried.append((other.radius, other.feed, float(np.median(glitches))))
         done()
-    place, found = _middle(learned)
-    for n, item in enumerate(found):
-        if not item.run.traces:
-            traces = _run(places[place], scheme, test, item.feedforward).traces
-            found[n] = replace(item, run=replace(item.run, traces=traces))
+    p, found = sorted(range(len(places)), key=lambda p: judged[p][-1].glitch)[len(places) // 2], list[Round]()
+    for n, errors in enumerate(zip(*judged, strict=True)):
+        run = runs.get((p, n)) or _run(places[p], scheme, test, fed[p][n])
+        run = replace(run, scheme=_named(scheme, n, modelled), places=errors if len(places) > 1 else ())
+        found.append(Round(run, fed[p][n]))
     chances = [circle.run.chance() for circle in found]
     best, warnings = chances[-1].median, []
     if not max(glitch for *_, glitch in carried) <= 1.2 * best:
@@ -226,20 +224,11 @@ def learn(
     return Learned(machine, how, tuple(found), tuple(carried), tuple(warnings))
 
 
-def _middle(learned: Sequence[Sequence[Round]]) -> tuple[int, list[Round]]:
-    """Return the place whose last glitch is the median, and its rounds; each run holds its errors at all places."""
-    order = np.argsort([rounds[-1].run.circularity.glitch for rounds in learned], kind="stable")
-    middle, several = int(order[len(order) // 2]), len(learned) > 1
-    every = [tuple(figures(rounds[n].run.contour) for rounds in learned) * several for n in range(len(learned[0]))]
-    pairs = zip(learned[middle], every, strict=True)
-    return middle, [replace(item, run=replace(item.run, places=each)) for item, each in pairs]
-
-
 def _references(test: Circle, axes: Mapping[str, Axis]) -> dict[str, Reference]:
     return dict(zip(axes, test.references(next(iter(axes.values())).cascade.sampling), strict=True))
 
 
-def _run(axes: Mapping[str, Axis], scheme: Scheme, test: Circle, feedforward: Mapping[str, Real]) -> CircleRun:
+def _run(axes: Mapping[str, Axis], scheme: Scheme, test: Circle, feedforward: Fed) -> CircleRun:
     traces = {
         name: run_axis(axes[name], reference, scheme, against=feedforward[name], accuracy=ACCURACY)
         for name, reference in _references(test, axes).items()
@@ -264,16 +253,21 @@ def _nominal_friction(axis: Axis, reference: Reference) -> Real:
     return friction_feedforward(model, reference.ahead(axis.lead()), plant.K_f, axis.nominal_friction.gain)
 
 
-def _learned(axis: Axis, reference: Reference, trace: Trace, before: Real, how: Learning) -> Real:
-    plant = axis.nominal or axis.plant
-    model = axis.cascade.velocity_feedforward * inverse_model(plant, reference.ahead(axis.lead()))
-    error = trace.reference - trace.measured
-    learned = next_feedforward(trace.time, error, trace.input, model, before, plant, how)
-    return np.rint(learned / VOLT) * VOLT
+def _learned(
+    axes: Mapping[str, Axis], references: Mapping[str, Reference], run: CircleRun, before: Fed, how: Learning
+) -> Fed:
+    found = {}
+    for name, axis in axes.items():
+        plant, trace = axis.nominal or axis.plant, run.traces[name]
+        model = axis.cascade.velocity_feedforward * inverse_model(plant, references[name].ahead(axis.lead()))
+        error = trace.reference - trace.measured
+        learned = next_feedforward(trace.time, error, trace.input, model, before[name], plant, how)
+        found[name] = np.rint(learned / VOLT) * VOLT
+    return found
 
 
 def _carried(
-    axes: Mapping[str, Axis], last: Round, references: Mapping[str, Reference], other: Circle, scheme: Scheme
+    axes: Mapping[str, Axis], last: Fed, references: Mapping[str, Reference], other: Circle, scheme: Scheme
 ) -> float:
     """Return the glitch of another circle with the learned voltage, transferred by the angle [m]."""
     new = _references(other, axes)
@@ -282,7 +276,7 @@ def _carried(
     )
     latest = np.abs(old_angle[-1] - old_angle) <= 2 * pi
     carried = {}
-    for name, voltage in last.feedforward.items():
+    for name, voltage in last.items():
         order = np.argsort(old_angle[latest] % (2 * pi))
         known, values = (old_angle[latest] % (2 * pi))[order], voltage[latest][order]
         carried[name] = np.interp(new_angle % (2 * pi), known, values, period=2 * pi)

@@ -76,6 +76,8 @@ def ingest(command: Command, given: dict[str, Any]) -> None:
     if "files" not in given:
         raise typer.BadParameter("name the files to read; `fric ingest --list` tells the formats")
     if "propose" in given:
+        if "output" in given:
+            raise typer.BadParameter("--propose writes a mapping and reads no log: leave out -o")
         _propose(given)
         return
     if "output" not in given:

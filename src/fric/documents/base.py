@@ -10,7 +10,7 @@ import re
 import shlex
 import sys
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass, replace
 from dataclasses import Field as DataclassField
@@ -56,6 +56,7 @@ from fric.errors import FricError, require_name
 from fric.estimate import Covariance, Estimate, Interval, Scale
 from fric.log import Record
 from fric.notice import Notice, Severity, once
+from fric.process import holding
 from fric.units import OF_INPUT, Motion, factor, of_force, si_unit
 
 LARGEST = 1e20  # Largest number of a quantity: a stiffness of 1e9 N/m whose interval is open reaches 1e15
@@ -288,14 +289,9 @@ class Physical(Part):
 _COMMAND: ContextVar[tuple[str, ...] | None] = ContextVar("command", default=None)
 
 
-@contextmanager
-def commanded(*words: str) -> Iterator[None]:
+def commanded(*words: str) -> AbstractContextManager[None]:
     """Let documents made within the block name this command instead of that of the process."""
-    before = _COMMAND.set(words)
-    try:
-        yield
-    finally:
-        _COMMAND.reset(before)
+    return holding(_COMMAND, words)
 
 
 def provenance(logs: Iterable[Record] = ()) -> dict[str, Any]:
