@@ -140,3 +140,18 @@ def test_a_list_where_a_document_has_one_number_is_named(tmp_path):
     file.write_text("fric: schemes/1\nschemes:\n  a:\n    lead: {value: [1, 2], unit: ms}\n")
     with pytest.raises(FricError, match=r"schemes\.yaml.*schemes\.a: a list of 2 where one value is expected"):
         fric.read_schemes(file)
+
+
+def test_what_would_not_be_looked_at_is_refused():
+    """As ``--cutoff x`` with a response, or ``--before`` of a file that is not there with rounds."""
+    response = "data/frequency-response.h5"
+    for given in ({"cutoff": "x"}, {"delay": " "}, {"delay": "0.6 ms"}, {"border": 0}):
+        with pytest.raises(FricError, match="other method"):
+            fric.identify_plant(response, **given)
+    with pytest.raises(FricError, match="other method"):
+        fric.identify_plant("data/constant-velocity.h5", method="motion", lowest="5 Hz")
+    for given in ({"before": "none.h5"}, {"machine": "virtual-rig"}, {"scheme": "x"}):
+        with pytest.raises(FricError, match="recorded circle"):
+            fric.learn("xy-table", rounds=1, **given)
+    with pytest.raises(FricError, match="half the sampling"):
+        fric.learn("xy-table", rounds=1, bandwidth="1e9 Hz", radius="5 mm")

@@ -456,6 +456,8 @@ def learn(
     """
     corner = quantity(bandwidth, "frequency")
     if rounds is not None:
+        if not machine is before is scheme is None:
+            raise FricError("`machine=`, `before=`, `scheme=` go with a recorded circle", hint="Leave out the rounds.")
         subject = machine_of(given)
         feed = bounded("speed", velocity)
         test = Circle(bounded("radius", radius), feed, direction=-1 if clockwise else 1)
