@@ -74,6 +74,8 @@ def test_motions_that_cannot_be_are_refused() -> None:
         lambda: strokes(0.0, 1.0, 100.0),
         lambda: sine(0.0, 1.0, 1, 100.0),
         lambda: sliding_sine(1e-3, 2e-3, 1.0, 1, 100.0),
+        lambda: sine(1.0, 60.0, 1, 100.0),
+        lambda: sliding_sine(2e-3, 1e-3, 1e5, 1, 100.0),
         lambda: Circle(0.0, 0.1, 1),
         lambda: Circle(0.03, -0.1, 1),
     ):

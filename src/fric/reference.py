@@ -142,6 +142,11 @@ def strokes(speed: float, distance: float, sampling: float, *, ramp: float = 0.1
     return Reference(sampling, position, velocity, acceleration)
 
 
+def _refuse_fast(frequency: float, sampling: float) -> None:
+    if not 0 < frequency < sampling / 2:
+        raise FricError(f"{frequency:g} Hz are not below half the sampling of {sampling:g} Hz", hint="Move slower.")
+
+
 def sine(amplitude: float, frequency: float, cycles: float, sampling: float, *, run_in: float = 1.0) -> Reference:
     """Return a sine, preceded by ``run_in`` cycles in which its amplitude grows smoothly from rest.
 
@@ -150,8 +155,9 @@ def sine(amplitude: float, frequency: float, cycles: float, sampling: float, *, 
     cycles, run_in: Cycles at full amplitude, and cycles before them in which it grows.
     sampling: Samples a second [Hz].
     """
-    if not (amplitude > 0 and frequency > 0 and cycles > 0):
-        raise FricError("a sine has no amplitude, frequency or cycles", hint="Give positive values.")
+    if not (amplitude > 0 and cycles > 0):
+        raise FricError("a sine has no amplitude or cycles", hint="Give positive values.")
+    _refuse_fast(frequency, sampling)
     omega, rise = 2 * pi * frequency, run_in / frequency
     t = instants((cycles + run_in) / frequency, sampling)
     S, _, slope, curve = smooth_step(t / rise)
@@ -198,6 +204,7 @@ def sliding_sine(mean: float, swing: float, frequency: float, cycles: int, sampl
             f"a velocity of {mean:g} m/s with an amplitude of {swing:g} m/s reverses the motion",
             hint="Sliding needs an amplitude below the mean velocity.",
         )
+    _refuse_fast(frequency, sampling)
     ramp = 2.0 / frequency
     t = instants(cycles / frequency + 2 * ramp, sampling)
     up, up_integral, up_slope, up_curve = smooth_step(t / ramp)
