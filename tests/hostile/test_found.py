@@ -433,7 +433,7 @@ def test_the_traces_of_a_circle_are_those_of_all_axes_and_schemes(monkeypatch: p
     """10 m at 10 mm/s took 7 GB and ended in a traceback, 10 m at 100 mm/s under all schemes 4 GB."""
     monkeypatch.setattr(reference, "MOST_BYTES", 1.5e7)
     assert fric.circle("xy-table", "a", radius=0.01).runs
-    with pytest.raises(FricError, match=r"samples at 4000 Hz of 2 axes under 6 schemes take .* GB, and 0.015 GB"):
+    with pytest.raises(FricError, match=r"samples at 4000 Hz of 2 axes in 6 runs take .* GB, and 0.015 GB"):
         fric.circle("xy-table", radius=0.1)
 
 
