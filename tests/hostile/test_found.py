@@ -738,3 +738,14 @@ def test_a_circle_alone_is_no_log_to_identify_from(tmp_path: Path) -> None:
     with pytest.raises(FricError, match="there is no log in"):
         fric.auto(tmp_path / "logs", output=tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def test_a_voltage_that_is_logged_twice_is_taken_once(tmp_path: Path) -> None:
+    """As `KeyError: 5`: the copy was left out, and looked up."""
+    t = np.arange(2000) * 1e-3
+    z, v = 30.0 * np.sin(6.0 * t), np.cos(6.0 * t)
+    u = 0.6 * np.sign(v) + 0.1 * v - 0.1 * np.sin(6.0 * t)
+    head = "time [s],x actual position [mm],x CURRENT [V],y CURRENT [V]"
+    np.savetxt(tmp_path / "a.csv", np.c_[t, z, u, u], delimiter=",", header=head, comments="", fmt="%.6f")
+    fric.ingest(tmp_path / "a.csv", output=tmp_path / "a.h5", assume=True)
+    assert np.allclose(fric.read(tmp_path / "a.h5")[0].input, u, atol=1e-6)

@@ -799,7 +799,7 @@ def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Ro
         if channel == "input":  # a duty is the voltage that it makes, which has a unit
             best = next((n for n in measured if _alike(data, n, best) > EXACT), best)
             kept = {n: pair for n, pair in kept.items() if n == best or _alike(data, n, best) <= EXACT}
-        twins = [n for n in measured if best in measured and (n == best or _alike(data, n, best) > 0.99)]
+        twins = [n for n in kept if {n, best} <= {*measured} and (n == best or _alike(data, n, best) > 0.99)]
         plain = {n for n in twins if any(converts(data.said[n].unit, "force", motion) for motion in PLAIN)}
         best = max(twins, key=lambda n: (n in plain, kept[n][0]), default=best)
         kept = {n: pair for n, pair in kept.items() if n == best or not (
