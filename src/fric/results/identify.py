@@ -233,9 +233,11 @@ def identify_plant(
     """
     given = records_of(logs, encoder=encoder)
     wanted, records = plant_records(given, None if method == "auto" else method)
-    other = {"motion": (lowest, highest, period, segment), "response": (delay, cutoff, decimation, border)}[wanted]
-    if any(option is not None for option in other):
-        raise FricError(f"an option goes with the other method, and this is by {wanted}", hint="Leave it out.")
+    of_motion = {"delay": delay, "cutoff": cutoff, "decimation": decimation, "border": border}
+    of_response = {"lowest": lowest, "highest": highest, "period": period, "segment": segment}
+    for name, option in (of_response if wanted == "motion" else of_motion).items():
+        if option is not None:
+            raise FricError(f"`{name}=` goes with the other method, and this is by {wanted}", hint="Leave it out.")
     motion, in_time = records[0].motion, [record for record in records if isinstance(record, Log)]
     doubtful = settled(of_logs(in_time))
     K_f, weight = quantity(force_constant, "force per input", motion), quantity(mass, "mass", motion)
