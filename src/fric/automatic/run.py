@@ -96,7 +96,7 @@ def gains_of(text: str, axis: str, motion: Motion) -> dict[str, Any]:
     try:
         document = ControllerDocument.model_validate(content | usual | _named(text, motion))
     except ValidationError:
-        what = f"the controller '{text}' of axis {axis} has a gain in no unit of it"
+        what = f"a gain of the controller '{text}' of axis {axis} is in a unit of another quantity"
         raise FricError(what, hint=f"Write '{_example(motion)}'.") from None
     document.in_si(motion)  # refuses what no controller has
     return document.tree()

@@ -770,7 +770,10 @@ def tune(
         predicted = []  # what is kept shows what was recorded
     warnings += law_warnings(predicted)
     for name, tuned in axes.items():
-        if not tuned.improves and not why:
+        if not tuned.improves and not why and tuned.after.rms < tuned.before.rms:
+            no_machine = "This circle alone gives no positive mass or no delay (record a slow one too)"
+            warnings.append(TUNING_REFUSED.found(f"axis {name}", why=no_machine))
+        elif not tuned.improves and not why:
             volts = si_unit("input", tuned.axis.motion)
             after, before_it = Estimate(tuned.after.rms, volts), Estimate(tuned.before.rms, volts)
             warnings.append(TUNING_NO_BETTER.found(f"axis {name}", after=after, before=before_it))

@@ -74,7 +74,7 @@ def ingest(command: Command, given: dict[str, Any]) -> None:
         finish(lambda _: fric.formats(), json=given["json"])
         return
     if "files" not in given:
-        raise typer.BadParameter("name the files to read; `fric ingest --list` tells the formats")
+        raise typer.BadParameter("name the files to read; `fric ingest --list` lists the formats")
     if "propose" in given:
         if "output" in given:
             raise typer.BadParameter("--propose writes a mapping and reads no log: leave out -o")

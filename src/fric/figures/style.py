@@ -209,5 +209,5 @@ def figure_named(name: str, parts: Sequence[Any]) -> Figure:
     parts: What a result holds: identified models, runs, …; the first that has such a figure is drawn.
     """
     found = views_of(parts)
-    require_known(name, found, "there is no figure", "Of this result there are")
+    require_known(name, found, "there is no figure", "The result has")
     return found[name]()

@@ -55,7 +55,9 @@ NAMED = {"level": "the level of friction", "k": "the stiffnesses"}  # Parameters
 
 def entry(flaw: Flaw, head: str = "##") -> str:
     """Return what `fric help CODE` and the page say of a flaw, as Markdown: what was found, its effect, what to do."""
-    effects = [EFFECTS.get(flaw.severity, "It depends: good to know, or a number is off by more than its interval.")]
+    effects = [
+        EFFECTS.get(flaw.severity, "By its figures a note or more: a number may be off by more than its interval.")
+    ]
     errors = [f"{share:.0%} in {NAMED.get(name, name)}" for name, share in flaw.widens.items()]
     effects += [f"Predictions allow for an error of {' and '.join(errors)}."] * bool(errors)
     effects += ["A measured circle settles it."] * flaw.circle_settles
@@ -63,7 +65,7 @@ def entry(flaw: Flaw, head: str = "##") -> str:
     names = ", ".join(f"`{name}`" for name in dict.fromkeys(re.findall(r"{(\w+)", flaw.says + flaw.mend)))
     texts = [f"{head} {flaw.code}", _explained(flaw.says) or "The warning itself says what was found.",
              f"Effect: {' '.join(effects)}", f"To do: {mend}" if (mend := _explained(flaw.mend)) else "",
-             f"A warning has values in place of the brackets, and in files as {names}." * bool(names)]  # fmt: skip
+             f"[x] stands for the value of x; files hold {names}." * bool(names)]  # fmt: skip
     return "\n\n".join(filter(None, texts)) + "\n"
 
 

@@ -91,7 +91,7 @@ LOOP_DESIGNED = Flaw("loop-designed", "note",
     "Stable up to {margin:.2g} times this fall of friction with speed{fed:; {fed:.1%} of the friction is fed "
     "forward|}.")
 FALLING_FRICTION = Flaw("falling-friction", "note",
-    "The loop holds only {margin:.2g} times this fall of friction: errors grow behind slow reversals.",
+    "The loop is stable up to {margin:.2g} times this fall of friction: errors grow behind slow reversals.",
     "{fed:.1%} of the friction is fed forward.{design: `loop=True` designs gains that hold it.|}")
 TUNED_IN_PART = Flaw("tuned-in-part", "note", "With everything found, {why}: {kept}.")
 TUNING_REFUSED = Flaw("tuning-refused", "wrong", "{why}: the result is refused, and the nominal parameters are kept.")

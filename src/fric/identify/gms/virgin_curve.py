@@ -471,8 +471,8 @@ class Choice:
         if count == len(self.candidates):
             return f"{count} blocks fit best (information criterion), the most that were tried"
         return (
-            f"{count} blocks: another lowers the misfit from {self.rms[chosen]:.2g} to {self.rms[count]:.2g} "
-            f"{self.unit} rms, less than it is worth where friction repeats to {self.spread:.2g} {self.unit}"
+            f"{count} block{'s' * (count > 1)}: another lowers the misfit from {self.rms[chosen]:.2g} to "
+            f"{self.rms[count]:.2g} {self.unit} rms; friction repeats to {self.spread:.2g} {self.unit}"
         )
 
 

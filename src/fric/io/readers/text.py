@@ -182,7 +182,7 @@ def _in_units(columns: list[Column], above: Sequence[str], about: dict[str, str]
                 Column(c.name, c.unit or (cell if cell and _unit(cell) and fits(c, cell) else None)) for c, cell in said
             ]
     words = " ".join(value for name, value in about.items() if OF_UNITS.search(name))
-    for unit in filter(None, map(_unit, re.split(r"[,;\s]+", words))):
+    for unit in filter(None, map(_unit, re.findall(r"[^,;\s]+", words))):
         columns = [Column(c.name, c.unit or (unit if spoken(c).quantity and fits(c, unit) else None)) for c in columns]
     return columns
 
