@@ -131,7 +131,7 @@ def test_what_comes_again_at_the_same_places_is_taken_off(flaw: dict[str, float]
     assert fit.static.rmse < 0.35 * raw.static.rmse
     low, high = fit.static.estimates["F_c"].ci95
     assert low < 80.0 < high
-    assert abs(float(fit.static.estimates["F_c"]) - 80.0) < abs(float(raw.static.estimates["F_c"]) - 80.0)
+    assert abs(float(fit.static.estimates["F_c"]) - 80.0) < 0.25
 
 
 def test_a_rig_that_is_alike_everywhere_has_nothing_taken_off_unless_it_is_forced() -> None:
