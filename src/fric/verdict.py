@@ -332,6 +332,7 @@ def decide(evidence: Evidence) -> Verdict:
     said = tuple(f"{candidate.named} must not be used: {text}" for candidate, text in refused)
     given: dict[str, Any] = {"settled": tuple(evidence.settled), "compared": evidence.glitches}
     given["unmodelled"] = evidence.unmodelled
+    given["now"] = now = glitch_now(without, evidence) if (without := bare(usable or evidence.candidates)) else ""
     if evidence.disagreements or not usable:
         following = tuple(steps(evidence, None))
         return Verdict(
@@ -344,9 +345,8 @@ def decide(evidence: Evidence) -> Verdict:
         kept = max(chosen.stays_under, seen) <= evidence.tolerance
         if seen > evidence.tolerance:
             why += (prediction.MEASURED_BEYOND.found(scheme=chosen.named, seen=Estimate(seen, "m")),)
-    now = glitch_now(without, evidence) if (without := bare(usable)) else ""
     return Verdict(
-        choice=chosen, headline=headline(chosen, without, now, evidence, kept=kept), why=why, kept=kept, now=now,
+        choice=chosen, headline=headline(chosen, without, now, evidence, kept=kept), why=why, kept=kept,
         effort=(*_effort(chosen, usable, evidence), *said), next=tuple(steps(evidence, chosen, kept=kept)), **given,
     )  # fmt: skip
 

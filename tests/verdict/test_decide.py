@@ -132,6 +132,7 @@ def test_the_command_to_export_names_the_folder_of_auto_alone():
 
 def test_no_scheme_is_recommended_against_a_measured_circle():
     given = evidence(leaves("a", 20, 20 * LEVEL), leaves("f", 1, LEVEL), disagreements=[apart("c.h5")])
+    assert decide(given).now == decide(replace(given, disagreements=[])).now != ""
     found = decide(replace(given, machine="m.yaml", circle="c.h5"))
     assert found.choice is None
     assert not found.trusted

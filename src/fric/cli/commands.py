@@ -140,7 +140,7 @@ COMMANDS: dict[str, Home] = {
     "plan": Command(
         "fric.results.plan:plan",
         Output("DIR", "Folder for the plan and its programs.", required=False, writes=""), plot=True, plausible=False,
-        doing="what to expect", places=["last"], optional=["last", "stroke", "feed"], without=["draws"],
+        doing="expected intervals", places=["last"], optional=["last", "stroke", "feed"], without=["draws"],
         further={"fric.results.plan:plan_next": ("last", "scheme")}, run="fric.cli.special:plan",
     ),
     "compare": Command(

@@ -38,7 +38,7 @@ BOUNDS: Mapping[str, Bound] = {
     "stroke": Bound("the longest stroke", "position", (2e-6, 1e3), (1e-6, 1e9),
         "contacts, seals and belts yield by as much before they slide, and this is a map of sliding", "the position"),
     "radius": Bound("the radius of the circle", "position", (1e-5, 10.0), (1e-5, 10.0),
-        "ball bars reach 0.6 m, and no machine tool runs a circle of 10 m", "the radius"),
+        "ball bars and grids measure circles of 10 µm to 0.6 m", "the radius"),
     "travel-limit": Bound("the stroke", "position", (1e-5, 100.0), (1e-3, 1e6),
         "the longest portals travel 100 m", "the stroke"),
     "acceleration": Bound("the acceleration", "acceleration", (1e-4, 1e3), (1e-4, 1e6),

@@ -213,7 +213,7 @@ def _sized(found: Estimate, factor: float = 1.0) -> tuple[float, float]:
 def _row(label: str, found: Estimate, unit: str, offset: float = 0.0) -> list[str]:
     value, limits = float(found) - offset, [float(limit) - offset for limit in found.ci95 or ()]  # type: ignore[arg-type]
     if not all(map(isfinite, limits)):
-        return [label, "" if found.assumed else f"{value * 1e6:.2f}", "not determined", unit]
+        return [label, "", "not determined", unit]
     shown, text = in_digits(value, limits or None, 1e6)
     return [label, shown, text, unit]
 

@@ -69,5 +69,5 @@ def tables(path: Path, layout: Layout | None = None) -> Generator[ForeignTable, 
     sure, reader = _surest(path)
     if not sure > 0:
         hint = "`fric ingest --list` tells the formats that are read; export it as CSV."
-        raise FricError("is of no format that is known", where=str(path), hint=hint)
+        raise FricError("its format is not known", where=str(path), hint=hint)
     yield from guarded(path, iter(reader.tables(path, layout or Layout())))
