@@ -504,7 +504,8 @@ def test_an_error_in_a_mapping_names_its_file_its_line_and_its_mend(tmp_path):
         (["--circle", str(LOGS[0])], "there is no measured circle in it"),
         (["--machine", str(ROOT / "data/circle.h5")], "a machine file is asked for"),
         (["--map", "no.yaml"], "no.yaml: there is no such file"),
-        (["--controller", "Kv=100 1/s, Kp=131, Ki=4090"], "lacks K_v and K_p and K_i"),
+        (["--controller", "Kv=100 1/s, Kp=131, Ki=4090"], "'Kv' is not a gain"),
+        (["--controller", "K_v=100 1/s"], "lacks K_p and K_i"),
         (["--tolerance", "5 kg"], "`tolerance=`: length cannot be in 'kg'"),
     ],
 )

@@ -34,7 +34,7 @@ from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import MachineDocument
 from fric.documents.yaml import plain, read_document, read_tree
-from fric.errors import FricError
+from fric.errors import FricError, near
 from fric.estimate import estimate_rows
 from fric.flaws.channel import HOLDING_MAP
 from fric.io.circle import choose_circles
@@ -52,7 +52,8 @@ from fric.verb import Kind, verb
 from fric.verdict import Evidence, Verdict, decide
 
 EXAMPLE = "K_v=100 1/s, K_p=131 V*s/m, K_i=4090 V/m"  # Gains as a text
-_GAIN = re.compile(r"(K_v|K_p|K_i|velocity_filter|velocity_feedforward|sampling)\s*[=: ]\s*([^,;=]+)")
+GAIN_NAMES = ("K_v", "K_p", "K_i", "velocity_filter", "velocity_feedforward", "sampling")
+_GAIN = re.compile(rf"({'|'.join(GAIN_NAMES)})\s*[=: ]\s*([^,;=]+)")
 _AXIS = re.compile(r"\s*(\w[\w.+-]*)\s*:\s*(?=K_)")
 
 
@@ -80,6 +81,8 @@ class Stated:
 def _named(text: str, motion: Motion = "linear") -> dict[str, str]:
     """Return the gains in a text by name; raise a `FricError` where one is missing, or has no unit."""
     given = {name: value.strip() for name, value in _GAIN.findall(text)}
+    for name in (name for name in re.findall(r"(\w+)\s*=", text) if name not in GAIN_NAMES):
+        raise FricError(f"'{name}' is not a gain", hint=f"{near(name, GAIN_NAMES)}Write '{_example(motion)}'.")
     for name, dimension in {**GAINS, "sampling": "frequency"}.items():
         if name in given and not re.search("[a-zA-Z]", value := given[name]):
             hint = f"Write '{name}={value} {si_unit(dimension, motion)}'."

@@ -231,7 +231,7 @@ class Session:
                 self.made += 1
                 self._tell(step, text, str(error), str(error))
                 return False
-            self.failed[step.name] = failure = str(error).replace("\n", ". ")
+            self.failed[step.name] = failure = as_options(str(error)).replace("\n", ". ")
             self.script.append(f"# failed: {' '.join(text.splitlines())}")
             self._tell(step, text, f"failed: {failure}", str(error))
             return False

@@ -81,8 +81,8 @@ BOUNDS: Mapping[str, Bound] = {
     "mass": Bound("the moving mass K_f/B", "mass", (1e-7, 1e5), (1e-13, 1e5),
         "axes weigh from below a gram to 100 t, what turns with them included", "force, input and position"),
     "B": Bound("B", "acceleration per input", (1e-5, 1e5), (1e-4, 1e8),
-        "{falls:what pushes counts the other way|1 V gives an axis between a millionth and ten thousand times the "
-        "acceleration of gravity}",
+        "{falls:what pushes counts the other way|a unit of input gives an axis between a millionth and ten "
+        "thousand times the acceleration of gravity}",
         "input, position and time"),
     "A": Bound("A", "rate", (0.0, 1e5), (0.0, 1e5),
         "{falls:friction falls with speed, or a sign is turned|no mass comes to rest within 10 µs}",
