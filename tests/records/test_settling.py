@@ -40,3 +40,18 @@ def test_a_force_over_position_is_no_settling_where_the_way_back_shows_it(gravit
         assert segment.settled
         assert cut <= 8.0 * settling
         assert gravity or cut >= 2.5 * settling  # beside a large load a part of it may pass for the load
+
+
+@pytest.mark.parametrize("back", ["constant", "shorter"])
+def test_a_way_back_that_shows_nothing_changes_nothing(back):
+    """A force of zero on the way back, or places that it did not visit: NumPy warned, or they counted as zero."""
+    made = strokes([(0.05, 4.0), (-0.05, 4.0 if back == "constant" else 3.5)], dwell=0.3)
+    friction = 20.0 * (1.0 - np.exp(-(made.time - 0.3).clip(0.0) / 0.1)) + 5.0 * np.sin(8.0 * made.position)
+    force = np.where(made.velocity > 0.0, friction, 0.0 if back == "constant" else friction - 40.0)
+    noise = np.where(force != 0.0, np.random.default_rng(5).standard_normal(len(force)), 0.0)
+    one = made.time < made.plateaus[0][1] + 0.1
+    both, alone = (
+        steady_segments(Log(made.time[cut], position=made.position[cut], force=(force + noise)[cut]))[0]
+        for cut in (slice(None), one)
+    )
+    assert (both.start, both.settled) == (alone.start, alone.settled)

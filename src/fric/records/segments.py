@@ -251,7 +251,7 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
         force = log.force
         pairs = zip_longest(found, found[1:])
         found = [segment for segment, later in pairs if later is None or not _leads_into(path, force, segment, later)]
-        found = [_settled(path, force, segment, _opposite(path, segment, found)) for segment in found]
+        found = [_settled(path, force, segment, found) for segment in found]
     return found, rests
 
 
@@ -375,20 +375,22 @@ def _over_places(path: Path, force: Real, segment: Segment, back: Segment) -> Re
 
     def mean_of(way: slice) -> Real:
         count = np.histogram(path.position[way], bins)[0]
-        return np.histogram(path.position[way], bins, weights=force[way])[0] / np.maximum(count, 1)
+        summed = np.histogram(path.position[way], bins, weights=force[way])[0]
+        return np.where(count > 0, summed / np.maximum(count, 1), np.nan)
 
-    level = mean_of(back_there)
-    if not np.corrcoef(mean_of(there), level)[0, 1] > ALIKE_OVER_PLACE:
+    forth, level = mean_of(there), mean_of(back_there)
+    varies = np.ptp(forth) > 0.0 and np.ptp(level) > 0.0  # neither where a place was not visited
+    if not varies or not np.corrcoef(forth, level)[0, 1] > ALIKE_OVER_PLACE:
         return force[there]
     at_ends = 0.5 * (level[1:] + level[:-1])
     at_ends = np.concatenate([[2.0 * level[0] - at_ends[0]], at_ends, [2.0 * level[-1] - at_ends[-1]]])
     return np.asarray(force[there] - np.interp(path.position[there], bins, at_ends))[: 3 * len(segment) // 4]
 
 
-def _settled(path: Path, force: Real, segment: Segment, back: Segment | None) -> Segment:
+def _settled(path: Path, force: Real, segment: Segment, found: list[Segment]) -> Segment:
     """Cut the settling of the force off a segment, unless it is a force over position that the way back shows, too."""
     cut, settled = settled_from(force[segment.start : segment.stop])
-    if cut and back is not None:
+    if cut and (back := _opposite(path, segment, found)) is not None:
         cut, settled = settled_from(_over_places(path, force, segment, back))
     if cut == 0:
         return segment
