@@ -7,6 +7,7 @@ that ``import fric`` costs nothing; ``__init__.pyi`` says where it is from, for 
 import re
 from importlib import import_module
 from pathlib import Path
+from sys import modules
 from typing import Any
 
 __version__ = "0.2.0"
@@ -34,6 +35,13 @@ def __getattr__(name: str) -> Any:
         found = explained(typed(found) if hasattr(found, "report") else found)  # a result takes anything
     globals()[name] = found
     return found
+
+
+def explain_loaded() -> None:
+    """Let the classes among the names below that are loaded explain their arguments, as `__getattr__` does."""
+    for name, home in _HOMES.items():
+        if name not in globals() and hasattr(modules.get(__name__ + home), name):
+            __getattr__(name)
 
 
 def __dir__() -> list[str]:

@@ -6,8 +6,11 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
+from datetime import UTC, datetime
 from functools import cache
 from typing import TYPE_CHECKING, TypeVar
+
+from fric.errors import FricError
 
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
@@ -47,6 +50,16 @@ def tried(step: str = "") -> None:
     """Report to the listener that a further set of parameters or run is tried, or that a step of this name begins."""
     if (listener := _LISTENER.get()) is not None:
         listener(step)
+
+
+def now() -> datetime:
+    """Return the time, or that of ``SOURCE_DATE_EPOCH``, which asks for the same output again."""
+    asked = os.environ.get("SOURCE_DATE_EPOCH")
+    try:
+        return datetime.fromtimestamp(int(asked), UTC) if asked else datetime.now(UTC)
+    except (ValueError, OverflowError, OSError):
+        hint = "Unset it, or give seconds since 1970."
+        raise FricError(f"SOURCE_DATE_EPOCH is '{asked}', which is no time", hint=hint) from None
 
 
 @contextmanager

@@ -32,8 +32,8 @@ def doubles(given: Any) -> "Real | None":
 
     try:
         with np.errstate(over="ignore"):  # of a wider float, which is then no number
-            kind = np.asarray(given).dtype.kind  # complex numbers, dates, or holes are none
-            other = given is None or kind in "cmM" or np.ma.is_masked(given)
+            other = given is None or np.ma.is_masked(given) or hasattr(given, "units")  # holes, or not in SI
+            other = other or np.asarray(given).dtype.kind in "cmM"  # complex numbers or dates
             return None if other else np.require(given, np.float64, ["C", "W", "E"])
     except (TypeError, ValueError, OverflowError):
         return None

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import FunctionType, NoneType, UnionType
 from typing import Annotated, Any, ForwardRef, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
+import fric
 from fric.errors import FLAGS, FricError, Typed, near, of_path
 
 P = ParamSpec("P")
@@ -147,11 +148,14 @@ def _checked(function: Callable[P, R], called: str) -> Callable[P, R]:
                 bound.arguments[name] = Typed(given)
                 bound.arguments[name].argument = name
         try:
-            return function(*bound.args, **bound.kwargs)
+            made = function(*bound.args, **bound.kwargs)
         except UnfitError as error:
             raise FricError(f"{called} {error.what}") from None
         except OSError as error:
             raise of_path(error) from None
+        if "fric.cli" not in sys.modules:
+            fric.explain_loaded()  # objects of classes that nobody asked for by name
+        return made
 
     return checked
 

@@ -19,21 +19,23 @@ from typing import Any, cast
 import h5py
 import numpy as np
 import pandas as pd
+import pint
 import pytest
 from nptdms import ChannelObject, TdmsWriter
 from pydantic import ValidationError
 from scipy.io import savemat
+from typer.testing import CliRunner
 
 import fric
 from fric import reference
 from fric.circles.diagnose import minimum_zone
 from fric.circles.measured import MeasuredCircle
-from fric.cli.main import main
+from fric.cli.main import app, main
 from fric.control.gain_scheduled import GainScheduled
 from fric.control.scheme import NONE
 from fric.design.cascade import design_cascade
 from fric.documents import machine_files
-from fric.documents.base import CodedWarning, CovarianceBlock, Quantity
+from fric.documents.base import CodedWarning, CovarianceBlock, Quantity, provenance
 from fric.documents.contours import CircleMapDocument
 from fric.documents.controller import ControllerDocument, ObserverDocument
 from fric.documents.friction import FrictionDocument
@@ -61,6 +63,7 @@ from fric.io.readers.ball_bar import figures
 from fric.io.safe_hdf5 import BLOCK, _heaps, open_file
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.plausibility import of_friction
+from fric.process import run_python
 from fric.records.flaws import _around_reversals
 from fric.records.motion import thinned
 from fric.records.recognition import force_rises
@@ -749,3 +752,55 @@ def test_a_voltage_that_is_logged_twice_is_taken_once(tmp_path: Path) -> None:
     np.savetxt(tmp_path / "a.csv", np.c_[t, z, u, u], delimiter=",", header=head, comments="", fmt="%.6f")
     fric.ingest(tmp_path / "a.csv", output=tmp_path / "a.h5", assume=True)
     assert np.allclose(fric.read(tmp_path / "a.h5")[0].input, u, atol=1e-6)
+
+
+def test_a_scheme_chooses_no_measured_circle() -> None:
+    """It was taken and said nothing: any text was a scheme."""
+    circle, calls = "data/circle.h5", [fric.diagnose, fric.identify_controller, partial(fric.tune, "virtual-rig")]
+    for call in [*calls, partial(fric.learn, machine="virtual-rig")]:
+        with pytest.raises(FricError, match="no circle is of the scheme 'q'"):
+            call(circle, scheme="q")
+    assert fric.diagnose(circle, machine="virtual-rig", scheme="f").document  # which was on, for the prediction
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["plan", "--stroke", "20 mm", "--feed", "20 mm/s", "--scheme", "f"],
+        ["plan", "gms.yaml", "--micro-steps"],
+        ["ingest", "x.csv", "-o", "o.h5", "--radius", "3 mm"],
+        ["ingest", "x.csv", "-o", "o.h5", "--kind", "circle", "--from", "3 s"],
+        ["learn", "data/circle.h5", "--machine", "virtual-rig", "--velocity", "50 mm/s"],
+        ["learn", "data/circle.h5", "--machine", "virtual-rig", "--no-observer"],
+    ],
+)
+def test_an_option_that_says_nothing_of_these_arguments_is_refused(words: list[str]) -> None:
+    error = CliRunner().invoke(app, words).exception
+    assert isinstance(error, FricError)
+    assert "go" in error.what
+    assert words[-2 if words[-1][0].isdigit() or words[-1] == "f" else -1].replace("no-", "") in error.what
+
+
+@pytest.mark.parametrize("epoch", ["nan", "x", "1e9", "9" * 30])
+def test_a_time_of_outputs_that_is_none(monkeypatch: pytest.MonkeyPatch, epoch: str) -> None:
+    """A figure as PDF, and each document, ended in a ValueError."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
+    with pytest.raises(FricError, match="SOURCE_DATE_EPOCH"):
+        provenance()
+
+
+def test_arrays_that_carry_a_unit_are_not_taken_for_si() -> None:
+    """Those of pint in mm were taken as m, with a warning of pint's."""
+    mm = pint.UnitRegistry().mm
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(FricError, match="takes velocity as an array of numbers"):
+            fric.ForceVelocity(velocity=cast("Any", np.linspace(-20.0, 20.0, 9) * mm), force=np.ones(9))
+        with pytest.raises(FricError, match="takes x as an array of numbers"):
+            fric.PointPath(cast("Any", np.linspace(0.0, 20.0, 9) * mm), np.ones(9), 0.05)
+
+
+def test_an_object_explains_its_arguments_though_its_class_was_not_named() -> None:
+    code = "import fric\ntry: fric.read_machine('virtual-rig').axes['x'].plant.held('x')\n"
+    found = run_python(code + "except fric.FricError as error: print(error.what)")
+    assert b"Plant.held takes T as a number" in found.stdout, found.stderr

@@ -17,6 +17,7 @@ from fric.cli.command import EXAMPLES, command_of, group
 from fric.cli.commands import COMMANDS
 from fric.cli.console import ERR, MOST_CHARACTERS, prepare_streams
 from fric.errors import FricError, near, of_path, printable, reworded
+from fric.process import now
 
 app = group(
     "fric",
@@ -81,6 +82,7 @@ def main() -> None:
         signal.signal(number, _interrupt)
     try:
         try:
+            now()  # Matplotlib would end at one that is none
             sys.exit(app(standalone_mode=False))
         except _UsageError as error:  # which tells the words of the line as they are
             message = reworded(error.message)

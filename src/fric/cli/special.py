@@ -1,6 +1,7 @@
 """Functions of commands that do more than call a verb: by hand, interruptible, or of two verbs."""
 
 import sys
+from collections.abc import Container
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -8,10 +9,10 @@ from typing import Annotated, Any
 import typer
 
 import fric
-from fric.cli.command import READ_MACHINE, Command, argument
+from fric.cli.command import READ_MACHINE, Command, VerbForm, argument
 from fric.cli.completion import topics, types
 from fric.cli.console import ERR, OUT, Interruption, asker, finish, interruption, paused, print_json
-from fric.errors import printable
+from fric.errors import FricError, printable
 from fric.output import refuse_existing, written
 from fric.units import parse, rotates
 
@@ -83,14 +84,22 @@ def ingest(command: Command, given: dict[str, Any]) -> None:
     if "output" not in given:
         raise typer.BadParameter("say which log file to write: -o LOG.h5")
     keep_freed_memory()
-    if fric.holds_circles(given.get("mapping"), given.get("kind")):
-        command = replace(command, verb="fric.results.ingest:ingest_circles")
-    elif not given.keys().isdisjoint(OF_CIRCLES):
-        misplaced = "--radius, --feed, --sampling, --instrument, --scheme and the direction go with --kind circle"
-        raise typer.BadParameter(misplaced)
-    else:
+    verbs = ["fric.results.ingest:ingest", "fric.results.ingest:ingest_circles"]
+    if circles := fric.holds_circles(given.get("mapping"), given.get("kind")):
+        verbs.reverse()
+    command = _by(command, given, *verbs, but={"kind", "assume"})
+    if not circles:
         given = given | {"ask": _asks(given)}
     command.end(command.call(given), given)
+
+
+def _by(command: Command, given: dict[str, Any], verb: str, other: str, but: Container[str] = ()) -> Command:
+    """Return the command by one of its two verbs; an option of the other alone is refused, for it would say nothing."""
+    used, unused = VerbForm(verb), VerbForm(other)
+    for name in unused.names:
+        if not (name in used.names or name in but) and given.get(name) not in {None, unused[name].default}:
+            raise FricError(f"`{name}=` goes with other arguments than these", hint="Leave it out.")
+    return replace(command, verb=verb)
 
 
 def _asks(given: dict[str, Any]) -> Any:
@@ -129,9 +138,12 @@ def _propose(given: dict[str, Any]) -> None:
 
 def plan(command: Command, given: dict[str, Any]) -> None:
     """Plan all records, or after a last result the most useful further record."""
+    verbs = ["fric.results.plan:plan", "fric.results.plan:plan_next"]
     if "last" in given:
-        command = replace(command, verb="fric.results.plan:plan_next", doing="candidates")
-    elif lacks := [f"--{name}" for name in ("stroke", "feed") if name not in given]:
+        verbs.reverse()
+        command = replace(command, doing="candidates")
+    command = _by(command, given, *verbs)
+    if "last" not in given and (lacks := [f"--{name}" for name in ("stroke", "feed") if name not in given]):
         for name in given.keys() & {"stroke", "feed"}:  # a value without a unit is refused first
             parse(given[name], "position" if name == "stroke" else "velocity")
         raise typer.BadParameter(

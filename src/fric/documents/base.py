@@ -5,7 +5,6 @@
 the field (``Annotated[float, "force"]``).
 """
 
-import os
 import re
 import shlex
 import sys
@@ -14,7 +13,6 @@ from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass, replace
 from dataclasses import Field as DataclassField
-from datetime import UTC, datetime
 from functools import cache, reduce
 from hashlib import sha256
 from inspect import cleandoc, getdoc
@@ -56,7 +54,7 @@ from fric.errors import FricError, require_name
 from fric.estimate import Covariance, Estimate, Interval, Scale
 from fric.log import Record
 from fric.notice import Notice, Severity, once
-from fric.process import holding
+from fric.process import holding, now
 from fric.units import OF_INPUT, Motion, factor, of_force, si_unit
 
 LARGEST = 1e20  # Largest number of a quantity: a stiffness of 1e9 N/m whose interval is open reaches 1e15
@@ -299,12 +297,10 @@ def provenance(logs: Iterable[Record] = ()) -> dict[str, Any]:
 
     The time is ``SOURCE_DATE_EPOCH`` if set, so that an output can be reproduced to the last byte.
     """
-    epoch = os.environ.get("SOURCE_DATE_EPOCH")
-    made = datetime.fromtimestamp(int(epoch), UTC) if epoch else datetime.now(UTC)
     program = Path(sys.argv[0]).name.replace("__main__.py", "fric")
     return {
         "fric": fric.__version__,
-        "created": made.isoformat(timespec="seconds"),
+        "created": now().isoformat(timespec="seconds"),
         "command": shlex.join(_COMMAND.get() or (program, *sys.argv[1:])),
         **arithmetic(),
         "logs": [{"file": log.source, "record": log.name, "sha256": log.sha256} for log in logs],

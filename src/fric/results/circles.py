@@ -23,7 +23,7 @@ from fric.documents.machine_files import IdentifiedMachine, machine_to_predict, 
 from fric.errors import FricError
 from fric.estimate import Estimate, estimate_rows, in_digits
 from fric.flaws.prediction import CIRCLE_UNUSED, NOT_AS_PREDICTED
-from fric.io.circle import choose_circles, read_feedforward, read_run_provenance, write_feedforward, write_runs
+from fric.io.circle import read_feedforward, read_run_provenance, write_feedforward, write_runs
 from fric.notice import Notice
 from fric.output import refuse_existing, together
 from fric.process import one_blas_thread
@@ -238,7 +238,7 @@ def diagnose(
     reported: Result of Renishaw's ball bar: its figures are shown beside these.
     Raises FricError: When a file is no circle test, or the tests are not of one circle.
     """
-    measured = some_circles(circles, scheme)
+    measured = some_circles(circles, scheme, other=machine is not None)
     found = take_apart(both_directions(measured, quantity(feed, "velocity")))
     beside = None if reported is None else _reported(Path(reported), found.test.names)
     if machine is None or (scheme is None and found.test.scheme == LEARNED):  # which no machine file tells
@@ -464,8 +464,11 @@ def learn(
         how = Learning.at(feed, share, corner)
         advance(0, total=rounds + 1 + len(OTHERS))
         return LearnResult(learn_rounds(subject, test, rounds, how, observer=observer, done=advance))
+    if (velocity, radius, clockwise, observer) != ("100 mm/s", "30 mm", False, True):
+        hint = "A recorded circle has its own."
+        raise FricError("`velocity=`, `radius=`, `clockwise=`, `observer=` go with rounds in simulation", hint=hint)
     subject = _ran_on(given) if machine is None else machine_of(machine)
-    circle = given if isinstance(given, MeasuredCircle) else choose_circles([path_of("a circle", given)], scheme)[0]
+    circle = some_circles([given], scheme)[0]
     how = Learning.at(circle.feed, share, corner)
     last = None if before is None else read_feedforward(Path(before))
     return LearnedTable(learn_from(circle, subject, how, last))

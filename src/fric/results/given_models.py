@@ -86,15 +86,18 @@ def friction_of(given: Any, axis: str, motion: Motion) -> FrictionDocument | Non
     return None if given is None else document_of(FrictionDocument, given, (axis, motion))
 
 
-def some_circles(given: Iterable[Any], scheme: str | None = None) -> list["MeasuredCircle"]:
+def some_circles(given: Iterable[Any], scheme: str | None = None, *, other: bool = False) -> list["MeasuredCircle"]:
     """Return measured circles as `circles_of` does; raise a `FricError` if there are none."""
-    if not (found := circles_of(given, scheme)):
+    if not (found := circles_of(given, scheme, other=other)):
         raise FricError("no circle was given", hint=f"Give {CIRCLES}.")
     return found
 
 
-def circles_of(given: Iterable[Any], scheme: str | None = None) -> list["MeasuredCircle"]:
-    """Return measured circles that are given directly, as files or in lists; of a run file those of a scheme."""
+def circles_of(given: Iterable[Any], scheme: str | None = None, *, other: bool = False) -> list["MeasuredCircle"]:
+    """Return measured circles that are given directly, as files or in lists; of a run file those of a scheme.
+
+    other: Whether the scheme says something of circles of another scheme, or of none, too; else they are refused.
+    """
     from fric.circles.measured import MeasuredCircle
 
     ones = [item for part in given for item in (part if isinstance(part, list | tuple) else [part])]
@@ -105,6 +108,8 @@ def circles_of(given: Iterable[Any], scheme: str | None = None) -> list["Measure
         from fric.io.circle import choose_circles  # with HDF5, which a table needs not
 
         tests += choose_circles(files, scheme)
+    if tests and not other and scheme not in {None, *(test.scheme for test in tests)}:
+        raise FricError(f"no circle is of the scheme '{scheme}'", hint="It chooses from a run file: leave it out here.")
     return tests
 
 
