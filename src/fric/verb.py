@@ -259,6 +259,13 @@ def refused(name: str, wanted: str, given: Any) -> FricError:
     return FricError(f"{name} {UnfitError(wanted, given).what}")
 
 
+def useless(goes_with: str, **given: Any) -> None:
+    """Raise a `FricError` where an argument is given that says nothing here, and what it goes with."""
+    for name, value in given.items():
+        if value is not None:
+            raise FricError(f"`{name}=` goes with {goes_with}", hint="Leave it out.")
+
+
 def require_numbers(holder: Any, names: Iterable[str], several: Container[str] = ()) -> None:
     """Raise the error of a wrong type where a field is no number, or of those in ``several`` one of its values."""
     for name in names:

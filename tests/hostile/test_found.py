@@ -23,6 +23,7 @@ import pint
 import pytest
 from nptdms import ChannelObject, TdmsWriter
 from pydantic import ValidationError
+from ruamel.yaml import YAML
 from scipy.io import savemat
 from typer.testing import CliRunner
 
@@ -804,3 +805,44 @@ def test_an_object_explains_its_arguments_though_its_class_was_not_named() -> No
     code = "import fric\ntry: fric.read_machine('virtual-rig').axes['x'].plant.held('x')\n"
     found = run_python(code + "except fric.FricError as error: print(error.what)")
     assert b"Plant.held takes T as a number" in found.stdout, found.stderr
+
+
+def test_an_argument_that_says_nothing_is_refused(tmp_path: Path) -> None:
+    """Any text was taken: a name of a record without a log, schemes without a machine, a gain of another file."""
+    plant = fric.identify_plant("data/frequency-response.h5")
+    calls: dict[str, Callable[[], Any]] = {
+        "record": lambda: fric.design_block("kalman", plant, record="q"),
+        "`record": lambda: fric.design_observer(plant, record="q"),
+        "known": lambda: fric.diagnose("data/circle.h5", known="q.yaml"),
+        "position_gain": lambda: fric.identify_controller("data/circle.h5", position_gain="3 furlong"),
+        "before": lambda: fric.learn("virtual-rig", rounds=2, before="q.h5"),
+    }
+    for name, call in calls.items():
+        with pytest.raises(FricError, match=f"{name}=` goes with"):
+            call()
+
+
+@pytest.mark.parametrize("given", [{"share": 0}, {"bandwidth": 0}])
+def test_nothing_is_no_default_to_learn_with(given: dict[str, float]) -> None:
+    """A share of 0 was taken for none given: the table was that of the default."""
+    with pytest.raises(FricError):
+        fric.learn("data/circle.h5", machine="virtual-rig", **cast("Any", given))
+
+
+def test_a_glitch_is_integrated_within_its_size() -> None:
+    """An accuracy of a furlong was taken."""
+    with pytest.raises(FricError, match="accuracy of the integration"):
+        fric.circle_map("virtual-rig", "a", feeds="100 mm/s", radii="10 mm", accuracy="1 furlong")
+    with pytest.raises(FricError, match="corner ratio"):
+        design_cascade(LinearPlant(14.0, 2.4, 6e-4), corner_ratio=1e308)
+
+
+def test_a_model_whose_shares_are_none_is_refused_where_it_is_read(tmp_path: Path) -> None:
+    """It was copied beside what was identified with its map, and that file could not be read."""
+    bad = tmp_path / "bad.yaml"
+    fric.identify_gms("data/presliding-sine.h5", blocks=2).save(bad)
+    tree = YAML().load(bad)
+    tree["gms"]["alpha"] = {"value": [0.5, 0.2], "unit": "1"}
+    YAML().dump(tree, bad)
+    with pytest.raises(FricError, match=r"sums to 0\.7"):
+        fric.identify_model("dahl", "data/presliding-sine.h5", static=bad)

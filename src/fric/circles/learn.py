@@ -40,7 +40,8 @@ class Learning:
     def at(cls, feed: float, share: float | None = None, bandwidth: float | None = None) -> "Learning":
         """Return the settings of learning at a feed [m/s], with defaults for those not given."""
         fast = feed >= FAST
-        made = cls(share or (1.0 if fast else 0.5), bandwidth or (200.0 if fast else 100.0))
+        default = cls(1.0, 200.0) if fast else cls(0.5, 100.0)
+        made = cls(default.share if share is None else share, default.bandwidth if bandwidth is None else bandwidth)
         if not (0 < made.share <= 1 and made.bandwidth > 0):
             raise FricError(
                 f"a share of {made.share:g} at {made.bandwidth:g} Hz is nothing to learn with",

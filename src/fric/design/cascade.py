@@ -108,8 +108,8 @@ def design_cascade(
     """
     asked = requirement or Requirement()
     for name, value in (("corner ratio", corner_ratio), ("separation", separation)):
-        if not (value >= 1 and isfinite(value)):
-            raise FricError(f"a {name} of {value:g} makes no cascade", hint=f"Give a {name} of 1 or more.")
+        if not 1 <= value <= 1e4:
+            raise FricError(f"a {name} of {value:g} makes no cascade", hint=f"Give a {name} from 1 to 10 000.")
 
     if velocity_filter < LOWEST * sampling:
         what = f"a velocity filter of {velocity_filter:g} Hz lets no velocity through at {sampling:g} samples a second"

@@ -136,6 +136,9 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
             found = quantities(self.fit_of(name).between_records or {}, SCATTER, self.motion, where)
             with refused(where):
                 settled(Finding(f"scatter-{of}", float(size), self.motion) for of, size in found.items())
+        for name in ("static", *self.model_names()) if self.static else ():  # without a map they are parts
+            with refused(name):
+                self.friction(name)
         return self
 
     @classmethod
@@ -216,12 +219,7 @@ class FrictionDocument(OfAxis, type="friction", extra="allow"):
                 f"the friction of axis {self.axis} holds no static map",
                 hint="Make one with `fric identify static`, or leave `static=` out.",
             )
-        try:
-            return StaticMap.from_sections({"static": self.estimates("static")}), self.backward()
-        except FricError as error:
-            raise error.at("static") from None
-        except TypeError as error:
-            raise FricError(f"static: {error}") from None
+        return StaticMap.from_sections({"static": self.estimates("static")}), self.backward()
 
     def found_with(self, model: str | None) -> tuple[FrictionModel, float]:
         """Return a model, by default the only one, and the load [N] of the axis that it was identified with.

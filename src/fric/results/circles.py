@@ -46,7 +46,7 @@ from fric.simulate.contour_run import Circle, pair
 from fric.simulate.machine import Machine
 from fric.simulate.processes import MonteCarlo
 from fric.units import readable, si_unit
-from fric.verb import Kind, verb
+from fric.verb import Kind, useless, verb
 
 
 class DiagnosisResult(Result, schema=circle_findings.DiagnosisDocument):
@@ -241,6 +241,8 @@ def diagnose(
     measured = some_circles(circles, scheme, other=machine is not None)
     found = take_apart(both_directions(measured, quantity(feed, "velocity")))
     beside = None if reported is None else _reported(Path(reported), found.test.names)
+    if machine is None:
+        useless("a machine", known=known)
     if machine is None or (scheme is None and found.test.scheme == LEARNED):  # which no machine file tells
         return DiagnosisResult(found, reported=beside)
     wanted = schemes_of(scheme or found.test.scheme or "a", known)[0]
@@ -456,8 +458,7 @@ def learn(
     """
     corner = quantity(bandwidth, "frequency")
     if rounds is not None:
-        if not machine is before is scheme is None:
-            raise FricError("`machine=`, `before=`, `scheme=` go with a recorded circle", hint="Leave out the rounds.")
+        useless("a recorded circle", machine=machine, before=before, scheme=scheme)
         subject = machine_of(given)
         feed = bounded("speed", velocity)
         test = Circle(bounded("radius", radius), feed, direction=-1 if clockwise else 1)

@@ -46,7 +46,7 @@ from fric.results.kinds import (
 )
 from fric.series import doubles
 from fric.units import Motion, parse_gain, readable
-from fric.verb import Kind, verb
+from fric.verb import Kind, useless, verb
 
 HERTZ = "{:.4g} Hz"
 MARGINS = (
@@ -317,6 +317,7 @@ def design_observer(
         warnings.append(CONTROLLER_BY_DEFAULT.found())
     modes = [mode if isinstance(mode, StructuralMode) else _resonance(str(mode)) for mode in resonances]
     if log is None:
+        useless("a log", record=record)
         logs, Delta = [], model_perturbation(linear, cascade.sampling / 2, modes)
         if not modes:
             warnings.append(_unseen(first_mode, cutoff or bandwidth))
@@ -497,7 +498,9 @@ def design_block(
         models, K_f = nominal_models(given), document.plant(motion).K_f
         spans = _spans(given.tree())
     logs, Delta = [], None
-    if log is not None:
+    if log is None:
+        useless("a log", record=record)
+    else:
         logs = [measured_record(log, record, (axis, motion))]
         Delta, seen = perturbation_of(logs[0], document)
         warnings += seen

@@ -69,7 +69,7 @@ from fric.results.kinds import (
 from fric.series import doubles, require_plausible
 from fric.simulate.spread import closed_intervals, draw_friction, friction_intervals
 from fric.units import Motion, readable, short_of_1, si_unit
-from fric.verb import Kind, refused, verb
+from fric.verb import Kind, refused, useless, verb
 
 
 class IdentifiedFriction(Identified):
@@ -235,9 +235,7 @@ def identify_plant(
     wanted, records = plant_records(given, None if method == "auto" else method)
     of_motion = {"delay": delay, "cutoff": cutoff, "decimation": decimation, "border": border}
     of_response = {"lowest": lowest, "highest": highest, "period": period, "segment": segment}
-    for name, option in (of_response if wanted == "motion" else of_motion).items():
-        if option is not None:
-            raise FricError(f"`{name}=` goes with the other method, and this is by {wanted}", hint="Leave it out.")
+    useless(f"the other method, and this is by {wanted}", **(of_response if wanted == "motion" else of_motion))
     motion, in_time = records[0].motion, [record for record in records if isinstance(record, Log)]
     doubtful = settled(of_logs(in_time))
     K_f, weight = quantity(force_constant, "force per input", motion), quantity(mass, "mass", motion)
@@ -334,6 +332,7 @@ def identify_controller(
         tuned = cascade_of(Path(records[0]), quantity(position_gain, "rate"))
         gains = ControllerPart.of(tuned[2], tuned[1])
         return GainsResult(FoundController(tuned[2], gains, None, str(records[0])), *tuned[:2])
+    useless("an auto-tuning result", position_gain=position_gain)
     logs, circles = list[Any](), list[Any]()
     for given in records:
         (logs if _is_log(given) else circles).append(given)

@@ -296,6 +296,7 @@ class CircleGrid:
     accuracy: float  # Largest error of a glitch by the integration [m]
 
     def __post_init__(self) -> None:
+        require_within(self, "the integration", accuracy="[0, 1e-4]")
         if not (self.feeds and self.radii):
             raise FricError("there is no circle to run", hint="Give feeds and radii, as '5 … 200 mm/s'.")
 

@@ -247,7 +247,7 @@ class Study:
 
     def __post_init__(self) -> None:
         check_spreads(self.spreads)
-        require_within(self, "the integration", accuracy="[0, inf]")
+        require_within(self, "the integration", accuracy="[0, 1e-4]")
 
     def drawn(self, index: int) -> tuple[Machine, dict[str, float]]:
         """Return machine number ``index``, and what was drawn for it."""
