@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 from scipy.special import stdtrit
 
-from fric.statistics import hac_covariance
+from fric.statistics import hac_covariance, jackknife, parameter_covariance
 from tests.chance import fewest, most
 
 
@@ -40,3 +40,15 @@ def test_a_long_record_has_the_covariance_of_its_memory(lengths: list[int] | Non
     noise = lfilter([1.0], [1.0, -0.95], np.random.default_rng(64).normal(size=n))
     variance = hac_covariance(np.ones((n, 1)), noise, lengths)[0, 0]
     assert variance == pytest.approx(1.0 / (1.0 - 0.95) ** 2 / n, rel=0.08)
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e-7, 1e9])
+def test_intervals_do_not_depend_on_units(unit: float) -> None:
+    """A parameter whose column was 1e-8 of another's was certain: a pseudoinverse of squares took it for none."""
+    rng = np.random.default_rng(0)
+    J, rest = rng.standard_normal((90, 3)), rng.standard_normal(90)
+    units, label = np.array([1.0, unit, 1.0 / unit]), np.arange(90) // 15
+    scale = np.outer(units, units)
+    assert parameter_covariance(J) == pytest.approx(np.linalg.inv(J.T @ J))
+    assert parameter_covariance(J / units) / scale == pytest.approx(parameter_covariance(J), rel=1e-6)
+    assert jackknife(J / units, rest, label) / scale == pytest.approx(jackknife(J, rest, label), rel=1e-6)

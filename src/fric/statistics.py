@@ -245,6 +245,20 @@ def widened(covariance: Real, *others: Real) -> Real:
     return np.asarray(covariance * np.outer(widen, widen))
 
 
+def _of_one_size(gradient: Real) -> tuple[Real, Real]:
+    """Return columns of size 1, and their sizes (p,): a small one, squared, counts for none beside a large one."""
+    size = np.linalg.norm(gradient, axis=0)
+    size[size == 0] = 1.0
+    return gradient / size, size
+
+
+def parameter_covariance(gradient: Real) -> Real:
+    """Return the covariance of parameters (p, p) for residuals of variance 1."""
+    columns, size = _of_one_size(gradient)
+    back = np.linalg.pinv(columns) / size[:, np.newaxis]
+    return np.asarray(back @ back.T)
+
+
 def jackknife(gradient: Real, residual: Real, label: Indices) -> Real:
     """Return the squared half widths (p, p) of 95 % intervals that leaving out each group of samples gives.
 
@@ -253,12 +267,12 @@ def jackknife(gradient: Real, residual: Real, label: Indices) -> Real:
 
     label: The group that each sample belongs to, shape (n,).
     """
-    normal, groups = gradient.T @ gradient, np.unique(label)
-    left_out = []
+    (gradient, size), groups, left_out = _of_one_size(gradient), np.unique(label), []
+    normal = gradient.T @ gradient
     for group in groups:
         J, r = gradient[label == group], residual[label == group]
         left_out.append(np.linalg.lstsq(normal - J.T @ J, J.T @ r, rcond=1e-12)[0])
-    count, moved = len(groups), np.array(left_out)
+    count, moved = len(groups), np.array(left_out) / size
     moved = moved - moved.mean(axis=0)
     t = float(stdtrit(max(count - 1, 1), 0.975))
     return np.asarray(t**2 * (count - 1) / count * moved.T @ moved)

@@ -13,6 +13,7 @@ from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.identify.plant.identify import PlantFit, identify_plant
 from fric.log import FrequencyResponse, Log
+from fric.plausibility import lifted
 from fric.reference import Reference
 from fric.reference import multisine as reference_multisine
 from fric.simulate.axis import run_axis
@@ -59,6 +60,22 @@ def test_a_few_seeds(plant: LinearPlant) -> None:
         assert pytest.approx(plant.A, rel=0.02) == fit.plant.A
         assert pytest.approx(plant.B, rel=0.01) == fit.plant.B
         assert fit.plant.T_d == pytest.approx(plant.T_d, abs=20e-6)
+
+
+@pytest.mark.parametrize("faster", [30.0, 100.0])
+def test_the_intervals_of_a_faster_axis_are_as_wide(faster: float) -> None:
+    """Those of an axis of A above 3000 1/s were of no width, and A was 9 % off."""
+    f = np.geomspace(2.0, 400.0, 60)
+    s, noise = 2j * np.pi * f, np.random.default_rng(0).normal(0.0, 0.05, (2, 60))
+    G = 2.4 / (s * (s + 14.0)) * np.exp(-5e-4 * s) * np.exp(noise[0] + 1j * noise[1])
+
+    def width(by: float) -> np.ndarray:
+        """Return the relative half-widths of an axis whose time runs so much faster."""
+        response = FrequencyResponse(frequency=by * f, magnitude=abs(G) / by, phase=np.unwrap(np.angle(G)))
+        return np.array([e.half_width / float(e) for e in identify_plant([response]).estimates.values()])
+
+    with lifted():
+        assert width(faster)[:3] == pytest.approx(width(1.0)[:3], rel=0.02)
 
 
 def test_hold_and_transport_make_up_the_delay() -> None:

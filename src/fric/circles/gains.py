@@ -19,7 +19,7 @@ from fric.flaws.circle import ADDED_VOLTAGE_FOUND, CONTROLLER_DIFFERS, FEEDFORWA
 from fric.kernels.block import Commands, Sample
 from fric.log import Log
 from fric.notice import Notice
-from fric.statistics import hac_covariance, robust_deviation
+from fric.statistics import hac_covariance, parameter_covariance, robust_deviation
 from fric.units import Motion, is_effort, si_unit
 
 FED = 0.7  # Largest share of the voltage's error that remains with feedforward, for a controller with feedforward
@@ -433,8 +433,8 @@ class _Fit:
         self.swapped = alike = max(apart, second) < SURE_ORDER * min(apart, second)
         larger, both = max(found, other, key=lambda order: order[0]), found + other
         found, other = (larger if alike else found if apart <= second else other), both
-        rest, jacobian = self.rest(found), np.asarray(best.jac, float)
-        covariance = np.linalg.pinv(jacobian.T @ jacobian) * float(np.mean(rest**2)) * _alike(rest)
+        rest = self.rest(found)
+        covariance = parameter_covariance(best.jac) * float(np.mean(rest**2)) * _alike(rest)
         return found, covariance, alike * np.abs(other - 2 * found)[: len(covariance)]
 
     def _linear(self, corner: float) -> Real:

@@ -11,6 +11,7 @@ from fric.arrays import Indices, Real
 from fric.circles.measured import MeasuredCircle
 from fric.contour import QUADRANTS, WINDOW
 from fric.errors import FricError
+from fric.statistics import parameter_covariance
 
 STEADY = 0.01  # Relative deviation of the feed from its median up to which a motion is steady
 ROUND = 2e-3  # Relative distance within which a measured radius or feed counts as a round number
@@ -357,7 +358,7 @@ def _peak_of(pulse: GlitchPulse, a: int, b: int, sign: float) -> tuple[float, fl
     p, X, (middle, half), rss = _fitted(pulse, a, b)
     vertex = -p[1] / (2 * p[2]) if sign * p[2] < 0 else (-1.0 if sign * p[1] < 0 else 1.0)
     at = np.array([1.0, vertex := float(np.clip(vertex, -1.0, 1.0)), vertex**2])
-    error = sqrt(float(at @ np.linalg.pinv(X.T @ X) @ at))
+    error = sqrt(float(at @ parameter_covariance(X) @ at))
     return middle + half * vertex, float(at @ p), error, rss
 
 

@@ -97,7 +97,7 @@ def _by(command: Command, given: dict[str, Any], verb: str, other: str, but: Con
     """Return the command by one of its two verbs; an option of the other alone is refused, for it would say nothing."""
     used, unused = VerbForm(verb), VerbForm(other)
     for name in unused.names:
-        if not (name in used.names or name in but) and given.get(name) not in {None, unused[name].default}:
+        if not (name in used.names or name in but) and given.get(name) not in (None, unused[name].default):
             raise FricError(f"`{name}=` goes with other arguments than these", hint="Leave it out.")
     return replace(command, verb=verb)
 
@@ -229,8 +229,6 @@ def circle(command: Command, given: dict[str, Any]) -> None:
     many, identified = given.get("machines"), given.pop("from_intervals")
     if many is None and (identified or not given.keys().isdisjoint({"spread", "workers", "scheduler"})):
         raise typer.BadParameter("--spread, --from-intervals, --workers and --scheduler go with --monte-carlo")
-    if "measured" in given and not identified:
-        raise typer.BadParameter("--measured goes with --monte-carlo and --from-intervals")
     if "friction_model" in given and identified:
         raise typer.BadParameter("--friction-model does not go with --from-intervals")
     make = command.call(given, READ_IDENTIFIED if identified else READ_MACHINE)

@@ -241,8 +241,7 @@ def diagnose(
     measured = some_circles(circles, scheme, other=machine is not None)
     found = take_apart(both_directions(measured, quantity(feed, "velocity")))
     beside = None if reported is None else _reported(Path(reported), found.test.names)
-    if machine is None:
-        useless("a machine", known=known)
+    useless("a machine", known=known if machine is None else None)
     if machine is None or (scheme is None and found.test.scheme == LEARNED):  # which no machine file tells
         return DiagnosisResult(found, reported=beside)
     wanted = schemes_of(scheme or found.test.scheme or "a", known)[0]

@@ -322,10 +322,7 @@ def design_observer(
         if not modes:
             warnings.append(_unseen(first_mode, cutoff or bandwidth))
     else:
-        if modes or first_mode:
-            raise FricError(
-                "a measured response has its resonances", hint="Leave the log, or `resonances=` and `first_mode=`, out."
-            )
+        useless("no log, which has its resonances", resonances=modes or None, first_mode=first_mode)
         logs = [measured_record(log, record, (axis, motion))]
         Delta, seen = perturbation_of(logs[0], document, averages)
         warnings += seen
@@ -498,9 +495,8 @@ def design_block(
         models, K_f = nominal_models(given), document.plant(motion).K_f
         spans = _spans(given.tree())
     logs, Delta = [], None
-    if log is None:
-        useless("a log", record=record)
-    else:
+    useless("a log", record=record if log is None else None)
+    if log is not None:
         logs = [measured_record(log, record, (axis, motion))]
         Delta, seen = perturbation_of(logs[0], document)
         warnings += seen

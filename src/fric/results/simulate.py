@@ -38,7 +38,7 @@ from fric.simulate.contour_run import Chance, ContourRun
 from fric.simulate.machine import Machine
 from fric.simulate.processes import MonteCarlo, Study, run_all
 from fric.units import microns, readable
-from fric.verb import Kind, verb
+from fric.verb import Kind, useless, verb
 from fric.verdict import Verdict, bare, candidates_of, decide, evidence_of, facts
 
 
@@ -206,12 +206,10 @@ def circle(
         runs.append(contour_run.run_circle(subject, wanted, test, only=axis, schemes=len(chosen)))
         advance()
     identified = machine if isinstance(machine, IdentifiedMachine) else None
-    if measured and (identified is None or machines is None):
-        raise FricError(
-            "measured circles were given, and no machines to make agree with them",
-            hint="Give what fric.read_identified returns, and `machines=`.",
-        )
+    if identified is None or machines is None:
+        useless("`machines=` and fric.read_identified (--from-intervals)", measured=measured or None)
     if machines is None:
+        useless("`machines=`", spread=spread, workers=workers, scheduler=scheduler)
         return CircleResult(subject, runs, axis, None, identified)
     given |= {} if spreads is None else {"spreads": spreads}
     evidence = None

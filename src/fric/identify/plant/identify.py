@@ -280,7 +280,7 @@ def solve(
             if np.allclose(found.x, last, rtol=1e-6, atol=1e-12):
                 break
         chi2 = 2 * float(found.cost) / max(rows - len(start), 1)
-    covariance = np.linalg.pinv(found.jac.T @ found.jac) * chi2 * correlation
+    covariance = statistics.parameter_covariance(found.jac) * chi2 * correlation
     quantile = float(stdtrit(freedom, 0.975))
     covariance = statistics.widened(covariance, _left_out(found, sets, covariance) / quantile**2)
     if form.encoder == "table":
@@ -583,8 +583,8 @@ def _fit(lines: Lines, filtered: bool) -> FittedLag:
             break
         grown = float(np.median(np.hypot(lines.deviation, misfit))) * float(np.sqrt(max(chi2, 1e-12)))
         misfit = float(np.sqrt(max(grown**2 - float(np.median(lines.deviation)) ** 2, 0.0)))
-    covariance, J = np.zeros((3, 3)), np.asarray(found.jac)
-    covariance[:n, :n] = np.linalg.pinv(J.T @ J) * max(chi2, 1.0) * lines.correlation
+    covariance = np.zeros((3, 3))
+    covariance[:n, :n] = statistics.parameter_covariance(found.jac) * max(chi2, 1.0) * lines.correlation
     freedom = max((2 * len(omega) - n) / lines.correlation, 1.0)
     return FittedLag(np.append(found.x, [0.0] * (3 - n)), covariance, freedom, found.fun.reshape(2, -1))
 
