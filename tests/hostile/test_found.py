@@ -846,3 +846,13 @@ def test_a_model_whose_shares_are_none_is_refused_where_it_is_read(tmp_path: Pat
     YAML().dump(tree, bad)
     with pytest.raises(FricError, match=r"sums to 0\.7"):
         fric.identify_model("dahl", "data/presliding-sine.h5", static=bad)
+
+
+def test_no_more_is_fed_forward_than_the_controller_gives() -> None:
+    """With a nominal plant that is too slow by a thousand, a table of kilovolts was written without a word."""
+    machine = fric.read_machine("virtual-rig")
+    x = machine.axes["x"]
+    nominal = dataclasses.replace(x.plant, B=1e-3 * x.plant.B)
+    slow = dataclasses.replace(machine, axes={**machine.axes, "x": dataclasses.replace(x, nominal=nominal)})
+    with pytest.raises(FricError, match="its limit is 10 V"):
+        fric.learn("data/circle.h5", machine=slow)

@@ -111,6 +111,9 @@ def learn_from(
         model = (np.gradient(np.gradient(ahead, t), t) + plant.A * np.gradient(ahead, t)) / plant.B
         time[name], wanted[name] = t, r
         voltage[name] = next_feedforward(t, r - z, u, model, last, plant, how)
+        if (most := float(np.abs(voltage[name]).max())) > axis.cascade.limit:
+            what = f"axis {name} would feed {most:.3g} V forward, and its limit is {axis.cascade.limit:g} V"
+            raise FricError(what, where=test.where, hint="Is the nominal plant that of this machine?")
     warnings = [flaws.LEARNED_FROM_ONE_CIRCLE.found()]
     if how.share < 1 and before is None:
         warnings.append(flaws.NOTHING_FED_BEFORE.found(share=how.share))

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 import fric
-from fric.cli.command import READ_MACHINE, Command, VerbForm, argument
+from fric.cli.command import READ_MACHINE, Command, argument
 from fric.cli.completion import topics, types
 from fric.cli.console import ERR, OUT, Interruption, asker, finish, interruption, paused, print_json
 from fric.errors import FricError, printable
@@ -84,22 +84,23 @@ def ingest(command: Command, given: dict[str, Any]) -> None:
     if "output" not in given:
         raise typer.BadParameter("say which log file to write: -o LOG.h5")
     keep_freed_memory()
-    verbs = ["fric.results.ingest:ingest", "fric.results.ingest:ingest_circles"]
-    if circles := fric.holds_circles(given.get("mapping"), given.get("kind")):
-        verbs.reverse()
-    command = _by(command, given, *verbs, but={"kind", "assume"})
+    circles = fric.holds_circles(given.get("mapping"), given.get("kind"))
+    command = _by(command, given, "fric.results.ingest:ingest_circles", circles, but={"kind", "assume"})
     if not circles:
         given = given | {"ask": _asks(given)}
     command.end(command.call(given), given)
 
 
-def _by(command: Command, given: dict[str, Any], verb: str, other: str, but: Container[str] = ()) -> Command:
-    """Return the command by one of its two verbs; an option of the other alone is refused, for it would say nothing."""
-    used, unused = VerbForm(verb), VerbForm(other)
-    for name in unused.names:
-        if not (name in used.names or name in but) and given.get(name) not in (None, unused[name].default):
+def _by(
+    command: Command, given: dict[str, Any], second: str, so: bool, *, but: Container[str] = (), **changed: Any
+) -> Command:
+    """Return the command, if so by its second verb; refuse an option of the other verb, which would say nothing."""
+    other = replace(command, verb=second, **changed)
+    command, other = (other, command) if so else (command, other)
+    for name in other.form.names:
+        if not (name in command.form.names or name in but) and given.get(name) not in (None, other.form[name].default):
             raise FricError(f"`{name}=` goes with other arguments than these", hint="Leave it out.")
-    return replace(command, verb=verb)
+    return command
 
 
 def _asks(given: dict[str, Any]) -> Any:
@@ -138,12 +139,8 @@ def _propose(given: dict[str, Any]) -> None:
 
 def plan(command: Command, given: dict[str, Any]) -> None:
     """Plan all records, or after a last result the most useful further record."""
-    verbs = ["fric.results.plan:plan", "fric.results.plan:plan_next"]
-    if "last" in given:
-        verbs.reverse()
-        command = replace(command, doing="candidates")
-    command = _by(command, given, *verbs)
-    if "last" not in given and (lacks := [f"--{name}" for name in ("stroke", "feed") if name not in given]):
+    command = _by(command, given, "fric.results.plan:plan_next", last := "last" in given, doing="candidates")
+    if not last and (lacks := [f"--{name}" for name in ("stroke", "feed") if name not in given]):
         for name in given.keys() & {"stroke", "feed"}:  # a value without a unit is refused first
             parse(given[name], "position" if name == "stroke" else "velocity")
         raise typer.BadParameter(
