@@ -245,7 +245,7 @@ def widened(covariance: Real, *others: Real) -> Real:
     return np.asarray(covariance * np.outer(widen, widen))
 
 
-def _of_one_size(gradient: Real) -> tuple[Real, Real]:
+def of_one_size(gradient: Real) -> tuple[Real, Real]:
     """Return columns of size 1, and their sizes (p,): a small one, squared, counts for none beside a large one."""
     size = np.linalg.norm(gradient, axis=0)
     size[size == 0] = 1.0
@@ -254,7 +254,7 @@ def _of_one_size(gradient: Real) -> tuple[Real, Real]:
 
 def parameter_covariance(gradient: Real) -> Real:
     """Return the covariance of parameters (p, p) for residuals of variance 1."""
-    columns, size = _of_one_size(gradient)
+    columns, size = of_one_size(gradient)
     back = np.linalg.pinv(columns) / size[:, np.newaxis]
     return np.asarray(back @ back.T)
 
@@ -267,7 +267,7 @@ def jackknife(gradient: Real, residual: Real, label: Indices) -> Real:
 
     label: The group that each sample belongs to, shape (n,).
     """
-    (gradient, size), groups, left_out = _of_one_size(gradient), np.unique(label), []
+    (gradient, size), groups, left_out = of_one_size(gradient), np.unique(label), []
     normal = gradient.T @ gradient
     for group in groups:
         J, r = gradient[label == group], residual[label == group]

@@ -14,7 +14,6 @@ from pathlib import Path
 from types import FunctionType, NoneType, UnionType
 from typing import Annotated, Any, ForwardRef, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
-import fric
 from fric.errors import FLAGS, FricError, Typed, near, of_path
 
 P = ParamSpec("P")
@@ -154,7 +153,7 @@ def _checked(function: Callable[P, R], called: str) -> Callable[P, R]:
         except OSError as error:
             raise of_path(error) from None
         if "fric.cli" not in sys.modules:
-            fric.explain_loaded()  # objects of classes that nobody asked for by name
+            sys.modules["fric"].explain_loaded()  # objects of classes that nobody asked for by name
         return made
 
     return checked

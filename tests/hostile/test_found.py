@@ -856,3 +856,15 @@ def test_no_more_is_fed_forward_than_the_controller_gives() -> None:
     slow = dataclasses.replace(machine, axes={**machine.axes, "x": dataclasses.replace(x, nominal=nominal)})
     with pytest.raises(FricError, match="its limit is 10 V"):
         fric.learn("data/circle.h5", machine=slow)
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+def test_a_minus_as_it_is_typeset_is_one(tmp_path: Path, mark: str) -> None:
+    """Each negative position was no number: with ``assume`` they were left out, which is half of a motion."""
+    t = 2e-3 * np.arange(400)
+    z, u = -5.0 + 12.0 * np.sin(9.0 * t), 60.0 * np.sign(np.cos(9.0 * t))
+    rows = [mark.join(f"{x:.4f}" for x in row) for row in zip(t, z, u, strict=True)]
+    text = "\n".join([mark.join(["time [s]", "position [mm]", "force [N]"]), *rows])
+    (tmp_path / "a.csv").write_text(text.replace("-", "\N{MINUS SIGN}") + "\n", encoding="utf-8")
+    fric.ingest(tmp_path / "a.csv", output=tmp_path / "a.h5")
+    assert fric.read(tmp_path / "a.h5")[0].position == pytest.approx(1e-3 * z, abs=1e-7)

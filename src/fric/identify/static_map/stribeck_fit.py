@@ -26,7 +26,7 @@ from fric.errors import FricError
 from fric.friction.stribeck import STATIC_PARAMETERS, stribeck_shares
 from fric.records.over_strokes import REPEATED
 from fric.search import minimised
-from fric.statistics import robust_deviation
+from fric.statistics import of_one_size, robust_deviation
 
 PARAMETERS = (*STATIC_PARAMETERS, "offset")
 DELTA_RANGE = (0.3, 3.0)
@@ -180,10 +180,8 @@ class StribeckProblem:
 
     def inverse(self, solution: MapSolution) -> Real:
         """Return the change of the free parameters with each weighted force, to first order, shape (len(free), n)."""
-        J = self.jacobian(solution.theta) / self.standard_error[:, None]
-        size = np.linalg.norm(J, axis=0)
-        size[size == 0] = 1.0
-        return np.linalg.pinv(J / size, rcond=1e-7) / size[:, None]
+        J, size = of_one_size(self.jacobian(solution.theta) / self.standard_error[:, None])
+        return np.linalg.pinv(J, rcond=1e-7) / size[:, None]
 
     def covariance(self, solution: MapSolution) -> Real:
         """Return the linearised covariance of the free parameters for the given standard errors."""

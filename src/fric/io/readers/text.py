@@ -28,6 +28,7 @@ from fric.io.readers.joined import GAP
 from fric.io.words import fits, spoken
 from fric.units import is_unit
 
+MINUS = "\N{MINUS SIGN}"  # As it is typeset, and as some tables are exported
 SNIFFED = 300  # Lines from which delimiter and decimal mark are determined
 DELIMITERS = (";", "\t", ",", "|", "whitespace")
 _NUMBER = {
@@ -119,7 +120,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     """
     encoding = layout.encoding or encoding_of(head)
     try:
-        lines = _LINE_END.split(head.decode(encoding, errors="replace"))
+        lines = _LINE_END.split(head.decode(encoding, errors="replace").replace(MINUS, "-"))
     except LookupError:
         raise FricError(f"'{encoding}' is no encoding", hint="Say utf-8, latin-1 or utf-16.") from None
     if not whole or not lines[-1]:
@@ -614,8 +615,8 @@ class TextTable(ForeignTable):
     def _parsed(self, piece: Sequence[memoryview]) -> pd.DataFrame:
         # Cells are read by their place. The encoding matters for names alone, which are known by now.
         shape, names = self.shape, range(len(self.columns))
-        if (whole := b"".join(piece)).startswith(b"#") or b"\n#" in whole:
-            piece = [memoryview(_REMARK.sub(b"", whole))]
+        whole = b"".join(piece).replace(MINUS.encode(), b"-")
+        piece = [memoryview(_REMARK.sub(b"", whole) if whole.startswith(b"#") or b"\n#" in whole else whole)]
         read_csv: Callable[..., pd.DataFrame] = pd.read_csv  # whose types ask for more of a file than it does
         options: dict[str, Any] = {
             "sep": r"\s+" if shape.delimiter == "whitespace" else shape.delimiter, "decimal": shape.decimal,
