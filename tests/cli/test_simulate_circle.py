@@ -134,7 +134,7 @@ def test_no_revolution_is_a_wrong_usage() -> None:
             "K_f: {value: 548, unit: N",
             r"line \d+: axes.x.plant.K_f: force per input cannot",
         ),
-        ("k: {value: [99.94, 1.364", "k: {value: [-99.94, 1.364", "axis x: k of 'gms'"),
+        ("k: {value: [99.94, 1.364", "k: {value: [-99.94, 1.364", r"line \d+: axes.x.friction.gms: k of 'gms'"),
         ("B: {value: 4.526", "B: {value: -4.526", "axis x: B of the plant is -4.526"),
         ("    observer:\n      filter: binomial2", "    observer:\n      filter: none", "'none' is no Q-filter"),
         ("axes:\n  x:", "axes:\n  z:", "two linear axes|no axis"),
