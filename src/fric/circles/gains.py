@@ -434,7 +434,7 @@ class _Fit:
         larger, both = max(found, other, key=lambda order: order[0]), found + other
         found, other = (larger if alike else found if apart <= second else other), both
         rest = self.rest(found)
-        covariance = parameter_covariance(best.jac) * float(np.mean(rest**2)) * _alike(rest)
+        covariance = parameter_covariance(np.asarray(best.jac)) * float(np.mean(rest**2)) * _alike(rest)
         return found, covariance, alike * np.abs(other - 2 * found)[: len(covariance)]
 
     def _linear(self, corner: float) -> Real:

@@ -584,7 +584,7 @@ def _fit(lines: Lines, filtered: bool) -> FittedLag:
         grown = float(np.median(np.hypot(lines.deviation, misfit))) * float(np.sqrt(max(chi2, 1e-12)))
         misfit = float(np.sqrt(max(grown**2 - float(np.median(lines.deviation)) ** 2, 0.0)))
     covariance = np.zeros((3, 3))
-    covariance[:n, :n] = statistics.parameter_covariance(found.jac) * max(chi2, 1.0) * lines.correlation
+    covariance[:n, :n] = statistics.parameter_covariance(np.asarray(found.jac)) * max(chi2, 1.0) * lines.correlation
     freedom = max((2 * len(omega) - n) / lines.correlation, 1.0)
     return FittedLag(np.append(found.x, [0.0] * (3 - n)), covariance, freedom, found.fun.reshape(2, -1))
 
