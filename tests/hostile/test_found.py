@@ -34,6 +34,8 @@ from fric.circles.measured import MeasuredCircle
 from fric.cli.main import app, main
 from fric.control.gain_scheduled import GainScheduled
 from fric.control.scheme import NONE
+from fric.control.sliding_mode import SlidingMode
+from fric.design.blocks import BlockDesign
 from fric.design.cascade import design_cascade
 from fric.documents import machine_files
 from fric.documents.base import CodedWarning, CovarianceBlock, Quantity, provenance
@@ -868,3 +870,28 @@ def test_a_minus_as_it_is_typeset_is_one(tmp_path: Path, mark: str) -> None:
     (tmp_path / "a.csv").write_text(text.replace("-", "\N{MINUS SIGN}") + "\n", encoding="utf-8")
     fric.ingest(tmp_path / "a.csv", output=tmp_path / "a.h5")
     assert fric.read(tmp_path / "a.h5")[0].position == pytest.approx(1e-3 * z, abs=1e-7)
+
+
+def test_a_block_that_is_designed_beyond_its_bounds_is_refused() -> None:
+    """A poor response left a sliding surface that no file may hold: a traceback of pydantic's when it was written."""
+    block = SlidingMode(gain=5e-3, slope=2.7e-3, reach=1.0)
+    with pytest.raises(FricError, match=r"slope of 'sliding-mode' is 0\.0027"):
+        BlockDesign(block, None, "")
+
+
+def test_numbers_of_half_precision_are_numbers() -> None:
+    """NumPy warned of a bound that no such number reaches."""
+    static = StaticMap(60.0, 90.0, 2e-3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        alpha = cast("Any", np.array([0.5, 0.5], np.float16))
+        assert GMS(static, alpha=alpha, k=cast("Any", np.array([1e8, 1e6], np.float32)), C=1e3).alpha == (0.5, 0.5)
+
+
+@pytest.mark.parametrize("word", ["'", "''", '"', "a'b"])
+def test_a_choice_of_quotes_is_wrong_usage(monkeypatch: pytest.MonkeyPatch, word: str) -> None:
+    """An IndexError: the word was looked for between its quotes."""
+    monkeypatch.setattr(sys, "argv", ["fric", "diagnose", "data/circle.h5", "--implausible", word])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2

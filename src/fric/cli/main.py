@@ -88,7 +88,7 @@ def main() -> None:
             message = reworded(error.message)
             if message.startswith("Got unexpected extra"):
                 message += f". {COMMAS}"
-            given, *choices = (re.findall("'(.*?)'", text) for text in message.split(" is not one of "))
+            given, *choices = (re.findall("'(.*?)'", text) or [text] for text in message.split(" is not one of "))
             use = getattr(getattr(error, "param", None), "help", None)
             if choices:
                 use, message = None, f"{message} {near(given[-1], choices[0])}".rstrip()

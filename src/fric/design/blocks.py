@@ -26,6 +26,9 @@ class BlockDesign:
     reason: str  # Reason for its parameters
     response: OpenLoop | None = None  # The open loop as a function of the frequencies [Hz], where it has margins
 
+    def __post_init__(self) -> None:
+        self.block.check({parameter.name: getattr(self.block, parameter.name) for parameter in self.block.parameters})
+
     def loops(self) -> dict[str, Loop]:
         """Return the whole loop with its margins, if any."""
         if self.margins is None or self.response is None:
@@ -54,7 +57,6 @@ def design_block(
     if not kind.tuned:
         return BlockDesign(kind.designed(setting), None, "from plant, friction and motion")
     Delta = perturbation or model_perturbation(setting.plant, setting.sampling / 2)
-
     cascade = Cascade.designed(setting)
 
     def keeps(value: float) -> bool:

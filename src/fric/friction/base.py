@@ -101,7 +101,7 @@ class FrictionModel(Parametrised):
     def __post_init__(self) -> None:
         require_numbers(self, *_names(type(self)))
         for name in _names(type(self))[1]:  # given as an array, say, whose truth is not that of a tuple
-            object.__setattr__(self, name, tuple(getattr(self, name)))
+            object.__setattr__(self, name, tuple(map(float, getattr(self, name))))
         for parameter in self.parameters:  # a step of a fit may leave the bounds; what is read from a file lies within
             value = getattr(self, parameter.name)
             if not all(abs(number) <= GAIN for number in (value if parameter.per_block else (value,))):
